@@ -1,0 +1,75 @@
+"""Checks of user input: each failure is one sentence that names the object and the field."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+
+def array(
+    where: str,
+    name: str,
+    value: Any,
+    shape: tuple[int | None, ...],
+    dtype: DTypeLike,
+    *,
+    least: float | None = None,
+) -> NDArray[Any]:
+    """`value` as a finite C-contiguous array of the shape (None: any size) and type asked for.
+
+    An array that already fits is returned itself, so that editing it in place goes on working.
+    """
+    try:
+        out = np.ascontiguousarray(value, dtype=dtype)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{where}: {name} can't be read as an array of numbers ({error})") from None
+    fits = out.ndim == len(shape) and all(
+        want is None or want == got for want, got in zip(shape, out.shape, strict=True)
+    )
+    if not fits:
+        wanted = ", ".join("n" if n is None else str(n) for n in shape)
+        raise ValueError(f"{where}: {name} must have the shape ({wanted}), not {out.shape}")
+    if np.issubdtype(out.dtype, np.floating):
+        bad = ~np.isfinite(out)
+        if bad.any():
+            at = tuple(int(i) for i in np.argwhere(bad)[0])
+            raise ValueError(f"{where}: {name} has {int(bad.sum())} non-finite values, the first at {at}")
+    if least is not None and out.size and out.min() < least:
+        raise ValueError(f"{where}: {name} must not be below {least:g}, but contains {out.min():g}")
+    return out
+
+
+def number(
+    where: str,
+    name: str,
+    value: Any,
+    *,
+    above: float | None = None,
+    below: float | None = None,
+    least: float | None = None,
+) -> float:
+    """`value` as a finite float within the limits."""
+    try:
+        out = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{where}: {name} must be a number, not {value!r}") from None
+    if not np.isfinite(out):
+        raise ValueError(f"{where}: {name} is not finite")
+    if above is not None and out <= above:
+        raise ValueError(f"{where}: {name} must be above {above:g}, not {out:g}")
+    if below is not None and out >= below:
+        raise ValueError(f"{where}: {name} must be below {below:g}, not {out:g}")
+    if least is not None and out < least:
+        raise ValueError(f"{where}: {name} must not be below {least:g}, but is {out:g}")
+    return out
+
+
+def whole(where: str, name: str, value: Any, least: int, most: int) -> int:
+    """`value` as an int within [least, most]."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise ValueError(f"{where}: {name} must be a whole number, not {value!r}")
+    if not least <= value <= most:
+        raise ValueError(f"{where}: {name} must be between {least} and {most}, not {value}")
+    return int(value)

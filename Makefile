@@ -1,0 +1,81 @@
+# `make demo` and `make test` do all the set-up themselves, in .venv; they need Python 3.11 and a C++ compiler.
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+SHELL := /bin/bash
+.PHONY: help demo test test-slow lint benchmark sanitize check-machine which-python clean
+
+# A pyenv shim exists for every version and fails for those that are not active: run it to know.
+# 3.11 comes first, because its Blender module is the oldest that is supported.
+PYTHON ?= $(shell for p in python3.11 python3.13 python3 python; do \
+    $$p -c 'import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))' >/dev/null 2>&1 && { echo $$p; exit; }; \
+  done; echo python3)
+
+VENV := .venv
+RUN := $(VENV)/bin/python
+PIP := $(RUN) -m pip install --quiet --disable-pip-version-check
+SOURCES := $(shell find native core addon -type f -not -name '*.so' -not -name '*.pyc' 2>/dev/null)
+# Whatever is installed as a package: a change of these asks for a new build.
+PACKAGE := pyproject.toml CMakeLists.txt $(SOURCES)
+
+help:
+	@echo "make demo        fit a real .blend to a Cycles picture, headless (about 5 minutes the first time)"
+	@echo "make test        run the tests"
+	@echo "make test-slow   run the slow tests"
+	@echo "make lint        ruff, clang-format, mypy"
+	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 16)"
+	@echo "make sanitize    run the tests on a build with AddressSanitizer and UndefinedBehaviorSanitizer"
+
+demo: $(VENV)/installed
+	$(RUN) blend_examples/run_demo.py
+
+test: $(VENV)/installed
+	$(RUN) -m pytest
+
+test-slow: $(VENV)/installed
+	$(RUN) -m pytest -m slow
+
+lint: $(VENV)/installed $(VENV)/installed-lint
+	$(RUN) -m ruff check .
+	$(VENV)/bin/clang-format --dry-run -Werror $$(git ls-files 'native/*.h' 'native/*.cpp')
+	$(RUN) -m mypy
+
+benchmark: $(VENV)/installed $(VENV)/installed-benchmark
+	$(RUN) -m tests.benchmarks.versus_mitsuba
+
+check-machine:
+	@$(PYTHON) .ci/check_machine.py
+
+which-python:
+	@echo $(PYTHON)
+
+$(RUN): | check-machine
+	$(PYTHON) -m venv --upgrade-deps $(VENV)
+
+$(VENV)/installed: $(PACKAGE) | $(RUN)
+	@echo "Building Edgegrad and installing it with Blender's Python module into $(VENV) (a few minutes the first time)"
+	$(PIP) '.[test]'
+	@touch $@
+
+$(VENV)/installed-%: pyproject.toml $(VENV)/installed
+	$(PIP) --group $*
+	@touch $@
+
+# ---- Debug build under the sanitizers, in its own environment, without the tests that need bpy ----
+SANITIZED := .venv-sanitize
+# Python itself is not built with ASan, so its run-time comes first in the process; libstdc++ beside it, so that
+# exceptions are seen. Leaks are not looked for: the interpreter keeps what it allocated until it ends.
+SANITIZER_ENV = LD_PRELOAD="$$($(or $(CXX),c++) -print-file-name=libasan.so) $$($(or $(CXX),c++) -print-file-name=libstdc++.so)" \
+  ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
+
+sanitize: $(SANITIZED)/installed
+	$(SANITIZER_ENV) $(SANITIZED)/bin/python -m pytest
+
+$(SANITIZED)/installed: $(PACKAGE) | check-machine
+	test -x $(SANITIZED)/bin/python || $(PYTHON) -m venv --upgrade-deps $(SANITIZED)
+	$(SANITIZED)/bin/python -m pip install --quiet --disable-pip-version-check '.[test-core]' \
+	  -C cmake.build-type=Debug -C cmake.define.EDGEGRAD_SANITIZE=address,undefined
+	@touch $@
+
+clean:
+	rm -rf $(VENV) $(SANITIZED) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

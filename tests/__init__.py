@@ -1,0 +1,1 @@
+"""Edgegrad's tests."""

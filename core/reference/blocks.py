@@ -1,0 +1,153 @@
+"""Adjoint blocks: how a contribution to a pixel hangs on vertices and colours.
+
+Every term of the derivative of a pixel is  sum_samples colour * (g . velocity)  where colour (one value per
+channel) is everything but the velocity, g a vector, and the velocity that of an edge point, a material
+point, the slide of a fixed pixel's ray, or a normal. A *sink* receives these blocks. `Forward` has a
+tangent and adds colour * (g . velocity) to an image. `Reverse` has an adjoint image A and scatters
+(A . colour) g to the gradient. Both go through the same two primitives, `_vertex` and `_colour`, each
+the other's transpose: so forward and reverse mode agree to rounding for equal samples.
+
+==  ================  ==================================  =========================================
+E   edge point        v = (1-u) a' + u b'                 a += (1-u) g,  b += u g
+M   material point    v = sum beta_i p_i'                 p_i += beta_i g
+S   slide             v = d n.m/(n.d)                     M with q = n (g.d)/(n.d)
+N   area normal       (p1'-p0')x(p2-p0)+(p1-p0)x(p2'-p0') p1 += (p2-p0)xg, p2 += gx(p1-p0), p0 -= both
+n   unit normal       M'/|M| without its part along n     N with g <- (g - n(n.g))/|M|
+==  ================  ==================================  =========================================
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tables import Derivative, Tables
+from .surfaces import Bools, Floats, Ints, Surfaces, dot
+
+
+class Sink(ABC):
+    """Receives the blocks; `pixel` (n,), `colour` (n, 3) and `g` (n, 3) throughout."""
+
+    def __init__(self, tables: Tables, surfaces: Surfaces, moving: NDArray[np.uint8]) -> None:
+        self.surfaces = surfaces
+        first = tables.mesh_first_vertex
+        self.moving_vertex: Bools = np.repeat(moving.astype(bool), np.diff(first))
+        self.moving_face: Bools = moving.astype(bool)[surfaces.mesh]
+
+    def edge_point(self, pixel: Ints, colour: Floats, ends: Ints, u: Floats, g: Floats) -> None:
+        """Block E on the points (1-u) a + u b of edges with vertices `ends` (n, 2)."""
+        self._vertex(pixel, colour, ends[:, 0], (1.0 - u)[:, None] * g)
+        self._vertex(pixel, colour, ends[:, 1], u[:, None] * g)
+
+    def material_point(self, pixel: Ints, colour: Floats, face: Ints, beta: Floats, g: Floats) -> None:
+        """Block M at barycentrics `beta` of the faces."""
+        live = self.moving_face[face]
+        corner = self.surfaces.corners[face[live]]
+        for i in range(3):
+            self._vertex(pixel[live], colour[live], corner[:, i], beta[live, i, None] * g[live])
+
+    def slide(self, pixel: Ints, colour: Floats, face: Ints, beta: Floats, direction: Floats, g: Floats) -> None:
+        """Block S: the point where the fixed ray along `direction` meets the moving face."""
+        n = self.surfaces.n[face]
+        self.material_point(pixel, colour, face, beta, n * (dot(g, direction) / dot(n, direction))[:, None])
+
+    def area_normal(self, pixel: Ints, colour: Floats, face: Ints, g: Floats) -> None:
+        """Block N on the unnormalised normal M of the faces."""
+        live = self.moving_face[face]
+        face, pixel, colour, g = face[live], pixel[live], colour[live], g[live]
+        p, corner = self.surfaces.p[face], self.surfaces.corners[face]
+        g1 = np.cross(p[:, 2] - p[:, 0], g)
+        g2 = np.cross(g, p[:, 1] - p[:, 0])
+        for i, gi in enumerate((-g1 - g2, g1, g2)):
+            self._vertex(pixel, colour, corner[:, i], gi)
+
+    def unit_normal(self, pixel: Ints, colour: Floats, face: Ints, g: Floats) -> None:
+        """Block N on the unit normal of the faces."""
+        n = self.surfaces.n[face]
+        size = np.linalg.norm(self.surfaces.M[face], axis=1, keepdims=True)
+        self.area_normal(pixel, colour, face, (g - n * dot(n, g)[:, None]) / size)
+
+    def albedo(self, pixel: Ints, colour: Floats, material: Ints) -> None:
+        """Albedo of the materials."""
+        self._colour("albedo", pixel, colour, material)
+
+    def emission(self, pixel: Ints, colour: Floats, material: Ints) -> None:
+        """Radiance of the materials, area lights included."""
+        self._colour("emission", pixel, colour, material)
+
+    def point_intensity(self, pixel: Ints, colour: Floats, light: Ints) -> None:
+        """Radiant intensity of point lights."""
+        self._colour("point_intensity", pixel, colour, light)
+
+    def sun_irradiance(self, pixel: Ints, colour: Floats, light: Ints) -> None:
+        """Irradiance of suns."""
+        self._colour("sun_irradiance", pixel, colour, light)
+
+    def environment(self, pixel: Ints, colour: Floats) -> None:
+        """Radiance of the constant environment."""
+        self._colour("environment", pixel, colour, None)
+
+    @abstractmethod
+    def _vertex(self, pixel: Ints, colour: Floats, vertex: Ints, g: Floats) -> None:
+        """colour * (g . velocity of the vertex), or its transpose."""
+
+    @abstractmethod
+    def _colour(self, table: str, pixel: Ints, colour: Floats, row: Ints | None) -> None:
+        """colour * (rate of the table's row), channel by channel, or its transpose; None: the table is one row."""
+
+
+class Forward(Sink):
+    """Derivative image (pixels, 3) along one tangent."""
+
+    def __init__(
+        self, tables: Tables, surfaces: Surfaces, moving: NDArray[np.uint8], tangent: Derivative
+    ) -> None:
+        super().__init__(tables, surfaces, moving)
+        self._tangent = {f.name: np.asarray(getattr(tangent, f.name), np.float64) for f in fields(Derivative)}
+        self._tangent["vertices"] = np.where(self.moving_vertex[:, None], self._tangent["vertices"], 0.0)
+        self.image = np.zeros((tables.width * tables.height, 3))
+
+    def _vertex(self, pixel: Ints, colour: Floats, vertex: Ints, g: Floats) -> None:
+        self._add(pixel, colour * dot(g, self._tangent["vertices"][vertex])[:, None])
+
+    def _colour(self, table: str, pixel: Ints, colour: Floats, row: Ints | None) -> None:
+        rate = self._tangent[table]
+        self._add(pixel, colour * (rate if row is None else rate[row]))
+
+    def _add(self, pixel: Ints, value: Floats) -> None:
+        for c in range(3):
+            self.image[:, c] += np.bincount(pixel, value[:, c], len(self.image))
+
+
+class Reverse(Sink):
+    """Gradient of <A, image> for an adjoint image A (pixels, 3)."""
+
+    def __init__(self, tables: Tables, surfaces: Surfaces, moving: NDArray[np.uint8], adjoint: Floats) -> None:
+        super().__init__(tables, surfaces, moving)
+        self._adjoint = adjoint
+        self._gradient = {f.name: np.zeros(np.shape(getattr(tables, f.name))) for f in fields(Derivative)}
+
+    @property
+    def gradient(self) -> Derivative:
+        """What was gathered so far; zero for vertices of meshes that don't move."""
+        parts = dict(self._gradient)
+        parts["vertices"] = np.where(self.moving_vertex[:, None], parts["vertices"], 0.0)
+        return Derivative(**parts)
+
+    def _vertex(self, pixel: Ints, colour: Floats, vertex: Ints, g: Floats) -> None:
+        self._scatter(self._gradient["vertices"], vertex, dot(self._adjoint[pixel], colour)[:, None] * g)
+
+    def _colour(self, table: str, pixel: Ints, colour: Floats, row: Ints | None) -> None:
+        value = self._adjoint[pixel] * colour
+        if row is None:
+            self._gradient[table] += value.sum(axis=0)
+        else:
+            self._scatter(self._gradient[table], row, value)
+
+    @staticmethod
+    def _scatter(table: Floats, row: Ints, value: Floats) -> None:
+        for c in range(3):
+            table[:, c] += np.bincount(row, value[:, c], len(table))

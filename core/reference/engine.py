@@ -1,0 +1,149 @@
+"""The reference engine: the interface of the native engine over the reference estimators."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tables import Derivative, Tables
+from ..topology import Edges
+from .blocks import Forward, Reverse, Sink
+from .edges import EdgeTable, seen_edges
+from .film import Film
+from .interior import interior
+from .light import Lighting
+from .primary import primary
+from .radiance import Progress, render
+from .rays import Rays
+from .surfaces import Surfaces
+
+TERMS = ("interior", "primary")
+
+
+class Engine:
+    """Renders and differentiates the scene of some tables with numpy and embreex.
+
+    Parameters
+    ----------
+    tables
+        The scene.
+    edges
+        `tables.edges()`.
+    threads
+        Threads for ray queries; 0: one per core. Results don't depend on it.
+    """
+
+    def __init__(self, tables: Tables, edges: Edges, threads: int) -> None:
+        self._threads = threads if threads > 0 else (os.cpu_count() or 1)
+        self._topology = edges
+        self.update(tables)
+
+    def update(self, tables: Tables) -> None:
+        """Take over other values of the same topology."""
+        self._surfaces = Surfaces.of(tables)
+        self._lighting = Lighting(self._surfaces, Rays(tables, self._threads))
+        self._edges = EdgeTable.of(self._topology, self._surfaces)
+
+    def render(
+        self, tables: Tables, *, spp: int, seed: int, max_depth: int, progress: Progress | None = None
+    ) -> NDArray[np.float32]:
+        """(height, width, 3) picture seen by the camera of `tables`; scene values are those of the last `update`."""
+        _check(spp, max_depth, ())
+        image = render(Film.of(tables), self._lighting, spp=spp, seed=seed, max_depth=max_depth, progress=progress)
+        return image.astype(np.float32)
+
+    def forward(
+        self,
+        tables: Tables,
+        tangent: Derivative,
+        moving: NDArray[np.uint8],
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Sequence[str] = TERMS,
+        progress: Progress | None = None,
+    ) -> NDArray[np.float32]:
+        """(height, width, 3) derivative image along `tangent`."""
+        image = self.forward_exact(
+            tables, tangent, moving, spp=spp, seed=seed, max_depth=max_depth, terms=terms, progress=progress
+        )
+        return image.astype(np.float32)
+
+    def forward_exact(
+        self,
+        tables: Tables,
+        tangent: Derivative,
+        moving: NDArray[np.uint8],
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Sequence[str] = TERMS,
+        progress: Progress | None = None,
+    ) -> NDArray[np.float64]:
+        """As `forward`, not rounded to float32."""
+        sink = Forward(tables, self._surfaces, moving, tangent)
+        self._run(tables, sink, spp, seed, max_depth, terms, progress)
+        return sink.image.reshape(tables.height, tables.width, 3)
+
+    def backward(
+        self,
+        tables: Tables,
+        adjoint: NDArray[np.float32],
+        moving: NDArray[np.uint8],
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Sequence[str] = TERMS,
+        progress: Progress | None = None,
+    ) -> Derivative:
+        """Gradient of sum(adjoint * image) with respect to the tables."""
+        sink = Reverse(tables, self._surfaces, moving, np.asarray(adjoint, np.float64).reshape(-1, 3))
+        self._run(tables, sink, spp, seed, max_depth, terms, progress)
+        return sink.gradient
+
+    def _run(
+        self,
+        tables: Tables,
+        sink: Sink,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Sequence[str],
+        progress: Progress | None,
+    ) -> None:
+        """Send the blocks of the terms asked for to the sink."""
+        _check(spp, max_depth, terms)
+        film = Film.of(tables)
+        share = 1.0 / max(len(terms), 1)
+        for k, term in enumerate(terms):
+            report = None if progress is None else _part(progress, k * share, share)
+            if term == "interior":
+                interior(film, self._lighting, sink, spp=spp, seed=seed, max_depth=max_depth, progress=report)
+            elif term == "primary":
+                # The camera stands still: only edges that move themselves sweep over pixels.
+                wanted = sink.moving_vertex[self._edges.vertices].any(axis=1)
+                position = tables.vertices.astype(np.float64)
+                edges = seen_edges(self._edges, self._surfaces, position, film, wanted)
+                primary(film, self._lighting, edges, sink, spp=spp, seed=seed, max_depth=max_depth, progress=report)
+
+
+def _part(progress: Progress, start: float, share: float) -> Progress:
+    """The progress of one of several terms."""
+    return lambda fraction: progress(start + share * fraction)
+
+
+def _check(spp: int, max_depth: int, terms: Sequence[str]) -> None:
+    """Raise ``ValueError`` for what the reference engine doesn't do."""
+    if spp < 1:
+        raise ValueError(f"spp must be at least 1, not {spp}")
+    if max_depth not in (1, 2):
+        raise ValueError(f"max_depth must be 1 or 2 in this version, not {max_depth}")
+    for term in terms:
+        if term not in TERMS:
+            raise ValueError(f"unknown term '{term}'; terms are {', '.join(TERMS)}")

@@ -1,0 +1,216 @@
+"""Direct light: what reaches a point from the scene's lights, and what it radiates towards the viewer.
+
+A diffuse point x with unit normal n towards its viewer and albedo rho radiates
+
+  L = L_e(x) + rho/pi * ( int L_e(y) V c1 cos_y / r^2 dA_y  +  sum I V c1 / r^2  +  sum E V c1  +  int L_env V c1 dw )
+
+with w the unit direction from x to the light, c1 = n.w > 0, V the visibility. Area lights are sampled by
+area (a triangle with probability P, a point y uniform on it): with M_y its unnormalised normal turned to
+x and c2 = -w.M_y, so that cos_y dA_y = c2/2, one sample of the irradiance is L_e c1 c2 / (2 r^2 P). The
+constant environment is sampled in proportion to c1: one sample is pi L_env V.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from .rays import Rays
+from .sampling import LightChoice, cosine_direction
+from .surfaces import Bools, Floats, Ints, Surfaces, dot
+
+
+@dataclass
+class Points:
+    """Shading points.
+
+    Attributes
+    ----------
+    x, face
+        (n, 3) position and (n,) triangle.
+    normal
+        (n, 3) the triangle's unit normal, turned to the viewer; `side` (n,) is +1 where that is the
+        geometric normal, else -1.
+    ignore
+        (n, k) faces that shadow rays don't meet: the own triangle, or all faces of an edge.
+    lift
+        (n,) distance along the normal at which shadow rays start.
+    arms
+        (n, j, 3) half-planes along the edge on which the points lie (zeros: none), each given by a
+        direction perpendicular to the edge; `along` (n, 3) is the direction on the own face, also
+        perpendicular to the edge. None away from edges.
+    """
+
+    x: Floats
+    face: Ints
+    normal: Floats
+    side: Floats
+    ignore: Ints
+    lift: Floats
+    along: Floats | None = None
+    arms: Floats | None = None
+
+    @classmethod
+    def inside(cls, surfaces: Surfaces, x: Floats, face: Ints, view: Floats) -> Points:
+        """Points inside of triangles, seen along the directions `view`."""
+        side = np.where(dot(surfaces.n[face], view) < 0.0, 1.0, -1.0)
+        normal = side[:, None] * surfaces.n[face]
+        return cls(x, face, normal, side, face[:, None], np.full(len(x), surfaces.rounding))
+
+    def __getitem__(self, keep: Any) -> Points:
+        parts = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(self, **{name: part[keep] for name, part in parts.items() if part is not None})
+
+    def hidden_by_arms(self, row: Ints, w: Floats) -> Bools:
+        """Whether another face of the points' own edge hides the directions `w` (derivations A4).
+
+        In the plane across the edge, with angles measured from the own face (0) through the normal
+        (pi/2): an arm hides w iff 0 < angle(arm) < angle(w) < pi.
+        """
+        if self.arms is None or self.along is None:
+            return np.zeros(len(w), bool)
+        b1, b2 = self.along[row], self.normal[row]
+        angle = np.arctan2(dot(w, b2), dot(w, b1))
+        arms = self.arms[row]
+        arm = np.arctan2(dot(arms, b2[:, None]), dot(arms, b1[:, None]))
+        return ((arm > 0.0) & (arm < angle[:, None])).any(axis=1)
+
+
+@dataclass
+class Arrival:
+    """Light of one kind that may reach some of the points: irradiance = colour * factor where visible.
+
+    Attributes
+    ----------
+    row
+        (m,) indices into the points.
+    w, distance
+        (m, 3) unit direction towards the light, (m,) its distance (infinite for suns).
+    c1
+        (m,) cosine at the point.
+    colour
+        (m, 3) radiance, radiant intensity or irradiance of the light; `source` (m,) its row in the
+        scene's table.
+    factor
+        (m,) everything else.
+    face, beta, c2, flip, base
+        Area lights only: triangle, barycentrics, c2 = -w.(flip M_y), and factor/(c1 c2).
+    """
+
+    row: Ints
+    w: Floats
+    distance: Floats
+    c1: Floats
+    colour: Floats
+    source: Ints
+    factor: Floats
+    face: Ints | None = None
+    beta: Floats | None = None
+    c2: Floats | None = None
+    flip: Floats | None = None
+    base: Floats | None = None
+
+    def __getitem__(self, keep: Any) -> Arrival:
+        parts = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(self, **{name: part[keep] for name, part in parts.items() if part is not None})
+
+
+class Lighting:
+    """The lights of a scene as seen from its surfaces."""
+
+    def __init__(self, surfaces: Surfaces, rays: Rays) -> None:
+        self.surfaces = surfaces
+        self.rays = rays
+        self.choice = LightChoice(surfaces)
+
+    def area(self, points: Points, xi: Floats) -> Arrival:
+        """One sample of the emissive triangles per point, before visibility; xi (n, 3)."""
+        s = self.surfaces
+        face, beta, probability = self.choice.sample(xi)
+        to = s.point(face, beta) - points.x
+        r = np.linalg.norm(to, axis=1)
+        w = np.divide(to, r[:, None], out=np.zeros_like(to), where=r[:, None] > 0.0)
+        c1 = dot(points.normal, w)
+        facing = dot(w, s.M[face])
+        material = s.material[face]
+        flip = np.where((facing > 0.0) & s.two_sided[material], -1.0, 1.0)
+        c2 = -flip * facing
+        keep = np.flatnonzero((c1 > 0.0) & (c2 > 0.0) & (face != points.face))
+        base = 1.0 / (2.0 * r[keep] ** 2 * probability[keep])
+        return Arrival(
+            keep, w[keep], r[keep], c1[keep], s.emission[material[keep]], material[keep], base * c1[keep] * c2[keep],
+            face[keep], beta[keep], c2[keep], flip[keep], base,
+        )
+
+    def point(self, points: Points, light: int) -> Arrival:
+        """Point light `light` at every point, before visibility."""
+        s = self.surfaces
+        to = s.point_position[light] - points.x
+        r = np.linalg.norm(to, axis=1)
+        w = to / np.maximum(r, 1e-30)[:, None]
+        c1 = dot(points.normal, w)
+        keep = np.flatnonzero(c1 > 0.0)
+        colour = np.broadcast_to(s.point_intensity[light], (len(keep), 3))
+        factor = c1[keep] / r[keep] ** 2
+        return Arrival(keep, w[keep], r[keep], c1[keep], colour, np.full(len(keep), light), factor)
+
+    def sun(self, points: Points, light: int) -> Arrival:
+        """Sun `light` at every point, before visibility."""
+        s = self.surfaces
+        w = np.broadcast_to(-s.sun_direction[light], points.x.shape)
+        c1 = dot(points.normal, w)
+        keep = np.flatnonzero(c1 > 0.0)
+        colour = np.broadcast_to(s.sun_irradiance[light], (len(keep), 3))
+        far = np.full(len(keep), np.inf)
+        return Arrival(keep, w[keep], far, c1[keep], colour, np.full(len(keep), light), c1[keep])
+
+    def blocked(self, points: Points, row: Ints, w: Floats, distance: Floats, face: Ints | None = None) -> Bools:
+        """Whether something stands between points `row` and the lights in direction `w`.
+
+        `face`, the light's own triangle, never blocks.
+        """
+        x = points.x[row] + points.lift[row, None] * points.normal[row]
+        ignore = points.ignore[row]
+        if face is not None:
+            ignore = np.concatenate([ignore, face[:, None]], axis=1)
+        before = distance - self.surfaces.rounding - 1e-5 * np.where(np.isfinite(distance), distance, 0.0)
+        out = points.hidden_by_arms(row, w)
+        open_ = np.flatnonzero(~out)
+        out[open_] = self.rays.blocked(x[open_], w[open_], before[open_], ignore[open_])
+        return out
+
+    def visible(self, points: Points, arrival: Arrival) -> Arrival:
+        """The part of the light that arrives."""
+        return arrival[~self.blocked(points, arrival.row, arrival.w, arrival.distance, arrival.face)]
+
+    def emitted(self, points: Points) -> Floats:
+        """(n, 3) radiance emitted towards the viewer."""
+        s = self.surfaces
+        on = s.emitted(points.face, points.normal)
+        return np.where(on[:, None], s.emission[s.material[points.face]], 0.0)
+
+    def radiance(self, points: Points, xi: Floats, max_depth: int) -> Floats:
+        """(n, 3) radiance towards the viewer, for random numbers xi (n, LIGHT_DIMENSIONS)."""
+        s = self.surfaces
+        out = self.emitted(points)
+        if max_depth < 2:
+            return out
+        irradiance = np.zeros_like(out)
+        # A row appears once in each arrival, so fancy-index addition is safe.
+        if len(self.choice):
+            got = self.visible(points, self.area(points, xi[:, :3]))
+            irradiance[got.row] += got.colour * got.factor[:, None]
+        for k in range(len(s.point_intensity)):
+            got = self.visible(points, self.point(points, k))
+            irradiance[got.row] += got.colour * got.factor[:, None]
+        for k in range(len(s.sun_irradiance)):
+            got = self.visible(points, self.sun(points, k))
+            irradiance[got.row] += got.colour * got.factor[:, None]
+        if s.environment.any():
+            w = cosine_direction(points.normal, xi[:, 3:5])
+            rows = np.arange(len(w))
+            free = ~self.blocked(points, rows, w, np.full(len(w), np.inf))
+            irradiance += np.pi * s.environment * free[:, None]
+        return out + s.albedo[s.material[points.face]] / np.pi * irradiance

@@ -1,0 +1,124 @@
+"""The scene's triangles in float64, with what the estimators ask of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tables import Tables
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+def dot(a: Floats, b: Floats) -> Floats:
+    """Row by row inner product."""
+    return np.einsum("...i,...i->...", a, b)
+
+
+def unit(a: Floats) -> Floats:
+    """Rows scaled to length 1; rows of zeros stay zeros."""
+    length = np.linalg.norm(a, axis=-1, keepdims=True)
+    return np.divide(a, length, out=np.zeros_like(a), where=length > 0.0)
+
+
+@dataclass
+class Surfaces:
+    """Triangles p0 p1 p2 with M = (p1 - p0) x (p2 - p0), n = M/|M|; area |M|/2.
+
+    Attributes
+    ----------
+    corners
+        (F, 3) vertex indices.
+    p
+        (F, 3 corners, 3).
+    M, n
+        (F, 3); n is zero for triangles without area.
+    material, mesh
+        (F,) indices.
+    visible
+        (F,) whether rays hit the triangle.
+    albedo, emission
+        (materials, 3); `two_sided` (materials,) whether the back emits too.
+    scale
+        Largest coordinate: float32 positions are exact to about 6e-8 of it.
+    """
+
+    corners: Ints
+    p: Floats
+    M: Floats
+    n: Floats
+    material: Ints
+    mesh: Ints
+    visible: Bools
+    albedo: Floats
+    emission: Floats
+    two_sided: Bools
+    environment: Floats
+    point_position: Floats
+    point_intensity: Floats
+    sun_direction: Floats
+    sun_irradiance: Floats
+    scale: float
+
+    @classmethod
+    def of(cls, tables: Tables) -> Surfaces:
+        """The surfaces of a scene's tables."""
+        corners = tables.faces.astype(np.int64)
+        p = tables.vertices.astype(np.float64)[corners]
+        M = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+        mesh = np.repeat(np.arange(len(tables.visible)), np.diff(tables.mesh_first_face))
+        return cls(
+            corners=corners,
+            p=p,
+            M=M,
+            n=unit(M),
+            material=tables.face_material.astype(np.int64),
+            mesh=mesh,
+            visible=tables.visible.astype(bool)[mesh],
+            albedo=tables.albedo.astype(np.float64),
+            emission=tables.emission.astype(np.float64),
+            two_sided=tables.emission_two_sided.astype(bool),
+            environment=tables.environment.astype(np.float64),
+            point_position=tables.point_position.astype(np.float64),
+            point_intensity=tables.point_intensity.astype(np.float64),
+            sun_direction=tables.sun_direction.astype(np.float64),
+            sun_irradiance=tables.sun_irradiance.astype(np.float64),
+            scale=float(np.abs(tables.vertices).max(initial=1e-6)),
+        )
+
+    @property
+    def rounding(self) -> float:
+        """Distance by which shadow rays start off their surface, and by which they end before the light."""
+        return 4e-6 * self.scale
+
+    @property
+    def contact(self) -> float:
+        """Distance within which two surfaces count as touching."""
+        return 1e-5 * self.scale
+
+    def point(self, face: Ints, beta: Floats) -> Floats:
+        """Points at barycentrics `beta` (n, 3) of the triangles."""
+        return np.einsum("nk,nkd->nd", beta, self.p[face])
+
+    def meet(self, face: Ints, origin: Floats, direction: Floats) -> tuple[Floats, Floats]:
+        """Where rays meet the planes of their triangles: distance (n,) and barycentrics (n, 3).
+
+        Not finite where a ray runs within its plane.
+        """
+        p0, M = self.p[face, 0], self.M[face]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = dot(M, p0 - origin) / dot(M, direction)
+            h = np.cross(M, origin + t[:, None] * direction - p0)
+            size = dot(M, M)
+            b1 = dot(h, self.p[face, 2] - p0) / size
+            b2 = -dot(h, self.p[face, 1] - p0) / size
+        return t, np.stack([1.0 - b1 - b2, b1, b2], axis=1)
+
+    def emitted(self, face: Ints, direction: Floats) -> Bools:
+        """Whether each triangle emits on the side to which `direction` points."""
+        front = dot(self.n[face], direction) > 0.0
+        return (front | self.two_sided[self.material[face]]) & (self.emission[self.material[face]].max(axis=1) > 0.0)

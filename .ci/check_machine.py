@@ -9,6 +9,7 @@ import os
 import shutil
 import sys
 import sysconfig
+from pathlib import Path
 
 # System libraries that Blender's Python module links to and its wheel does not bring: file name, Debian package.
 BLENDER_LIBRARIES = {
@@ -43,7 +44,7 @@ def missing_packages():
     packages = []
     if not any(shutil.which(name) for name in (os.environ.get("CXX", "c++"), "g++", "clang++")):
         packages.append("g++")
-    if not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")):
+    if not (Path(sysconfig.get_paths()["include"]) / "Python.h").exists():
         packages.append(version + "-dev")
     if importlib.util.find_spec("ensurepip") is None:
         packages.append(version + "-venv")

@@ -64,7 +64,8 @@ $(VENV)/installed-%: pyproject.toml $(VENV)/installed
 # ---- Debug build under the sanitizers, in its own environment, without the tests that need bpy ----
 SANITIZED := .venv-sanitize
 # Python itself is not built with ASan, so its run-time comes first in the process; libstdc++ beside it, so that
-# exceptions are seen. pytest must not swallow a report that ends the process (--capture=sys). Leaks are not looked for: the interpreter keeps what it allocated until it ends.
+# exceptions are seen. Leaks are not looked for: the interpreter keeps what it allocated until it ends.
+# --capture=sys: pytest must not swallow the report of an error that ends the process.
 SANITIZER_ENV = LD_PRELOAD="$$($(or $(CXX),c++) -print-file-name=libasan.so) $$($(or $(CXX),c++) -print-file-name=libstdc++.so)" \
   ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1
 

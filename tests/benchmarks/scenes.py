@@ -1,4 +1,4 @@
-"""The benchmark scenes as renderer-independent data: nested dicts of arrays, stored as ``.npz`` with ``scene/...`` keys.
+"""The benchmark scenes as renderer-independent data: nested dicts of arrays, in ``.npz`` with ``scene/...`` keys.
 
 The format is the one that `tests.peer_scenes.load` reads. Each scene has a parameter theta (a rigid motion or a
 scale), so that the derivative image can be compared as well.

@@ -16,10 +16,10 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import edgegrad
 import numpy as np
 from numpy.typing import NDArray
 
+import edgegrad
 from tests.benchmarks.mitsuba_peer import BACKWARD, MitsubaPeer
 from tests.benchmarks.scenes import SCENES, save
 from tests.peer_scenes import load

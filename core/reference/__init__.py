@@ -14,6 +14,7 @@ module can't be loaded. It computes in float64; only the ray queries (embreex) a
 `interior`          derivative of what a pixel's ray sees
 `edges`             edges that may be seen: candidates, frustum clipping, near faces
 `primary`           derivative by what moves across the pixel: formula (P)
+`shadow`            derivative by what moves between lit points and lights: formula (S)
 `engine`            the interface that `edgegrad.Renderer` calls
 ==================  ==============================================================================
 """

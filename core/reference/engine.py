@@ -18,9 +18,12 @@ from .light import Lighting
 from .primary import primary
 from .radiance import Progress, render
 from .rays import Rays
+from .shadow import shadow
 from .surfaces import Surfaces
 
+# The terms computed by default, and all there are: "shadow" is the boundary of what hides the lights.
 TERMS = ("interior", "primary")
+ALL_TERMS = ("interior", "primary", "shadow")
 
 
 class Engine:
@@ -120,17 +123,20 @@ class Engine:
         """Send the blocks of the terms asked for to the sink."""
         _check(spp, max_depth, terms)
         film = Film.of(tables)
+        position = tables.vertices.astype(np.float64)
+        options: dict[str, int] = {"spp": spp, "seed": seed, "max_depth": max_depth}
         share = 1.0 / max(len(terms), 1)
         for k, term in enumerate(terms):
             report = None if progress is None else _part(progress, k * share, share)
             if term == "interior":
-                interior(film, self._lighting, sink, spp=spp, seed=seed, max_depth=max_depth, progress=report)
+                interior(film, self._lighting, sink, **options, progress=report)
             elif term == "primary":
                 # The camera stands still: only edges that move themselves sweep over pixels.
                 wanted = sink.moving_vertex[self._edges.vertices].any(axis=1)
-                position = tables.vertices.astype(np.float64)
                 edges = seen_edges(self._edges, self._surfaces, position, film, wanted)
-                primary(film, self._lighting, edges, sink, spp=spp, seed=seed, max_depth=max_depth, progress=report)
+                primary(film, self._lighting, edges, sink, **options, progress=report)
+            else:
+                shadow(film, self._lighting, self._edges, position, sink, **options, progress=report)
 
 
 def _part(progress: Progress, start: float, share: float) -> Progress:
@@ -145,5 +151,5 @@ def _check(spp: int, max_depth: int, terms: Sequence[str]) -> None:
     if max_depth not in (1, 2):
         raise ValueError(f"max_depth must be 1 or 2 in this version, not {max_depth}")
     for term in terms:
-        if term not in TERMS:
-            raise ValueError(f"unknown term '{term}'; terms are {', '.join(TERMS)}")
+        if term not in ALL_TERMS:
+            raise ValueError(f"unknown term '{term}'; terms are {', '.join(ALL_TERMS)}")

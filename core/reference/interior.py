@@ -63,7 +63,8 @@ class _Hit:
     def __init__(
         self, pixel: Ints, direction: Floats, points: Points, beta: Floats, f: Floats, weight: float
     ) -> None:
-        self.pixel, self.direction, self.points, self.beta, self.f, self.weight = pixel, direction, points, beta, f, weight
+        self.pixel, self.direction, self.points, self.beta = pixel, direction, points, beta
+        self.f, self.weight = f, weight
 
     def slide(self, sink: Sink, row: Ints, colour: Floats, g: Floats) -> None:
         """Block S at hits `row`."""

@@ -28,7 +28,7 @@ from .film import Film
 from .light import Lighting, Points
 from .radiance import CHUNK, Progress
 from .sampling import LIGHT_DIMENSIONS
-from .surfaces import Bools, Floats, Ints, dot, unit
+from .surfaces import Bools, Floats, Ints, unit
 
 
 @dataclass
@@ -70,8 +70,8 @@ def primary(
         # spp samples per pixel of edge, but no more than the interior term takes for the whole picture
         count = math.ceil(spp * min(total, film.pixels))
         for samples, done in _edge_samples(film, lighting, edges, count, seed):
-            jump = _side(film, lighting, edges, samples, 1, max_depth) - _side(film, lighting, edges, samples, 0, max_depth)
-            colour = samples.weight[:, None] * jump
+            plus, minus = (_side(film, lighting, edges, samples, side, max_depth) for side in (0, 1))
+            colour = samples.weight[:, None] * (minus - plus)
             sink.edge_point(samples.pixel, colour, edges.ends[samples.edge], samples.u, edges.N[samples.edge])
             if progress is not None:
                 progress(done)

@@ -75,7 +75,7 @@ class MitsubaPeer:
         self.version: str = mitsuba.__version__
         camera = scene["camera"]
         film = {"type": "hdrfilm", "width": int(camera["width"]), "height": int(camera["height"]),
-                "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32"}  # fmt: skip
+                "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32"}
         description: dict[str, Any] = {
             "type": "scene",
             "sensor": {

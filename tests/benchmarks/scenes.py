@@ -33,10 +33,10 @@ def subdivided_sphere(cuts: int, bump: float = 0.0) -> Neutral:
     golden = (1 + 5**0.5) / 2
     corners = np.array([[-1, golden, 0], [1, golden, 0], [-1, -golden, 0], [1, -golden, 0],
                         [0, -1, golden], [0, 1, golden], [0, -1, -golden], [0, 1, -golden],
-                        [golden, 0, -1], [golden, 0, 1], [-golden, 0, -1], [-golden, 0, 1]])  # fmt: skip
+                        [golden, 0, -1], [golden, 0, 1], [-golden, 0, -1], [-golden, 0, 1]])
     faces = np.array([[0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4],
                       [11, 10, 2], [10, 7, 6], [7, 1, 8], [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8],
-                      [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1]])  # fmt: skip
+                      [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1]])
     grid = [(i, j) for i in range(cuts + 1) for j in range(cuts + 1 - i)]
     index = {node: k for k, node in enumerate(grid)}
     cells = [(index[i, j], index[i + 1, j], index[i, j + 1]) for i, j in grid if i + j < cuts]
@@ -72,7 +72,7 @@ def _diffuse(geometry: Neutral, reflectance: ArrayLike, emission: ArrayLike | No
 def _scene(name: str, meshes: list[Neutral], lights: list[Neutral], parameter: Neutral, eye: ArrayLike) -> Neutral:
     camera = {"to_world": look_at(eye), "fov_x": 40.0, "width": 128, "height": 128}
     return {"name": name, "max_depth": 2, "camera": camera, "meshes": meshes, "lights": lights,
-            "parameter": parameter}  # fmt: skip
+            "parameter": parameter}
 
 
 _WHITE = {"type": "constant", "radiance": np.ones(3)}
@@ -81,11 +81,11 @@ _WHITE = {"type": "constant", "radiance": np.ones(3)}
 def crease() -> Neutral:
     """A flat-shaded box that turns in front of an area light: derivatives on edges between two visible faces."""
     light = {"vertices": np.array([[1, -1, 6], [-1, -1, 6], [-1, 1, 6], [1, 1, 6]], float),
-             "faces": np.array([[0, 1, 2], [0, 2, 3]])}  # fmt: skip
+             "faces": np.array([[0, 1, 2], [0, 2, 3]])}
     turn = {"kind": "rotate", "meshes": np.array([0]), "axis": np.array([0.0, 1, 0]), "center": np.zeros(3),
-            "eps": 0.0015}  # fmt: skip
+            "eps": 0.0015}
     return _scene("crease", [_diffuse(box((0.7, 0.6, 0.5), 30), (0.5, 0.5, 0.5)),
-                             _diffuse(light, (0, 0, 0), (12, 12, 12))], [], turn, (0, 1.2, 4))  # fmt: skip
+                             _diffuse(light, (0, 0, 0), (12, 12, 12))], [], turn, (0, 1.2, 4))
 
 
 def sphere_env() -> Neutral:

@@ -143,14 +143,14 @@ def compare_gradients(
         rows.append(BackwardRow(
             name, seconds, float(np.sqrt(variance / norm)), float(np.mean(projected)),
             float(np.std(projected, ddof=1) / np.sqrt(runs)), seconds / timed["Edgegrad"][0],
-        ))  # fmt: skip
+        ))
     return rows
 
 
 def measure(names: Sequence[str], threads: int, runs: int) -> Report:
     """Run everything."""
     report = Report({"processor": processor(), "threads": threads, "runs": runs, "python": platform.python_version(),
-                     "numpy": np.__version__})  # fmt: skip
+                     "numpy": np.__version__})
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             neutral = SCENES[name]()
@@ -169,12 +169,12 @@ def measure(names: Sequence[str], threads: int, runs: int) -> Report:
                 seconds = {k: t for k, (t, _) in take_turns(calls, runs).items()}
                 fastest = min(seconds["path"], seconds["direct"])
                 report.render.append(RenderRow(name, spp, seconds["edgegrad"], seconds["path"], seconds["direct"],
-                                               seconds["edgegrad"] / fastest))  # fmt: skip
+                                               seconds["edgegrad"] / fastest))
             report.agreement.append(compare_images(
                 name,
                 lambda seed, r=renderer: r.render(spp=AGREEMENT_SPP, seed=seed),
                 lambda seed, p=peer: p.render(spp=AGREEMENT_SPP, seed=seed),
-            ))  # fmt: skip
+            ))
             if name == BACKWARD_SCENE:
                 report.backward = compare_gradients(renderer, peer, tangent, runs)
     return report
@@ -195,21 +195,21 @@ def markdown(report: Report) -> str:
     lines = [f"# Edgegrad beside Mitsuba 3\n\n{about}. Seconds are medians of warm calls; 128 × 128 pixels, depth 2.\n",
              "## render\n",
              "| scene | spp | Edgegrad s | Mitsuba path s | Mitsuba direct s | Edgegrad / faster of the two |",
-             "|---|---|---|---|---|---|"]  # fmt: skip
+             "|---|---|---|---|---|---|"]
     lines += [f"| {r.scene} | {r.spp} | {r.edgegrad:.4f} | {r.mitsuba_path:.4f} | {r.mitsuba_direct:.4f} | "
-              f"**{r.ratio:.2f}** |" for r in report.render]  # fmt: skip
+              f"**{r.ratio:.2f}** |" for r in report.render]
     if report.backward:
         lines += [f"\n## render_backward, all vertices, {BACKWARD_SCENE}, {BACKWARD_SPP} spp\n",
                   "Noise: seed-to-seed, relative to the gradient's norm. Along θ: the gradient times the case's "
                   "tangent, a number both must agree on.\n",
-                  "| renderer | s | noise | along θ | Edgegrad is faster by |", "|---|---|---|---|---|"]  # fmt: skip
+                  "| renderer | s | noise | along θ | Edgegrad is faster by |", "|---|---|---|---|---|"]
         lines += [f"| {b.renderer} | {b.seconds:.4f} | {b.noise:.3f} | {b.along_theta:.5g} ± "
-                  f"{b.along_theta_error:.1g} | **{b.speed_up:.1f}×** |" for b in report.backward]  # fmt: skip
+                  f"{b.along_theta_error:.1g} | **{b.speed_up:.1f}×** |" for b in report.backward]
         cheapest = min(report.backward[1:], key=lambda b: b.seconds)
         lines.append(f"\nAgainst Mitsuba's cheapest setting ({cheapest.renderer.removeprefix('Mitsuba, ')}): "
-                     f"**{cheapest.speed_up:.1f}×** faster.")  # fmt: skip
+                     f"**{cheapest.speed_up:.1f}×** faster.")
     lines += [f"\n## Agreement of the images ({AGREEMENT_SEEDS} × {AGREEMENT_SPP} spp, {BLOCK} × {BLOCK} blocks)\n",
-              "| scene | relative difference | expected from noise alone |", "|---|---|---|"]  # fmt: skip
+              "| scene | relative difference | expected from noise alone |", "|---|---|---|"]
     lines += [f"| {a.scene} | {a.difference:.2e} | {a.expected:.2e} |" for a in report.agreement]
     return "\n".join(lines) + "\n"
 

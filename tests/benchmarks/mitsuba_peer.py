@@ -103,7 +103,7 @@ class MitsubaPeer:
 
     def _mesh(self, name: str, data: dict[str, Any]) -> Any:
         mi = self._mi
-        bsdf = {"type": "diffuse", "reflectance": self._rgb(data["bsdf"]["reflectance"])}
+        bsdf: dict[str, Any] = {"type": "diffuse", "reflectance": self._rgb(data["bsdf"]["reflectance"])}
         properties = mi.Properties()
         properties["mesh_bsdf"] = mi.load_dict({"type": "twosided", "bsdf": bsdf})
         if "emission" in data:
@@ -119,13 +119,14 @@ class MitsubaPeer:
         if kind not in self._integrators:
             if kind in BACKWARD:
                 settings = BACKWARD[kind]
-                properties = {k: v for k, v in settings.items() if k in _LOADED_AS_PROPERTY}
-                integrator = self._mi.load_dict({"type": "direct_projective"} | properties)
+                properties: dict[str, Any] = {k: v for k, v in settings.items() if k in _LOADED_AS_PROPERTY}
+                description = {"type": "direct_projective"} | properties
+                integrator = self._mi.load_dict(description)
                 for name, value in settings.items():
                     if name not in properties:
                         setattr(integrator, name, value)
             else:
-                limit = {"max_depth": 2, "rr_depth": 1000} if kind == "path" else {}
+                limit: dict[str, Any] = {"max_depth": 2, "rr_depth": 1000} if kind == "path" else {}
                 integrator = self._mi.load_dict({"type": kind} | limit)
             self._integrators[kind] = integrator
         return self._integrators[kind]

@@ -13,6 +13,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -105,6 +106,26 @@ def mean_and_error(samples: Sequence[NDArray[np.float64]]) -> tuple[NDArray[np.f
     return stacked.mean(axis=0), stacked.std(axis=0, ddof=1) / np.sqrt(len(stacked))
 
 
+def _render(renderer: edgegrad.Renderer, spp: int, seed: int) -> NDArray[np.float32]:
+    return renderer.render(spp=spp, seed=seed)
+
+
+def _mitsuba_render(peer: MitsubaPeer, integrator: str, spp: int, seed: int) -> NDArray[np.float32]:
+    return peer.render(spp=spp, seed=seed, integrator=integrator)
+
+
+def compare_renders(name: str, renderer: edgegrad.Renderer, peer: MitsubaPeer, spp: int, runs: int) -> RenderRow:
+    """Time of one image."""
+    calls: dict[str, Call] = {
+        "edgegrad": partial(_render, renderer, spp),
+        "path": partial(_mitsuba_render, peer, "path", spp),
+        "direct": partial(_mitsuba_render, peer, "direct", spp),
+    }
+    seconds = {key: median for key, (median, _) in take_turns(calls, runs).items()}
+    ratio = seconds["edgegrad"] / min(seconds["path"], seconds["direct"])
+    return RenderRow(name, spp, seconds["edgegrad"], seconds["path"], seconds["direct"], ratio)
+
+
 def compare_images(name: str, ours: Call, theirs: Call) -> AgreementRow:
     """Agreement of two renderers' mean images."""
     (a, a_error), (b, b_error) = (
@@ -132,7 +153,8 @@ def compare_gradients(
     def theirs(setting: str) -> Call:
         return lambda seed: peer.backward(adjoint, spp=BACKWARD_SPP, seed=seed, setting=setting)
 
-    timed = take_turns({"Edgegrad": ours} | {f"Mitsuba, {s}": theirs(s) for s in BACKWARD}, runs)
+    calls: dict[str, Call] = {"Edgegrad": ours} | {f"Mitsuba, {s}": theirs(s) for s in BACKWARD}
+    timed = take_turns(calls, runs)
     direction = np.concatenate([tangent[path] for path in paths])
     rows = []
     for name, (seconds, gradients) in timed.items():
@@ -161,19 +183,11 @@ def measure(names: Sequence[str], threads: int, runs: int) -> Report:
             peer = MitsubaPeer(neutral, threads)
             report.machine["mitsuba"] = peer.version
             for spp in RENDER_SPP:
-                calls = {
-                    "edgegrad": lambda seed, spp=spp, r=renderer: r.render(spp=spp, seed=seed),
-                    "path": lambda seed, spp=spp, p=peer: p.render(spp=spp, seed=seed, integrator="path"),
-                    "direct": lambda seed, spp=spp, p=peer: p.render(spp=spp, seed=seed, integrator="direct"),
-                }
-                seconds = {k: t for k, (t, _) in take_turns(calls, runs).items()}
-                fastest = min(seconds["path"], seconds["direct"])
-                report.render.append(RenderRow(name, spp, seconds["edgegrad"], seconds["path"], seconds["direct"],
-                                               seconds["edgegrad"] / fastest))
+                report.render.append(compare_renders(name, renderer, peer, spp, runs))
             report.agreement.append(compare_images(
                 name,
-                lambda seed, r=renderer: r.render(spp=AGREEMENT_SPP, seed=seed),
-                lambda seed, p=peer: p.render(spp=AGREEMENT_SPP, seed=seed),
+                partial(_render, renderer, AGREEMENT_SPP),
+                partial(_mitsuba_render, peer, "path", AGREEMENT_SPP),
             ))
             if name == BACKWARD_SCENE:
                 report.backward = compare_gradients(renderer, peer, tangent, runs)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters, topology
+from .camera import Camera
 from .light import AreaLight, PointLight, SunLight
 from .scene import Scene
 
@@ -35,6 +36,17 @@ class Derivative:
     point_intensity: NDArray[np.float64]
     sun_irradiance: NDArray[np.float64]
     environment: NDArray[np.float64]
+
+
+@dataclass
+class Asked:
+    """Which derivatives a call is asked for; the rest is skipped."""
+
+    moving: NDArray[np.uint8]  # (S,) 1: the mesh's vertices
+    emitting: NDArray[np.uint8]  # (M,) 1: the material's emission
+    colors: bool = False  # any colour, radiance or intensity at all
+    lights: bool = False  # the strength of any point light or sun
+    environment: bool = False
 
 
 @dataclass
@@ -85,8 +97,25 @@ class Tables:
         return topology.join(parts, self.mesh_first_vertex, self.mesh_first_face)
 
 
-def flatten(scene: Scene) -> Tables:
-    """Tables of a scene; raises ``ValueError`` as `Scene.validate` does."""
+def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]:
+    """The fields of `Tables` that depend on the camera."""
+    return {
+        "camera_position": (camera.to_world[:3, 3] - origin).astype(np.float32),
+        "camera_axes": np.ascontiguousarray(camera.to_world[:3, :3].T, np.float32),
+        "focal": camera.focal,
+        "principal_point": camera.principal_point.astype(np.float32),
+        "width": camera.width,
+        "height": camera.height,
+        "clip_start": camera.clip_start,
+        "clip_end": camera.clip_end,
+    }
+
+
+def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
+    """Tables of a scene, relative to `origin` (None: the centre of its bounding box).
+
+    Raises ``ValueError`` as `Scene.validate` does.
+    """
     scene.validate()
     material_index = {name: k for k, name in enumerate(scene.materials)}
     area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
@@ -109,9 +138,8 @@ def flatten(scene: Scene) -> Tables:
     first_vertex = np.cumsum([0] + [len(v) for v in vertices])
     first_face = np.cumsum([0] + [len(f) for f in faces])
     stacked = np.concatenate(vertices) if vertices else np.zeros((0, 3))
-    origin = 0.5 * (stacked.min(axis=0) + stacked.max(axis=0)) if len(stacked) else np.zeros(3)
-    camera = scene.camera
-    axes = camera.to_world[:3, :3].T
+    if origin is None:
+        origin = 0.5 * (stacked.min(axis=0) + stacked.max(axis=0)) if len(stacked) else np.zeros(3)
     materials = list(scene.materials.values())
     sun_directions = [light.direction / np.linalg.norm(light.direction) for light in suns]
     return Tables(
@@ -131,14 +159,7 @@ def flatten(scene: Scene) -> Tables:
         sun_direction=_rows(sun_directions),
         sun_irradiance=_rows([s.strength * s.color for s in suns]),
         environment=(scene.world.color * scene.world.strength).astype(np.float32),
-        camera_position=(camera.to_world[:3, 3] - origin).astype(np.float32),
-        camera_axes=np.ascontiguousarray(axes, np.float32),
-        focal=camera.focal,
-        principal_point=camera.principal_point.astype(np.float32),
-        width=camera.width,
-        height=camera.height,
-        clip_start=camera.clip_start,
-        clip_end=camera.clip_end,
+        **camera_fields(scene.camera, origin),
     )
 
 
@@ -213,14 +234,27 @@ def pull_back(scene: Scene, tables: Tables, gradient: Derivative, wrt: Iterable[
     return out
 
 
-def moving_meshes(tables: Tables, wrt: Iterable[str]) -> NDArray[np.uint8]:
-    """(S,) 1 for each mesh whose vertices are among the parameters `wrt`."""
-    moving = np.zeros(len(tables.visible), np.uint8)
+def asked(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Asked:
+    """Which tables the parameters `wrt` reach.
+
+    Raises
+    ------
+    ValueError
+        For an unknown path, or one that has no derivative.
+    """
+    out = Asked(np.zeros(len(tables.visible), np.uint8), np.zeros(len(tables.albedo), np.uint8))
     for path in wrt:
-        collection, name, fieldname = parameters.split(path)
-        if collection == "meshes" and fieldname == "vertices":
-            moving[tables.mesh_names.index(name)] = 1
-    return moving
+        parameters.get(scene, path)
+        for name, rows, _ in _dependents(scene, tables, path):
+            if name == "vertices":
+                out.moving[tables.mesh_names.index(parameters.split(path)[1])] = 1
+            else:
+                out.colors = True
+            if name == "emission":
+                out.emitting[rows] = 1
+            out.lights |= name in ("point_intensity", "sun_irradiance")
+            out.environment |= name == "environment"
+    return out
 
 
 def _dependents(scene: Scene, tables: Tables, path: str) -> list[tuple[str, Any, Any]]:

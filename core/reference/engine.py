@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..tables import Derivative, Tables
+from ..tables import Asked, Derivative, Tables
 from ..topology import Edges
 from .blocks import Forward, Reverse, Sink
 from .edges import EdgeTable, seen_edges
@@ -21,9 +21,7 @@ from .rays import Rays
 from .shadow import shadow
 from .surfaces import Surfaces
 
-# The terms computed by default, and all there are: "shadow" is the boundary of what hides the lights.
-TERMS = ("interior", "primary")
-ALL_TERMS = ("interior", "primary", "shadow")
+TERMS = ("interior", "primary", "shadow")
 
 
 class Engine:
@@ -62,17 +60,17 @@ class Engine:
         self,
         tables: Tables,
         tangent: Derivative,
-        moving: NDArray[np.uint8],
+        asked: Asked,
         *,
         spp: int,
         seed: int,
         max_depth: int,
-        terms: Sequence[str] = TERMS,
+        terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """(height, width, 3) derivative image along `tangent`."""
         image = self.forward_exact(
-            tables, tangent, moving, spp=spp, seed=seed, max_depth=max_depth, terms=terms, progress=progress
+            tables, tangent, asked, spp=spp, seed=seed, max_depth=max_depth, terms=terms, progress=progress
         )
         return image.astype(np.float32)
 
@@ -80,16 +78,16 @@ class Engine:
         self,
         tables: Tables,
         tangent: Derivative,
-        moving: NDArray[np.uint8],
+        asked: Asked,
         *,
         spp: int,
         seed: int,
         max_depth: int,
-        terms: Sequence[str] = TERMS,
+        terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> NDArray[np.float64]:
         """As `forward`, not rounded to float32."""
-        sink = Forward(tables, self._surfaces, moving, tangent)
+        sink = Forward(tables, self._surfaces, asked.moving, tangent)
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
         return sink.image.reshape(tables.height, tables.width, 3)
 
@@ -97,16 +95,16 @@ class Engine:
         self,
         tables: Tables,
         adjoint: NDArray[np.float32],
-        moving: NDArray[np.uint8],
+        asked: Asked,
         *,
         spp: int,
         seed: int,
         max_depth: int,
-        terms: Sequence[str] = TERMS,
+        terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> Derivative:
         """Gradient of sum(adjoint * image) with respect to the tables."""
-        sink = Reverse(tables, self._surfaces, moving, np.asarray(adjoint, np.float64).reshape(-1, 3))
+        sink = Reverse(tables, self._surfaces, asked.moving, np.asarray(adjoint, np.float64).reshape(-1, 3))
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
         return sink.gradient
 
@@ -117,7 +115,7 @@ class Engine:
         spp: int,
         seed: int,
         max_depth: int,
-        terms: Sequence[str],
+        terms: Collection[str],
         progress: Progress | None,
     ) -> None:
         """Send the blocks of the terms asked for to the sink."""
@@ -144,12 +142,12 @@ def _part(progress: Progress, start: float, share: float) -> Progress:
     return lambda fraction: progress(start + share * fraction)
 
 
-def _check(spp: int, max_depth: int, terms: Sequence[str]) -> None:
+def _check(spp: int, max_depth: int, terms: Collection[str]) -> None:
     """Raise ``ValueError`` for what the reference engine doesn't do."""
     if spp < 1:
         raise ValueError(f"spp must be at least 1, not {spp}")
     if max_depth not in (1, 2):
         raise ValueError(f"max_depth must be 1 or 2 in this version, not {max_depth}")
     for term in terms:
-        if term not in ALL_TERMS:
-            raise ValueError(f"unknown term '{term}'; terms are {', '.join(ALL_TERMS)}")
+        if term not in TERMS:
+            raise ValueError(f"unknown term '{term}'; terms are {', '.join(TERMS)}")

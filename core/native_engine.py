@@ -1,0 +1,116 @@
+"""The native engine: finds Embree in the `embreex` wheel and hands the tables to `edgegrad._native`."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Callable, Collection
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _native
+from .tables import Asked, Derivative, Tables
+from .topology import Edges
+
+# The wheel's own copy of Embree, relative to the folder that holds the package.
+_LIBRARY_PATTERNS = {
+    "linux": ("embreex.libs/libembree4-*.so*", "embreex.libs/libembree4*.so*"),
+    "darwin": ("embreex/.dylibs/libembree4*.dylib", "embreex.dylibs/libembree4*.dylib"),
+    "win32": ("embreex.libs/embree4*.dll", "embreex/embree4*.dll"),
+}
+
+
+def embree_library() -> Path:
+    """Path of Embree's shared library inside the installed `embreex` wheel.
+
+    Raises
+    ------
+    ImportError
+        If the wheel, or the library in it, is missing.
+    """
+    spec = importlib.util.find_spec("embreex")
+    if spec is None or spec.origin is None:
+        raise ImportError("the package 'embreex', which brings the Embree library, is not installed")
+    site = Path(spec.origin).parent.parent
+    for pattern in _LIBRARY_PATTERNS.get(sys.platform, ()):
+        found = sorted(site.glob(pattern))
+        if found:
+            return found[0]
+    raise ImportError(f"the installed 'embreex' in {site} has no Embree library for {sys.platform}")
+
+
+def instruction_sets() -> list[str]:
+    """Instruction sets this build has and this processor can run, the fastest first."""
+    return list(_native.instruction_sets())
+
+
+def embree_version() -> str:
+    """Version of the wheel's Embree, such as "4.4.0"."""
+    return str(_native.embree_version(str(embree_library())))
+
+
+class Engine:
+    """Renders and differentiates the scene of some tables with the native kernels.
+
+    Parameters
+    ----------
+    tables, edges
+        The scene and its edges (`Tables.edges`).
+    threads
+        Threads to use; 0: one per core. Results don't depend on it.
+    instruction_set
+        One of `instruction_sets`; empty: the fastest.
+    """
+
+    def __init__(self, tables: Tables, edges: Edges, threads: int, instruction_set: str = "") -> None:
+        self._scene = _native.Scene(tables, edges, threads, instruction_set, str(embree_library()))
+
+    @property
+    def instruction_set(self) -> str:
+        """Name of the instruction set in use."""
+        return str(self._scene.instruction_set)
+
+    def update(self, tables: Tables) -> None:
+        """Take other values of the same topology; moved meshes are refitted."""
+        self._scene.update(tables)
+
+    def render(
+        self, tables: Tables, *, spp: int, seed: int, max_depth: int, progress: Callable[[float], None] | None = None
+    ) -> NDArray[np.float32]:
+        """(H, W, 3) picture seen by the camera of `tables`."""
+        self._scene.set_camera(tables)
+        return np.asarray(self._scene.render(spp, seed, max_depth, progress))
+
+    def forward(
+        self,
+        tables: Tables,
+        tangent: Derivative,
+        asked: Asked,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Collection[str],
+        progress: Callable[[float], None] | None = None,
+    ) -> NDArray[np.float32]:
+        """(H, W, 3) derivative of the picture along `tangent`."""
+        self._scene.set_camera(tables)
+        return np.asarray(self._scene.forward(tangent, asked, spp, seed, max_depth, list(terms), progress))
+
+    def backward(
+        self,
+        tables: Tables,
+        adjoint: NDArray[np.float32],
+        asked: Asked,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Collection[str],
+        progress: Callable[[float], None] | None = None,
+    ) -> Derivative:
+        """Gradient of sum(adjoint * picture) with respect to the tables that `asked` names."""
+        self._scene.set_camera(tables)
+        return Derivative(**self._scene.backward(adjoint, asked, spp, seed, max_depth, list(terms), progress))

@@ -1,0 +1,126 @@
+"""One-shot functions: a picture, its derivative along a tangent, gradients of parameters.
+
+Each prepares the scene anew. To render one scene many times, keep a `Renderer`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .renderer import TERMS, Progress, Renderer
+from .scene import Scene
+
+
+def render(
+    scene: Scene,
+    spp: int = 64,
+    *,
+    max_depth: int = 2,
+    seed: int = 0,
+    threads: int = 0,
+    engine: str = "auto",
+    progress: Progress | None = None,
+) -> NDArray[np.float32]:
+    """Render the scene.
+
+    Parameters
+    ----------
+    scene
+        What to render.
+    spp
+        Samples per pixel, 1 … 2^24.
+    max_depth
+        Path segments: 1 = light seen directly, 2 = and direct illumination.
+    seed
+        0 … 2^32 - 1. The same seed gives the same bits, for any number of threads.
+    threads
+        Threads to use; 0: one per core.
+    engine
+        "auto", "native" or "reference".
+    progress
+        Called with the fraction done (0 … 1) now and then; an exception it raises cancels and
+        propagates (raise `Cancelled`).
+
+    Returns
+    -------
+    (height, width, 3) float32, linear Rec.709 radiance, row 0 on top: the mean of the radiance
+    over each pixel's square.
+
+    Raises
+    ------
+    ValueError
+        For a wrong scene or argument, naming it.
+    """
+    return Renderer(scene, threads=threads, engine=engine).render(
+        spp=spp, max_depth=max_depth, seed=seed, progress=progress
+    )
+
+
+def render_forward(
+    scene: Scene,
+    tangent: Mapping[str, ArrayLike],
+    spp: int = 64,
+    *,
+    max_depth: int = 2,
+    seed: int = 0,
+    terms: Sequence[str] = TERMS,
+    threads: int = 0,
+    engine: str = "auto",
+    progress: Progress | None = None,
+) -> NDArray[np.float32]:
+    """Derivative of the picture along a tangent of the scene's parameters (forward mode).
+
+    Parameters
+    ----------
+    tangent
+        Parameter path (``"meshes.cube.vertices"``) to an array of the parameter's shape.
+    terms
+        Which of the terms "interior", "primary" (edges seen by the camera) and "shadow" (edges
+        between light and lit surface) to compute; their sum is the derivative.
+
+    Other parameters and errors as for `render`.
+
+    Returns
+    -------
+    (height, width, 3) float32 derivative of the picture that `render` estimates.
+    """
+    return Renderer(scene, threads=threads, engine=engine).render_forward(
+        tangent, spp=spp, max_depth=max_depth, seed=seed, terms=terms, progress=progress
+    )
+
+
+def render_backward(
+    scene: Scene,
+    adjoint: ArrayLike,
+    wrt: Sequence[str],
+    spp: int = 64,
+    *,
+    max_depth: int = 2,
+    seed: int = 0,
+    terms: Sequence[str] = TERMS,
+    threads: int = 0,
+    engine: str = "auto",
+    progress: Progress | None = None,
+) -> dict[str, NDArray[np.float64]]:
+    """Gradients of ``sum(adjoint * render(scene))`` with respect to parameters (reverse mode).
+
+    Parameters
+    ----------
+    adjoint
+        (height, width, 3): derivative of a loss with respect to the picture. It must not come from
+        a picture of the same seed, or the gradient of a noisy loss is biased.
+    wrt
+        Parameter paths.
+
+    Other parameters and errors as for `render_forward`.
+
+    Returns
+    -------
+    Parameter path to a float64 array of the parameter's shape.
+    """
+    return Renderer(scene, threads=threads, engine=engine).render_backward(
+        adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, terms=terms, progress=progress
+    )

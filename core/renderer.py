@@ -1,0 +1,210 @@
+"""The renderer: a scene prepared for many pictures, derivatives and updates."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import tables as flat
+from ._check import array, whole
+from .camera import Camera
+from .scene import Scene
+from .topology import Edges
+
+# Terms of a derivative (docs: README, "What is differentiated").
+TERMS = ("interior", "primary", "shadow")
+# Path segments this version follows: light seen directly, and direct illumination.
+MAX_DEPTH = 2
+
+Progress = Callable[[float], None]
+
+
+class Cancelled(RuntimeError):
+    """Raised by a progress callback to stop a render or a fit."""
+
+
+class EngineLike(Protocol):
+    """What the native and the reference engine have in common."""
+
+    def __init__(self, tables: flat.Tables, edges: Edges, threads: int) -> None: ...
+    def update(self, tables: flat.Tables) -> None: ...
+    def render(
+        self, tables: flat.Tables, *, spp: int, seed: int, max_depth: int, progress: Progress | None
+    ) -> NDArray[np.float32]: ...
+    def forward(
+        self,
+        tables: flat.Tables,
+        tangent: flat.Derivative,
+        asked: flat.Asked,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Collection[str],
+        progress: Progress | None,
+    ) -> NDArray[np.float32]: ...
+    def backward(
+        self,
+        tables: flat.Tables,
+        adjoint: NDArray[np.float32],
+        asked: flat.Asked,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Collection[str],
+        progress: Progress | None,
+    ) -> flat.Derivative: ...
+
+
+_warned_of_fallback = False
+
+
+def engine_class(name: str) -> type[EngineLike]:
+    """The engine of this name; "auto" is the native one, or the reference where that can't be loaded.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name.
+    ImportError
+        If "native" is asked for and can't be loaded.
+    """
+    global _warned_of_fallback
+    if name not in ("auto", "native", "reference"):
+        raise ValueError(f"engine must be 'auto', 'native' or 'reference', not {name!r}")
+    if name != "reference":
+        try:
+            from . import native_engine
+
+            native_engine.embree_version()  # loads Embree: what is missing shows here
+            return native_engine.Engine
+        except (ImportError, RuntimeError) as error:
+            if name == "native":
+                raise ImportError(f"edgegrad's native engine can't be loaded: {error}") from error
+            if not _warned_of_fallback:
+                warnings.warn(
+                    f"edgegrad's native engine can't be loaded ({error}); using the reference engine, "
+                    "which gives the same results much more slowly",
+                    RuntimeWarning,
+                    stacklevel=3,
+                )
+                _warned_of_fallback = True
+    from .reference import Engine
+
+    return Engine
+
+
+class Renderer:
+    """A scene with its BVH and edges, ready to be rendered and differentiated many times.
+
+    Parameters
+    ----------
+    scene
+        What to render. Change its values (not its topology) and call `update`.
+    threads
+        Threads to use; 0: one per core. Results are the same bits for any number.
+    engine
+        "auto", "native" or "reference" (see `engine_class`).
+
+    Raises
+    ------
+    ValueError
+        For a wrong scene, naming the object and the field.
+    """
+
+    def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto") -> None:
+        self.scene = scene
+        threads = whole("renderer", "threads", threads, 0, 4096)
+        self._tables = flat.flatten(scene)
+        self.edges = self._tables.edges()
+        self._engine = engine_class(engine)(self._tables, self.edges, threads)
+
+    def update(self) -> None:
+        """Take over changed values of the scene: moved meshes are refitted, the rest is copied."""
+        tables = flat.flatten(self.scene, origin=self._tables.origin)
+        same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
+        if not same or len(tables.vertices) != len(self._tables.vertices):
+            raise ValueError("scene: its topology has changed; make a new Renderer")
+        self._tables = tables
+        self._engine.update(tables)
+
+    def render(
+        self,
+        *,
+        spp: int,
+        max_depth: int = 2,
+        seed: int = 0,
+        camera: Camera | None = None,
+        progress: Progress | None = None,
+    ) -> NDArray[np.float32]:
+        """The picture; see `edgegrad.render`."""
+        options = _options(spp, max_depth, seed)
+        return self._engine.render(self._view(camera), **options, progress=progress)
+
+    def render_forward(
+        self,
+        tangent: Mapping[str, ArrayLike],
+        *,
+        spp: int,
+        max_depth: int = 2,
+        seed: int = 0,
+        terms: Sequence[str] = TERMS,
+        camera: Camera | None = None,
+        progress: Progress | None = None,
+    ) -> NDArray[np.float32]:
+        """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
+        options = _options(spp, max_depth, seed)
+        velocity = flat.push_forward(self.scene, self._tables, tangent)
+        asked = flat.asked(self.scene, self._tables, tangent)
+        return self._engine.forward(
+            self._view(camera), velocity, asked, **options, terms=_terms(terms), progress=progress
+        )
+
+    def render_backward(
+        self,
+        adjoint: ArrayLike,
+        wrt: Sequence[str],
+        *,
+        spp: int,
+        max_depth: int = 2,
+        seed: int = 0,
+        terms: Sequence[str] = TERMS,
+        camera: Camera | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, NDArray[np.float64]]:
+        """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
+        options = _options(spp, max_depth, seed)
+        if isinstance(wrt, str):
+            raise ValueError("wrt must be a list of parameter paths, not one string")
+        asked = flat.asked(self.scene, self._tables, wrt)
+        view = self._view(camera)
+        image = array("adjoint image", "pixels", adjoint, (view.height, view.width, 3), np.float32)
+        gradient = self._engine.backward(view, image, asked, **options, terms=_terms(terms), progress=progress)
+        return flat.pull_back(self.scene, self._tables, gradient, wrt)
+
+    def _view(self, camera: Camera | None) -> flat.Tables:
+        if camera is None:
+            return self._tables
+        camera.validate()
+        return replace(self._tables, **flat.camera_fields(camera, self._tables.origin))
+
+
+def _options(spp: Any, max_depth: Any, seed: Any) -> dict[str, int]:
+    return {
+        "spp": whole("render", "spp", spp, 1, 1 << 24),
+        "max_depth": whole("render", "max_depth", max_depth, 1, MAX_DEPTH),
+        "seed": whole("render", "seed", seed, 0, 0xFFFFFFFF),
+    }
+
+
+def _terms(terms: Sequence[str]) -> tuple[str, ...]:
+    wrong = [t for t in terms if t not in TERMS]
+    if wrong or isinstance(terms, str):
+        raise ValueError(f"terms must be a list of {', '.join(TERMS)}, not {terms!r}")
+    return tuple(terms)

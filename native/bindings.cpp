@@ -1,0 +1,252 @@
+// The Python module `edgegrad._native`: checks arrays, releases the interpreter's lock, forwards.
+// What the functions compute is described in core/renderer.py and at the kernels.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+#include "dispatch.h"
+#include "embree/library.h"
+#include "engine.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+using edgegrad::Asked;
+using edgegrad::Derivative;
+using edgegrad::Engine;
+using edgegrad::Progress;
+using edgegrad::RenderOptions;
+using edgegrad::SceneTables;
+
+// A field of a Python object as a flat vector of T; the array must hold exactly S.
+template <typename S, typename T = S>
+std::vector<T> column(nb::handle object, const char* name) {
+    using Array = nb::ndarray<const S, nb::c_contig, nb::device::cpu>;
+    Array array;
+    if (!nb::try_cast<Array>(object.attr(name), array))
+        throw std::invalid_argument(std::string("the table '") + name + "' has the wrong type or layout");
+    return std::vector<T>(array.data(), array.data() + array.size());
+}
+
+template <size_t N>
+void fill(float (&out)[N], nb::handle object, const char* name, size_t first = 0) {
+    const std::vector<float> values = column<float>(object, name);
+    if (values.size() < first + N) throw std::invalid_argument(std::string("the table '") + name + "' is too short");
+    std::copy_n(values.begin() + static_cast<ptrdiff_t>(first), N, out);
+}
+
+void check_indices(const std::vector<int32_t>& indices, size_t size, const char* what) {
+    for (int32_t i : indices)
+        if (i < 0 || static_cast<size_t>(i) >= size)
+            throw std::invalid_argument(std::string("the tables' ") + what + " are out of range");
+}
+
+edgegrad::CameraView read_camera(nb::handle t) {
+    edgegrad::CameraView c{};
+    fill(c.position, t, "camera_position");
+    fill(c.right, t, "camera_axes", 0);
+    fill(c.up, t, "camera_axes", 3);
+    fill(c.back, t, "camera_axes", 6);
+    fill(c.principal, t, "principal_point");
+    c.focal = nb::cast<float>(t.attr("focal"));
+    c.width = nb::cast<int32_t>(t.attr("width"));
+    c.height = nb::cast<int32_t>(t.attr("height"));
+    c.clip_start = nb::cast<float>(t.attr("clip_start"));
+    c.clip_end = nb::cast<float>(t.attr("clip_end"));
+    return c;
+}
+
+SceneTables read_tables(nb::handle t) {
+    SceneTables s;
+    s.vertices = column<float>(t, "vertices");
+    s.faces = column<uint32_t, int32_t>(t, "faces");
+    s.face_material = column<int32_t>(t, "face_material");
+    s.mesh_first_vertex = column<int64_t, int32_t>(t, "mesh_first_vertex");
+    s.mesh_first_face = column<int64_t, int32_t>(t, "mesh_first_face");
+    for (uint8_t v : column<uint8_t>(t, "visible")) s.visible_meshes += v;
+    s.albedo = column<float>(t, "albedo");
+    s.emission = column<float>(t, "emission");
+    s.emission_two_sided = column<uint8_t, int32_t>(t, "emission_two_sided");
+    s.point_position = column<float>(t, "point_position");
+    s.point_intensity = column<float>(t, "point_intensity");
+    s.sun_direction = column<float>(t, "sun_direction");
+    s.sun_irradiance = column<float>(t, "sun_irradiance");
+    fill(s.environment, t, "environment");
+    s.camera = read_camera(t);
+    check_indices(s.faces, s.vertices.size() / 3, "faces");
+    check_indices(s.face_material, s.albedo.size() / 3, "face materials");
+    return s;
+}
+
+Progress make_progress(nb::object callback) {
+    return [callback = std::move(callback)](double fraction) {
+        const nb::gil_scoped_acquire lock;
+        // Ctrl-C must work during a long call even without a callback.
+        if (PyErr_CheckSignals() != 0) throw nb::python_error();
+        if (!callback.is_none()) callback(fraction);
+    };
+}
+
+RenderOptions make_options(int samples, uint32_t seed, int max_depth, const std::vector<std::string>& terms = {}) {
+    RenderOptions o;
+    const auto has = [&](const char* term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); };
+    o.interior = has("interior");
+    o.primary = has("primary");
+    o.shadow = has("shadow");
+    o.samples = samples;
+    o.seed = seed;
+    o.max_depth = max_depth;
+    if (samples < 1) throw std::invalid_argument("spp must be at least 1");
+    return o;
+}
+
+template <typename T>
+nb::ndarray<nb::numpy, T> to_numpy(std::vector<T>&& values, std::vector<size_t> shape) {
+    auto* held = new std::vector<T>(std::move(values));
+    nb::capsule owner(held, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+    return nb::ndarray<nb::numpy, T>(held->data(), shape.size(), shape.data(), owner);
+}
+
+using Image = nb::ndarray<nb::numpy, float>;
+using AdjointImage = nb::ndarray<const float, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
+
+Image make_image(std::vector<float>&& pixels, const edgegrad::CameraView& c) {
+    return to_numpy(std::move(pixels), {static_cast<size_t>(c.height), static_cast<size_t>(c.width), 3});
+}
+
+// The engine together with its copy of the tables.
+class Scene {
+public:
+    Scene(nb::handle tables, nb::handle edges, int threads, const std::string& instruction_set,
+          const std::string& embree)
+        : kernels_(edgegrad::kernels(instruction_set)) {
+        SceneTables s = read_tables(tables);
+        s.edge_vertices = column<uint32_t>(edges, "vertices");
+        s.edge_face_first = column<uint32_t>(edges, "face_first");
+        s.edge_faces = column<uint32_t>(edges, "faces");
+        s.edge_opposite = column<uint32_t>(edges, "opposite");
+        const edgegrad::embree::Api& api = edgegrad::embree::load(embree);
+        const nb::gil_scoped_release release;
+        engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
+    }
+
+    void update(nb::handle tables) {
+        SceneTables s = read_tables(tables);
+        const nb::gil_scoped_release release;
+        engine_->update(std::move(s));
+    }
+
+    void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
+
+    Image render(int samples, uint32_t seed, int max_depth, nb::object progress) {
+        const edgegrad::CameraView& c = engine_->tables().camera;
+        std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
+        const RenderOptions options = make_options(samples, seed, max_depth);
+        const Progress report = make_progress(std::move(progress));
+        {
+            const nb::gil_scoped_release release;
+            engine_->render(options, report, pixels.data());
+        }
+        return make_image(std::move(pixels), c);
+    }
+
+    Image forward(nb::handle tangent, nb::handle asked, int samples, uint32_t seed, int max_depth,
+                  const std::vector<std::string>& terms, nb::object progress) {
+        const edgegrad::CameraView& c = engine_->tables().camera;
+        std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
+        const RenderOptions options = make_options(samples, seed, max_depth, terms);
+        Derivative d;
+        d.vertices = column<double>(tangent, "vertices");
+        d.albedo = column<double>(tangent, "albedo");
+        d.emission = column<double>(tangent, "emission");
+        d.point_intensity = column<double>(tangent, "point_intensity");
+        d.sun_irradiance = column<double>(tangent, "sun_irradiance");
+        d.environment = column<double>(tangent, "environment");
+        const SceneTables& t = engine_->tables();
+        if (d.vertices.size() != t.vertices.size() || d.albedo.size() != t.albedo.size() ||
+            d.emission.size() != t.emission.size() || d.point_intensity.size() != t.point_intensity.size() ||
+            d.sun_irradiance.size() != t.sun_irradiance.size() || d.environment.size() != 3)
+            throw std::invalid_argument("the tangent's tables have other sizes than the scene's");
+        const Asked what = read_asked(asked);
+        const Progress report = make_progress(std::move(progress));
+        {
+            const nb::gil_scoped_release release;
+            engine_->forward(options, what, d, report, pixels.data());
+        }
+        return make_image(std::move(pixels), c);
+    }
+
+    nb::dict backward(AdjointImage adjoint, nb::handle asked, int samples, uint32_t seed, int max_depth,
+                      const std::vector<std::string>& terms, nb::object progress) {
+        const edgegrad::CameraView& c = engine_->tables().camera;
+        if (adjoint.shape(0) != static_cast<size_t>(c.height) || adjoint.shape(1) != static_cast<size_t>(c.width))
+            throw std::invalid_argument("the adjoint image has another size than the camera's picture");
+        const RenderOptions options = make_options(samples, seed, max_depth, terms);
+        const Asked what = read_asked(asked);
+        const Progress report = make_progress(std::move(progress));
+        Derivative d;
+        {
+            const nb::gil_scoped_release release;
+            d = engine_->backward(options, what, adjoint.data(), report);
+        }
+        nb::dict out;
+        const auto rows = [](std::vector<double>& v) {
+            const size_t n = v.size() / 3;
+            return to_numpy(std::move(v), {n, 3});
+        };
+        out["vertices"] = rows(d.vertices);
+        out["albedo"] = rows(d.albedo);
+        out["emission"] = rows(d.emission);
+        out["point_intensity"] = rows(d.point_intensity);
+        out["sun_irradiance"] = rows(d.sun_irradiance);
+        out["environment"] = to_numpy(std::move(d.environment), {3});
+        return out;
+    }
+
+    const char* instruction_set() const { return kernels_.name; }
+
+private:
+    Asked read_asked(nb::handle asked) const {
+        Asked a;
+        a.moving = column<uint8_t>(asked, "moving");
+        a.emitting = column<uint8_t>(asked, "emitting");
+        a.colors = nb::cast<bool>(asked.attr("colors"));
+        a.lights = nb::cast<bool>(asked.attr("lights"));
+        a.environment = nb::cast<bool>(asked.attr("environment"));
+        if (a.moving.size() + 1 != engine_->tables().mesh_first_face.size())
+            throw std::invalid_argument("`moving` must have one entry per mesh");
+        return a;
+    }
+
+    const edgegrad::KernelTable& kernels_;
+    std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace
+
+NB_MODULE(_native, m) {
+    m.doc() = "Edgegrad's native engine.";
+    m.def("instruction_sets", &edgegrad::instruction_sets,
+          "Instruction sets that this build has and this processor can run, the fastest first.");
+    m.def(
+        "embree_version", [](const std::string& path) { edgegrad::embree::load(path); return edgegrad::embree::version(); },
+        "path"_a, "Version of the Embree library at `path`, loading it if need be.");
+    nb::class_<Scene>(m, "Scene", "A scene's tables with their BVH; see edgegrad.renderer.Renderer.")
+        .def(nb::init<nb::handle, nb::handle, int, const std::string&, const std::string&>(), "tables"_a, "edges"_a,
+             "threads"_a, "instruction_set"_a, "embree"_a)
+        .def("update", &Scene::update, "tables"_a)
+        .def("set_camera", &Scene::set_camera, "tables"_a)
+        .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "progress"_a.none())
+        .def("forward", &Scene::forward, "tangent"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
+             "progress"_a.none())
+        .def("backward", &Scene::backward, "adjoint"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
+             "progress"_a.none())
+        .def_prop_ro("instruction_set", &Scene::instruction_set);
+}

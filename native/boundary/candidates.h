@@ -1,0 +1,27 @@
+// Candidate edges of the primary boundary: which edges can carry a jump the camera sees, clipped to
+// the view frustum, with the mass by which they are sampled.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "scene/view.h"
+
+namespace edgegrad {
+
+// Pieces of edges inside the frustum; u is the position along the edge, 0 at its first vertex.
+struct Candidates {
+    std::vector<int32_t> edge;
+    std::vector<float> u0, u1;
+    std::vector<double> cumulative{0.0};  // mass up to each piece, pixels
+
+    int64_t size() const { return static_cast<int64_t>(edge.size()); }
+    double mass() const { return cumulative.back(); }
+};
+
+// All candidates among the edges of moving meshes. Only a flat pair of faces can't carry a jump: two
+// faces in one plane, of one orientation and one material. Silhouettes, open borders, creases between
+// flat faces and material borders are one case (derivations A3).
+Candidates primary_candidates(const SceneView& scene, int64_t edge_count);
+
+}  // namespace edgegrad

@@ -1,0 +1,226 @@
+// Primary boundary term: what changes where an edge sweeps over the picture.
+//
+// With e(u) a point of an edge of direction t = b - a (not normalised), o the camera, z the depth of
+// e and f the focal length in pixels (derivations, formula P and section A):
+//   dI = int du (L- - L+) (f^2/z^3) N . de,    N = (e - o) x t,
+// L+ and L- the radiance seen just beside the edge on the side to which +N and -N points. Per side:
+// the nearest of the edge's faces on it, or what lies behind the edge. Both sides are evaluated by
+// construction: a near face at e itself, the far side by one ray that ignores the edge's faces; no
+// point is nudged by an epsilon. Both use the same random numbers.
+#pragma once
+
+#include "path/blocks.h"
+#include "path/stream.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct EdgeSample {
+    Mask active;
+    Int edge;
+    Float u;       // position along the edge
+    Float weight;  // (f^2/z^3) / density
+    Vec3 point, relative, normal;  // e, e - o, N
+    Vec3 direction;                // towards e, of unit depth
+    Float depth;
+    Int pixel;
+    UInt stream, index;
+};
+
+// Faces of the edge that are seen just beside it; -1: none on that side.
+struct Sides {
+    Int plus, minus;
+};
+
+// Samples [task.first + at, …) of the systematic sequence over the pieces' mass.
+EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at, int64_t& piece) {
+    EdgeSample s;
+    const double total = task.cumulative[task.pieces];
+    const double step = total / static_cast<double>(task.total);
+    Float u0 = splat(0.0f), u1 = splat(0.0f), tau = splat(0.0f), density = splat(1.0f);
+    s.edge = splat(0);
+    for (int i = 0; i < W; ++i) {
+        const int64_t k = at + i;
+        s.active[i] = k < task.count ? -1 : 0;
+        const uint32_t number = static_cast<uint32_t>(task.first + k);
+        s.index[i] = number;
+        if (k >= task.count) continue;
+        // Stratified: sample number k lies in the k-th of equal shares of the mass.
+        const double jitter = static_cast<double>(hash(number ^ hash(task.seed ^ 0x51ed270bu)) >> 8) * 5.9604645e-8;
+        const double place = (static_cast<double>(task.first + k) + jitter) * step;
+        while (piece + 1 < task.pieces && task.cumulative[piece + 1] <= place) ++piece;
+        const double mass = task.cumulative[piece + 1] - task.cumulative[piece];
+        s.edge[i] = task.edge[piece];
+        u0[i] = task.u0[piece];
+        u1[i] = task.u1[piece];
+        const double t = (place - task.cumulative[piece]) / mass;
+        tau[i] = static_cast<float>(t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t);
+        density[i] = static_cast<float>(mass / step);  // expected samples on this piece
+    }
+    s.stream = hash(s.index ^ splat(hash(task.seed ^ 0x2545f491u)));
+
+    Vec3 a = zero3(), b = zero3();
+    for (int i = 0; i < W; ++i) {
+        const uint32_t* ends = scene.edge_vertices + 2 * static_cast<int64_t>(s.edge[i]);
+        const float* p = scene.vertices + 3 * static_cast<int64_t>(ends[0]);
+        const float* q = scene.vertices + 3 * static_cast<int64_t>(ends[1]);
+        a.x[i] = p[0], a.y[i] = p[1], a.z[i] = p[2];
+        b.x[i] = q[0], b.y[i] = q[1], b.z[i] = q[2];
+    }
+    const CameraView& c = scene.camera;
+    const Vec3 o = splat3(c.position), back = splat3(c.back), t = b - a;
+    // Uniform along the piece on the screen: with depths z0, z1 at its ends, the fraction tau of the
+    // screen length lies at the fraction tau z0/(z1 + tau (z0 - z1)) of the piece in space.
+    const Float z_a = -dot(back, a - o), z_t = -dot(back, t);
+    const Float z0 = z_a + u0 * z_t, z1 = z_a + u1 * z_t;
+    const Float w = z1 + tau * (z0 - z1);
+    s.u = u0 + (u1 - u0) * (tau * z0 / w);
+    const Float du = (u1 - u0) * (z0 * z1 / (w * w));  // du / dtau
+    s.point = a + t * s.u;
+    s.relative = s.point - o;
+    s.depth = -dot(back, s.relative);
+    s.normal = cross(a - o, t);  // the same for all points of the edge
+    s.direction = s.relative * (1.0f / s.depth);
+    s.weight = du * (c.focal * c.focal) / (s.depth * s.depth * s.depth * density);
+
+    const Float sx = dot(splat3(c.right), s.direction) * c.focal + c.principal[0];
+    const Float sy = c.principal[1] - dot(splat3(c.up), s.direction) * c.focal;
+    const Mask inside = (sx >= 0.0f) & (sy >= 0.0f) & (sx < static_cast<float>(c.width)) &
+                        (sy < static_cast<float>(c.height)) & (s.depth > 0.0f);
+    s.active &= inside;
+    s.pixel = select(s.active, to_int(sy) * c.width + to_int(sx), splat(0));
+    return s;
+}
+
+// Per side the face that is nearest to the camera just beside the edge: the one of smallest depth
+// slope -(n . g)/(n . (e - o)), g = +-N. A face seen exactly edge-on lies on no side.
+EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
+    Sides sides{splat(-1), splat(-1)};
+    for (int i = 0; i < W; ++i) {
+        if (!s.active[i]) continue;
+        const int32_t edge = s.edge[i];
+        const float n[3] = {s.normal.x[i], s.normal.y[i], s.normal.z[i]};
+        const float p[3] = {s.relative.x[i], s.relative.y[i], s.relative.z[i]};
+        const float* a = scene.vertices + 3 * static_cast<int64_t>(scene.edge_vertices[2 * edge]);
+        float best[2] = {__builtin_inff(), __builtin_inff()};
+        for (uint32_t k = scene.edge_face_first[edge]; k < scene.edge_face_first[edge + 1]; ++k) {
+            const int32_t face = static_cast<int32_t>(scene.edge_faces[k]);
+            const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face);
+            const float* p0 = scene.vertices + 3 * static_cast<int64_t>(f[0]);
+            const float* p1 = scene.vertices + 3 * static_cast<int64_t>(f[1]);
+            const float* p2 = scene.vertices + 3 * static_cast<int64_t>(f[2]);
+            const float d1[3] = {p1[0] - p0[0], p1[1] - p0[1], p1[2] - p0[2]};
+            const float d2[3] = {p2[0] - p0[0], p2[1] - p0[1], p2[2] - p0[2]};
+            const float m[3] = {d1[1] * d2[2] - d1[2] * d2[1], d1[2] * d2[0] - d1[0] * d2[2],
+                                d1[0] * d2[1] - d1[1] * d2[0]};
+            const float* c = scene.vertices + 3 * static_cast<int64_t>(scene.edge_opposite[k]);
+            const float on = n[0] * (c[0] - a[0]) + n[1] * (c[1] - a[1]) + n[2] * (c[2] - a[2]);
+            const float mp = m[0] * p[0] + m[1] * p[1] + m[2] * p[2];
+            if (on == 0.0f || mp == 0.0f) continue;
+            const int side = on > 0.0f ? 0 : 1;
+            const float mn = m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
+            const float slope = (side ? mn : -mn) / mp;
+            if (slope < best[side]) {
+                best[side] = slope;
+                (side ? sides.minus : sides.plus)[i] = face;
+            }
+        }
+    }
+    return sides;
+}
+
+// Barycentrics of an edge's point on a face of that edge.
+EG_INLINE void edge_barycentrics(const SceneView& scene, const EdgeSample& s, Int face, Float& b1, Float& b2) {
+    const Triangle t = gather_triangle(scene, select(face >= 0, face, splat(0)));
+    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point - t.p0;
+    const Float d11 = dot(e1, e1), d12 = dot(e1, e2), d22 = dot(e2, e2), r1 = dot(d, e1), r2 = dot(d, e2);
+    const Float det = d11 * d22 - d12 * d12;
+    const Float inv = 1.0f / select(det != 0.0f, det, 1.0f);
+    b1 = (d22 * r1 - d12 * r2) * inv;
+    b2 = (d11 * r2 - d12 * r1) * inv;
+}
+
+// Radiance on one side: the near face where there is one, else the far hit or the environment.
+EG_INLINE Vec3 side_radiance(const SceneView& scene, const EdgeSample& s, Int near_face, const Closest& behind,
+                             int max_depth, const LightRandom& random) {
+    const Mask near = s.active & (near_face >= 0);
+    const Mask far = s.active & ~near & behind.hit;
+    Float b1, b2;
+    edge_barycentrics(scene, s, near_face, b1, b2);
+    SurfacePoint x = surface_point(scene, near | far, select(near, near_face, behind.face), select(near, b1, behind.b1),
+                                   select(near, b2, behind.b2), s.direction);
+    x.position = select(near, s.point, x.position);
+    x.edge = select(near, s.edge, splat(-1));
+    Vec3 radiance = outgoing_radiance(scene, x, max_depth, random);
+    return select(s.active & ~near & ~behind.hit, splat3(scene.environment), radiance);
+}
+
+// The jump (L- - L+) of visible samples; lanes that are hidden or see no jump are made inactive.
+EG_INLINE Vec3 edge_jump(const SceneView& scene, EdgeSample& s, int max_depth) {
+    const Sides sides = visible_faces(scene, s);
+    // A point on no side of any face (the edge is seen end-on) has no jump.
+    s.active &= (sides.plus >= 0) | (sides.minus >= 0);
+    if (!any(s.active)) return zero3();
+    const CameraView& c = scene.camera;
+    // One ray from the camera through e: what it hits in front of e hides the edge, else it is what
+    // lies behind. It starts at the camera, so that a surface touching the edge isn't lost.
+    const Closest closest = intersect(scene, s.active, splat3(c.position), s.direction, splat(c.clip_start),
+                                      splat(c.clip_end), &s.edge, embree::kIncoherent);
+    s.active &= ~(closest.hit & (closest.distance < s.depth * (1.0f - 1e-5f)));
+    if (!any(s.active)) return zero3();
+    LightRandom random{};
+    if (max_depth >= 2) random = light_random(scene, s.stream, splat(0u));
+    const Vec3 plus = side_radiance(scene, s, sides.plus, closest, max_depth, random);
+    const Vec3 minus = side_radiance(scene, s, sides.minus, closest, max_depth, random);
+    return minus - plus;
+}
+
+template <typename Mode>
+EG_INLINE void edge_blocks(Mode& mode, const EdgeSample& s, Vec3 jump) {
+    const Vec3 g = s.normal * s.weight;
+    mode.edge_end(s.active, 0, s.edge, g * (1.0f - s.u), jump);
+    mode.edge_end(s.active, 1, s.edge, g * s.u, jump);
+}
+
+// First piece whose mass reaches beyond the task's first sample.
+EG_INLINE int64_t first_piece(const BoundaryTask& task) {
+    const double place = static_cast<double>(task.first) * (task.cumulative[task.pieces] / static_cast<double>(task.total));
+    int64_t low = 0, high = task.pieces;
+    while (high - low > 1) {
+        const int64_t mid = (low + high) / 2;
+        (task.cumulative[mid] <= place ? low : high) = mid;
+    }
+    return low;
+}
+
+static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, const DerivativeView& tangent,
+                                   Splats& splats) {
+    int64_t piece = first_piece(task);
+    for (int64_t at = 0; at < task.count; at += W) {
+        EdgeSample s = sample_edge(scene, task, at, piece);
+        Forward mode{scene, tangent};
+        const Vec3 jump = edge_jump(scene, s, task.max_depth);
+        edge_blocks(mode, s, jump);
+        for (int i = 0; i < W && at + i < task.count; ++i) {
+            splats.pixel[at + i] = s.active[i] ? s.pixel[i] : -1;
+            splats.value[0][at + i] = mode.value.x[i];
+            splats.value[1][at + i] = mode.value.y[i];
+            splats.value[2][at + i] = mode.value.z[i];
+        }
+    }
+}
+
+static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& task, const float* adjoint,
+                                    DerivativeView& gradient) {
+    int64_t piece = first_piece(task);
+    for (int64_t at = 0; at < task.count; at += W) {
+        EdgeSample s = sample_edge(scene, task, at, piece);
+        const Vec3 a = gather3(adjoint, s.pixel);
+        s.active &= largest_component(a) > 0.0f;  // where nothing is asked, nothing is traced
+        if (!any(s.active)) continue;
+        const Vec3 jump = edge_jump(scene, s, task.max_depth);
+        Backward mode{scene, gradient, a};
+        edge_blocks(mode, s, jump);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

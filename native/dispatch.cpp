@@ -1,0 +1,48 @@
+#include "dispatch.h"
+
+#include <stdexcept>
+
+namespace edgegrad {
+
+#ifdef EDGEGRAD_X86
+#define EDGEGRAD_ISAS(X)                                                                             \
+    X(avx512, __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&             \
+                  __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&        \
+                  __builtin_cpu_supports("avx512cd"))                                                \
+    X(avx2, __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&                       \
+                __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2"))                     \
+    X(sse42, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))                   \
+    X(scalar, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))
+#else
+#define EDGEGRAD_ISAS(X) \
+    X(simd4, true)       \
+    X(scalar, true)
+#endif
+
+#define EDGEGRAD_DECLARE(isa, supported) \
+    namespace isa {                      \
+    extern const KernelTable kernel_table; \
+    }
+EDGEGRAD_ISAS(EDGEGRAD_DECLARE)
+#undef EDGEGRAD_DECLARE
+
+std::vector<std::string> instruction_sets() {
+    std::vector<std::string> names;
+#define EDGEGRAD_LIST(isa, supported) \
+    if (supported) names.push_back(#isa);
+    EDGEGRAD_ISAS(EDGEGRAD_LIST)
+#undef EDGEGRAD_LIST
+    return names;
+}
+
+const KernelTable& kernels(const std::string& instruction_set) {
+#define EDGEGRAD_PICK(isa, supported) \
+    if ((supported) && (instruction_set.empty() || instruction_set == #isa)) return isa::kernel_table;
+    EDGEGRAD_ISAS(EDGEGRAD_PICK)
+#undef EDGEGRAD_PICK
+    std::string known;
+    for (const std::string& name : instruction_sets()) known += (known.empty() ? "" : ", ") + name;
+    throw std::invalid_argument("instruction set '" + instruction_set + "' is not available here; these are: " + known);
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,102 @@
+// Embree 4's C interface, as far as Edgegrad uses it, declared by hand: the `embreex` wheel ships the
+// library without headers. Layouts follow include/embree4/rtcore_{common,ray,scene,geometry}.h of
+// Embree 4.x (https://github.com/RenderKit/embree, Apache 2.0); `library.cpp` checks the major version.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace edgegrad::embree {
+
+using Device = void*;
+using SceneHandle = void*;
+using Geometry = void*;
+
+constexpr uint32_t kInvalidId = 0xFFFFFFFFu;
+
+enum Property : int { kVersionMajor = 1, kVersionMinor = 2, kVersionPatch = 3, kRayMaskSupported = 64 };
+enum GeometryType : int { kTriangle = 0 };
+enum BufferType : int { kIndexBuffer = 0, kVertexBuffer = 1 };
+enum Format : int { kUInt3 = 0x5003, kFloat3 = 0x9003 };
+enum Quality : int { kLow = 0, kMedium = 1, kHigh = 2, kRefit = 3 };
+enum SceneFlag : int { kDynamic = 1 << 0, kRobust = 1 << 2 };
+enum QueryFlag : int { kIncoherent = 0, kInvokeArgumentFilter = 1 << 1, kCoherent = 1 << 16 };
+
+struct QueryContext {
+    uint32_t inst_id = kInvalidId;
+    uint32_t inst_prim_id = kInvalidId;
+};
+
+// RTCRayN and RTCHitN: arrays of W values each, in this order.
+template <int W>
+struct alignas(W == 1 ? 16 : 4 * W) Ray {
+    float org_x[W], org_y[W], org_z[W], tnear[W];
+    float dir_x[W], dir_y[W], dir_z[W], time[W];
+    float tfar[W];
+    uint32_t mask[W], id[W], flags[W];
+};
+
+template <int W>
+struct alignas(W == 1 ? 16 : 4 * W) Hit {
+    float ng_x[W], ng_y[W], ng_z[W];
+    float u[W], v[W];
+    uint32_t prim_id[W], geom_id[W], inst_id[W], inst_prim_id[W];
+};
+
+template <int W>
+struct RayHit {
+    Ray<W> ray;
+    Hit<W> hit;
+};
+
+struct FilterArguments {
+    int* valid;
+    void* geometry_user;
+    QueryContext* context;
+    void* ray;
+    void* hit;
+    uint32_t n;
+};
+using Filter = void (*)(const FilterArguments*);
+
+// RTCIntersectArguments and RTCOccludedArguments have one layout.
+struct QueryArguments {
+    int flags = kIncoherent;
+    uint32_t feature_mask = 0xFFFFFFFFu;
+    QueryContext* context = nullptr;
+    Filter filter = nullptr;
+    void* user_function = nullptr;
+    float min_width_distance_factor = 0.0f;
+};
+
+// Function pointers resolved from the library's own handle, never from the global scope: inside
+// Blender, Blender's own libembree4 is there too.
+struct Api {
+    Device (*new_device)(const char*);
+    void (*release_device)(Device);
+    int (*device_error)(Device);
+    ptrdiff_t (*device_property)(Device, int);
+    SceneHandle (*new_scene)(Device);
+    void (*release_scene)(SceneHandle);
+    void (*set_scene_flags)(SceneHandle, int);
+    void (*set_scene_quality)(SceneHandle, int);
+    void (*commit_scene)(SceneHandle);
+    Geometry (*new_geometry)(Device, int);
+    void (*release_geometry)(Geometry);
+    void (*commit_geometry)(Geometry);
+    void (*set_geometry_quality)(Geometry, int);
+    void (*set_shared_buffer)(Geometry, int, unsigned, int, const void*, size_t, size_t, size_t);
+    void (*update_buffer)(Geometry, int, unsigned);
+    void (*enable_argument_filter)(Geometry, bool);
+    void (*attach_geometry_by_id)(SceneHandle, Geometry, unsigned);
+    void (*intersect1)(SceneHandle, void*, QueryArguments*);
+    void (*intersect4)(const int*, SceneHandle, void*, QueryArguments*);
+    void (*intersect8)(const int*, SceneHandle, void*, QueryArguments*);
+    void (*intersect16)(const int*, SceneHandle, void*, QueryArguments*);
+    void (*occluded1)(SceneHandle, void*, QueryArguments*);
+    void (*occluded4)(const int*, SceneHandle, void*, QueryArguments*);
+    void (*occluded8)(const int*, SceneHandle, void*, QueryArguments*);
+    void (*occluded16)(const int*, SceneHandle, void*, QueryArguments*);
+};
+
+}  // namespace edgegrad::embree

@@ -1,0 +1,109 @@
+#include "embree/library.h"
+
+#include <mutex>
+#include <stdexcept>
+
+#ifdef _WIN32
+#include <windows.h>
+#else
+#include <dlfcn.h>
+#endif
+
+namespace edgegrad::embree {
+namespace {
+
+constexpr int kMajor = 4;
+
+void* open_library(const std::string& path) {
+#ifdef _WIN32
+    void* handle = reinterpret_cast<void*>(LoadLibraryA(path.c_str()));
+    if (!handle) throw std::runtime_error("can't load Embree from " + path);
+#else
+    int flags = RTLD_NOW | RTLD_LOCAL;
+#ifdef RTLD_DEEPBIND
+    // Blender's executable has its own libembree4 and libtbb in the global scope; without this the
+    // wheel's Embree would bind to them. Only for this handle: on Python extension modules deep
+    // binding mixes allocators and crashes. AddressSanitizer refuses it.
+#ifndef __SANITIZE_ADDRESS__
+    flags |= RTLD_DEEPBIND;
+#endif
+#endif
+    void* handle = dlopen(path.c_str(), flags);
+    if (!handle) throw std::runtime_error("can't load Embree from " + path + ": " + dlerror());
+#endif
+    return handle;
+}
+
+template <typename F>
+void resolve(void* handle, const char* name, F& function) {
+#ifdef _WIN32
+    function = reinterpret_cast<F>(GetProcAddress(reinterpret_cast<HMODULE>(handle), name));
+#else
+    function = reinterpret_cast<F>(dlsym(handle, name));
+#endif
+    if (!function) throw std::runtime_error(std::string("Embree's library has no function ") + name);
+}
+
+Api resolve_all(void* handle) {
+    Api api{};
+    resolve(handle, "rtcNewDevice", api.new_device);
+    resolve(handle, "rtcReleaseDevice", api.release_device);
+    resolve(handle, "rtcGetDeviceError", api.device_error);
+    resolve(handle, "rtcGetDeviceProperty", api.device_property);
+    resolve(handle, "rtcNewScene", api.new_scene);
+    resolve(handle, "rtcReleaseScene", api.release_scene);
+    resolve(handle, "rtcSetSceneFlags", api.set_scene_flags);
+    resolve(handle, "rtcSetSceneBuildQuality", api.set_scene_quality);
+    resolve(handle, "rtcCommitScene", api.commit_scene);
+    resolve(handle, "rtcNewGeometry", api.new_geometry);
+    resolve(handle, "rtcReleaseGeometry", api.release_geometry);
+    resolve(handle, "rtcCommitGeometry", api.commit_geometry);
+    resolve(handle, "rtcSetGeometryBuildQuality", api.set_geometry_quality);
+    resolve(handle, "rtcSetSharedGeometryBuffer", api.set_shared_buffer);
+    resolve(handle, "rtcUpdateGeometryBuffer", api.update_buffer);
+    resolve(handle, "rtcSetGeometryEnableFilterFunctionFromArguments", api.enable_argument_filter);
+    resolve(handle, "rtcAttachGeometryByID", api.attach_geometry_by_id);
+    resolve(handle, "rtcIntersect1", api.intersect1);
+    resolve(handle, "rtcIntersect4", api.intersect4);
+    resolve(handle, "rtcIntersect8", api.intersect8);
+    resolve(handle, "rtcIntersect16", api.intersect16);
+    resolve(handle, "rtcOccluded1", api.occluded1);
+    resolve(handle, "rtcOccluded4", api.occluded4);
+    resolve(handle, "rtcOccluded8", api.occluded8);
+    resolve(handle, "rtcOccluded16", api.occluded16);
+    return api;
+}
+
+std::mutex mutex;
+bool loaded = false;
+Api functions;
+std::string loaded_version;
+
+}  // namespace
+
+const Api& load(const std::string& path) {
+    std::lock_guard lock(mutex);
+    if (loaded) return functions;
+    const Api api = resolve_all(open_library(path));
+    Device device = api.new_device("threads=1");
+    if (!device) throw std::runtime_error("Embree can't create a device");
+    const auto major = api.device_property(device, kVersionMajor);
+    const auto minor = api.device_property(device, kVersionMinor);
+    const auto patch = api.device_property(device, kVersionPatch);
+    api.release_device(device);
+    loaded_version = std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
+    if (major != kMajor) {
+        throw std::runtime_error("the embreex wheel has Embree " + loaded_version + ", but version " +
+                                 std::to_string(kMajor) + " is needed; install another embreex");
+    }
+    functions = api;
+    loaded = true;
+    return functions;
+}
+
+std::string version() {
+    std::lock_guard lock(mutex);
+    return loaded_version;
+}
+
+}  // namespace edgegrad::embree

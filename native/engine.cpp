@@ -1,0 +1,141 @@
+#include "engine.h"
+
+#include <algorithm>
+#include <atomic>
+#include <stdexcept>
+
+#include "boundary/candidates.h"
+#include "sampling_plan.h"
+#include "scene/prepared.h"
+#include "workspace.h"
+
+namespace edgegrad {
+
+Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads)
+    : api_(api), kernels_(kernels), tables_(std::move(tables)), threads_(thread_count(threads)) {
+    tables_.vertices.reserve(tables_.vertices.size() + 4);  // padding, see Bvh
+    bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
+}
+
+void Engine::update(SceneTables next) {
+    if (next.vertices.size() != tables_.vertices.size() || next.mesh_first_face != tables_.mesh_first_face)
+        throw std::runtime_error("the scene's topology has changed; make a new renderer");
+    std::vector<int32_t> moved;
+    for (int32_t m = 0; m < tables_.visible_meshes; ++m) {
+        const auto first = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m]);
+        const auto last = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m + 1]);
+        if (!std::equal(next.vertices.begin() + first, next.vertices.begin() + last, tables_.vertices.begin() + first))
+            moved.push_back(m);
+    }
+    // The buffers that Embree shares stay where they are; edges and faces are the topology's.
+    std::copy(next.vertices.begin(), next.vertices.end(), tables_.vertices.begin());
+    next.vertices.swap(tables_.vertices);
+    next.faces.swap(tables_.faces);
+    next.edge_vertices.swap(tables_.edge_vertices);
+    next.edge_face_first.swap(tables_.edge_face_first);
+    next.edge_faces.swap(tables_.edge_faces);
+    next.edge_opposite.swap(tables_.edge_opposite);
+    tables_ = std::move(next);
+    bvh_->update(tables_, moved);
+}
+
+void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
+    const PreparedScene prepared(api_, *bvh_, tables_, nullptr);
+    const SceneView& scene = prepared.view();
+    const ImagePlan plan(scene.camera, options);
+    std::fill_n(image, plan.pixels * 3, 0.0f);
+    std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
+    parallel_for(threads_, plan.chunks, progress, [&](int thread, int64_t chunk) {
+        plan.for_each_task(chunk, [&](const ImageTask& task) {
+            kernels_.radiance(scene, task, work[thread].view(), image);
+        });
+    });
+}
+
+void Engine::forward(const RenderOptions& options, const Asked& asked, const Derivative& tangent,
+                     const Progress& progress, float* image) const {
+    const PreparedScene prepared(api_, *bvh_, tables_, &asked);
+    const SceneView& scene = prepared.view();
+    const VertexSpan span(tables_, asked);
+    const ImagePlan plan(scene.camera, options);
+    std::fill_n(image, plan.pixels * 3, 0.0f);
+    const DerivativeView d = derivative_view(const_cast<Derivative&>(tangent), 0, span, asked);
+
+    if (options.interior) {
+        std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
+        parallel_for(threads_, plan.chunks, progress, [&](int thread, int64_t chunk) {
+            plan.for_each_task(chunk, [&](const ImageTask& task) {
+                kernels_.interior_forward(scene, task, work[thread].view(), d, image);
+            });
+        });
+    }
+    if (!options.primary || !span.any) return;
+    const Candidates candidates = primary_candidates(scene, prepared.edge_count());
+    const BoundaryPlan boundary(candidates, plan.pixels, options);
+    // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
+    std::vector<int32_t> pixel;
+    std::vector<float> value[3];
+    for (int64_t first = 0; first < boundary.total; first += kSplatBatch) {
+        const int64_t batch = std::min(kSplatBatch, boundary.total - first);
+        pixel.resize(static_cast<size_t>(batch));
+        for (auto& v : value) v.resize(static_cast<size_t>(batch));
+        parallel_for(threads_, (batch + kBoundaryChunk - 1) / kBoundaryChunk, progress, [&](int, int64_t chunk) {
+            const int64_t begin = chunk * kBoundaryChunk;
+            const BoundaryTask task = boundary.task(first + begin, std::min(kBoundaryChunk, batch - begin));
+            Splats splats{pixel.data() + begin, {value[0].data() + begin, value[1].data() + begin, value[2].data() + begin}};
+            kernels_.primary_forward(scene, task, d, splats);
+        });
+        for (int64_t k = 0; k < batch; ++k) {
+            if (pixel[k] < 0) continue;
+            for (int c = 0; c < 3; ++c) image[3 * static_cast<int64_t>(pixel[k]) + c] += value[c][k];
+        }
+    }
+}
+
+Derivative Engine::backward(const RenderOptions& options, const Asked& asked, const float* adjoint,
+                            const Progress& progress) const {
+    const PreparedScene prepared(api_, *bvh_, tables_, &asked);
+    const SceneView& scene = prepared.view();
+    const VertexSpan span(tables_, asked);
+    const ImagePlan plan(scene.camera, options);
+
+    GradientGroups groups(tables_, span);
+    Candidates candidates;
+    if (options.primary && span.any)
+        candidates = primary_candidates(scene, prepared.edge_count());
+    const BoundaryPlan boundary(candidates, plan.pixels, options);
+    const int64_t boundary_chunks = (boundary.total + kBoundaryChunk - 1) / kBoundaryChunk;
+    const int64_t image_chunks = options.interior ? plan.chunks : 0;
+
+    std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
+    std::atomic<bool> stop{false};
+    std::atomic<int64_t> done{0};
+    // Groups take long: progress counts chunks, and cancelling is seen between them.
+    const Progress report = [&](double) {
+        try {
+            if (progress) progress(static_cast<double>(done) / static_cast<double>(image_chunks + boundary_chunks));
+        } catch (...) {
+            stop = true;
+            throw;
+        }
+    };
+    const int64_t count = groups.count();
+    parallel_for(threads_, count, report, [&](int thread, int64_t group) {
+        DerivativeView gradient = groups.view(group, asked);
+        // A group's chunks are spread over the picture, so that groups take about equally long.
+        for (int64_t chunk = group; chunk < image_chunks && !stop; chunk += count, ++done) {
+            if (!plan.any_adjoint(chunk, adjoint)) continue;
+            plan.for_each_task(chunk, [&](const ImageTask& task) {
+                kernels_.interior_backward(scene, task, work[thread].view(), adjoint, gradient);
+            });
+        }
+        for (int64_t chunk = group; chunk < boundary_chunks && !stop; chunk += count, ++done) {
+            const int64_t begin = chunk * kBoundaryChunk;
+            const BoundaryTask task = boundary.task(begin, std::min(kBoundaryChunk, boundary.total - begin));
+            kernels_.primary_backward(scene, task, adjoint, gradient);
+        }
+    });
+    return groups.reduce(threads_);
+}
+
+}  // namespace edgegrad

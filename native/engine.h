@@ -1,0 +1,47 @@
+// The engine: a scene's tables, its BVH, and the calls that run kernels over pictures and edges.
+//
+// Results are the same bits for any number of threads: every pixel is summed in the order of its
+// samples, and gradients are summed in a number of groups that depends on the problem only, each by
+// one thread at a time, then group by group.
+#pragma once
+
+#include <memory>
+
+#include "kernels.h"
+#include "parallel.h"
+#include "scene/bvh.h"
+
+namespace edgegrad {
+
+struct RenderOptions {
+    int32_t samples = 1;
+    uint32_t seed = 0;
+    int32_t max_depth = 2;
+    bool interior = true, primary = true, shadow = true;
+};
+
+class Engine {
+public:
+    Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads);
+
+    // Takes new values for the same topology; the BVH is refitted where vertices moved.
+    void update(SceneTables tables);
+    void set_camera(const CameraView& camera) { tables_.camera = camera; }
+    const SceneTables& tables() const { return tables_; }
+
+    // Pictures are (height, width, 3).
+    void render(const RenderOptions& options, const Progress& progress, float* image) const;
+    void forward(const RenderOptions& options, const Asked& asked, const Derivative& tangent, const Progress& progress,
+                 float* image) const;
+    Derivative backward(const RenderOptions& options, const Asked& asked, const float* adjoint,
+                        const Progress& progress) const;
+
+private:
+    const embree::Api& api_;
+    const KernelTable& kernels_;
+    SceneTables tables_;
+    int threads_;
+    std::unique_ptr<Bvh> bvh_;
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,22 @@
+// The kernels of one instruction set; compiled once for each with its own EDGEGRAD_ISA and
+// EDGEGRAD_WIDTH (CMakeLists.txt).
+#include "kernels.h"
+
+#include "boundary/primary.h"
+#include "path/interior.h"
+#include "path/radiance.h"
+
+#define EG_STRING2(x) #x
+#define EG_STRING(x) EG_STRING2(x)
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+extern const KernelTable kernel_table;
+const KernelTable kernel_table = {
+    EG_STRING(EDGEGRAD_ISA),  W,
+    radiance_kernel,          interior_forward_kernel,
+    interior_backward_kernel, primary_forward_kernel,
+    primary_backward_kernel,
+};
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,65 @@
+// The kernels as the engine calls them: one table of functions per instruction set.
+#pragma once
+
+#include <cstdint>
+
+#include "scene/view.h"
+
+namespace edgegrad {
+
+// Paths of one task: enough for compaction to pay, few enough for the cache.
+constexpr int kBlockPaths = 8192;
+constexpr int kMaxWidth = 16;
+
+// Scratch memory of one thread.
+struct Workspace {
+    float* radiance[3];  // by path: L, or its derivative in forward mode
+    int32_t* path;       // queue of hits
+    int32_t* face;
+    float* b1;
+    float* b2;
+    float* screen_x;
+    float* screen_y;
+};
+
+// A run of pixels with some of their samples: pixel_count * samples <= kBlockPaths.
+struct ImageTask {
+    int32_t first_pixel, pixel_count;
+    int32_t first_sample, samples;  // sample indices within each pixel
+    int32_t max_depth;
+    uint32_t seed;
+    float weight;  // 1 / samples per pixel
+};
+
+// Clipped pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of
+// `total` systematic ones over their summed mass.
+struct BoundaryTask {
+    const int32_t* edge;
+    const float* u0;
+    const float* u1;
+    const double* cumulative;  // (pieces + 1) mass
+    int64_t pieces;
+    int64_t first, count, total;
+    int32_t max_depth;
+    uint32_t seed;
+};
+
+// Forward mode: one splat per boundary sample; pixel -1: none.
+struct Splats {
+    int32_t* pixel;
+    float* value[3];
+};
+
+struct KernelTable {
+    const char* name;
+    int width;
+    void (*radiance)(const SceneView&, const ImageTask&, Workspace&, float* image);
+    void (*interior_forward)(const SceneView&, const ImageTask&, Workspace&, const DerivativeView& tangent,
+                             float* image);
+    void (*interior_backward)(const SceneView&, const ImageTask&, Workspace&, const float* adjoint,
+                              DerivativeView& gradient);
+    void (*primary_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent, Splats& splats);
+    void (*primary_backward)(const SceneView&, const BoundaryTask&, const float* adjoint, DerivativeView& gradient);
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,86 @@
+#include "parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace edgegrad {
+
+int thread_count(int asked) {
+    if (asked > 0) return asked;
+    return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+void parallel_for(int threads, int64_t items, const Progress& progress,
+                  const std::function<void(int thread, int64_t item)>& body) {
+    if (items <= 0) return;
+    threads = static_cast<int>(std::min<int64_t>(threads, items));
+    std::atomic<int64_t> next{0}, done{0};
+    std::atomic<bool> stop{false};
+    std::mutex mutex;
+    std::condition_variable finished;
+    int running = 0;
+    std::exception_ptr error;
+
+    const auto work = [&](int thread) {
+        try {
+            while (!stop) {
+                const int64_t item = next++;
+                if (item >= items) break;
+                body(thread, item);
+                ++done;
+            }
+        } catch (...) {
+            const std::lock_guard lock(mutex);
+            if (!error) error = std::current_exception();
+            stop = true;
+        }
+        const std::lock_guard lock(mutex);
+        --running;
+        finished.notify_all();
+    };
+
+    std::vector<std::thread> pool;
+    const auto join = [&] {
+        for (std::thread& t : pool) t.join();
+        pool.clear();
+    };
+    try {
+        pool.reserve(static_cast<size_t>(threads));
+        for (int t = 0; t < threads; ++t) {
+            {
+                const std::lock_guard lock(mutex);
+                ++running;
+            }
+            try {
+                pool.emplace_back(work, t);
+            } catch (...) {  // the system has no more threads: those that run do the work
+                const std::lock_guard lock(mutex);
+                --running;
+                if (pool.empty()) throw;
+                break;
+            }
+        }
+        // The calling thread reports: only it may talk to the caller.
+        std::unique_lock lock(mutex);
+        while (!finished.wait_for(lock, std::chrono::milliseconds(50), [&] { return running == 0; })) {
+            lock.unlock();
+            if (progress) progress(static_cast<double>(done) / static_cast<double>(items));
+            lock.lock();
+        }
+    } catch (...) {
+        stop = true;
+        join();
+        throw;
+    }
+    join();
+    if (error) std::rethrow_exception(error);
+    if (progress) progress(1.0);
+}
+
+}  // namespace edgegrad

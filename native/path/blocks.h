@@ -1,0 +1,105 @@
+// Adjoint blocks (derivations, section 1): what a velocity of the geometry does to a sample.
+//
+// Every geometric derivative of a sample is a sum of dot products g . velocity over a few blocks: a
+// point that rides on a triangle (M), the point where a fixed pixel's ray meets its moving triangle
+// (S), a triangle's normal (N), a point of an edge (E). The estimators compute the vectors g once;
+// `Forward` dots them with the vertices' velocities, `Backward` scatters them to the vertices. Both
+// modes thus come from the same samples and are each other's transpose.
+#pragma once
+
+#include "scene/geometry.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+EG_INLINE Vec3 gather_velocity(const SceneView& scene, const DerivativeView& tangent, Mask moves, Int face, int corner) {
+    Vec3 v = zero3();
+    for (int i = 0; i < W; ++i) {
+        if (!moves[i]) continue;
+        const int64_t vertex = scene.faces[3 * static_cast<int64_t>(face[i]) + corner] - tangent.first_vertex;
+        const double* p = tangent.vertices + 3 * vertex;
+        v.x[i] = static_cast<float>(p[0]);
+        v.y[i] = static_cast<float>(p[1]);
+        v.z[i] = static_cast<float>(p[2]);
+    }
+    return v;
+}
+
+// Sum over channels of `weight` (per channel) times (g . velocity), where weight carries the colour.
+struct Forward {
+    const SceneView& scene;
+    const DerivativeView& tangent;
+    Vec3 value = zero3();  // derivative of the samples' radiance
+
+    EG_INLINE void corner(Mask moves, Int face, int k, Vec3 g, Vec3 color) {
+        const Float d = dot(g, gather_velocity(scene, tangent, moves, face, k));
+        value = value + color * select(moves, d, 0.0f);
+    }
+    EG_INLINE void edge_end(Mask moves, int vertex_slot, Int edge, Vec3 g, Vec3 color) {
+        for (int i = 0; i < W; ++i) {
+            if (!moves[i]) continue;
+            const int64_t vertex = static_cast<int64_t>(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + vertex_slot]);
+            const double* p = tangent.vertices + 3 * (vertex - tangent.first_vertex);
+            const float d = g.x[i] * static_cast<float>(p[0]) + g.y[i] * static_cast<float>(p[1]) +
+                            g.z[i] * static_cast<float>(p[2]);
+            value.x[i] += color.x[i] * d;
+            value.y[i] += color.y[i] * d;
+            value.z[i] += color.z[i] * d;
+        }
+    }
+    // A row of a table of colours that the radiance depends on linearly: `color` per channel.
+    EG_INLINE void row(Mask m, const double* table, Int index, Vec3 color) {
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            const double* p = table + 3 * static_cast<int64_t>(index[i]);
+            value.x[i] += color.x[i] * static_cast<float>(p[0]);
+            value.y[i] += color.y[i] * static_cast<float>(p[1]);
+            value.z[i] += color.z[i] * static_cast<float>(p[2]);
+        }
+    }
+};
+
+struct Backward {
+    const SceneView& scene;
+    const DerivativeView& gradient;
+    Vec3 adjoint;  // of the samples' radiance
+
+    EG_INLINE void add(int64_t vertex, float s, Vec3 g, int i) {
+        double* p = gradient.vertices + 3 * (vertex - gradient.first_vertex);
+        p[0] += static_cast<double>(s * g.x[i]);
+        p[1] += static_cast<double>(s * g.y[i]);
+        p[2] += static_cast<double>(s * g.z[i]);
+    }
+    EG_INLINE void corner(Mask moves, Int face, int k, Vec3 g, Vec3 color) {
+        const Float a = dot(adjoint, color);
+        for (int i = 0; i < W; ++i)
+            if (moves[i]) add(scene.faces[3 * static_cast<int64_t>(face[i]) + k], a[i], g, i);
+    }
+    EG_INLINE void edge_end(Mask moves, int vertex_slot, Int edge, Vec3 g, Vec3 color) {
+        const Float a = dot(adjoint, color);
+        for (int i = 0; i < W; ++i)
+            if (moves[i]) add(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + vertex_slot], a[i], g, i);
+    }
+    EG_INLINE void row(Mask m, double* table, Int index, Vec3 color) {
+        const Vec3 a = adjoint * color;
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            double* p = table + 3 * static_cast<int64_t>(index[i]);
+            p[0] += static_cast<double>(a.x[i]);
+            p[1] += static_cast<double>(a.y[i]);
+            p[2] += static_cast<double>(a.z[i]);
+        }
+    }
+};
+
+// M and N together: a point at barycentrics (b1, b2) moves with adjoint `point`, the triangle's area
+// normal M with adjoint `normal`: p1 += (p2-p0) x g, p2 += g x (p1-p0), p0 -= both.
+template <typename Mode>
+EG_INLINE void triangle_blocks(Mode& mode, Mask moves, Int face, const Triangle& t, Float b1, Float b2, Vec3 point,
+                               Vec3 normal, Vec3 color) {
+    const Vec3 n1 = cross(t.p2 - t.p0, normal), n2 = cross(normal, t.p1 - t.p0);
+    mode.corner(moves, face, 0, point * (1.0f - b1 - b2) - n1 - n2, color);
+    mode.corner(moves, face, 1, point * b1 + n1, color);
+    mode.corner(moves, face, 2, point * b2 + n2, color);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,73 @@
+// Low-discrepancy samples: pairs of the Sobol' sequence, Owen-scrambled and shuffled by hashing.
+//
+// Burley 2020, "Practical Hash-based Owen Scrambling" (JCGT 9.4): each pixel and each pair of
+// dimensions has its own random nested scrambling and its own shuffled order, so that pairs are
+// independent of each other but stratified within. With the hash in place of tables, the sample is
+// a pure function of (seed, pixel, index, pair): results don't depend on the order of work.
+#pragma once
+
+#include "simd/packet.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The pairs of one camera sample, by what they decide.
+enum Pair : uint32_t { kPairPixel = 1, kPairLight = 2, kPairEnvironment = 3, kPairStrategy = 4 };
+
+EG_INLINE uint32_t hash(uint32_t x) {  // lowbias32 (Wellons)
+    x ^= x >> 16;
+    x *= 0x21f0aaadu;
+    x ^= x >> 15;
+    x *= 0xd35a2d97u;
+    x ^= x >> 15;
+    return x;
+}
+
+EG_INLINE UInt hash(UInt x) {
+    x ^= x >> 16;
+    x *= 0x21f0aaadu;
+    x ^= x >> 15;
+    x *= 0xd35a2d97u;
+    x ^= x >> 15;
+    return x;
+}
+
+EG_INLINE UInt reverse_bits(UInt x) {
+    x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
+    x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
+    x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
+    x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
+    return (x >> 16) | (x << 16);
+}
+
+// Nested uniform scrambling of a bit-reversed number (Laine and Karras 2011, constants by Vegdahl).
+EG_INLINE UInt scramble_reversed(UInt x, UInt seed) {
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= (seed >> 16) | 1u;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+}
+
+// Second Sobol' dimension of index i, bit-reversed: its matrix is Pascal's triangle mod 2, whose
+// entry (r, c) is 1 iff the bits of r are a subset of those of c, so five butterflies apply it.
+EG_INLINE UInt sobol_second_reversed(UInt i) {
+    i ^= (i >> 1) & 0x55555555u;
+    i ^= (i >> 2) & 0x33333333u;
+    i ^= (i >> 4) & 0x0f0f0f0fu;
+    i ^= (i >> 8) & 0x00ff00ffu;
+    i ^= (i >> 16) & 0x0000ffffu;
+    return i;
+}
+
+EG_INLINE Float to_unit(UInt x) { return to_float(bits(x >> 8)) * 5.9604645e-8f; }  // [0, 1)
+
+// Sample `index` of the pair `pair` for the stream `stream` (a hash of seed and pixel): [0, 1)^2.
+EG_INLINE void sobol_pair(UInt stream, UInt index, uint32_t pair, Float& u, Float& v) {
+    const UInt seed = hash(stream ^ (pair * 0x9e3779b9u));
+    const UInt shuffled = reverse_bits(scramble_reversed(reverse_bits(index), seed));
+    u = to_unit(reverse_bits(scramble_reversed(shuffled, hash(seed ^ 0x68bc21ebu))));
+    v = to_unit(reverse_bits(scramble_reversed(sobol_second_reversed(shuffled), hash(seed ^ 0x02e5be93u))));
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,37 @@
+// The scene's tables by value (core/tables.py has the same names), and derivatives of them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "scene/view.h"
+
+namespace edgegrad {
+
+struct SceneTables {
+    std::vector<float> vertices;
+    std::vector<int32_t> faces, face_material, mesh_first_vertex, mesh_first_face;
+    int32_t visible_meshes = 0;  // these come first; the rest are area lights
+    std::vector<float> albedo, emission;
+    std::vector<int32_t> emission_two_sided;
+    std::vector<float> point_position, point_intensity, sun_direction, sun_irradiance;
+    float environment[3] = {0, 0, 0};
+    CameraView camera{};
+    std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;
+};
+
+// Which derivatives are asked for.
+struct Asked {
+    std::vector<uint8_t> moving;    // by mesh: its vertices
+    std::vector<uint8_t> emitting;  // by material: its emission
+    bool colors = true;             // any colour, radiance or intensity at all
+    bool lights = true;             // strengths of point lights or suns
+    bool environment = true;        // the environment's radiance
+};
+
+// A tangent or gradient of the whole tables.
+struct Derivative {
+    std::vector<double> vertices, albedo, emission, point_intensity, sun_irradiance, environment;
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,123 @@
+// Sampling of finite emitters: emissive triangles (area measure), point lights and suns.
+#pragma once
+
+#include "sampling/sobol.h"
+#include "scene/rays.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// One emitter seen from a surface point x. The direct light it gives through a diffuse surface is
+//   albedo/pi * radiance * geometry * (n . w) * V,
+// where `geometry` holds everything but that cosine, divided by the probability of the sample:
+//   triangle: |w . M| / (2 r^2 P)   (area measure; p = P / A, A = |M|/2, so |M| cancels)
+//   point:    1 / (r^2 P)           (radiance is the intensity, W/sr)
+//   sun:      1 / P                 (radiance is the irradiance)
+struct EmitterSample {
+    Mask active;   // reachable: in front of the surface and on an emitting side
+    Int kind, index;
+    Vec3 w;        // unit, from the surface to the emitter
+    Float r;       // distance; infinite for a sun
+    Vec3 radiance;
+    Float geometry;
+    Float cosine;  // n . w at the surface
+    // Triangles only:
+    Triangle triangle;
+    Float b1, b2;
+    Vec3 m;            // area normal on the emitting side, w . m < 0
+    Float side;        // m = side * (p1 - p0) x (p2 - p0)
+    Float probability; // of picking this emitter
+};
+
+// Last entry k with cdf[k] <= u.
+EG_INLINE Int find_interval(const float* cdf, int count, Float u) {
+    Int low = splat(0), high = splat(count);
+    for (int size = count; size > 0; size >>= 1) {
+        const Int mid = (low + high) >> 1;
+        const Mask right = gather(cdf, mid) <= u;
+        low = select(right, mid, low);
+        high = select(right, high, mid);
+    }
+    return low;
+}
+
+EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, const SurfacePoint& x, Float u, Float v) {
+    EmitterSample s;
+    const Int pick = find_interval(scene.emitter_cdf, scene.emitter_count, u);
+    const Float low = gather(scene.emitter_cdf, pick), high = gather(scene.emitter_cdf, pick + 1);
+    s.probability = high - low;
+    // The place within the interval is a fresh uniform number: the pair's stratification serves
+    // the choice of the emitter and the point on it alike.
+    const Float u1 = min((u - low) / s.probability, splat(0.99999994f));
+    s.kind = gather(scene.emitter_kind, pick);
+    s.index = gather(scene.emitter_index, pick);
+
+    const Mask is_triangle = s.kind == kEmissiveTriangle;
+    const Mask is_sun = s.kind == kSunLight;
+    const Mask is_point = s.kind == kPointLight;
+    const Float root = sqrt(u1);
+    s.b1 = root * (1.0f - v);
+    s.b2 = root * v;
+    const Int face = select(is_triangle, s.index, splat(0));
+    Vec3 target = zero3();
+    Int material = splat(0);
+    s.m = zero3();
+    s.side = splat(1.0f);
+    s.triangle = {zero3(), zero3(), zero3()};
+    if (any(is_triangle)) {
+        s.triangle = gather_triangle(scene, face);
+        target = interpolate(s.triangle, s.b1, s.b2);
+        s.m = area_normal(s.triangle);
+        material = gather(scene.face_material, face);
+    }
+    if (any(is_point)) target = select(is_point, gather3(scene.point_position, select(is_point, s.index, splat(0))), target);
+
+    const Vec3 d = target - x.position;
+    const Float r2 = dot(d, d);
+    s.r = sqrt(r2);
+    s.w = d * (1.0f / max(s.r, 1e-30f));
+    if (any(is_sun)) {
+        const Vec3 travel = gather3(scene.sun_direction, select(is_sun, s.index, splat(0)));
+        s.w = select(is_sun, -travel, s.w);
+        s.r = select(is_sun, splat(__builtin_inff()), s.r);
+    }
+    s.cosine = dot(x.normal, s.w);
+
+    Float geometry = select(is_sun, splat(1.0f), 1.0f / max(r2, 1e-30f));
+    s.radiance = zero3();
+    Mask emits = active & (s.cosine > 0.0f);
+    if (any(is_triangle)) {
+        const Float facing = -dot(s.w, s.m);  // > 0: x sees the front
+        const Mask two_sided = gather(scene.emission_two_sided, material) != 0;
+        s.side = select(facing < 0.0f, splat(-1.0f), 1.0f);
+        s.m = s.m * s.side;
+        emits &= ~is_triangle | (facing > 0.0f) | (two_sided & (facing < 0.0f));
+        geometry = select(is_triangle, geometry * abs(facing) * 0.5f, geometry);
+        s.radiance = gather3(scene.emission, material);
+    }
+    if (any(is_point))
+        s.radiance = select(is_point, gather3(scene.point_intensity, select(is_point, s.index, splat(0))), s.radiance);
+    if (any(is_sun))
+        s.radiance = select(is_sun, gather3(scene.sun_irradiance, select(is_sun, s.index, splat(0))), s.radiance);
+    s.geometry = geometry / s.probability;
+    s.active = emits;
+    return s;
+}
+
+// Whether something stands between the surface and the emitter.
+EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {
+    // Both ends leave their surfaces: the ray stops short of the emitter's own triangle.
+    const Vec3 start = x.position + x.normal * x.offset;
+    const Mask is_sun = s.kind == kSunLight;
+    Vec3 end = x.position + s.w * select(is_sun, splat(1.0f), s.r);
+    const Mask is_triangle = s.kind == kEmissiveTriangle;
+    if (any(is_triangle)) {
+        const Float length = sqrt(dot(s.m, s.m));
+        const Float offset = 2e-6f * max(max(largest_component(s.triangle.p0), largest_component(s.triangle.p1)),
+                                         largest_component(s.triangle.p2));
+        end = select(is_triangle, end + s.m * (offset / max(length, 1e-30f)), end);
+    }
+    const Vec3 direction = select(is_sun, s.w, end - start);
+    return occluded_from(scene, s.active, x, direction, select(is_sun, splat(__builtin_inff()), 0.99999f));
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

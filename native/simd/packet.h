@@ -1,0 +1,122 @@
+// Packets of W floats, integers and masks: the kernels read like scalar code, each value is W lanes.
+//
+// Built on GCC's and Clang's vector types: arithmetic, comparisons (a Mask: -1 true, 0 false per lane)
+// and `select` for `if`. W is EDGEGRAD_WIDTH; each instruction set compiles this header into a
+// namespace of its own (EDGEGRAD_ISA), since functions of one name in several translation units are
+// merged by the linker, whatever instructions they were compiled to. For the same reason nothing
+// from namespace std is called in kernels.
+#pragma once
+
+#include <cstdint>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+constexpr int W = EDGEGRAD_WIDTH;
+
+typedef float Float __attribute__((vector_size(4 * EDGEGRAD_WIDTH)));
+typedef int32_t Int __attribute__((vector_size(4 * EDGEGRAD_WIDTH)));
+typedef uint32_t UInt __attribute__((vector_size(4 * EDGEGRAD_WIDTH)));
+using Mask = Int;
+
+#define EG_INLINE inline __attribute__((always_inline))
+
+EG_INLINE Float splat(float s) { return Float{} + s; }
+EG_INLINE Int splat(int s) { return Int{} + s; }
+EG_INLINE UInt splat(uint32_t s) { return UInt{} + s; }
+
+EG_INLINE Int lane_index() {
+    Int r;
+    for (int i = 0; i < W; ++i) r[i] = i;
+    return r;
+}
+
+EG_INLINE Float to_float(Int a) { return __builtin_convertvector(a, Float); }
+EG_INLINE Int to_int(Float a) { return __builtin_convertvector(a, Int); }  // towards zero
+EG_INLINE UInt bits(Int a) { return reinterpret_cast<UInt>(a); }
+EG_INLINE Int bits(UInt a) { return reinterpret_cast<Int>(a); }
+
+EG_INLINE Float select(Mask m, Float a, Float b) { return m ? a : b; }
+EG_INLINE Int select(Mask m, Int a, Int b) { return m ? a : b; }
+EG_INLINE Float select(Mask m, Float a, float b) { return m ? a : splat(b); }
+
+EG_INLINE Float min(Float a, Float b) { return a < b ? a : b; }
+EG_INLINE Float max(Float a, Float b) { return a > b ? a : b; }
+EG_INLINE Float max(Float a, float b) { return max(a, splat(b)); }
+EG_INLINE Float abs(Float a) { return a < 0.0f ? -a : a; }
+
+EG_INLINE Float sqrt(Float a) {
+    Float r;
+    for (int i = 0; i < W; ++i) r[i] = __builtin_sqrtf(a[i]);
+    return r;
+}
+
+EG_INLINE bool any(Mask m) {
+#if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
+    return _mm512_test_epi32_mask((__m512i)m, (__m512i)m) != 0;
+#elif defined(__AVX__) && EDGEGRAD_WIDTH == 8
+    return _mm256_movemask_ps((__m256)m) != 0;
+#elif defined(__SSE2__) && EDGEGRAD_WIDTH == 4
+    return _mm_movemask_ps((__m128)m) != 0;
+#else
+    int r = 0;
+    for (int i = 0; i < W; ++i) r |= m[i];
+    return r != 0;
+#endif
+}
+
+EG_INLINE Mask first_lanes(int n) { return lane_index() < splat(n); }
+
+EG_INLINE Float load(const float* p) {
+    Float r;
+    __builtin_memcpy(&r, p, sizeof r);
+    return r;
+}
+EG_INLINE Int load(const int32_t* p) {
+    Int r;
+    __builtin_memcpy(&r, p, sizeof r);
+    return r;
+}
+EG_INLINE void store(float* p, Float a) { __builtin_memcpy(p, &a, sizeof a); }
+EG_INLINE void store(int32_t* p, Int a) { __builtin_memcpy(p, &a, sizeof a); }
+
+// Lanes outside of a mask must hold a valid index (0 will do).
+EG_INLINE Float gather(const float* base, Int index) {
+    Float r;
+    for (int i = 0; i < W; ++i) r[i] = base[index[i]];
+    return r;
+}
+EG_INLINE Int gather(const int32_t* base, Int index) {
+    Int r;
+    for (int i = 0; i < W; ++i) r[i] = base[index[i]];
+    return r;
+}
+
+// Appends the lanes of the mask at p + n without a branch; needs room for one packet behind p + n.
+template <typename V, typename T>
+EG_INLINE int append(T* p, int n, Mask m, V a) {
+    for (int i = 0; i < W; ++i) {
+        p[n] = a[i];
+        n -= m[i];
+    }
+    return n;
+}
+
+// Cosine and sine of 2 pi x for x in [0, 1): reduced to [-1/8, 1/8] turns, then Taylor polynomials
+// (relative error below 1e-7).
+EG_INLINE void sincos_turn(Float x, Float& s, Float& c) {
+    const Int quadrant = to_int(x * 4.0f + 0.5f);
+    const Float r = (x - to_float(quadrant) * 0.25f) * 6.283185307f;
+    const Float r2 = r * r;
+    const Float sr = r * (1.0f + r2 * (-1.0f / 6 + r2 * (1.0f / 120 + r2 * (-1.0f / 5040 + r2 * (1.0f / 362880)))));
+    const Float cr = 1.0f + r2 * (-0.5f + r2 * (1.0f / 24 + r2 * (-1.0f / 720 + r2 * (1.0f / 40320))));
+    const Mask swap = (quadrant & 1) != 0;
+    const Float s1 = select(swap, cr, sr), c1 = select(swap, sr, cr);
+    s = select((quadrant & 2) != 0, -s1, s1);
+    c = select(((quadrant + 1) & 2) != 0, -c1, c1);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

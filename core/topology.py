@@ -56,32 +56,66 @@ def weld(vertices: NDArray[np.float64], tolerance: float = WELD_TOLERANCE) -> ND
     -------
     (n,) labels 0 … k - 1 in the order of the first vertex that has each.
     """
-    extent = float(np.linalg.norm(np.ptp(vertices, axis=0))) if len(vertices) else 0.0
-    step = max(extent * tolerance, np.finfo(np.float32).tiny)
-    # One grid would separate neighbours that a cell wall happens to divide. With a second grid
-    # shifted by half a cell, a pair that is close along all axes shares a cell in one of them
-    # unless walls of both fall between it, which a pair closer than half a cell rules out per axis;
-    # the labels of both grids are then merged.
-    scaled = (vertices - vertices.min(axis=0)) / (2.0 * step) if len(vertices) else vertices
-    label = np.arange(len(vertices))
-    for axis_shift in ((0.0, 0.0, 0.0), (0.5, 0.5, 0.5)):
-        cell = np.floor(scaled + np.asarray(axis_shift)).astype(np.int64)
-        _, group = np.unique(cell, axis=0, return_inverse=True)
-        group = group.reshape(-1)
-        label = _merge(label, group)
-    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
-    order = np.argsort(np.argsort(first))
-    return np.asarray(order[inverse.reshape(-1)], np.int64)
+    if len(vertices) == 0:
+        return np.zeros(0, np.int64)
+    # Copies are nearly always exact, so these are joined first and only one of each goes on.
+    distinct, copy_of = _distinct_rows(np.ascontiguousarray(vertices, np.float64) + 0.0)  # + 0.0: -0 is 0
+    points = vertices[distinct]
+    step = max(float(np.linalg.norm(np.ptp(points, axis=0))) * tolerance, float(np.finfo(np.float32).tiny))
+    # A pair that a cell wall happens to divide along some axes shares a cell of the grid that is
+    # shifted by half a cell along just these axes: eight grids miss no pair closer than half a cell.
+    scaled = (points - points.min(axis=0)) / (2.0 * step)
+    label = np.arange(len(points))
+    for shift in np.ndindex(2, 2, 2):
+        members, group = _shared_cells(np.floor(scaled + 0.5 * np.asarray(shift)).astype(np.int64))
+        if len(members):
+            label = _merge(label, members, group)
+    _, first, inverse = np.unique(label[copy_of], return_index=True, return_inverse=True)
+    order = np.empty(len(first), np.int64)
+    order[np.argsort(first)] = np.arange(len(first))
+    return order[inverse.reshape(-1)]
 
 
-def _merge(label: NDArray[np.int64], group: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Smallest label that each vertex reaches through shared labels and shared groups."""
+def _hash(rows: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """A 64 bit key per row of three (multiply and xor-shift, after MurmurHash3's finaliser)."""
+    key = np.zeros(len(rows), np.uint64)
+    for axis in range(3):
+        key ^= rows[:, axis]
+        key *= np.uint64(0xFF51AFD7ED558CCD)
+        key ^= key >> np.uint64(33)
+    return key
+
+
+def _distinct_rows(rows: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first row of each kind, and for each row the index of its kind."""
+    _, first, inverse = np.unique(_hash(rows.view(np.uint64)), return_index=True, return_inverse=True)
+    if not np.array_equal(rows[first][inverse.reshape(-1)], rows):  # two kinds have one key
+        _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return first, inverse.reshape(-1)
+
+
+def _shared_cells(cell: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices of the rows that are not alone with their cell, and a number for each one's cell."""
+    key = _hash(cell.view(np.uint64))
+    ordered = np.sort(key)
+    repeated = ordered[1:][ordered[1:] == ordered[:-1]]
+    if len(repeated) == 0:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    at = np.minimum(np.searchsorted(repeated, key), len(repeated) - 1)
+    members = np.flatnonzero(repeated[at] == key)
+    _, group = np.unique(cell[members], axis=0, return_inverse=True)
+    return members, group.reshape(-1)
+
+
+def _merge(
+    label: NDArray[np.int64], members: NDArray[np.int64], group: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Smallest label that each vertex reaches through shared labels and, for `members`, shared groups."""
     while True:
-        least = np.full(int(group.max(initial=-1)) + 1, np.iinfo(np.int64).max)
-        np.minimum.at(least, group, label)
-        through = least[group]
-        by_label = np.full(len(label), np.iinfo(np.int64).max)
-        np.minimum.at(by_label, label, through)
+        least = np.full(int(group.max()) + 1, np.iinfo(np.int64).max)
+        np.minimum.at(least, group, label[members])
+        by_label = np.arange(len(label))
+        np.minimum.at(by_label, label[members], least[group])
         merged = by_label[label]
         if np.array_equal(merged, label):
             return label
@@ -113,17 +147,25 @@ def edges(faces: NDArray[np.int32], label: NDArray[np.int64]) -> Edges:
     real = ends[:, 0] != ends[:, 1]
     corner, ends, face = corner[real], ends[real], face[real]
     key = ends[:, 0] * (int(label.max()) + 1) + ends[:, 1]
-    _, first, inverse, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
-    rank = np.argsort(np.argsort(first))  # position of each distinct edge by its first corner
-    edge = rank[inverse.reshape(-1)]
-    order = np.argsort(edge, kind="stable")
-    by_first = np.argsort(first)
-    face_first = np.concatenate([[0], np.cumsum(count[by_first])]).astype(np.uint32)
+    # Corners sorted by edge; within an edge they stay in the order of the faces.
+    order = np.argsort(key, kind="stable")
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(key[order]) != 0]) if len(key) else np.zeros(0, bool))
+    count = np.diff(starts, append=len(key))
+    first = order[starts]  # the first corner of each edge
+    is_first = np.zeros(len(key), bool)
+    is_first[first] = True
+    rank = np.cumsum(is_first)[first] - 1 if len(key) else first  # position of each edge by its first corner
+    by_rank = np.empty_like(count)
+    by_rank[rank] = count
+    face_first = np.concatenate([[0], np.cumsum(by_rank)])
+    place = np.repeat(face_first[rank] - starts, count) + np.arange(len(key))
+    listed = np.empty_like(order)
+    listed[place] = order
     return Edges(
-        corner[first[by_first], :2].astype(np.uint32),
-        face_first,
-        face[order],
-        corner[order, 2].astype(np.uint32),
+        corner[is_first, :2].astype(np.uint32),
+        face_first.astype(np.uint32),
+        face[listed],
+        corner[listed, 2].astype(np.uint32),
     )
 
 

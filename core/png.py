@@ -1,0 +1,35 @@
+"""PNG code values: writing 8 bits, and reading the 16 bits that Pillow would cut to 8."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+
+def write_codes(path: Path, codes: NDArray[np.uint8]) -> None:
+    """Write (H, W, 3 or 4) code values without any colour conversion; ``ValueError`` names the path."""
+    try:
+        Image.fromarray(codes).save(path, format="PNG")
+    except OSError as error:
+        raise ValueError(f"image '{path}': can't be written ({error.strerror or error})") from None
+
+
+def read_deep(path: Path) -> NDArray[Any] | None:
+    """(H, W, 3 or 4) uint16 code values of a PNG with 16 bits per channel; None for any other file.
+
+    Pillow has no such pixels and keeps only the first byte of each. Told that the bytes come in the
+    other order it keeps the second, so decoding twice gives both.
+    """
+    halves = []
+    for order in ("B", "L"):
+        with Image.open(path) as file:
+            kind = file.tile[0][3] if file.format == "PNG" and file.tile else None
+            if kind not in ("RGB;16B", "RGBA;16B"):
+                return None
+            file.tile = [file.tile[0]._replace(args=str(kind)[:-1] + order)]
+            halves.append(np.asarray(file, np.uint16))
+    return halves[0] * np.uint16(256) + halves[1]

@@ -22,20 +22,20 @@ from abc import ABC, abstractmethod
 from dataclasses import fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..tables import Derivative, Tables
+from ..tables import Asked, Derivative, Tables
 from .surfaces import Bools, Floats, Ints, Surfaces, dot
 
 
 class Sink(ABC):
     """Receives the blocks; `pixel` (n,), `colour` (n, 3) and `g` (n, 3) throughout."""
 
-    def __init__(self, tables: Tables, surfaces: Surfaces, moving: NDArray[np.uint8]) -> None:
+    def __init__(self, tables: Tables, surfaces: Surfaces, asked: Asked) -> None:
         self.surfaces = surfaces
-        first = tables.mesh_first_vertex
-        self.moving_vertex: Bools = np.repeat(moving.astype(bool), np.diff(first))
-        self.moving_face: Bools = moving.astype(bool)[surfaces.mesh]
+        self.asked = asked
+        moving: Bools = asked.moving.astype(bool)
+        self.moving_vertex: Bools = np.repeat(moving, np.diff(tables.mesh_first_vertex))
+        self.moving_face: Bools = moving[surfaces.mesh]
 
     def edge_point(self, pixel: Ints, colour: Floats, ends: Ints, u: Floats, g: Floats) -> None:
         """Block E on the points (1-u) a + u b of edges with vertices `ends` (n, 2)."""
@@ -103,9 +103,9 @@ class Forward(Sink):
     """Derivative image (pixels, 3) along one tangent."""
 
     def __init__(
-        self, tables: Tables, surfaces: Surfaces, moving: NDArray[np.uint8], tangent: Derivative
+        self, tables: Tables, surfaces: Surfaces, asked: Asked, tangent: Derivative
     ) -> None:
-        super().__init__(tables, surfaces, moving)
+        super().__init__(tables, surfaces, asked)
         self._tangent = {f.name: np.asarray(getattr(tangent, f.name), np.float64) for f in fields(Derivative)}
         self._tangent["vertices"] = np.where(self.moving_vertex[:, None], self._tangent["vertices"], 0.0)
         self.image = np.zeros((tables.width * tables.height, 3))
@@ -125,8 +125,8 @@ class Forward(Sink):
 class Reverse(Sink):
     """Gradient of <A, image> for an adjoint image A (pixels, 3)."""
 
-    def __init__(self, tables: Tables, surfaces: Surfaces, moving: NDArray[np.uint8], adjoint: Floats) -> None:
-        super().__init__(tables, surfaces, moving)
+    def __init__(self, tables: Tables, surfaces: Surfaces, asked: Asked, adjoint: Floats) -> None:
+        super().__init__(tables, surfaces, asked)
         self._adjoint = adjoint
         self._gradient = {f.name: np.zeros(np.shape(getattr(tables, f.name))) for f in fields(Derivative)}
 

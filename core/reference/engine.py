@@ -87,7 +87,7 @@ class Engine:
         progress: Progress | None = None,
     ) -> NDArray[np.float64]:
         """As `forward`, not rounded to float32."""
-        sink = Forward(tables, self._surfaces, asked.moving, tangent)
+        sink = Forward(tables, self._surfaces, asked, tangent)
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
         return sink.image.reshape(tables.height, tables.width, 3)
 
@@ -104,7 +104,7 @@ class Engine:
         progress: Progress | None = None,
     ) -> Derivative:
         """Gradient of sum(adjoint * image) with respect to the tables."""
-        sink = Reverse(tables, self._surfaces, asked.moving, np.asarray(adjoint, np.float64).reshape(-1, 3))
+        sink = Reverse(tables, self._surfaces, asked, np.asarray(adjoint, np.float64).reshape(-1, 3))
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
         return sink.gradient
 
@@ -127,7 +127,8 @@ class Engine:
         for k, term in enumerate(terms):
             report = None if progress is None else _part(progress, k * share, share)
             if term == "interior":
-                interior(film, self._lighting, sink, **options, progress=report)
+                lighting = self._lighting.with_possible(sink.asked.emitting)
+                interior(film, lighting, sink, **options, progress=report)
             elif term == "primary":
                 # The camera stands still: only edges that move themselves sweep over pixels.
                 wanted = sink.moving_vertex[self._edges.vertices].any(axis=1)

@@ -52,7 +52,8 @@ def interior(
                 _point(lighting, sink, hit, k)
             for k in range(len(s.sun_irradiance)):
                 _sun(lighting, sink, hit, k)
-            _environment(lighting, sink, hit, xi[:, 3:5])
+            if s.environment.any() or sink.asked.environment:
+                _environment(lighting, sink, hit, xi[:, 3:5])
         if progress is not None:
             progress(samples.fraction)
 
@@ -128,5 +129,4 @@ def _environment(lighting: Lighting, sink: Sink, hit: _Hit, xi: Floats) -> None:
     sink.albedo(hit.pixel, hit.weight / np.pi * s.environment * open_[:, None], material)
     sink.environment(hit.pixel, hit.f * open_[:, None])
     row = np.flatnonzero(blocked)
-    if s.environment.any() and len(row):
-        hit.normal(sink, row, hit.f[row] * s.environment, -w[row] / density[row, None])
+    hit.normal(sink, row, hit.f[row] * s.environment, -w[row] / density[row, None])

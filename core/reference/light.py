@@ -16,6 +16,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .rays import Rays
 from .sampling import LightChoice, cosine_direction
@@ -120,10 +121,18 @@ class Arrival:
 class Lighting:
     """The lights of a scene as seen from its surfaces."""
 
-    def __init__(self, surfaces: Surfaces, rays: Rays) -> None:
+    def __init__(self, surfaces: Surfaces, rays: Rays, choice: LightChoice | None = None) -> None:
         self.surfaces = surfaces
         self.rays = rays
-        self.choice = LightChoice(surfaces)
+        if choice is None:
+            choice = LightChoice(surfaces, np.zeros(len(surfaces.emission), bool))
+        self.choice = choice
+
+    def with_possible(self, emitting: NDArray[np.uint8]) -> Lighting:
+        """The same lights, with materials marked in `emitting` sampled even if they emit nothing now."""
+        if not emitting.any():
+            return self
+        return Lighting(self.surfaces, self.rays, LightChoice(self.surfaces, emitting.astype(bool)))
 
     def area(self, points: Points, xi: Floats) -> Arrival:
         """One sample of the emissive triangles per point, before visibility; xi (n, 3)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .surfaces import Floats, Ints, Surfaces, dot
+from .surfaces import Bools, Floats, Ints, Surfaces, dot
 
 # Random numbers of one light connection: face, two for the point on it, two for the environment.
 LIGHT_DIMENSIONS = 5
@@ -28,8 +28,12 @@ def sequence(generator: np.random.Generator, points: int, first: int, count: int
 class LightChoice:
     """Emissive triangles by area times radiance: face with probability P, then a point uniform on it."""
 
-    def __init__(self, surfaces: Surfaces) -> None:
-        weight = 0.5 * np.linalg.norm(surfaces.M, axis=1) * surfaces.emission[surfaces.material].mean(axis=1)
+    def __init__(self, surfaces: Surfaces, possible: Bools) -> None:
+        """`possible` (materials,): also to be sampled while their emission is zero, as its derivative isn't."""
+        radiance = surfaces.emission.mean(axis=1)
+        common = radiance.max(initial=0.0) or 1.0
+        radiance = np.where(possible, np.maximum(radiance, 0.1 * common), radiance)
+        weight = 0.5 * np.linalg.norm(surfaces.M, axis=1) * radiance[surfaces.material]
         self.faces = np.flatnonzero(weight > 0.0)
         self._probability = weight[self.faces] / max(weight.sum(), 1e-300)
         self._cumulated = np.cumsum(self._probability)

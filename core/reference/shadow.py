@@ -211,7 +211,8 @@ def _connect(film: Film, lighting: Lighting, edges: Occluders, segments: Segment
     screen_area = film.focal**2 * np.abs(dot(s.n[x_face], p[keep])) / c[keep, 2] ** 3
     colour = got.colour * s.albedo[s.material[x_face]] * (screen_area / np.pi)[:, None]
     G = (sigma[:, None] * across)[keep]
-    far_share = np.where(np.isfinite(got.distance), got.distance / (got.distance + gap[keep]), 1.0)[:, None]
+    # lambda = |e - y|/(|e - y| + |x1 - e|), which is 1 for lights at infinity
+    far_share = (1.0 / (1.0 + gap[keep] / got.distance))[:, None]
     sink.edge_point(pixel, colour, edges.ends[got.edge], got.u, G)
     sink.slide(pixel, colour, x_face, beta, direction[keep], -far_share * G)
     on = np.flatnonzero(got.face >= 0)

@@ -1,0 +1,17 @@
+"""Edgegrad's Blender add-on: exports the scene, fits it to pictures, writes the result back."""
+
+from __future__ import annotations
+
+
+def register() -> None:
+    """Called by Blender when the add-on is enabled."""
+    from . import registration
+
+    registration.register()
+
+
+def unregister() -> None:
+    """Called by Blender when the add-on is disabled."""
+    from . import registration
+
+    registration.unregister()

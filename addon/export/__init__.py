@@ -1,0 +1,6 @@
+"""Export: the evaluated dependency graph as an `edgegrad.Scene`, and what is needed to write results back."""
+
+from .camera import export_camera
+from .scene import Export, export_scene
+
+__all__ = ["Export", "export_camera", "export_scene"]

@@ -1,0 +1,42 @@
+"""Which objects are rendered, and what differs between Blender's viewport and its render."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..problem import Report
+
+
+def rendered_objects(view_layer: Any) -> set[str]:
+    """Full names of the view layer's objects that neither they nor their collections hide in renders."""
+    shown: set[str] = set()
+    pending = [view_layer.layer_collection]
+    while pending:
+        layer = pending.pop()
+        if layer.exclude or layer.collection.hide_render:
+            continue
+        shown.update(ob.name_full for ob in layer.collection.objects if not ob.hide_render)
+        pending += layer.children
+    return shown
+
+
+def not_evaluated(depsgraph: Any, shown: set[str]) -> list[str]:
+    """Names of meshes and lights that a render shows, but that the viewport hides."""
+    evaluated = {ob.original.name_full for ob in depsgraph.objects}
+    missing = [ob for ob in depsgraph.view_layer.objects
+               if ob.name_full in shown and ob.type in ("MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT")
+               and (ob.name_full not in evaluated or not ob.visible_get(view_layer=depsgraph.view_layer))]  # fmt: skip
+    return [ob.name for ob in missing]
+
+
+def warn_about_modifiers(ob: Any, report: Report) -> None:
+    """Warn where a modifier has other settings in renders than in the viewport, which is what is exported."""
+    for modifier in ob.modifiers:
+        where = f"object '{ob.name}', modifier '{modifier.name}'"
+        if modifier.show_viewport != modifier.show_render:
+            state = "on" if modifier.show_viewport else "off"
+            report.warn(where, f"differs between viewport and render; it is {state} here, as in the viewport")
+        elif modifier.show_viewport and getattr(modifier, "levels", 0) != getattr(modifier, "render_levels",
+                                                                                 getattr(modifier, "levels", 0)):  # fmt: skip
+            report.warn(where, f"its viewport level {modifier.levels} is used, not its render level "
+                               f"{modifier.render_levels}")  # fmt: skip

@@ -11,6 +11,43 @@
 
 namespace edgegrad {
 
+namespace {
+
+// Shadow samples per pixel and sample of the picture: each costs three rays where a picture's costs two.
+constexpr double kShadowShare = 0.5;
+
+struct BoundaryTerm {
+    bool primary;  // else shadow
+    BoundaryPlan plan;
+};
+
+// The boundary terms that a call computes. With a static camera only moving vertices sweep anything.
+std::vector<BoundaryTerm> boundary_terms(const PreparedScene& prepared, const RenderOptions& options, bool any_motion) {
+    std::vector<BoundaryTerm> terms;
+    if (!any_motion) return terms;
+    const SceneView& scene = prepared.view();
+    const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
+    const auto add = [&](bool primary, Candidates candidates, double samples, bool environment) {
+        BoundaryPlan plan(std::move(candidates), samples, pixels, options, environment);
+        if (plan.total > 0) terms.push_back({primary, std::move(plan)});
+    };
+    if (options.primary) {
+        Candidates candidates = primary_candidates(scene, prepared.edge_count());
+        // As many samples per pixel of edge as the picture has per pixel.
+        const double samples = candidates.mass() * options.samples;
+        add(true, std::move(candidates), samples, false);
+    }
+    if (options.shadow && options.max_depth >= 2) {
+        const double samples = kShadowShare * static_cast<double>(pixels) * options.samples;
+        if (scene.emitter_count > 0)
+            add(false, shadow_candidates(scene, prepared.edge_count(), false), samples, false);
+        if (scene.has_environment) add(false, shadow_candidates(scene, prepared.edge_count(), true), samples, true);
+    }
+    return terms;
+}
+
+}  // namespace
+
 Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads)
     : api_(api), kernels_(kernels), tables_(std::move(tables)), threads_(thread_count(threads)) {
     tables_.vertices.reserve(tables_.vertices.size() + 4);  // padding, see Bvh
@@ -69,25 +106,26 @@ void Engine::forward(const RenderOptions& options, const Asked& asked, const Der
             });
         });
     }
-    if (!options.primary || !span.any) return;
-    const Candidates candidates = primary_candidates(scene, prepared.edge_count());
-    const BoundaryPlan boundary(candidates, plan.pixels, options);
-    // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
-    std::vector<int32_t> pixel;
-    std::vector<float> value[3];
-    for (int64_t first = 0; first < boundary.total; first += kSplatBatch) {
-        const int64_t batch = std::min(kSplatBatch, boundary.total - first);
-        pixel.resize(static_cast<size_t>(batch));
-        for (auto& v : value) v.resize(static_cast<size_t>(batch));
-        parallel_for(threads_, (batch + kBoundaryChunk - 1) / kBoundaryChunk, progress, [&](int, int64_t chunk) {
-            const int64_t begin = chunk * kBoundaryChunk;
-            const BoundaryTask task = boundary.task(first + begin, std::min(kBoundaryChunk, batch - begin));
-            Splats splats{pixel.data() + begin, {value[0].data() + begin, value[1].data() + begin, value[2].data() + begin}};
-            kernels_.primary_forward(scene, task, d, splats);
-        });
-        for (int64_t k = 0; k < batch; ++k) {
-            if (pixel[k] < 0) continue;
-            for (int c = 0; c < 3; ++c) image[3 * static_cast<int64_t>(pixel[k]) + c] += value[c][k];
+    for (const BoundaryTerm& term : boundary_terms(prepared, options, span.any)) {
+        const auto kernel = term.primary ? kernels_.primary_forward : kernels_.shadow_forward;
+        // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
+        std::vector<int32_t> pixel;
+        std::vector<float> value[3];
+        for (int64_t first = 0; first < term.plan.total; first += kSplatBatch) {
+            const int64_t batch = std::min(kSplatBatch, term.plan.total - first);
+            pixel.resize(static_cast<size_t>(batch));
+            for (auto& v : value) v.resize(static_cast<size_t>(batch));
+            parallel_for(threads_, (batch + kBoundaryChunk - 1) / kBoundaryChunk, progress, [&](int, int64_t chunk) {
+                const int64_t begin = chunk * kBoundaryChunk;
+                const BoundaryTask task = term.plan.task(first + begin, std::min(kBoundaryChunk, batch - begin));
+                Splats splats{pixel.data() + begin,
+                              {value[0].data() + begin, value[1].data() + begin, value[2].data() + begin}};
+                kernel(scene, task, d, splats);
+            });
+            for (int64_t k = 0; k < batch; ++k) {
+                if (pixel[k] < 0) continue;
+                for (int c = 0; c < 3; ++c) image[3 * static_cast<int64_t>(pixel[k]) + c] += value[c][k];
+            }
         }
     }
 }
@@ -100,11 +138,9 @@ Derivative Engine::backward(const RenderOptions& options, const Asked& asked, co
     const ImagePlan plan(scene.camera, options);
 
     GradientGroups groups(tables_, span);
-    Candidates candidates;
-    if (options.primary && span.any)
-        candidates = primary_candidates(scene, prepared.edge_count());
-    const BoundaryPlan boundary(candidates, plan.pixels, options);
-    const int64_t boundary_chunks = (boundary.total + kBoundaryChunk - 1) / kBoundaryChunk;
+    const std::vector<BoundaryTerm> terms = boundary_terms(prepared, options, span.any);
+    int64_t boundary_chunks = 0;
+    for (const BoundaryTerm& term : terms) boundary_chunks += term.plan.chunks;
     const int64_t image_chunks = options.interior ? plan.chunks : 0;
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
@@ -129,10 +165,10 @@ Derivative Engine::backward(const RenderOptions& options, const Asked& asked, co
                 kernels_.interior_backward(scene, task, work[thread].view(), adjoint, gradient);
             });
         }
-        for (int64_t chunk = group; chunk < boundary_chunks && !stop; chunk += count, ++done) {
-            const int64_t begin = chunk * kBoundaryChunk;
-            const BoundaryTask task = boundary.task(begin, std::min(kBoundaryChunk, boundary.total - begin));
-            kernels_.primary_backward(scene, task, adjoint, gradient);
+        for (const BoundaryTerm& term : terms) {
+            const auto kernel = term.primary ? kernels_.primary_backward : kernels_.shadow_backward;
+            for (int64_t chunk = group; chunk < term.plan.chunks && !stop; chunk += count, ++done)
+                kernel(scene, term.plan.chunk(chunk), adjoint, gradient);
         }
     });
     return groups.reduce(threads_);

@@ -3,6 +3,7 @@
 #include "kernels.h"
 
 #include "boundary/primary.h"
+#include "boundary/shadow.h"
 #include "path/interior.h"
 #include "path/radiance.h"
 
@@ -16,7 +17,8 @@ const KernelTable kernel_table = {
     EG_STRING(EDGEGRAD_ISA),  W,
     radiance_kernel,          interior_forward_kernel,
     interior_backward_kernel, primary_forward_kernel,
-    primary_backward_kernel,
+    primary_backward_kernel,  shadow_forward_kernel,
+    shadow_backward_kernel,
 };
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -31,8 +31,8 @@ struct ImageTask {
     float weight;  // 1 / samples per pixel
 };
 
-// Clipped pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of
-// `total` systematic ones over their summed mass.
+// Pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of `total`
+// systematic ones over their summed mass.
 struct BoundaryTask {
     const int32_t* edge;
     const float* u0;
@@ -42,6 +42,7 @@ struct BoundaryTask {
     int64_t first, count, total;
     int32_t max_depth;
     uint32_t seed;
+    bool environment;  // shadow term: of the environment, else of the finite emitters
 };
 
 // Forward mode: one splat per boundary sample; pixel -1: none.
@@ -60,6 +61,8 @@ struct KernelTable {
                               DerivativeView& gradient);
     void (*primary_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent, Splats& splats);
     void (*primary_backward)(const SceneView&, const BoundaryTask&, const float* adjoint, DerivativeView& gradient);
+    void (*shadow_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent, Splats& splats);
+    void (*shadow_backward)(const SceneView&, const BoundaryTask&, const float* adjoint, DerivativeView& gradient);
 };
 
 }  // namespace edgegrad

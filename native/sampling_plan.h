@@ -51,25 +51,30 @@ struct ImagePlan {
     int64_t chunks;
 };
 
-// Samples of the boundary: as many per pixel of summed (weighted) edge length as the picture has per
-// pixel, at most four times those of the picture.
+// Samples of one boundary term.
 struct BoundaryPlan {
-    BoundaryPlan(const Candidates& candidates, int64_t pixels, const RenderOptions& options)
-        : candidates(candidates), options(options) {
-        const double wanted = std::ceil(candidates.mass() * options.samples);
+    // `wanted` samples in all, at most four times those of the picture.
+    BoundaryPlan(Candidates pieces, double wanted, int64_t pixels, const RenderOptions& render, bool towards_environment)
+        : candidates(std::move(pieces)), options(render), environment(towards_environment) {
         const double most = 4.0 * static_cast<double>(pixels) * options.samples;
-        total = candidates.size() == 0 ? 0 : static_cast<int64_t>(std::min(wanted, most));
+        total = candidates.size() == 0 ? 0 : static_cast<int64_t>(std::min(std::ceil(wanted), most));
+        chunks = (total + kBoundaryChunk - 1) / kBoundaryChunk;
     }
 
     BoundaryTask task(int64_t first, int64_t count) const {
         return {candidates.edge.data(), candidates.u0.data(), candidates.u1.data(), candidates.cumulative.data(),
                 candidates.size(),      first,                count,                total,
-                options.max_depth,      options.seed};
+                options.max_depth,      options.seed,         environment};
+    }
+    BoundaryTask chunk(int64_t k) const {
+        const int64_t first = k * kBoundaryChunk;
+        return task(first, std::min(kBoundaryChunk, total - first));
     }
 
-    const Candidates& candidates;
+    Candidates candidates;
     RenderOptions options;
-    int64_t total = 0;
+    bool environment;
+    int64_t total = 0, chunks = 0;
 };
 
 // The vertices of the moving meshes as one span: only these need memory for derivatives.

@@ -33,33 +33,108 @@ bool clip(double a, double b, double& u0, double& u1) {
     return u0 < u1;
 }
 
-// Share of an edge's length by which it is sampled: 0 if it can't carry a jump.
-double jump_weight(const SceneView& scene, int64_t edge, V camera, V a, V t) {
+// The faces of an edge, for what its shape tells.
+struct Wedge {
+    int faces = 0;   // with an area
+    V normal[2];     // unit normals of the first two as they are wound
+    V third[2];      // their third corners, from the edge's first vertex
+    bool same_material = true;
+
+    // Two faces in one plane, of one orientation and one material: nothing jumps there.
+    bool flat() const {
+        return faces == 2 && same_material && dot(normal[0], normal[1]) > 0.0 &&
+               length(cross(normal[0], normal[1])) < kCoplanar;
+    }
+};
+
+Wedge wedge_of(const SceneView& scene, int64_t edge, V a) {
+    Wedge wedge;
     const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
-    const V view = cross(a - camera, t);  // normal of the sheet through camera and edge
-    V normal[2];
-    double side[2];
-    int faces = 0;
     for (uint32_t k = first; k < last; ++k) {
-        const int32_t* f = scene.faces + 3 * static_cast<int64_t>(scene.edge_faces[k]);
+        const uint32_t face = scene.edge_faces[k];
+        const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face);
         const V p0 = vertex(scene, f[0]);
         const V m = cross(vertex(scene, f[1]) - p0, vertex(scene, f[2]) - p0);
         const double l = length(m);
         if (l <= 0.0) continue;  // no area, no border
-        if (faces < 2) {
-            normal[faces] = {m.x / l, m.y / l, m.z / l};
-            side[faces] = dot(view, vertex(scene, scene.edge_opposite[k]) - a);
+        if (wedge.faces < 2) {
+            wedge.normal[wedge.faces] = {m.x / l, m.y / l, m.z / l};
+            wedge.third[wedge.faces] = vertex(scene, scene.edge_opposite[k]) - a;
         }
-        ++faces;
+        ++wedge.faces;
+        wedge.same_material &= scene.face_material[face] == scene.face_material[scene.edge_faces[first]];
     }
-    if (faces == 0) return 0.0;
-    if (faces != 2 || side[0] * side[1] >= 0.0) return 1.0;  // border, junction or silhouette
-    const uint32_t* face = scene.edge_faces + first;
-    if (scene.face_material[face[0]] != scene.face_material[face[last - first - 1]]) return 1.0;
-    const double cosine = dot(normal[0], normal[1]);
-    const double sine = length(cross(normal[0], normal[1]));
-    if (cosine > 0.0 && sine < kCoplanar) return 0.0;
-    return std::clamp(length(normal[0] - normal[1]), kLeastCrease, 1.0);
+    return wedge;
+}
+
+// Share of an edge's length on the screen by which it is sampled: 0 if it can't carry a jump.
+double jump_weight(const Wedge& wedge, V camera_to_a, V t) {
+    if (wedge.faces == 0 || wedge.flat()) return 0.0;
+    if (wedge.faces != 2 || !wedge.same_material) return 1.0;  // border or junction
+    const V sheet = cross(camera_to_a, t);  // normal of the sheet through camera and edge
+    if (dot(sheet, wedge.third[0]) * dot(sheet, wedge.third[1]) >= 0.0) return 1.0;  // silhouette
+    return std::clamp(length(wedge.normal[0] - wedge.normal[1]), kLeastCrease, 1.0);
+}
+
+// Where the finite emitters are: a ball around triangles and point lights, directions of suns.
+struct EmitterBounds {
+    V center{0, 0, 0};
+    double radius = -1.0;  // negative: there are none
+    std::vector<V> towards_suns;
+
+    explicit EmitterBounds(const SceneView& scene) {
+        std::vector<V> points;
+        for (int32_t k = 0; k < scene.emitter_count; ++k) {
+            const int64_t index = scene.emitter_index[k];
+            if (scene.emitter_kind[k] == kEmissiveTriangle)
+                for (int c = 0; c < 3; ++c) points.push_back(vertex(scene, scene.faces[3 * index + c]));
+            else if (scene.emitter_kind[k] == kPointLight)
+                points.push_back(vector(scene.point_position + 3 * index));
+            else
+                towards_suns.push_back(V{0, 0, 0} - vector(scene.sun_direction + 3 * index));
+        }
+        if (points.empty()) return;
+        V low = points[0], high = points[0];
+        for (const V& p : points) {
+            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+        }
+        center = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y), 0.5 * (low.z + high.z)};
+        for (const V& p : points) radius = std::max(radius, length(p - center));
+    }
+};
+
+// Whether two faces may lie on one side of the sheet through the edge and some emitter. With the
+// normals n0 = t x c0 and n1 = c1 x t (equal for a flat pair), a point y sees the edge as a
+// silhouette iff n0.(y - a) and n1.(y - a) differ in sign.
+bool may_be_silhouette(const Wedge& wedge, V a, V t, const EmitterBounds& emitters) {
+    if (wedge.faces != 2) return true;
+    V n[2] = {cross(t, wedge.third[0]), cross(wedge.third[1], t)};
+    for (V& v : n) {
+        const double l = std::max(length(v), 1e-300);
+        v = {v.x / l, v.y / l, v.z / l};
+    }
+    // Rounding must not lose an edge that the kernels' arithmetic sees as a silhouette.
+    constexpr double kSlack = 1e-5;
+    if (emitters.radius >= 0.0) {
+        const V d = emitters.center - a;
+        const double reach = emitters.radius + kSlack * length(d);
+        const double h0 = dot(n[0], d), h1 = dot(n[1], d);
+        if (!(h0 > reach && h1 > reach) && !(h0 < -reach && h1 < -reach)) return true;
+    }
+    for (const V& sun : emitters.towards_suns) {
+        const double h0 = dot(n[0], sun), h1 = dot(n[1], sun);
+        if (!(h0 > kSlack && h1 > kSlack) && !(h0 < -kSlack && h1 < -kSlack)) return true;
+    }
+    return false;
+}
+
+void add(Candidates& out, int64_t edge, double u0, double u1, double mass) {
+    if (!(mass > 0.0)) return;
+    out.edge.push_back(static_cast<int32_t>(edge));
+    out.u0.push_back(static_cast<float>(u0));
+    out.u1.push_back(static_cast<float>(u1));
+    out.cumulative.push_back(out.cumulative.back() + mass);
 }
 
 }  // namespace
@@ -92,12 +167,34 @@ Candidates primary_candidates(const SceneView& scene, int64_t edge_count) {
             sy[k] = (y[0] + u * (y[1] - y[0])) / depth;
         }
         const double pixels = std::hypot(sx[1] - sx[0], sy[1] - sy[0]);
-        const double mass = pixels * jump_weight(scene, edge, origin, a, b - a);
-        if (!(mass > 0.0)) continue;
-        out.edge.push_back(static_cast<int32_t>(edge));
-        out.u0.push_back(static_cast<float>(u0));
-        out.u1.push_back(static_cast<float>(u1));
-        out.cumulative.push_back(out.cumulative.back() + mass);
+        add(out, edge, u0, u1, pixels * jump_weight(wedge_of(scene, edge, a), a - origin, b - a));
+    }
+    return out;
+}
+
+Candidates shadow_candidates(const SceneView& scene, int64_t edge_count, bool environment) {
+    Candidates out;
+    const EmitterBounds emitters(scene);
+    for (int64_t edge = 0; edge < edge_count; ++edge) {
+        const V a = vertex(scene, scene.edge_vertices[2 * edge]);
+        const V t = vertex(scene, scene.edge_vertices[2 * edge + 1]) - a;
+        const Wedge wedge = wedge_of(scene, edge, a);
+        if (wedge.faces == 0 || wedge.flat()) continue;
+        double mass = length(t);
+        if (environment) {
+            // Times the width of the wedges of directions in which it is a silhouette: the angle
+            // between n0 = t x c0 and n1 = c1 x t, all directions if there are not two faces.
+            const V n0 = cross(t, wedge.third[0]), n1 = cross(wedge.third[1], t);
+            mass *= wedge.faces == 2 ? std::atan2(length(cross(n0, n1)), dot(n0, n1)) : M_PI;
+        } else {
+            if (!may_be_silhouette(wedge, a, t, emitters)) continue;
+            // Light through the edge falls with the squared distance from emitters of finite place.
+            if (emitters.radius >= 0.0 && emitters.towards_suns.empty()) {
+                const V d = emitters.center - a;
+                mass /= dot(d, d) + emitters.radius * emitters.radius + 1e-30;
+            }
+        }
+        add(out, edge, 0.0, 1.0, mass);
     }
     return out;
 }

@@ -19,9 +19,14 @@ struct Candidates {
     double mass() const { return cumulative.back(); }
 };
 
-// All candidates among the edges of moving meshes. Only a flat pair of faces can't carry a jump: two
+// Edges that the camera sees, of moving meshes (static ones under a static camera sweep over nothing). Only a flat pair of faces can't carry a jump: two
 // faces in one plane, of one orientation and one material. Silhouettes, open borders, creases between
 // flat faces and material borders are one case (derivations A3).
 Candidates primary_candidates(const SceneView& scene, int64_t edge_count);
+
+// Edges that may hide light from a surface: silhouettes as seen from some point of the finite
+// emitters, or (towards the environment) all that are not flat. Of all meshes: what moves may also
+// be the surface or the light.
+Candidates shadow_candidates(const SceneView& scene, int64_t edge_count, bool environment);
 
 }  // namespace edgegrad

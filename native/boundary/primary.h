@@ -9,8 +9,8 @@
 // point is nudged by an epsilon. Both use the same random numbers.
 #pragma once
 
+#include "boundary/pieces.h"
 #include "path/blocks.h"
-#include "path/stream.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -23,7 +23,7 @@ struct EdgeSample {
     Vec3 direction;                // towards e, of unit depth
     Float depth;
     Int pixel;
-    UInt stream, index;
+    PathIndex random;
 };
 
 // Faces of the edge that are seen just beside it; -1: none on that side.
@@ -31,63 +31,30 @@ struct Sides {
     Int plus, minus;
 };
 
-// Samples [task.first + at, …) of the systematic sequence over the pieces' mass.
+// Samples [task.first + at, …) of the pieces, seen from the camera.
 EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at, int64_t& piece) {
+    const PieceSample place = sample_piece(scene, task, at, piece);
     EdgeSample s;
-    const double total = task.cumulative[task.pieces];
-    const double step = total / static_cast<double>(task.total);
-    Float u0 = splat(0.0f), u1 = splat(0.0f), tau = splat(0.0f), density = splat(1.0f);
-    s.edge = splat(0);
-    for (int i = 0; i < W; ++i) {
-        const int64_t k = at + i;
-        s.active[i] = k < task.count ? -1 : 0;
-        const uint32_t number = static_cast<uint32_t>(task.first + k);
-        s.index[i] = number;
-        if (k >= task.count) continue;
-        // Stratified: sample number k lies in the k-th of equal shares of the mass.
-        const double jitter = static_cast<double>(hash(number ^ hash(task.seed ^ 0x51ed270bu)) >> 8) * 5.9604645e-8;
-        const double place = (static_cast<double>(task.first + k) + jitter) * step;
-        while (piece + 1 < task.pieces && task.cumulative[piece + 1] <= place) ++piece;
-        const double mass = task.cumulative[piece + 1] - task.cumulative[piece];
-        s.edge[i] = task.edge[piece];
-        u0[i] = task.u0[piece];
-        u1[i] = task.u1[piece];
-        const double t = (place - task.cumulative[piece]) / mass;
-        tau[i] = static_cast<float>(t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t);
-        density[i] = static_cast<float>(mass / step);  // expected samples on this piece
-    }
-    s.stream = hash(s.index ^ splat(hash(task.seed ^ 0x2545f491u)));
-
-    Vec3 a = zero3(), b = zero3();
-    for (int i = 0; i < W; ++i) {
-        const uint32_t* ends = scene.edge_vertices + 2 * static_cast<int64_t>(s.edge[i]);
-        const float* p = scene.vertices + 3 * static_cast<int64_t>(ends[0]);
-        const float* q = scene.vertices + 3 * static_cast<int64_t>(ends[1]);
-        a.x[i] = p[0], a.y[i] = p[1], a.z[i] = p[2];
-        b.x[i] = q[0], b.y[i] = q[1], b.z[i] = q[2];
-    }
+    s.active = place.active;
+    s.edge = place.edge;
+    s.random = place.random;
     const CameraView& c = scene.camera;
-    const Vec3 o = splat3(c.position), back = splat3(c.back), t = b - a;
+    const Vec3 o = splat3(c.position), back = splat3(c.back), a = place.a, t = place.t;
     // Uniform along the piece on the screen: with depths z0, z1 at its ends, the fraction tau of the
     // screen length lies at the fraction tau z0/(z1 + tau (z0 - z1)) of the piece in space.
-    const Float z_a = -dot(back, a - o), z_t = -dot(back, t);
-    const Float z0 = z_a + u0 * z_t, z1 = z_a + u1 * z_t;
-    const Float w = z1 + tau * (z0 - z1);
-    s.u = u0 + (u1 - u0) * (tau * z0 / w);
-    const Float du = (u1 - u0) * (z0 * z1 / (w * w));  // du / dtau
+    const Float z_a = -dot(back, a - o), z_t = -dot(back, t), length = place.u1 - place.u0;
+    const Float z0 = z_a + place.u0 * z_t, z1 = z_a + place.u1 * z_t;
+    const Float w = z1 + place.tau * (z0 - z1);
+    s.u = place.u0 + length * (place.tau * z0 / w);
+    const Float du = length * (z0 * z1 / (w * w));  // du / dtau
     s.point = a + t * s.u;
     s.relative = s.point - o;
     s.depth = -dot(back, s.relative);
     s.normal = cross(a - o, t);  // the same for all points of the edge
     s.direction = s.relative * (1.0f / s.depth);
-    s.weight = du * (c.focal * c.focal) / (s.depth * s.depth * s.depth * density);
-
-    const Float sx = dot(splat3(c.right), s.direction) * c.focal + c.principal[0];
-    const Float sy = c.principal[1] - dot(splat3(c.up), s.direction) * c.focal;
-    const Mask inside = (sx >= 0.0f) & (sy >= 0.0f) & (sx < static_cast<float>(c.width)) &
-                        (sy < static_cast<float>(c.height)) & (s.depth > 0.0f);
-    s.active &= inside;
-    s.pixel = select(s.active, to_int(sy) * c.width + to_int(sx), splat(0));
+    s.weight = du * (c.focal * c.focal) / (s.depth * s.depth * s.depth * place.density);
+    s.pixel = pixel_of(c, s.direction, s.active);
+    s.active &= s.depth > 0.0f;
     return s;
 }
 
@@ -168,7 +135,7 @@ EG_INLINE Vec3 edge_jump(const SceneView& scene, EdgeSample& s, int max_depth) {
     s.active &= ~(closest.hit & (closest.distance < s.depth * (1.0f - 1e-5f)));
     if (!any(s.active)) return zero3();
     LightRandom random{};
-    if (max_depth >= 2) random = light_random(scene, s.stream, splat(0u));
+    if (max_depth >= 2) random = light_random(scene, s.random.stream, s.random.sample);
     const Vec3 plus = side_radiance(scene, s, sides.plus, closest, max_depth, random);
     const Vec3 minus = side_radiance(scene, s, sides.minus, closest, max_depth, random);
     return minus - plus;
@@ -181,17 +148,6 @@ EG_INLINE void edge_blocks(Mode& mode, const EdgeSample& s, Vec3 jump) {
     mode.edge_end(s.active, 1, s.edge, g * s.u, jump);
 }
 
-// First piece whose mass reaches beyond the task's first sample.
-EG_INLINE int64_t first_piece(const BoundaryTask& task) {
-    const double place = static_cast<double>(task.first) * (task.cumulative[task.pieces] / static_cast<double>(task.total));
-    int64_t low = 0, high = task.pieces;
-    while (high - low > 1) {
-        const int64_t mid = (low + high) / 2;
-        (task.cumulative[mid] <= place ? low : high) = mid;
-    }
-    return low;
-}
-
 static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, const DerivativeView& tangent,
                                    Splats& splats) {
     int64_t piece = first_piece(task);
@@ -200,12 +156,7 @@ static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& t
         Forward mode{scene, tangent};
         const Vec3 jump = edge_jump(scene, s, task.max_depth);
         edge_blocks(mode, s, jump);
-        for (int i = 0; i < W && at + i < task.count; ++i) {
-            splats.pixel[at + i] = s.active[i] ? s.pixel[i] : -1;
-            splats.value[0][at + i] = mode.value.x[i];
-            splats.value[1][at + i] = mode.value.y[i];
-            splats.value[2][at + i] = mode.value.z[i];
-        }
+        write_splats(task, splats, at, s.active, s.pixel, mode.value);
     }
 }
 

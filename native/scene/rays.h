@@ -103,26 +103,32 @@ EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Ve
     return closest;
 }
 
-// Whether light from the point `origin` of a surface is blocked on its way along `direction`, up to
-// `far` times its length. Rays leave along the surface's normal, further than rounding can be wrong.
-EG_INLINE Mask occluded_from(const SceneView& scene, Mask active, const SurfacePoint& from, Vec3 direction,
-                             Float far) {
+// Where rays leave a surface: off along its normal, further than rounding can be wrong.
+EG_INLINE Vec3 leave_surface(const SurfacePoint& x) { return x.position + x.normal * x.offset; }
+
+// Whether something is hit within `far` times the direction's length; the faces of `edge` are
+// ignored where it is not negative.
+EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far, Int edge) {
     if (!any(active)) return active;
     alignas(64) int32_t valid[W];
     store(valid, active);
     Ray ray;
-    set_ray(ray, from.position + from.normal * from.offset, direction, splat(0.0f), far);
+    set_ray(ray, origin, direction, splat(0.0f), far);
     EdgeContext context;
     embree::QueryArguments args;
     args.context = &context.base;
-    if (any(from.edge >= 0)) {
+    if (any(edge >= 0)) {
         context.scene = &scene;
-        store(context.edge, from.edge);
+        store(context.edge, edge);
         args.flags |= embree::kInvokeArgumentFilter;
         args.filter = ignore_edge_faces;
     }
     query_occluded(scene, valid, ray, args);
     return active & (load(ray.tfar) < 0.0f);  // Embree sets -inf where it found a hit
+}
+
+EG_INLINE Mask occluded_from(const SceneView& scene, Mask active, const SurfacePoint& x, Vec3 direction, Float far) {
+    return occluded(scene, active, leave_surface(x), direction, far, x.edge);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

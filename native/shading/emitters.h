@@ -6,20 +6,20 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// One emitter seen from a surface point x. The direct light it gives through a diffuse surface is
+// One emitter seen from a point x. The direct light it gives through a diffuse surface there is
 //   albedo/pi * radiance * geometry * (n . w) * V,
 // where `geometry` holds everything but that cosine, divided by the probability of the sample:
 //   triangle: |w . M| / (2 r^2 P)   (area measure; p = P / A, A = |M|/2, so |M| cancels)
 //   point:    1 / (r^2 P)           (radiance is the intensity, W/sr)
 //   sun:      1 / P                 (radiance is the irradiance)
 struct EmitterSample {
-    Mask active;   // reachable: in front of the surface and on an emitting side
+    Mask active;   // on an emitting side and, for a surface, in front of it
     Int kind, index;
-    Vec3 w;        // unit, from the surface to the emitter
+    Vec3 w;        // unit, from x to the emitter
     Float r;       // distance; infinite for a sun
     Vec3 radiance;
     Float geometry;
-    Float cosine;  // n . w at the surface
+    Float cosine;  // n . w at a surface
     // Triangles only:
     Triangle triangle;
     Float b1, b2;
@@ -40,7 +40,8 @@ EG_INLINE Int find_interval(const float* cdf, int count, Float u) {
     return low;
 }
 
-EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, const SurfacePoint& x, Float u, Float v) {
+// A sample of the finite emitters for any point of space.
+EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, Vec3 position, Float u, Float v) {
     EmitterSample s;
     const Int pick = find_interval(scene.emitter_cdf, scene.emitter_count, u);
     const Float low = gather(scene.emitter_cdf, pick), high = gather(scene.emitter_cdf, pick + 1);
@@ -71,7 +72,7 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, cons
     }
     if (any(is_point)) target = select(is_point, gather3(scene.point_position, select(is_point, s.index, splat(0))), target);
 
-    const Vec3 d = target - x.position;
+    const Vec3 d = target - position;
     const Float r2 = dot(d, d);
     s.r = sqrt(r2);
     s.w = d * (1.0f / max(s.r, 1e-30f));
@@ -80,11 +81,11 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, cons
         s.w = select(is_sun, -travel, s.w);
         s.r = select(is_sun, splat(__builtin_inff()), s.r);
     }
-    s.cosine = dot(x.normal, s.w);
+    s.cosine = splat(1.0f);
 
     Float geometry = select(is_sun, splat(1.0f), 1.0f / max(r2, 1e-30f));
     s.radiance = zero3();
-    Mask emits = active & (s.cosine > 0.0f);
+    Mask emits = active;
     if (any(is_triangle)) {
         const Float facing = -dot(s.w, s.m);  // > 0: x sees the front
         const Mask two_sided = gather(scene.emission_two_sided, material) != 0;
@@ -103,12 +104,19 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, cons
     return s;
 }
 
-// Whether something stands between the surface and the emitter.
-EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {
-    // Both ends leave their surfaces: the ray stops short of the emitter's own triangle.
-    const Vec3 start = x.position + x.normal * x.offset;
+// The same for a surface point; only emitters in front of it count.
+EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, const SurfacePoint& x, Float u, Float v) {
+    EmitterSample s = sample_emitter(scene, active, x.position, u, v);
+    s.cosine = dot(x.normal, s.w);
+    s.active &= s.cosine > 0.0f;
+    return s;
+}
+
+// Whether something stands between the point `x` and the emitter; rays start at `start`, off x's surface.
+EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, Int edge, const EmitterSample& s) {
     const Mask is_sun = s.kind == kSunLight;
-    Vec3 end = x.position + s.w * select(is_sun, splat(1.0f), s.r);
+    // The far end leaves its surface too: the ray stops short of the emitter's own triangle.
+    Vec3 end = x + s.w * select(is_sun, splat(1.0f), s.r);
     const Mask is_triangle = s.kind == kEmissiveTriangle;
     if (any(is_triangle)) {
         const Float length = sqrt(dot(s.m, s.m));
@@ -117,7 +125,11 @@ EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, con
         end = select(is_triangle, end + s.m * (offset / max(length, 1e-30f)), end);
     }
     const Vec3 direction = select(is_sun, s.w, end - start);
-    return occluded_from(scene, s.active, x, direction, select(is_sun, splat(__builtin_inff()), 0.99999f));
+    return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f), edge);
+}
+
+EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {
+    return emitter_hidden(scene, x.position, leave_surface(x), x.edge, s);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -25,7 +25,7 @@ EG_INLINE Vec3 select(Mask m, Vec3 a, Vec3 b) {
 EG_INLINE Vec3 zero3() { return {splat(0.0f), splat(0.0f), splat(0.0f)}; }
 EG_INLINE Vec3 splat3(const float* v) { return {splat(v[0]), splat(v[1]), splat(v[2])}; }
 EG_INLINE Vec3 gather3(const float* base, Int row) {
-    Vec3 r;
+    Vec3 r = zero3();
     for (int i = 0; i < W; ++i) {
         const float* p = base + 3 * static_cast<int64_t>(row[i]);
         r.x[i] = p[0];

@@ -1,0 +1,98 @@
+"""The pictures that a fit aims at, checked against the cameras that they belong to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._check import array, number
+from .camera import Camera
+from .scene import Scene
+
+
+@dataclass
+class Target:
+    """A picture that the scene should look like.
+
+    Attributes
+    ----------
+    image
+        (H, W, 3) linear Rec.709 radiance of the camera's size; or (H, W, 4) with straight alpha, as
+        `images.read_image` gives it: it is then put over the scene's world, which is what a render
+        shows where nothing stands.
+    camera
+        Where it was taken from; None: the scene's camera.
+    mask
+        (H, W) weight of each pixel, >= 0 (0: ignored); None: all 1.
+    weight
+        Weight of this picture among several, > 0.
+    """
+
+    image: ArrayLike
+    camera: Camera | None = None
+    mask: ArrayLike | None = None
+    weight: float = 1.0
+
+
+@dataclass(frozen=True)
+class View:
+    """A checked target."""
+
+    image: NDArray[np.float32]
+    camera: Camera
+    mask: NDArray[np.float64] | None
+    weight: float
+
+
+def views(scene: Scene, targets: Sequence[Target]) -> list[View]:
+    """Checked targets with weights whose mean is 1.
+
+    Raises
+    ------
+    ValueError
+        Naming the target by its place in the list, and the field.
+    """
+    if isinstance(targets, Target):
+        targets = [targets]
+    out = [_view(scene, f"target {k}", target) for k, target in enumerate(targets)]
+    if not out:
+        raise ValueError("fit: there is no target; give at least one")
+    mean = sum(view.weight for view in out) / len(out)
+    return [View(view.image, view.camera, view.mask, view.weight / mean) for view in out]
+
+
+def _view(scene: Scene, where: str, target: Target) -> View:
+    if not isinstance(target, Target):
+        raise ValueError(f"{where}: must be an edgegrad.Target, not {type(target).__name__}")
+    camera = scene.camera if target.camera is None else target.camera
+    if not isinstance(camera, Camera):
+        raise ValueError(f"{where}: camera must be an edgegrad.Camera, not {type(camera).__name__}")
+    try:
+        camera.validate()
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
+    size = (camera.height, camera.width)
+    image = array(where, "image", target.image, (None, None, None), np.float32)
+    if image.shape[2] not in (3, 4):
+        raise ValueError(f"{where}: image must have the shape (H, W, 3) or (H, W, 4), not {image.shape}")
+    if image.shape[:2] != size:
+        raise ValueError(
+            f"{where}: image is {image.shape[1]} x {image.shape[0]} pixels, but its camera's picture is "
+            f"{camera.width} x {camera.height}"
+        )
+    if image.shape[2] == 4:
+        alpha = image[..., 3:]
+        background = (scene.world.color * scene.world.strength).astype(np.float32)
+        # Where alpha is 0 an EXR may still hold light (a glow), which adds to the background.
+        image = image[..., :3] * np.where(alpha > 0.0, alpha, 1.0) + (1.0 - alpha) * background
+    mask = None
+    if target.mask is not None:
+        mask = array(where, "mask", target.mask, (None, None), np.float64, least=0.0)
+        if mask.shape != size:
+            raise ValueError(f"{where}: mask must have the shape {size} of its image, not {mask.shape}")
+        if not mask.any():
+            raise ValueError(f"{where}: mask is 0 everywhere")
+    return View(image, camera, mask, number(where, "weight", target.weight, above=0.0))

@@ -1,0 +1,96 @@
+"""What an optimiser moves for each parameter: its step, its limits, and for vertices the preconditioner."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import parameters
+from .large_steps import LargeSteps
+from .mesh import Mesh
+from .optimisers import Adam, AdamUniform
+from .scene import Scene
+
+F64 = NDArray[np.float64]
+
+# Defaults of one step: of vertices as a fraction of their mesh's bounding box diagonal, of reflectances
+# and light colours absolute, of powers, strengths and radiances as a fraction of their largest value.
+VERTEX_STEP = 0.01
+COLOR_STEP = 0.03
+POWER_STEP = 0.03
+# Preconditioning: lambda per welded vertex, so that a disturbance spreads over the same part of a
+# surface however finely it is divided (sqrt(lambda) edges, and edges get shorter by sqrt(vertices)).
+SMOOTHNESS_PER_VERTEX = 1.0 / 250.0
+SMOOTHNESS_RANGE = (4.0, 1000.0)
+
+UNBOUNDED = (-np.inf, np.inf)
+LIMITS = {"base_color": (0.0, 1.0), "vertices": UNBOUNDED}  # all others: not below 0
+
+
+class Unknown(Protocol):
+    """One parameter of a fit."""
+
+    path: str
+    step: float
+
+    def take_step(self, gradient: F64, factor: float) -> Any:
+        """The parameter's next value, after a step of `factor` times the parameter's own length."""
+        ...
+
+
+class Values:
+    """A colour, power or strength: Adam on the values themselves, clipped to their range."""
+
+    def __init__(self, scene: Scene, path: str, step: float | None) -> None:
+        self.path = path
+        self.value = np.array(parameters.get(scene, path), np.float64)
+        fieldname = parameters.split(path)[2]
+        self.step = _values_step(fieldname, self.value) if step is None else step
+        self.limits = LIMITS.get(fieldname, (0.0, np.inf))
+        self._optimiser = Adam(self.step)
+
+    def take_step(self, gradient: F64, factor: float) -> Any:
+        self.value = np.clip(self._optimiser.update(self.value, gradient, factor), *self.limits)
+        return self.value
+
+
+class Vertices:
+    """A mesh's vertices: AdamUniform on the preconditioned, welded positions."""
+
+    def __init__(self, scene: Scene, path: str, step: float | None, smoothness: float | None) -> None:
+        self.path = path
+        mesh: Mesh = parameters.owner(scene, path)[0]
+        extent = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
+        if not extent > 0.0:
+            raise ValueError(f"parameter '{path}': all vertices are at one place; the mesh has no extent to move by")
+        self.step = (VERTEX_STEP if step is None else step) * extent
+        self._steps = LargeSteps(
+            mesh.vertices, mesh.faces, _smoothness(len(mesh.vertices)) if smoothness is None else smoothness
+        )
+        self._unknowns = self._steps.unknowns(mesh.vertices)
+        self._optimiser = AdamUniform(self.step)
+
+    def take_step(self, gradient: F64, factor: float) -> Any:
+        self._unknowns = self._optimiser.update(self._unknowns, self._steps.gradient(gradient), factor)
+        return self._steps.vertices(self._unknowns)
+
+
+def unknown(scene: Scene, path: str, step: float | None, smoothness: float | None) -> Unknown:
+    """The unknown of a parameter; `step` and `smoothness` None: the defaults above."""
+    if parameters.split(path)[2] == "vertices":
+        return Vertices(scene, path, step, smoothness)
+    return Values(scene, path, step)
+
+
+def _values_step(fieldname: str, value: F64) -> float:
+    if fieldname in ("base_color", "color"):
+        return COLOR_STEP
+    # From 0 there is no scale to go by: steps of POWER_STEP, in the parameter's own unit.
+    return POWER_STEP * (float(np.abs(value).max()) or 1.0)
+
+
+def _smoothness(vertices: int) -> float:
+    low, high = SMOOTHNESS_RANGE
+    return min(max(SMOOTHNESS_PER_VERTEX * vertices, low), high)

@@ -1,0 +1,145 @@
+"""Reference cases: picture and derivative agree with central differences of another renderer, block by block.
+
+The files (``tests/references``) hold scenes, pictures and central differences with their standard errors; more of them
+are read from EDGEGRAD_REFS, or from ``../shared/refs`` beside the repository, where these exist.
+"""
+
+from __future__ import annotations
+
+import os
+import pathlib
+
+import numpy as np
+import pytest
+
+from edgegrad.renderer import Renderer, engine_class
+from tests import peer_scenes
+from tests.block_statistics import ALARM, block_sums, compare, over_theta
+
+HERE = pathlib.Path(__file__).parent
+FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HERE.parent.parent / "shared" / "refs"))]
+CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
+# Not in the repository (size); tested where the files exist. They are about moving shadows.
+MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
+UNSUPPORTED = {
+    "camera_move": "smooth shading|camera",
+    "cornell_albedo": "max_depth 6",
+    "glass_sphere": "max_depth 6",
+    "glossy_emitter": "conductor",
+    "point_shadow": "smooth shading",
+    "roughness_env": "principled",
+    "spot_intensity": "smooth shading|spot",
+}
+# The files don't tell the noise of their pictures: independent samples, at least this many per pixel.
+PICTURE_SPP = 8192
+SLOW = pytest.mark.slow
+# engine, samples per pixel and seed
+RUNS = [
+    *[pytest.param(case, "native", 32, id=f"native-{case}") for case in CASES],
+    *[pytest.param(case, "native", 32, id=f"native-{case}", marks=SLOW) for case in MORE],
+    pytest.param("tri_background", "reference", 8, id="reference-tri_background"),
+    *[pytest.param(case, "reference", 16, id=f"reference-{case}", marks=SLOW) for case in CASES[2:] + MORE[:2]],
+]
+
+
+def find(case: str) -> pathlib.Path:
+    """Path of a case's file; skips the test where there is none."""
+    for folder in FOLDERS:
+        if (folder / f"{case}.npz").exists():
+            return folder / f"{case}.npz"
+    pytest.skip(f"no reference data for {case} (set EDGEGRAD_REFS)")
+
+
+def need(engine: str) -> None:
+    """Skip the test where the engine can't be loaded."""
+    try:
+        engine_class(engine)
+    except ImportError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize(("case", "engine", "spp"), RUNS)
+def test_picture_agrees(case: str, engine: str, spp: int) -> None:
+    need(engine)
+    scene, _, arrays = peer_scenes.load(find(case))
+    renderer = Renderer(scene, engine=engine)
+    depth = int(arrays["max_depth"])
+    pictures = [renderer.render(spp=spp, seed=seed, max_depth=depth) for seed in range(8)]
+    single = [renderer.render(spp=1, seed=seed, max_depth=depth) for seed in range(100, 116)]
+    # Our environment sampling is free of noise where nothing is hidden; theirs has about half the radiance.
+    spread = np.maximum(np.std(single, axis=0, ddof=1), 0.5 * np.mean(pictures, axis=0))
+    stderr = spread / np.sqrt(PICTURE_SPP)
+    outcome = compare(pictures, arrays["image"], stderr)
+    print(outcome)
+    assert outcome.p_value > ALARM, str(outcome)
+
+
+@pytest.mark.parametrize(("case", "engine", "spp"), RUNS)
+def test_derivative_agrees(case: str, engine: str, spp: int) -> None:
+    need(engine)
+    path = find(case)
+    _, _, arrays = peer_scenes.load(path)
+    depth = int(arrays["max_depth"])
+    samples = over_theta(
+        path,
+        float(arrays["eps"]),
+        lambda scene, tangent, seed: Renderer(scene, engine=engine).render_forward(
+            tangent, spp=spp, seed=seed, max_depth=depth
+        ),
+    )
+    outcome = compare(samples, arrays["grad_fd"], arrays["grad_fd_stderr"])
+    print(outcome)
+    assert outcome.p_value > ALARM, str(outcome)
+
+
+@pytest.mark.parametrize(
+    ("case", "missing"), [("tri_background", "primary"), ("crease", "interior"), ("two_triangles", "shadow")]
+)
+def test_comparison_notices_a_missing_term(case: str, missing: str) -> None:
+    """The same comparison fails for each term left out: it can tell them."""
+    path = find(case)
+    _, _, arrays = peer_scenes.load(path)
+    terms = [t for t in ("interior", "primary", "shadow") if t != missing]
+    samples = over_theta(
+        path,
+        float(arrays["eps"]),
+        lambda scene, tangent, seed: Renderer(scene).render_forward(tangent, spp=4, seed=seed, terms=terms),
+    )
+    assert compare(samples, arrays["grad_fd"], arrays["grad_fd_stderr"]).p_value < 1e-6
+
+
+@pytest.mark.parametrize("case", sorted(UNSUPPORTED))
+def test_unsupported_feature_is_named(case: str) -> None:
+    path = find(case)
+    with pytest.raises(peer_scenes.UnsupportedFeature, match=UNSUPPORTED[case]):
+        peer_scenes.load(path)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_tangent_is_the_derivative_of_the_motion(case: str) -> None:
+    """`load_at` moves the scene as the tangent says; at theta = 0 it is the scene of `load`."""
+    path = find(case)
+    scene, tangent, arrays = peer_scenes.load(path)
+    assert arrays["image"].shape == (scene.camera.height, scene.camera.width, 3)
+    assert tangent
+    h = 1e-4
+    ahead, behind = peer_scenes.load_at(path, h)[0], peer_scenes.load_at(path, -h)[0]
+    for name, mesh in scene.meshes.items():
+        difference = (ahead.meshes[name].vertices - behind.meshes[name].vertices) / (2.0 * h)
+        rate = tangent.get(f"meshes.{name}.vertices", np.zeros_like(mesh.vertices))
+        assert difference == pytest.approx(rate, abs=1e-7)
+        assert peer_scenes.load_at(path, 0.0)[0].meshes[name].vertices == pytest.approx(mesh.vertices, abs=1e-15)
+
+
+def test_reference_files_are_small() -> None:
+    files = list((HERE / "references").glob("*.npz"))
+    assert {f.stem for f in files} == set(CASES)
+    assert sum(f.stat().st_size for f in files) < 2_000_000
+
+
+def test_reference_noise_is_below_the_signal() -> None:
+    """A reference that is all noise would agree with everything."""
+    for case in CASES:
+        _, _, arrays = peer_scenes.load(find(case))
+        noise = np.sqrt(block_sums(arrays["grad_fd_stderr"].astype(np.float64) ** 2).sum())
+        assert noise < 0.1 * np.linalg.norm(block_sums(arrays["grad_fd"]))

@@ -78,6 +78,14 @@ EG_INLINE Float occluder_side(const SceneView& scene, const PieceSample& p, Vec3
     return sigma;
 }
 
+// Whether the edge's mesh is among the parameters.
+EG_INLINE Mask edge_moving(const SceneView& scene, Int edge) {
+    Mask moving;
+    for (int i = 0; i < W; ++i)
+        moving[i] = scene.face_moving[scene.edge_faces[scene.edge_face_first[edge[i]]]] ? -1 : 0;
+    return moving;
+}
+
 // Direction to the environment about the edge; the density of its solid angle.
 EG_INLINE Vec3 environment_direction(const SceneView& scene, const PieceSample& p, Float& density) {
     Vec3 axis, b1, b2;
@@ -149,12 +157,11 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     s.pixel = pixel_of(c, s.direction, s.active);
 
     // What doesn't move sweeps over nothing.
-    Mask moves = gather(scene.face_moving, s.x.face);
-    for (int i = 0; i < W; ++i) moves[i] |= scene.face_moving[scene.edge_faces[scene.edge_face_first[s.edge[i]]]];
+    Mask moves = edge_moving(scene, s.edge) | (gather(scene.face_moving, s.x.face) != 0);
     const Mask on_triangle = s.emitter.active & (s.emitter.kind == kEmissiveTriangle);
     if (!task.environment)
-        moves |= on_triangle & gather(scene.face_moving, select(on_triangle, s.emitter.index, splat(0)));
-    s.active &= (moves != 0) & wanted_pixels(s.pixel);
+        moves |= on_triangle & (gather(scene.face_moving, select(on_triangle, s.emitter.index, splat(0))) != 0);
+    s.active &= moves & wanted_pixels(s.pixel);
     if (!any(s.active)) return s;
 
     // Light reaches the edge, and the camera sees x.
@@ -181,11 +188,7 @@ EG_INLINE void shadow_blocks(Mode& mode, const SceneView& scene, const ShadowSam
     const Float nd = dot(s.x.normal, s.direction);  // negative: the normal is on the viewer's side
     const Vec3 color = s.color * s.area_on_screen;
     const Vec3 g = s.sweep * -nd;  // J carries |n . d|
-    const Mask edge_moves_of_lane = s.active;
-    Mask edge_moves;
-    for (int i = 0; i < W; ++i)
-        edge_moves[i] = edge_moves_of_lane[i] &
-                        -(scene.face_moving[scene.edge_faces[scene.edge_face_first[s.edge[i]]]] != 0);
+    const Mask edge_moves = s.active & edge_moving(scene, s.edge);
     mode.edge_end(edge_moves, 0, s.edge, g * (1.0f - s.u), color);
     mode.edge_end(edge_moves, 1, s.edge, g * s.u, color);
     // Slide: n (g . d)/(n . d) with the |n . d| of J cancelled: bounded at grazing views.
@@ -221,7 +224,8 @@ static void shadow_backward_kernel(const SceneView& scene, const BoundaryTask& t
             return largest_component(gather3(adjoint, pixel)) > 0.0f;
         });
         if (!any(s.active)) continue;
-        Backward mode{scene, gradient, gather3(adjoint, s.pixel)};
+        const Vec3 a = gather3(adjoint, s.pixel);
+        Backward mode{scene, gradient, a};
         shadow_blocks(mode, scene, s);
     }
 }

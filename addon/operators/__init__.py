@@ -1,0 +1,1 @@
+"""Edgegrad's operators; each also runs in background mode."""

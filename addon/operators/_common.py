@@ -1,0 +1,42 @@
+"""What the operators share: messages and pictures in Blender."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..problem import Problem, Report
+
+# What a person can put right; anything else is a defect and shows with its traceback.
+EXPECTED = (Problem, ValueError, OSError, FloatingPointError, ImportError)
+
+
+def tell(operator: Any, report: Report) -> None:
+    """Pass an export's warnings to Blender's message area."""
+    for line in report.lines:
+        operator.report({"WARNING"}, line)
+
+
+def refuse(operator: Any, error: BaseException) -> set[str]:
+    """Report an error; returns what the operator returns."""
+    operator.report({"ERROR"}, str(error))
+    return {"CANCELLED"}
+
+
+def show(name: str, pixels: NDArray[Any]) -> Any:
+    """Make the picture (H, W, 3), linear, row 0 on top, an image in Blender; replaces one of the same name."""
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.get(name)
+    if image is not None and tuple(image.size) != (width, height):
+        bpy.data.images.remove(image)
+        image = None
+    if image is None:
+        image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=True, is_data=False)
+    full = np.ones((height, width, 4), np.float32)
+    full[..., :3] = pixels[::-1]
+    image.pixels.foreach_set(full.ravel())
+    image.update()
+    return image

@@ -1,0 +1,136 @@
+"""edgegrad.fit"""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import bpy
+
+from ..properties import request
+from ..session import Session
+from . import _common
+
+POLL_SECONDS = 0.1
+# Looking around is allowed while a fit runs, editing isn't.
+NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN", "TRACKPADZOOM"}
+
+
+class Job:
+    """A fit in its own thread, which touches nothing of Blender."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.step: Any = None
+        self.result: Any = None
+        self.error: BaseException | None = None
+        self.stop_as: str | None = None  # "restore" or "best"
+        self._thread = threading.Thread(target=self._run, name="edgegrad.fit", daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            self.result = self.session.run(callback=self._tell)
+        except BaseException as error:  # shown by the operator: nothing else sees a thread's exception
+            self.error = error
+
+    def _tell(self, step: Any) -> str | None:
+        self.step = step
+        return self.stop_as
+
+    @property
+    def running(self) -> bool:
+        """Whether the thread is alive."""
+        return self._thread.is_alive()
+
+    def wait(self) -> None:
+        """Until the thread has ended."""
+        self._thread.join()
+
+
+class Fit(bpy.types.Operator):  # type: ignore[misc]
+    """Move the chosen parameters until the cameras see their target pictures. Esc: back to the start; Enter: stop"""
+
+    bl_idname = "edgegrad.fit"
+    bl_label = "Fit"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    _job: Job | None = None
+
+    def execute(self, context: Any) -> set[str]:
+        """Run to the end; Blender waits (background mode, scripts)."""
+        try:
+            session = Session.prepare(context, request(context))
+            result = session.run()
+            session.write(result)
+        except _common.EXPECTED as error:
+            return _common.refuse(self, error)
+        _common.tell(self, session.export.report)
+        self.report({"INFO"}, f"loss {result.losses[0]:.4g} -> {result.losses[result.best]:.4g}")
+        return {"FINISHED"}
+
+    def invoke(self, context: Any, _: Any) -> set[str]:
+        """Run in a thread, with a progress line, until done or Esc."""
+        try:
+            session = Session.prepare(context, request(context))
+        except _common.EXPECTED as error:
+            return _common.refuse(self, error)
+        _common.tell(self, session.export.report)
+        self._job = Job(session)
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(POLL_SECONDS, window=context.window)
+        manager.progress_begin(0, session.request.iterations)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Any, event: Any) -> set[str]:
+        job = self._job
+        assert job is not None
+        if event.type == "ESC" and event.value == "PRESS":
+            job.stop_as = "restore"
+        elif event.type in ("RET", "NUMPAD_ENTER") and event.value == "PRESS":
+            job.stop_as = "best"
+        if event.type == "TIMER":
+            if not job.running:
+                return self._finish(context, job)
+            self._show_progress(context, job)
+        return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
+
+    def cancel(self, context: Any) -> None:
+        """Blender closes, or loads another file."""
+        if self._job is not None:
+            self._job.stop_as = "restore"
+            self._job.wait()
+            self._clean_up(context)
+
+    def _finish(self, context: Any, job: Job) -> set[str]:
+        self._clean_up(context)
+        if job.error is not None:
+            return _common.refuse(self, job.error)
+        if job.stop_as == "restore":
+            self.report({"INFO"}, "cancelled; nothing was changed")
+            return {"CANCELLED"}
+        try:
+            job.session.write(job.result)
+        except _common.EXPECTED as error:
+            return _common.refuse(self, error)
+        self.report({"INFO"}, f"loss {job.result.losses[0]:.4g} -> {job.result.losses[job.result.best]:.4g}")
+        return {"FINISHED"}
+
+    def _show_progress(self, context: Any, job: Job) -> None:
+        step = job.step
+        if step is None:
+            text = "Edgegrad: first iteration"
+        else:
+            context.window_manager.progress_update(step.iteration)
+            text = (f"Edgegrad: {step.iteration} / {step.iterations}   {step.seconds / step.iteration:.2g} s each   "
+                    f"loss {step.smoothed:.4g}")  # fmt: skip
+        if job.stop_as is not None:
+            text += "   stopping"
+        context.workspace.status_text_set(text + "   Esc: back to the start   Enter: stop and keep the best")
+
+    def _clean_up(self, context: Any) -> None:
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        context.workspace.status_text_set(None)
+        self._job = None

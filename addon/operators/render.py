@@ -1,0 +1,30 @@
+"""edgegrad.render"""
+
+# No postponed annotations in this file: Blender reads properties from them.
+from typing import Any
+
+import bpy
+import edgegrad
+
+from ..export import export_scene
+from . import _common
+
+
+class Render(bpy.types.Operator):  # type: ignore[misc]
+    """Render the active camera's picture with Edgegrad into the image 'Edgegrad Render'"""
+
+    bl_idname = "edgegrad.render"
+    bl_label = "Render"
+    bl_options = {"REGISTER"}  # noqa: RUF012  Blender's convention
+
+    samples: bpy.props.IntProperty(name="Samples", default=64, min=1)  # type: ignore[valid-type]
+
+    def execute(self, context: Any) -> set[str]:
+        try:
+            export = export_scene(context.scene, context.evaluated_depsgraph_get())
+            picture = edgegrad.render(export.scene, spp=self.samples)
+        except _common.EXPECTED as error:
+            return _common.refuse(self, error)
+        _common.tell(self, export.report)
+        _common.show("Edgegrad Render", picture)
+        return {"FINISHED"}

@@ -1,0 +1,63 @@
+"""The sidebar tab Edgegrad of the 3D view."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+
+class TargetList(bpy.types.UIList):  # type: ignore[misc]
+    """A line per target: camera, picture, mask."""
+
+    bl_idname = "EDGEGRAD_UL_targets"
+
+    def draw_item(self, context: Any, layout: Any, data: Any, item: Any, icon: int, active_data: Any,
+                  active_property: str) -> None:  # fmt: skip
+        row = layout.row(align=True)
+        row.prop(item, "camera", text="")
+        row.prop(item, "image", text="")
+        row.label(text="", icon="MOD_MASK" if item.mask else "BLANK1")
+
+
+class MainPanel(bpy.types.Panel):  # type: ignore[misc]
+    """Targets, parameters, and the three buttons."""
+
+    bl_idname = "EDGEGRAD_PT_main"
+    bl_label = "Edgegrad"
+    bl_category = "Edgegrad"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = context.scene.edgegrad
+        row = layout.row()
+        row.template_list(TargetList.bl_idname, "", settings, "targets", settings, "active_target", rows=3)
+        column = row.column(align=True)
+        column.operator("edgegrad.target_add", text="", icon="ADD")
+        column.operator("edgegrad.target_remove", text="", icon="REMOVE")
+        if settings.active_target < len(settings.targets):
+            layout.prop(settings.targets[settings.active_target], "mask")
+        column = layout.column(heading="Selected")
+        column.prop(settings, "vertices")
+        column.prop(settings, "base_color")
+        column = layout.column()
+        column.prop(settings, "iterations")
+        column.prop(settings, "samples")
+        column.prop(settings, "smoothness")
+        column.prop(settings, "write_to")
+        if not settings.targets:
+            layout.label(text="Add the active camera as a target first", icon="INFO")
+        column = layout.column()
+        column.enabled = len(settings.targets) > 0
+        column.operator("edgegrad.fit", icon="PLAY")
+        layout.prop(settings, "direction")
+        row = layout.row(align=True)
+        row.operator("edgegrad.render", icon="RENDER_STILL")
+        row.operator("edgegrad.gradient", icon="NODE_TEXTURE")
+
+
+CLASSES: tuple[Any, ...] = (TargetList, MainPanel)

@@ -1,0 +1,95 @@
+"""What a fit may move, in Blender's words, and where each value is read and written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import edgegrad
+import numpy as np
+
+from . import write_back
+from .export import Export
+from .problem import Problem
+
+
+@dataclass
+class Names:
+    """Objects, materials and lights whose values may move.
+
+    Attributes
+    ----------
+    vertices
+        Names of mesh objects.
+    base_color, emission
+        Names of materials.
+    power
+        Names of light objects: the power, or a sun's strength.
+    """
+
+    vertices: tuple[str, ...] = ()
+    base_color: tuple[str, ...] = ()
+    emission: tuple[str, ...] = ()
+    power: tuple[str, ...] = ()
+
+    def check_objects(self, depsgraph: Any, in_place: bool) -> None:
+        """Raise `Problem` for objects whose vertices can't be fitted. Evaluates; so call it before the export."""
+        for name in dict.fromkeys(self.vertices):
+            ob = bpy.data.objects.get(name)
+            if ob is None:
+                raise Problem(f"object '{name}': there is no such object")
+            write_back.check_vertices(ob, depsgraph, in_place)
+
+    def paths(self, export: Export) -> list[str]:
+        """Parameter paths in the exported scene.
+
+        Raises
+        ------
+        Problem
+            If a name is none of the scene's, or can't be written.
+        """
+        out = [self._mesh_path(name, export) for name in self.vertices]
+        for fieldname, names in (("base_color", self.base_color), ("emission", self.emission)):
+            for name in names:
+                if name not in export.materials:
+                    raise Problem(f"material '{name}': {_among('no object that is rendered uses it', export.materials)}")
+                write_back.check_material(export.materials[name], name, fieldname)
+                out.append(f"materials.{name}.{fieldname}")
+        for name in self.power:
+            light = export.scene.lights.get(name)
+            if light is None:
+                raise Problem(f"light '{name}': {_among('there is no such light that is rendered', export.lights)}")
+            write_back.check_light(name)
+            out.append(f"lights.{name}.{'strength' if isinstance(light, edgegrad.SunLight) else 'power'}")
+        if not out:
+            raise Problem("no parameter is chosen; choose at least one, such as the vertices of an object")
+        return list(dict.fromkeys(out))
+
+    @staticmethod
+    def _mesh_path(name: str, export: Export) -> str:
+        exported = [key for key, source in export.meshes.items() if source.object == name]
+        if not exported:
+            raise Problem(f"object '{name}': isn't rendered (hidden, without faces, or outside the view layer)")
+        if len(exported) > 1 or export.meshes[exported[0]].instance:
+            raise Problem(f"object '{name}': is instanced; the vertices of instances can't be fitted in this version")
+        return f"meshes.{exported[0]}.vertices"
+
+
+def write(export: Export, path: str, before: Any, after: Any, in_place: bool) -> None:
+    """Write the value `after` of a parameter, which was `before` at the export, into Blender's data."""
+    collection, _, rest = path.partition(".")
+    name, _, fieldname = rest.rpartition(".")
+    if collection == "meshes":
+        source = export.meshes[name]
+        write_back.write_vertices(bpy.data.objects[source.object], source.matrix, np.asarray(before),
+                                  np.asarray(after), in_place)  # fmt: skip
+    elif collection == "materials":
+        write_back.write_material(export.materials[name], name, fieldname, np.asarray(after))
+    else:
+        write_back.write_power(name, float(after))
+
+
+def _among(problem: str, known: Any) -> str:
+    names = ", ".join(f"'{name}'" for name in known) or "none"
+    return f"{problem} (there are: {names})"

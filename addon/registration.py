@@ -1,0 +1,31 @@
+"""Everything that the add-on makes known to Blender, in one place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from . import command_line, panel, properties
+from .operators import fit, gradient, render, targets
+
+CLASSES: tuple[Any, ...] = (*properties.CLASSES, *targets.CLASSES, render.Render, gradient.Gradient, fit.Fit,
+                            *panel.CLASSES)
+_commands: list[Any] = []
+
+
+def register() -> None:
+    """Register classes, the scene's settings and the command ``blender --command edgegrad``."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.edgegrad = bpy.props.PointerProperty(type=properties.Settings)
+    _commands.append(bpy.utils.register_cli_command("edgegrad", command_line.main))
+
+
+def unregister() -> None:
+    """Undo `register`."""
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())
+    del bpy.types.Scene.edgegrad
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

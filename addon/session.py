@@ -1,0 +1,161 @@
+"""One fit from Blender's data to Blender's data: prepare (reads), run (touches nothing of Blender), write."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import bpy
+import edgegrad
+import numpy as np
+from edgegrad import images
+from numpy.typing import NDArray
+
+from . import parameters
+from .export import Export, export_camera, export_scene
+from .problem import Problem
+
+
+@dataclass
+class Picture:
+    """A target: the name of its camera, its file, and a file whose black pixels are ignored."""
+
+    camera: str
+    image: str
+    mask: str = ""
+
+
+@dataclass
+class Request:
+    """What to fit, and how.
+
+    Attributes
+    ----------
+    pictures, names
+        The targets, and what may move.
+    iterations, samples, seed
+        Steps; samples per pixel of each; equal seeds give equal results.
+    smoothness
+        Preconditioning of vertices (`edgegrad.fit`); None: by the mesh's size.
+    vertex_step
+        Largest step of a vertex as a fraction of its object's size; None: the default.
+    views_per_iteration
+        Pictures per step, in turn; None: all.
+    in_place
+        Whether vertices are written to the mesh itself instead of a new shape key.
+    """
+
+    pictures: list[Picture]
+    names: parameters.Names
+    iterations: int = 200
+    samples: int = 16
+    seed: int = 0
+    smoothness: float | None = None
+    vertex_step: float | None = None
+    views_per_iteration: int | None = None
+    in_place: bool = False
+
+
+@dataclass
+class Session:
+    """A prepared fit. `run` may be called in another thread: it reads nothing of Blender."""
+
+    request: Request
+    export: Export
+    targets: list[edgegrad.Target]
+    wrt: list[str]
+    before: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def prepare(cls, context: Any, request: Request) -> Session:
+        """Read everything from Blender and the target files; nothing is changed.
+
+        Raises
+        ------
+        Problem, ValueError
+            With one sentence naming what is wrong.
+        """
+        scene = context.scene
+        if not request.pictures:
+            raise Problem("there is no target; add a camera and a picture of what it should see")
+        cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
+        depsgraph = context.evaluated_depsgraph_get()
+        request.names.check_objects(depsgraph, request.in_place)
+        export = export_scene(scene, context.evaluated_depsgraph_get(), cameras[0])
+        wrt = request.names.paths(export)
+        targets = []
+        for picture, camera in zip(request.pictures, cameras, strict=True):
+            view = export_camera(camera.evaluated_get(depsgraph), scene, export.report)
+            image = images.read_image(absolute(picture.image))
+            _check_size(picture.image, image, view, camera.name)
+            mask = None
+            if picture.mask:
+                mask = images.read_image(absolute(picture.mask))[..., :3].mean(axis=2)
+                _check_size(picture.mask, mask, view, camera.name)
+            targets.append(edgegrad.Target(image, camera=view, mask=mask))
+        export.scene.validate()
+        before = {path: _value(export.scene, path) for path in wrt}
+        return cls(request, export, targets, wrt, before)
+
+    def run(self, callback: Callable[[Any], Any] | None = None, progress: Callable[[float], None] | None = None,
+            on_cancel: str = "restore") -> Any:  # fmt: skip
+        """Run `edgegrad.fit` on the exported scene; Blender's data stay as they are."""
+        steps = {path: self.request.vertex_step for path in self.wrt
+                 if path.endswith(".vertices") and self.request.vertex_step is not None}  # fmt: skip
+        return edgegrad.fit(
+            self.export.scene,
+            self.targets,
+            wrt=self.wrt,
+            iterations=self.request.iterations,
+            spp=self.request.samples,
+            seed=self.request.seed,
+            smoothness=self.request.smoothness,
+            step_sizes=steps,
+            views_per_iteration=self.request.views_per_iteration,
+            on_cancel=on_cancel,
+            callback=callback,
+            progress=progress,
+        )
+
+    def write(self, result: Any) -> bool:
+        """Write a result into Blender's data; returns whether anything was written."""
+        kept = [path for path in self.wrt if not np.array_equal(result.values[path], self.before[path])]
+        for path in kept:
+            parameters.write(self.export, path, self.before[path], result.values[path], self.request.in_place)
+        bpy.context.view_layer.update()
+        return bool(kept)
+
+
+def find_camera(scene: Any, name: str) -> Any:
+    """The scene's camera object of this name.
+
+    Raises
+    ------
+    Problem
+        If there is none.
+    """
+    ob = scene.objects.get(name)
+    if ob is None or ob.type != "CAMERA":
+        known = ", ".join(f"'{ob.name}'" for ob in scene.objects if ob.type == "CAMERA") or "none"
+        raise Problem(f"camera '{name}': there is no such camera in scene '{scene.name}' (there are: {known})")
+    return ob
+
+
+def absolute(path: str) -> Path:
+    """A file's path; one that begins with // is relative to the .blend, as everywhere in Blender."""
+    return Path(bpy.path.abspath(path))
+
+
+def _check_size(path: str, image: NDArray[Any], view: edgegrad.Camera, camera: str) -> None:
+    height, width = image.shape[:2]
+    if (width, height) != (view.width, view.height):
+        raise Problem(f"image '{path}': is {width} x {height} pixels, but camera '{camera}' renders "
+                      f"{view.width} x {view.height}; make the scene's resolution equal to the picture's")  # fmt: skip
+
+
+def _value(scene: edgegrad.Scene, path: str) -> Any:
+    collection, _, rest = path.partition(".")
+    name, _, fieldname = rest.rpartition(".")
+    return np.array(getattr(getattr(scene, collection)[name], fieldname), np.float64)

@@ -172,8 +172,14 @@ def compare_gradients(
 
 def measure(names: Sequence[str], threads: int, runs: int) -> Report:
     """Run everything."""
-    report = Report({"processor": processor(), "instructions": instruction_sets()[0], "threads": threads, "runs": runs, "python": platform.python_version(),
-                     "numpy": np.__version__})
+    report = Report({
+        "processor": processor(),
+        "instructions": instruction_sets()[0],
+        "threads": threads,
+        "runs": runs,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    })
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             neutral = SCENES[name]()

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "boundary/candidates.h"
+#include "boundary/solids.h"
 #include "sampling_plan.h"
 #include "scene/prepared.h"
 #include "workspace.h"
@@ -21,18 +22,16 @@ struct BoundaryTerm {
     BoundaryPlan plan;
 };
 
-// The boundary terms that a call computes. With a static camera only moving vertices sweep anything.
-std::vector<BoundaryTerm> boundary_terms(const PreparedScene& prepared, const RenderOptions& options, bool any_motion) {
+// The boundary terms that a call computes.
+std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges, const RenderOptions& options) {
     std::vector<BoundaryTerm> terms;
-    if (!any_motion) return terms;
-    const SceneView& scene = prepared.view();
     const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
     const auto add = [&](bool primary, Candidates candidates, double samples, bool environment) {
         BoundaryPlan plan(std::move(candidates), samples, pixels, options, environment);
         if (plan.total > 0) terms.push_back({primary, std::move(plan)});
     };
     if (options.primary) {
-        Candidates candidates = primary_candidates(scene, prepared.edge_count());
+        Candidates candidates = primary_candidates(scene, edges);
         // As many samples per pixel of edge as the picture has per pixel.
         const double samples = candidates.mass() * options.samples;
         add(true, std::move(candidates), samples, false);
@@ -40,8 +39,8 @@ std::vector<BoundaryTerm> boundary_terms(const PreparedScene& prepared, const Re
     if (options.shadow && options.max_depth >= 2) {
         const double samples = kShadowShare * static_cast<double>(pixels) * options.samples;
         if (scene.emitter_count > 0)
-            add(false, shadow_candidates(scene, prepared.edge_count(), false), samples, false);
-        if (scene.has_environment) add(false, shadow_candidates(scene, prepared.edge_count(), true), samples, true);
+            add(false, shadow_candidates(scene, edges, false), samples, false);
+        if (scene.has_environment) add(false, shadow_candidates(scene, edges, true), samples, true);
     }
     return terms;
 }
@@ -52,6 +51,7 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
     : api_(api), kernels_(kernels), tables_(std::move(tables)), threads_(thread_count(threads)) {
     tables_.vertices.reserve(tables_.vertices.size() + 4);  // padding, see Bvh
     bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
+    closed_ = closed_meshes(tables_);
 }
 
 void Engine::update(SceneTables next) {
@@ -106,7 +106,9 @@ void Engine::forward(const RenderOptions& options, const Asked& asked, const Der
             });
         });
     }
-    for (const BoundaryTerm& term : boundary_terms(prepared, options, span.any)) {
+    if (!span.any) return;  // under a static camera only moving vertices sweep over anything
+    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
+    for (const BoundaryTerm& term : boundary_terms(scene, {prepared.edge_count(), sides.data(), threads_}, options)) {
         const auto kernel = term.primary ? kernels_.primary_forward : kernels_.shadow_forward;
         // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
         std::vector<int32_t> pixel;
@@ -138,7 +140,9 @@ Derivative Engine::backward(const RenderOptions& options, const Asked& asked, co
     const ImagePlan plan(scene.camera, options);
 
     GradientGroups groups(tables_, span);
-    const std::vector<BoundaryTerm> terms = boundary_terms(prepared, options, span.any);
+    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
+    std::vector<BoundaryTerm> terms;
+    if (span.any) terms = boundary_terms(scene, {prepared.edge_count(), sides.data(), threads_}, options);
     int64_t boundary_chunks = 0;
     for (const BoundaryTerm& term : terms) boundary_chunks += term.plan.chunks;
     const int64_t image_chunks = options.interior ? plan.chunks : 0;

@@ -42,6 +42,7 @@ private:
     SceneTables tables_;
     int threads_;
     std::unique_ptr<Bvh> bvh_;
+    std::vector<uint8_t> closed_;  // by mesh
 };
 
 }  // namespace edgegrad

@@ -13,7 +13,7 @@ from tests.block_statistics import ALARM, block_sums, chi_square_tail, compare, 
 @pytest.mark.parametrize(
     ("x", "n", "tail"),
     # tables: 95 % and 99.9 % points
-    [(3.841459, 1, 0.05), (18.307038, 10, 0.05), (29.588298, 10, 0.001), (124.342113, 100, 0.05), (77.929465, 100, 0.95)],
+    [(3.841459, 1, 0.05), (18.307038, 10, 0.05), (29.588298, 10, 0.001), (124.342113, 100, 0.05), (77.9295, 100, 0.95)],
 )
 def test_chi_square_tail_matches_tables(x: float, n: int, tail: float) -> None:
     assert chi_square_tail(x, n) == pytest.approx(tail, rel=2e-6)

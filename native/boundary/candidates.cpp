@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "parallel.h"
+
 namespace edgegrad {
 namespace {
 
@@ -24,6 +26,10 @@ constexpr double kCoplanar = 1e-6;
 // Least share of a crease's length that is sampled, however blunt it is: the jump may come from
 // shadows rather than from the angle.
 constexpr double kLeastCrease = 0.05;
+// Share for edges inside or behind a solid body, which are hidden unless the mesh crosses itself.
+constexpr double kHidden = 0.05;
+// Edges per item of parallel work.
+constexpr int64_t kEdgeBlock = 1 << 13;
 
 // Cuts [u0, u1] to where a + u (b - a) >= 0; false if nothing is left.
 bool clip(double a, double b, double& u0, double& u1) {
@@ -68,8 +74,11 @@ Wedge wedge_of(const SceneView& scene, int64_t edge, V a) {
 }
 
 // Share of an edge's length on the screen by which it is sampled: 0 if it can't carry a jump.
-double jump_weight(const Wedge& wedge, V camera_to_a, V t) {
+double jump_weight(const Wedge& wedge, V camera_to_a, V t, int solid_side) {
     if (wedge.faces == 0 || wedge.flat()) return 0.0;
+    if (solid_side != 0 && wedge.faces == 2 && solid_side * dot(wedge.normal[0], camera_to_a) > 0.0 &&
+        solid_side * dot(wedge.normal[1], camera_to_a) > 0.0)
+        return kHidden;
     if (wedge.faces != 2 || !wedge.same_material) return 1.0;  // border or junction
     const V sheet = cross(camera_to_a, t);  // normal of the sheet through camera and edge
     if (dot(sheet, wedge.third[0]) * dot(sheet, wedge.third[1]) >= 0.0) return 1.0;  // silhouette
@@ -129,22 +138,48 @@ bool may_be_silhouette(const Wedge& wedge, V a, V t, const EmitterBounds& emitte
     return false;
 }
 
-void add(Candidates& out, int64_t edge, double u0, double u1, double mass) {
-    if (!(mass > 0.0)) return;
-    out.edge.push_back(static_cast<int32_t>(edge));
-    out.u0.push_back(static_cast<float>(u0));
-    out.u1.push_back(static_cast<float>(u1));
-    out.cumulative.push_back(out.cumulative.back() + mass);
+// Candidates of all edges by visit(edge, solid side, add) over blocks of edges in parallel, joined in order.
+template <typename Visit>
+Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& visit) {
+    struct Block {
+        std::vector<int32_t> edge;
+        std::vector<float> u0, u1;
+        std::vector<double> mass;
+    };
+    const int64_t blocks = (edges.count + kEdgeBlock - 1) / kEdgeBlock;
+    std::vector<Block> parts(static_cast<size_t>(blocks));
+    parallel_for(edges.threads, blocks, nullptr, [&](int, int64_t k) {
+        Block& part = parts[static_cast<size_t>(k)];
+        int64_t mesh = 0;
+        for (int64_t edge = k * kEdgeBlock; edge < std::min(edges.count, (k + 1) * kEdgeBlock); ++edge) {
+            const auto face = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[edge]]);
+            while (face >= scene.mesh_first_face[mesh + 1]) ++mesh;
+            visit(edge, edges.solid_side[mesh], [&](double u0, double u1, double mass) {
+                if (!(mass > 0.0)) return;
+                part.edge.push_back(static_cast<int32_t>(edge));
+                part.u0.push_back(static_cast<float>(u0));
+                part.u1.push_back(static_cast<float>(u1));
+                part.mass.push_back(mass);
+            });
+        }
+    });
+    Candidates out;
+    for (const Block& part : parts) {
+        out.edge.insert(out.edge.end(), part.edge.begin(), part.edge.end());
+        out.u0.insert(out.u0.end(), part.u0.begin(), part.u0.end());
+        out.u1.insert(out.u1.end(), part.u1.begin(), part.u1.end());
+        for (double mass : part.mass) out.cumulative.push_back(out.cumulative.back() + mass);
+    }
+    return out;
 }
 
 }  // namespace
 
-Candidates primary_candidates(const SceneView& scene, int64_t edge_count) {
-    Candidates out;
+Candidates primary_candidates(const SceneView& scene, const EdgeList& edges) {
     const CameraView& c = scene.camera;
     const V origin = vector(c.position), right = vector(c.right), up = vector(c.up), back = vector(c.back);
-    for (int64_t edge = 0; edge < edge_count; ++edge) {
-        if (!scene.face_moving[scene.edge_faces[scene.edge_face_first[edge]]]) continue;
+    return collect(scene, edges, [&](int64_t edge, int solid_side, const auto& add) {
+        if (!scene.face_moving[scene.edge_faces[scene.edge_face_first[edge]]]) return;
         const V a = vertex(scene, scene.edge_vertices[2 * edge]);
         const V b = vertex(scene, scene.edge_vertices[2 * edge + 1]);
         // Camera space, depth positive; every clip plane is linear along the edge.
@@ -152,14 +187,14 @@ Candidates primary_candidates(const SceneView& scene, int64_t edge_count) {
         const V ends[2] = {a - origin, b - origin};
         for (int k = 0; k < 2; ++k) {
             z[k] = -dot(back, ends[k]);
-            x[k] = c.focal * dot(right, ends[k]) + c.principal[0] * z[k];   // picture x times depth
+            x[k] = c.focal * dot(right, ends[k]) + c.principal[0] * z[k];  // picture x times depth
             y[k] = -c.focal * dot(up, ends[k]) + c.principal[1] * z[k];
         }
         double u0 = 0.0, u1 = 1.0;
-        if (!clip(z[0] - c.clip_start, z[1] - c.clip_start, u0, u1)) continue;
-        if (!clip(c.clip_end - z[0], c.clip_end - z[1], u0, u1)) continue;
-        if (!clip(x[0], x[1], u0, u1) || !clip(c.width * z[0] - x[0], c.width * z[1] - x[1], u0, u1)) continue;
-        if (!clip(y[0], y[1], u0, u1) || !clip(c.height * z[0] - y[0], c.height * z[1] - y[1], u0, u1)) continue;
+        if (!clip(z[0] - c.clip_start, z[1] - c.clip_start, u0, u1)) return;
+        if (!clip(c.clip_end - z[0], c.clip_end - z[1], u0, u1)) return;
+        if (!clip(x[0], x[1], u0, u1) || !clip(c.width * z[0] - x[0], c.width * z[1] - x[1], u0, u1)) return;
+        if (!clip(y[0], y[1], u0, u1) || !clip(c.height * z[0] - y[0], c.height * z[1] - y[1], u0, u1)) return;
         double sx[2], sy[2];
         for (int k = 0; k < 2; ++k) {
             const double u = k ? u1 : u0, depth = z[0] + u * (z[1] - z[0]);
@@ -167,19 +202,17 @@ Candidates primary_candidates(const SceneView& scene, int64_t edge_count) {
             sy[k] = (y[0] + u * (y[1] - y[0])) / depth;
         }
         const double pixels = std::hypot(sx[1] - sx[0], sy[1] - sy[0]);
-        add(out, edge, u0, u1, pixels * jump_weight(wedge_of(scene, edge, a), a - origin, b - a));
-    }
-    return out;
+        add(u0, u1, pixels * jump_weight(wedge_of(scene, edge, a), a - origin, b - a, solid_side));
+    });
 }
 
-Candidates shadow_candidates(const SceneView& scene, int64_t edge_count, bool environment) {
-    Candidates out;
+Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
     const EmitterBounds emitters(scene);
-    for (int64_t edge = 0; edge < edge_count; ++edge) {
+    return collect(scene, edges, [&](int64_t edge, int solid_side, const auto& add) {
         const V a = vertex(scene, scene.edge_vertices[2 * edge]);
         const V t = vertex(scene, scene.edge_vertices[2 * edge + 1]) - a;
         const Wedge wedge = wedge_of(scene, edge, a);
-        if (wedge.faces == 0 || wedge.flat()) continue;
+        if (wedge.faces == 0 || wedge.flat()) return;
         double mass = length(t);
         if (environment) {
             // Times the width of the wedges of directions in which it is a silhouette: the angle
@@ -187,16 +220,17 @@ Candidates shadow_candidates(const SceneView& scene, int64_t edge_count, bool en
             const V n0 = cross(t, wedge.third[0]), n1 = cross(wedge.third[1], t);
             mass *= wedge.faces == 2 ? std::atan2(length(cross(n0, n1)), dot(n0, n1)) : M_PI;
         } else {
-            if (!may_be_silhouette(wedge, a, t, emitters)) continue;
+            if (!may_be_silhouette(wedge, a, t, emitters)) return;
             // Light through the edge falls with the squared distance from emitters of finite place.
             if (emitters.radius >= 0.0 && emitters.towards_suns.empty()) {
                 const V d = emitters.center - a;
                 mass /= dot(d, d) + emitters.radius * emitters.radius + 1e-30;
             }
         }
-        add(out, edge, 0.0, 1.0, mass);
-    }
-    return out;
+        // A line that touches a concave edge with both faces on one side runs inside the body.
+        const bool concave = wedge.faces == 2 && solid_side * dot(wedge.normal[0], wedge.third[1]) > 0.0;
+        add(0.0, 1.0, concave ? kHidden * mass : mass);
+    });
 }
 
 }  // namespace edgegrad

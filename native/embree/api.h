@@ -49,6 +49,11 @@ struct RayHit {
     Hit<W> hit;
 };
 
+static_assert(sizeof(Ray<1>) == 48 && sizeof(Hit<1>) == 48 && sizeof(RayHit<1>) == 96);
+static_assert(sizeof(Ray<4>) == 192 && sizeof(Hit<4>) == 144 && sizeof(RayHit<4>) == 336);
+static_assert(sizeof(Ray<8>) == 384 && sizeof(Hit<8>) == 288 && sizeof(RayHit<8>) == 672);
+static_assert(sizeof(Ray<16>) == 768 && sizeof(Hit<16>) == 576 && sizeof(RayHit<16>) == 1344);
+
 struct FilterArguments {
     int* valid;
     void* geometry_user;

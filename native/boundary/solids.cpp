@@ -1,0 +1,73 @@
+#include "boundary/solids.h"
+
+#include <algorithm>
+
+namespace edgegrad {
+namespace {
+
+// Whether the face is wound along a -> b, an edge of it opposite to its vertex `opposite`. By distance:
+// welded vertices have other numbers, and may be a rounding apart.
+bool runs_along(const SceneTables& t, uint32_t face, uint32_t opposite, const float* a, const float* b) {
+    const int32_t* f = &t.faces[3 * static_cast<size_t>(face)];
+    int k = 0;
+    while (k < 2 && static_cast<uint32_t>(f[k]) != opposite) ++k;
+    const float* next = &t.vertices[3 * static_cast<size_t>(f[(k + 1) % 3])];
+    const auto distance = [&](const float* p) {
+        double d = 0.0;
+        for (int c = 0; c < 3; ++c) d += (static_cast<double>(next[c]) - p[c]) * (static_cast<double>(next[c]) - p[c]);
+        return d;
+    };
+    return distance(a) < distance(b);
+}
+
+}  // namespace
+
+std::vector<uint8_t> closed_meshes(const SceneTables& t) {
+    std::vector<uint8_t> closed(static_cast<size_t>(t.visible_meshes), 1);
+    size_t mesh = 0;
+    for (size_t edge = 0; edge + 1 < t.edge_face_first.size(); ++edge) {
+        const uint32_t first = t.edge_face_first[edge], last = t.edge_face_first[edge + 1];
+        while (t.edge_faces[first] >= static_cast<uint32_t>(t.mesh_first_face[mesh + 1])) ++mesh;
+        if (!closed[mesh]) continue;
+        const float* a = &t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * edge])];
+        const float* b = &t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * edge + 1])];
+        closed[mesh] = last - first == 2 && runs_along(t, t.edge_faces[first], t.edge_opposite[first], a, b) !=
+                                                runs_along(t, t.edge_faces[first + 1], t.edge_opposite[first + 1], a, b);
+    }
+    return closed;
+}
+
+std::vector<int8_t> solid_sides(const SceneTables& t, const std::vector<uint8_t>& closed) {
+    std::vector<int8_t> sides(closed.size(), 0);
+    for (size_t mesh = 0; mesh < closed.size(); ++mesh) {
+        if (!closed[mesh]) continue;
+        const auto first = static_cast<size_t>(t.mesh_first_vertex[mesh]);
+        const auto last = static_cast<size_t>(t.mesh_first_vertex[mesh + 1]);
+        const float* origin = &t.vertices[3 * first];
+        bool inside = true;
+        for (size_t c = 0; c < 3; ++c) {
+            float low = origin[c], high = origin[c];
+            for (size_t v = first; v < last; ++v) {
+                low = std::min(low, t.vertices[3 * v + c]);
+                high = std::max(high, t.vertices[3 * v + c]);
+            }
+            inside &= t.camera.position[c] >= low && t.camera.position[c] <= high;
+        }
+        if (inside) continue;
+        double volume = 0.0;
+        for (int32_t f = t.mesh_first_face[mesh]; f < t.mesh_first_face[mesh + 1]; ++f) {
+            double p[3][3];
+            for (int k = 0; k < 3; ++k) {
+                const float* q = &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(f) + k])];
+                for (int c = 0; c < 3; ++c) p[k][c] = static_cast<double>(q[c]) - origin[c];
+            }
+            volume += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) +
+                      p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
+                      p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+        }
+        sides[mesh] = volume > 0.0 ? 1 : volume < 0.0 ? -1 : 0;
+    }
+    return sides;
+}
+
+}  // namespace edgegrad

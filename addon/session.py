@@ -11,6 +11,8 @@ import bpy
 import edgegrad
 import numpy as np
 from edgegrad import images
+from edgegrad.fit import fit
+from edgegrad.targets import Target
 from numpy.typing import NDArray
 
 from . import parameters
@@ -64,7 +66,7 @@ class Session:
 
     request: Request
     export: Export
-    targets: list[edgegrad.Target]
+    targets: list[Target]
     wrt: list[str]
     before: dict[str, Any] = field(default_factory=dict)
 
@@ -94,7 +96,7 @@ class Session:
             if picture.mask:
                 mask = images.read_image(absolute(picture.mask))[..., :3].mean(axis=2)
                 _check_size(picture.mask, mask, view, camera.name)
-            targets.append(edgegrad.Target(image, camera=view, mask=mask))
+            targets.append(Target(image, camera=view, mask=mask))
         export.scene.validate()
         before = {path: _value(export.scene, path) for path in wrt}
         return cls(request, export, targets, wrt, before)
@@ -104,7 +106,7 @@ class Session:
         """Run `edgegrad.fit` on the exported scene; Blender's data stay as they are."""
         steps = {path: self.request.vertex_step for path in self.wrt
                  if path.endswith(".vertices") and self.request.vertex_step is not None}  # fmt: skip
-        return edgegrad.fit(
+        return fit(
             self.export.scene,
             self.targets,
             wrt=self.wrt,

@@ -210,7 +210,8 @@ def fit(
         for path, value in kept.items():
             parameters.put(scene, path, value)
     return FitResult(
-        {path: np.copy(value) if np.ndim(value) else value for path, value in kept.items()}, run.losses, run.best, time.monotonic() - started, stop is not None,
+        {path: np.copy(value) if np.ndim(value) else value for path, value in kept.items()},
+        run.losses, run.best, time.monotonic() - started, stop is not None,
         {path: float(np.mean(~touched)) for path, touched in run.touched.items()},
     )
 

@@ -164,7 +164,7 @@ def _interior(scene: Scene, wrt: Sequence[str], moving: list[str], max_depth: in
 def _primary(moving: list[str], edges: dict[str, _MeshEdges]) -> Term:
     total = sum(e.count for e in edges.values())
     if not moving:
-        return Term("primary", False, 0, total, ("no vertex is a parameter and the camera stands still: no edge moves",))
+        return Term("primary", False, 0, total, ("no vertex is a parameter and the camera stands still",))
     kept = sum(edges[name].count - edges[name].flat + edges[name].flat_seams for name in moving)
     why = [f"moving meshes: {len(moving)} of {len(edges)} ({', '.join(moving)})"]
     still = sum(e.count for name, e in edges.items() if name not in moving)

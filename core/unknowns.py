@@ -25,6 +25,7 @@ POWER_STEP = 0.03
 SMOOTHNESS_PER_VERTEX = 1.0 / 250.0
 SMOOTHNESS_RANGE = (4.0, 1000.0)
 
+BETA2=0.999
 UNBOUNDED = (-np.inf, np.inf)
 LIMITS = {"base_color": (0.0, 1.0), "vertices": UNBOUNDED}  # all others: not below 0
 
@@ -70,10 +71,17 @@ class Vertices:
             mesh.vertices, mesh.faces, _smoothness(len(mesh.vertices)) if smoothness is None else smoothness
         )
         self._unknowns = self._steps.unknowns(mesh.vertices)
-        self._optimiser = AdamUniform(self.step)
+        self._optimiser = AdamUniform(1.0, beta2=BETA2)
+        self._length: float | None = None
 
     def take_step(self, gradient: F64, factor: float) -> Any:
-        self._unknowns = self._optimiser.update(self._unknowns, self._steps.gradient(gradient), factor)
+        change = self._optimiser.update(np.zeros_like(self._unknowns), self._steps.gradient(gradient), factor)
+        if self._length is None:
+            # The filter shortens what is local by up to lambda times the degree. The length of a step is
+            # meant in space, so the first one is stretched to it, and all later ones by as much.
+            longest = float(np.linalg.norm(self._steps.vertices(change), axis=1).max())
+            self._length = factor * self.step / longest if longest > 0.0 else None
+        self._unknowns = self._unknowns + (1.0 if self._length is None else self._length) * change
         return self._steps.vertices(self._unknowns)
 
 

@@ -142,7 +142,8 @@ def _material(material: Any, out: Export) -> str:
 
 def _unused(origin: MeshSource, holder: str, taken: dict[str, Any]) -> str:
     """Object's own name, or "instancer/object", with a number if it is taken."""
-    base = f"{holder}/{origin.object}" if origin.instance else origin.object
+    # The mesh of a text or curve comes as an instance of the object itself.
+    base = f"{holder}/{origin.object}" if origin.instance and holder != origin.object else origin.object
     name, number = base, 1
     while name in taken:
         name, number = f"{base}#{number}", number + 1

@@ -76,13 +76,11 @@ Wedge wedge_of(const SceneView& scene, int64_t edge, V a) {
 // Share of an edge's length on the screen by which it is sampled: 0 if it can't carry a jump.
 double jump_weight(const Wedge& wedge, V camera_to_a, V t, int solid_side) {
     if (wedge.faces == 0 || wedge.flat()) return 0.0;
-    if (solid_side != 0 && wedge.faces == 2 && solid_side * dot(wedge.normal[0], camera_to_a) > 0.0 &&
-        solid_side * dot(wedge.normal[1], camera_to_a) > 0.0)
-        return kHidden;
     if (wedge.faces != 2 || !wedge.same_material) return 1.0;  // border or junction
     const V sheet = cross(camera_to_a, t);  // normal of the sheet through camera and edge
     if (dot(sheet, wedge.third[0]) * dot(sheet, wedge.third[1]) >= 0.0) return 1.0;  // silhouette
-    return std::clamp(length(wedge.normal[0] - wedge.normal[1]), kLeastCrease, 1.0);
+    const double crease = std::clamp(length(wedge.normal[0] - wedge.normal[1]), kLeastCrease, 1.0);
+    return solid_side * dot(wedge.normal[0], camera_to_a) > 0.0 ? kHidden * crease : crease;
 }
 
 // Where the finite emitters are: a ball around triangles and point lights, directions of suns.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from . import parameters, tables
 from ._check import number, whole
 from .losses import Loss, Pyramid
-from .renderer import Cancelled, Progress, Renderer
+from .renderer import MAX_DEPTH, Cancelled, Progress, Renderer
 from .scene import Scene
 from .targets import Target, View, views
 from .unknowns import Unknown, unknown
@@ -138,9 +138,10 @@ def fit(
         lambda of the vertices' preconditioning, see `LargeSteps`; None: by the number of vertices;
         0: none.
     step_sizes
-        Parameter path to its largest step: for vertices as a fraction of their mesh's bounding box
-        diagonal, else in the parameter's unit. Those not named get a default: 0.01 for vertices, 0.03
-        for colours, 3 % of the value for power, strength and emission.
+        Parameter path to the length of its first step: for vertices that of the vertex that moves most,
+        as a fraction of their mesh's bounding box diagonal, else in the parameter's unit. Those not
+        named get a default: 0.02 for vertices, 0.03 for colours, 3 % of the value for power, strength
+        and emission. Later steps follow the gradient and shrink towards the end.
     views_per_iteration
         Pictures that each iteration renders, all of them in turn; None: all.
     seed
@@ -180,6 +181,7 @@ def fit(
     iterations = whole("fit", "iterations", iterations, 1, 1_000_000)
     spp = whole("fit", "spp", spp, 1, 1 << 24)
     samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)
+    max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DEPTH)
     per_iteration = len(seen)
     if views_per_iteration is not None:
         per_iteration = whole("fit", "views_per_iteration", views_per_iteration, 1, len(seen))

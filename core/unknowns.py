@@ -15,17 +15,19 @@ from .scene import Scene
 
 F64 = NDArray[np.float64]
 
-# Defaults of one step: of vertices as a fraction of their mesh's bounding box diagonal, of reflectances
+# Defaults of the first step: of vertices as a fraction of their mesh's bounding box diagonal, of reflectances
 # and light colours absolute, of powers, strengths and radiances as a fraction of their largest value.
-VERTEX_STEP = 0.01
+VERTEX_STEP = 0.02
 COLOR_STEP = 0.03
 POWER_STEP = 0.03
 # Preconditioning: lambda per welded vertex, so that a disturbance spreads over the same part of a
 # surface however finely it is divided (sqrt(lambda) edges, and edges get shorter by sqrt(vertices)).
-SMOOTHNESS_PER_VERTEX = 1.0 / 250.0
-SMOOTHNESS_RANGE = (4.0, 1000.0)
+SMOOTHNESS_PER_VERTEX = 1.0 / 100.0
+SMOOTHNESS_RANGE = (1.0, 1000.0)
 
-BETA2=0.999
+# Memory of the squared gradient. The usual 0.999 keeps the large gradients of the start in mind longer
+# than most fits last, and slows their end down.
+BETA2 = 0.98
 UNBOUNDED = (-np.inf, np.inf)
 LIMITS = {"base_color": (0.0, 1.0), "vertices": UNBOUNDED}  # all others: not below 0
 
@@ -50,7 +52,7 @@ class Values:
         fieldname = parameters.split(path)[2]
         self.step = _values_step(fieldname, self.value) if step is None else step
         self.limits = LIMITS.get(fieldname, (0.0, np.inf))
-        self._optimiser = Adam(self.step)
+        self._optimiser = Adam(self.step, beta2=BETA2)
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         self.value = np.clip(self._optimiser.update(self.value, gradient, factor), *self.limits)
@@ -63,6 +65,7 @@ class Vertices:
     def __init__(self, scene: Scene, path: str, step: float | None, smoothness: float | None) -> None:
         self.path = path
         mesh: Mesh = parameters.owner(scene, path)[0]
+        self.value = mesh.vertices
         extent = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
         if not extent > 0.0:
             raise ValueError(f"parameter '{path}': all vertices are at one place; the mesh has no extent to move by")
@@ -76,13 +79,16 @@ class Vertices:
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         change = self._optimiser.update(np.zeros_like(self._unknowns), self._steps.gradient(gradient), factor)
+        if not change.any():
+            return self.value  # not even rounded by the way there and back
         if self._length is None:
             # The filter shortens what is local by up to lambda times the degree. The length of a step is
             # meant in space, so the first one is stretched to it, and all later ones by as much.
             longest = float(np.linalg.norm(self._steps.vertices(change), axis=1).max())
             self._length = factor * self.step / longest if longest > 0.0 else None
         self._unknowns = self._unknowns + (1.0 if self._length is None else self._length) * change
-        return self._steps.vertices(self._unknowns)
+        self.value = self._steps.vertices(self._unknowns)
+        return self.value
 
 
 def unknown(scene: Scene, path: str, step: float | None, smoothness: float | None) -> Unknown:

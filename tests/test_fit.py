@@ -1,0 +1,298 @@
+"""Fits: they find what they should, and leave the scene right whatever happens."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import Mesh, Scene, parameters
+from edgegrad.fit import FitStep, fit
+from edgegrad.losses import l1, l2
+from edgegrad.targets import Target
+from tests import shapes
+
+VERTICES, COLOR, POWER = "meshes.object.vertices", "materials.clay.base_color", "lights.lamp.power"
+
+
+def ball(radius: float = 1.0) -> Scene:
+    return shapes.scene(*shapes.ball(2, radius))
+
+
+def picture(scene: Scene, **options: Any) -> np.ndarray:
+    return edgegrad.Renderer(scene).render(spp=64, seed=12345, **options)
+
+
+def state(scene: Scene) -> dict[str, np.ndarray]:
+    return {path: np.array(parameters.get(scene, path), copy=True) for path in parameters.paths(scene)}
+
+
+def same(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> bool:
+    return a.keys() == b.keys() and all(np.array_equal(a[path], b[path]) for path in a)
+
+
+def test_colour_and_power_are_found() -> None:
+    # The lamp alone does not tell reflectance from power, a world of known radiance does.
+    truth, scene = (shapes.scene(*shapes.ball(2), world=1.0) for _ in range(2))
+    truth.materials["clay"].base_color = np.array([0.2, 0.7, 0.4])
+    truth.lights["lamp"].power = 800.0  # type: ignore[union-attr]
+    result = fit(scene, Target(picture(truth)), [COLOR, POWER], iterations=120, spp=4, seed=1)
+    np.testing.assert_allclose(scene.materials["clay"].base_color, [0.2, 0.7, 0.4], atol=0.02)
+    assert parameters.get(scene, POWER) == pytest.approx(800.0, rel=0.1)
+    assert result.losses[-1] < 0.02 * result.losses[0] and len(result.losses) == 121
+    np.testing.assert_array_equal(result.values[COLOR], scene.materials["clay"].base_color)
+
+
+@pytest.mark.parametrize("stored", ["shared", "split"])
+def test_shape_is_found_from_several_views(stored: str) -> None:
+    vertices, faces = shapes.ball(2, 0.8)
+    goal = vertices * [1.4, 1.1, 1.2] + [0.15, 0.0, 0.1]
+    cameras = [shapes.camera(eye, size=(32, 32)) for eye in ([0, -6, 1], [6, 0, 1], [-4, 4, 2], [1, 1, 6])]
+    truth = shapes.scene(goal, faces)
+    targets = [Target(picture(truth, camera=camera), camera) for camera in cameras]
+    if stored == "split":
+        goal, vertices, faces = goal[faces].reshape(-1, 3), *shapes.split(vertices, faces)
+    scene = shapes.scene(vertices, faces)
+    result = fit(scene, targets, [VERTICES], iterations=60, spp=4, seed=2)
+    found = scene.meshes["object"].vertices
+    before, after = (np.linalg.norm(v - goal, axis=1).mean() for v in (vertices, found))
+    assert after < 0.35 * before, (before, after)
+    assert result.losses[result.best] < 0.05 * result.losses[0]
+    for k in np.unique(edgegrad.topology.weld(vertices), return_index=True)[1]:
+        copies = found[(vertices == vertices[k]).all(axis=1)]
+        assert (copies == copies[0]).all(), "a seam is torn"
+
+
+def test_a_scene_that_fits_stays() -> None:
+    """With the truth as start the noise must not carry the scene away."""
+    scene = ball()
+    before = state(scene)
+    result = fit(scene, Target(picture(scene)), [VERTICES, COLOR], iterations=30, spp=8)
+    after = state(scene)
+    assert np.abs(after[COLOR] - before[COLOR]).max() < 0.05
+    assert np.linalg.norm(after[VERTICES] - before[VERTICES], axis=1).mean() < 0.05
+    assert result.losses[result.best] <= 1.5 * result.losses[0]
+
+
+def test_equal_pictures_move_nothing_and_are_warned_of() -> None:
+    """A loss that is exactly zero has an exactly zero gradient."""
+    scene = ball()
+    scene.lights = {}
+    scene.materials["clay"].base_color = np.zeros(3)  # neither light nor noise
+    scene.world.color = np.zeros(3)
+    scene.materials["clay"].emission = np.ones(3)
+    scene.meshes["object"].vertices *= 100.0  # fills the picture
+    scene.camera = shapes.camera((0.0, -500.0, 1.0), size=(8, 8), fov_x=0.1)
+    before = state(scene)
+    with pytest.warns(RuntimeWarning, match="already equal their targets"):
+        result = fit(scene, Target(np.ones((8, 8, 3))), [VERTICES], iterations=3, spp=1)
+    assert result.losses == [0.0] * 4
+    assert same(before, state(scene))
+    assert result.untouched == {VERTICES: 1.0}
+
+
+def test_parameters_that_nothing_depends_on_are_named() -> None:
+    scene = ball()
+    scene.materials["spare"] = edgegrad.Material()  # type: ignore[index]
+    scene.meshes["behind"] = Mesh(shapes.cube()[0], shapes.cube()[1], ("clay",))  # type: ignore[index]
+    scene.meshes["behind"].vertices += [0.0, -40.0, 0.0]
+    with pytest.warns(RuntimeWarning) as caught:
+        result = fit(
+            scene, Target(np.zeros((24, 32, 3))), [COLOR, "materials.spare.base_color", "meshes.behind.vertices"],
+            iterations=1, spp=2,
+        )
+    words = [str(w.message) for w in caught]
+    assert any("'materials.spare.base_color', because no mesh uses this material" in w for w in words)
+    assert any("'meshes.behind.vertices', because nothing that the cameras see" in w for w in words)
+    assert len(words) == 2 and result.untouched[COLOR] == 0.0
+    assert caught[0].filename == __file__
+
+
+def test_values_stay_in_their_range() -> None:
+    scene = ball()
+    steps = {COLOR: 1.0, POWER: 1e4, "world.color": 5.0}
+    fit(scene, Target(np.full((24, 32, 3), 1e3)), list(steps), iterations=2, spp=2, step_sizes=steps)
+    assert scene.materials["clay"].base_color.max() <= 1.0
+    fit(scene, Target(np.zeros((24, 32, 3))), list(steps), iterations=2, spp=2, step_sizes=steps)
+    for path in steps:
+        assert np.min(parameters.get(scene, path)) >= 0.0
+    scene.validate()
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_equal_seeds_give_equal_fits(threads: int) -> None:
+    found = []
+    for _ in range(2):
+        scene = ball()
+        fit(scene, Target(np.zeros((24, 32, 3))), [VERTICES], iterations=3, spp=2, seed=5, threads=threads)
+        found.append(scene.meshes["object"].vertices)
+    np.testing.assert_array_equal(*found)
+
+
+def test_views_take_turns() -> None:
+    truth = ball(1.1)
+    cameras = [shapes.camera(eye, size=(16, 16)) for eye in ([0, -6, 1], [6, 0, 1], [-4, 4, 2])]
+    targets = [Target(picture(truth, camera=camera), camera) for camera in cameras]
+    result = fit(ball(), targets, [VERTICES], iterations=7, spp=2, views_per_iteration=1)
+    assert len(result.losses) == 8 and result.best >= 2, "before all pictures were seen there is no best"
+
+
+def test_alpha_is_put_over_the_world() -> None:
+    """A picture rendered over nothing and one over the world are the same target."""
+    scene = ball()
+    over_nothing = np.zeros((24, 32, 4), np.float32)
+    fit_from_alpha = fit(scene, Target(over_nothing), [COLOR], iterations=1, spp=2)
+    plain = fit(ball(), Target(np.full((24, 32, 3), 0.2)), [COLOR], iterations=1, spp=2)
+    assert fit_from_alpha.losses == plain.losses
+
+
+def cancel_by_false(step: FitStep) -> bool:
+    return step.iteration < 6
+
+
+def cancel_by_error(step: FitStep) -> None:
+    if step.iteration == 6:
+        raise edgegrad.Cancelled
+
+
+@pytest.mark.parametrize("callback", [cancel_by_false, cancel_by_error])
+@pytest.mark.parametrize("on_cancel", ["restore", "best"])
+def test_cancelling(callback: Callable[[FitStep], bool | None], on_cancel: str) -> None:
+    truth, scene = ball(1.2), ball()
+    before = state(scene)
+    result = fit(
+        scene, Target(picture(truth)), [VERTICES, COLOR], iterations=50, spp=2, callback=callback, on_cancel=on_cancel
+    )
+    assert result.cancelled and len(result.losses) == 6
+    after = state(scene)
+    if on_cancel == "restore":
+        assert same(before, after)
+        np.testing.assert_array_equal(result.values[VERTICES], before[VERTICES])
+    else:
+        assert result.best > 0 and not np.array_equal(after[VERTICES], before[VERTICES])
+        np.testing.assert_array_equal(result.values[VERTICES], after[VERTICES])
+
+
+@pytest.mark.parametrize("answer", ["restore", "best"])
+def test_the_callback_may_choose_how_it_ends(answer: str) -> None:
+    scene = ball()
+    before = state(scene)
+    target = Target(picture(ball(1.2)))
+    other = "best" if answer == "restore" else "restore"
+    fit(
+        scene, target, [VERTICES], iterations=50, spp=2, on_cancel=other,
+        callback=lambda step: answer if step.iteration == 5 else None,
+    )
+    assert same(before, state(scene)) == (answer == "restore")
+
+
+def test_progress_runs_from_0_to_1_and_can_cancel() -> None:
+    scene = ball()
+    seen: list[float] = []
+    fit(scene, Target(np.zeros((24, 32, 3))), [COLOR], iterations=3, spp=2, progress=seen.append)
+    assert seen == sorted(seen) and 0.0 <= seen[0] < 0.3 and 0.9 < seen[-1] <= 1.0
+
+    def stop(fraction: float) -> None:
+        if fraction > 0.4:
+            raise edgegrad.Cancelled
+
+    before = state(scene)
+    assert fit(scene, Target(np.zeros((24, 32, 3))), [COLOR], iterations=3, spp=2, progress=stop).cancelled
+    assert same(before, state(scene))
+
+
+def test_the_scene_is_untouched_while_a_fit_runs_and_after_an_error() -> None:
+    scene = ball()
+    before = state(scene)
+
+    def fail(step: FitStep) -> None:
+        assert same(before, state(scene))
+        assert not np.array_equal(step.values[VERTICES], before[VERTICES])
+        if step.iteration == 2:
+            raise RuntimeError("full disk")
+
+    with pytest.raises(RuntimeError, match="full disk"):
+        fit(scene, Target(np.zeros((24, 32, 3))), [VERTICES], iterations=5, spp=2, callback=fail, on_cancel="best")
+    assert same(before, state(scene))
+
+
+def test_callback_is_told_what_happens() -> None:
+    steps: list[FitStep] = []
+    result = fit(ball(), Target(np.zeros((24, 32, 3))), [COLOR], iterations=4, spp=2, callback=steps.append)  # type: ignore[arg-type]
+    assert [s.iteration for s in steps] == [1, 2, 3, 4] and {s.iterations for s in steps} == {4}
+    assert [s.loss for s in steps] == result.losses[:4]
+    assert all(a.seconds <= b.seconds for a, b in pairwise(steps))
+    assert steps[-1].smoothed == pytest.approx(np.mean(result.losses[:4]))
+
+
+def test_non_finite_gradients_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = ball()
+    before = state(scene)
+
+    def broken(self: edgegrad.Renderer, adjoint: Any, wrt: Any, **options: Any) -> dict[str, np.ndarray]:
+        gradient = np.zeros_like(scene.meshes["object"].vertices)
+        gradient[3, 1] = np.nan
+        return {VERTICES: gradient}
+
+    monkeypatch.setattr(edgegrad.Renderer, "render_backward", broken)
+    with pytest.raises(FloatingPointError, match=rf"the gradient of '{VERTICES}' is not finite at \(3, 1\)"):
+        fit(scene, Target(np.zeros((24, 32, 3))), [VERTICES], iterations=2, spp=1)
+    assert same(before, state(scene))
+
+
+GOOD = Target(np.zeros((24, 32, 3)))
+BAD: dict[str, tuple[dict[str, Any], str]] = {
+    "size": ({"targets": Target(np.zeros((32, 32, 3)))}, r"target 0: image is 32 x 32 pixels, but .* is 32 x 24"),
+    "second": ({"targets": [GOOD, Target(np.zeros((24, 32, 2)))]}, r"target 1: image must have the shape"),
+    "nan": ({"targets": Target(np.full((24, 32, 3), np.nan))}, r"target 0: image has 2304 non-finite values"),
+    "mask": ({"targets": Target(np.zeros((24, 32, 3)), mask=np.ones((32, 24)))}, r"target 0: mask must have the shape"),
+    "no mask": ({"targets": Target(np.zeros((24, 32, 3)), mask=np.zeros((24, 32)))}, r"target 0: mask is 0 everywhere"),
+    "weight": ({"targets": Target(np.zeros((24, 32, 3)), weight=0.0)}, r"target 0: weight must be above 0"),
+    "camera": ({"targets": Target(np.zeros((24, 32, 3)), camera="front")}, r"target 0: camera must be"),  # type: ignore[arg-type]
+    "array": ({"targets": [np.zeros((24, 32, 3))]}, r"target 0: must be an edgegrad.Target, not ndarray"),
+    "no target": ({"targets": []}, r"there is no target"),
+    "empty": ({"wrt": []}, r"wrt is empty"),
+    "string": ({"wrt": COLOR}, r"wrt must be a list"),
+    "twice": ({"wrt": [COLOR, COLOR]}, r"wrt names .* more than once"),
+    "unknown": ({"wrt": ["meshes.cube.vertices"]}, r"there is no 'cube' in meshes"),
+    "no derivative": ({"wrt": ["lights.lamp.position"]}, r"'lights.lamp.position' has no derivative"),
+    "camera path": ({"wrt": ["camera.fov_x"]}, r"'camera.fov_x' has no derivative"),
+    "iterations": ({"iterations": 0}, r"iterations must be between 1"),
+    "spp": ({"spp": 0}, r"spp must be between 1"),
+    "views": ({"views_per_iteration": 2}, r"views_per_iteration must be between 1 and 1"),
+    "seed": ({"seed": -1}, r"seed must be between 0"),
+    "smoothness": ({"smoothness": -1.0}, r"smoothness must not be below 0"),
+    "step path": ({"step_sizes": {VERTICES: 0.1}}, r"step_sizes names 'meshes.object.vertices', which is not in wrt"),
+    "step": ({"step_sizes": {COLOR: 0.0}}, r"step size of 'materials.clay.base_color' must be above 0"),
+    "on_cancel": ({"on_cancel": "keep"}, r"on_cancel must be 'restore' or 'best'"),
+    "depth": ({"max_depth": 3}, r"max_depth must be between 1"),
+    "engine": ({"engine": "gpu"}, r"engine must be"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_refused_before_anything_is_rendered(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(self: edgegrad.Renderer, **options: Any) -> None:
+        raise AssertionError("rendered")
+
+    monkeypatch.setattr(edgegrad.Renderer, "render", never)
+    changes, message = BAD[name]
+    scene = ball()
+    before = copy.deepcopy(state(scene))
+    arguments: dict[str, Any] = {"targets": GOOD, "wrt": [COLOR], "iterations": 1, "spp": 1} | changes
+    with pytest.raises(ValueError, match=message):
+        fit(scene, **arguments)
+    assert same(before, state(scene))
+
+
+@pytest.mark.parametrize("loss", [l1, l2])
+def test_plain_functions_are_losses(loss: Any) -> None:
+    scene = ball()
+    target = Target(picture(ball(1.1)))
+    result = fit(scene, target, [VERTICES], iterations=25, spp=4, loss=loss)
+    assert result.losses[result.best] < 0.6 * result.losses[0]

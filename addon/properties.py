@@ -9,6 +9,8 @@ from .derivative import DIRECTIONS
 from .parameters import Names
 from .session import Picture, Request
 
+# From 4.5 on Blender warns about // in paths that don't have this option, which older versions don't know.
+PATH_OPTIONS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
 
 def _is_camera(_: Any, ob: Any) -> bool:
     return bool(ob.type == "CAMERA")
@@ -18,9 +20,9 @@ class TargetItem(bpy.types.PropertyGroup):  # type: ignore[misc]
     """A picture of what a camera should see."""
 
     camera: bpy.props.PointerProperty(name="Camera", type=bpy.types.Object, poll=_is_camera)  # type: ignore[valid-type]
-    image: bpy.props.StringProperty(name="Image", subtype="FILE_PATH",  # type: ignore[valid-type]
+    image: bpy.props.StringProperty(name="Image", subtype="FILE_PATH", options=PATH_OPTIONS,  # type: ignore[valid-type]
                                     description="Picture that this camera should see: EXR, PNG or JPEG")  # fmt: skip
-    mask: bpy.props.StringProperty(name="Mask", subtype="FILE_PATH",  # type: ignore[valid-type]
+    mask: bpy.props.StringProperty(name="Mask", subtype="FILE_PATH", options=PATH_OPTIONS,  # type: ignore[valid-type]
                                    description="Picture whose black pixels are ignored; may be empty")  # fmt: skip
 
 

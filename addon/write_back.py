@@ -76,7 +76,7 @@ def _check_modifiers(ob: Any, depsgraph: Any) -> None:
     base = positions(ob.data), corner_vertices(ob.data)
     if len(full[0]) != len(base[0]) or not np.array_equal(full[1], base[1]):
         raise Problem(f"{where}: its evaluated mesh has another topology than the mesh '{ob.data.name}'")
-    if ob.data.shape_keys is None and not np.array_equal(full[0], base[0]):
+    if ob.data.shape_keys is None and not np.array_equal(full[0], base[0], equal_nan=True):
         raise Problem(f"{where}: its vertices are moved by something else than modifiers (its parent?), "
                       "so they can't be fitted")  # fmt: skip
 
@@ -88,7 +88,7 @@ def _evaluated(ob: Any, depsgraph: Any) -> tuple[NDArray[np.float32], NDArray[np
 
 
 def _same(a: tuple[Any, Any], b: tuple[Any, Any]) -> bool:
-    return np.array_equal(a[0], b[0]) and np.array_equal(a[1], b[1])
+    return np.array_equal(a[0], b[0], equal_nan=True) and np.array_equal(a[1], b[1])
 
 
 def write_vertices(ob: Any, matrix: F64, before: F64, after: F64, in_place: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import io
 import sys
 from types import ModuleType
@@ -41,13 +42,13 @@ def test_blender_commands_go_to_the_add_on(monkeypatch: pytest.MonkeyPatch) -> N
     module.main = run  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "edgegrad_addon", package)
     monkeypatch.setitem(sys.modules, "edgegrad_addon.command_line", module)
-    monkeypatch.setattr(command_line.importlib.util, "find_spec", lambda name: object())
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: object())
     assert command_line.main(["fit", "a.blend", "--iterations", "3"]) == 7
     assert seen == [["fit", "a.blend", "--iterations", "3"]]
 
 
 def test_missing_blender_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(command_line.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     assert command_line.main(["fit", "a.blend"]) == 1
     assert "pip install edgegrad[blender]" in capsys.readouterr().err
 

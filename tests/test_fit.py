@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import Mesh, Scene, parameters
+from edgegrad import Mesh, Scene, parameters, topology
 from edgegrad.fit import FitStep, fit
 from edgegrad.losses import l1, l2
 from edgegrad.targets import Target
@@ -63,7 +63,7 @@ def test_shape_is_found_from_several_views(stored: str) -> None:
     before, after = (np.linalg.norm(v - goal, axis=1).mean() for v in (vertices, found))
     assert after < 0.35 * before, (before, after)
     assert result.losses[result.best] < 0.05 * result.losses[0]
-    for k in np.unique(edgegrad.topology.weld(vertices), return_index=True)[1]:
+    for k in np.unique(topology.weld(vertices), return_index=True)[1]:
         copies = found[(vertices == vertices[k]).all(axis=1)]
         assert (copies == copies[0]).all(), "a seam is torn"
 
@@ -131,7 +131,7 @@ def test_equal_seeds_give_equal_fits(threads: int) -> None:
         scene = ball()
         fit(scene, Target(np.zeros((24, 32, 3))), [VERTICES], iterations=3, spp=2, seed=5, threads=threads)
         found.append(scene.meshes["object"].vertices)
-    np.testing.assert_array_equal(*found)
+    np.testing.assert_array_equal(found[0], found[1])
 
 
 def test_views_take_turns() -> None:
@@ -223,7 +223,7 @@ def test_the_scene_is_untouched_while_a_fit_runs_and_after_an_error() -> None:
 
 def test_callback_is_told_what_happens() -> None:
     steps: list[FitStep] = []
-    result = fit(ball(), Target(np.zeros((24, 32, 3))), [COLOR], iterations=4, spp=2, callback=steps.append)  # type: ignore[arg-type]
+    result = fit(ball(), Target(np.zeros((24, 32, 3))), [COLOR], iterations=4, spp=2, callback=steps.append)
     assert [s.iteration for s in steps] == [1, 2, 3, 4] and {s.iterations for s in steps} == {4}
     assert [s.loss for s in steps] == result.losses[:4]
     assert all(a.seconds <= b.seconds for a, b in pairwise(steps))

@@ -258,7 +258,7 @@ def test_faces_without_area_change_nothing() -> None:
 def test_integers_and_lists_are_converted() -> None:
     vertices, faces = shapes.cube()
     scene = Scene(
-        Camera(shapes.camera().to_world.tolist(), 1, 8, 8),  # type: ignore[arg-type]
+        Camera(shapes.camera().to_world.tolist(), 1, 8, 8),
         {"object": Mesh(vertices.astype(np.float32), faces.tolist(), ["clay"])},  # type: ignore[arg-type]
         {"clay": Material([1, 0, 0])},  # type: ignore[arg-type]
         {"sun": SunLight([0, 0, -1], 3)},  # type: ignore[arg-type]

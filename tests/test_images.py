@@ -233,4 +233,5 @@ def test_files_written_by_blender(tmp_path: Path) -> None:
         bpy.ops.render.render(write_still=True)
         image = images.read_image(path)
         assert image.shape[:2] == (8, 16)
-        np.testing.assert_allclose(image[..., :3], np.broadcast_to([0.2, 0.5, 0.8], (8, 16, 3)), atol=1e-3 if settings.color_depth == "16" else 5e-3)
+        expected = np.broadcast_to([0.2, 0.5, 0.8], (8, 16, 3))
+        np.testing.assert_allclose(image[..., :3], expected, atol=1e-3 if settings.color_depth == "16" else 5e-3)

@@ -36,7 +36,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         const double samples = candidates.mass() * options.samples;
         add(true, std::move(candidates), samples, false);
     }
-    if (options.shadow && options.max_depth >= 2) {
+    if (options.shadow && options.max_depth >= 2 && !scene.convex) {
         const double samples = kShadowShare * static_cast<double>(pixels) * options.samples;
         if (scene.emitter_count > 0)
             add(false, shadow_candidates(scene, edges, false), samples, false);
@@ -52,6 +52,7 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
     tables_.vertices.reserve(tables_.vertices.size() + 4);  // padding, see Bvh
     bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
     closed_ = closed_meshes(tables_);
+    connected_ = closed_.size() == 1 && closed_[0] && connected(tables_);
 }
 
 void Engine::update(SceneTables next) {
@@ -77,7 +78,8 @@ void Engine::update(SceneTables next) {
 }
 
 void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
-    const PreparedScene prepared(api_, *bvh_, tables_, nullptr);
+    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
+    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex_alone(tables_, sides, connected_));
     const SceneView& scene = prepared.view();
     const ImagePlan plan(scene.camera, options);
     std::fill_n(image, plan.pixels * 3, 0.0f);
@@ -91,7 +93,8 @@ void Engine::render(const RenderOptions& options, const Progress& progress, floa
 
 void Engine::forward(const RenderOptions& options, const Asked& asked, const Derivative& tangent,
                      const Progress& progress, float* image) const {
-    const PreparedScene prepared(api_, *bvh_, tables_, &asked);
+    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
+    const PreparedScene prepared(api_, *bvh_, tables_, &asked, convex_alone(tables_, sides, connected_));
     const SceneView& scene = prepared.view();
     const VertexSpan span(tables_, asked);
     const ImagePlan plan(scene.camera, options);
@@ -107,7 +110,6 @@ void Engine::forward(const RenderOptions& options, const Asked& asked, const Der
         });
     }
     if (!span.any) return;  // under a static camera only moving vertices sweep over anything
-    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
     for (const BoundaryTerm& term : boundary_terms(scene, {prepared.edge_count(), sides.data(), threads_}, options)) {
         const auto kernel = term.primary ? kernels_.primary_forward : kernels_.shadow_forward;
         // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
@@ -134,13 +136,13 @@ void Engine::forward(const RenderOptions& options, const Asked& asked, const Der
 
 Derivative Engine::backward(const RenderOptions& options, const Asked& asked, const float* adjoint,
                             const Progress& progress) const {
-    const PreparedScene prepared(api_, *bvh_, tables_, &asked);
+    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
+    const PreparedScene prepared(api_, *bvh_, tables_, &asked, convex_alone(tables_, sides, connected_));
     const SceneView& scene = prepared.view();
     const VertexSpan span(tables_, asked);
     const ImagePlan plan(scene.camera, options);
 
     GradientGroups groups(tables_, span);
-    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
     std::vector<BoundaryTerm> terms;
     if (span.any) terms = boundary_terms(scene, {prepared.edge_count(), sides.data(), threads_}, options);
     int64_t boundary_chunks = 0;

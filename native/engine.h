@@ -42,7 +42,9 @@ private:
     SceneTables tables_;
     int threads_;
     std::unique_ptr<Bvh> bvh_;
+    // What the topology alone says.
     std::vector<uint8_t> closed_;  // by mesh
+    bool connected_ = false;
 };
 
 }  // namespace edgegrad

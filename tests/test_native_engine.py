@@ -229,6 +229,42 @@ def test_a_scene_of_background_alone() -> None:
     assert np.allclose(gradient["world.color"], 64.0)
 
 
+def alike(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two pictures of the same samples differ by no more than rounding, and few rays that it turns."""
+    return bool((np.abs(a - b) > 1e-3 * max(float(np.abs(b).max()), 1e-6)).mean() < 0.01)
+
+
+def box_alone(*, beside: bool, clip_start: float = 0.01) -> edgegrad.Scene:
+    """The box of `boxes` in a uniform sky and a point light; with a speck behind the camera if asked."""
+    scene = boxes(world=0.5)
+    meshes = {"box": edgegrad.Mesh(scene.meshes["box"].vertices, scene.meshes["box"].faces, ("grey",))}
+    if beside:
+        speck = np.array([[0, -9, 9], [0.01, -9, 9], [0, -9, 9.01]], float)
+        meshes["speck"] = edgegrad.Mesh(speck, np.array([[0, 1, 2]]), ("grey",))
+    scene.camera.clip_start = clip_start
+    return edgegrad.Scene(scene.camera, meshes, scene.materials, {"lamp": scene.lights["lamp"]}, scene.world)
+
+
+def test_a_convex_body_alone_is_skipped_rightly() -> None:
+    # The speck turns the rule off, but changes nothing that is seen.
+    skipped = edgegrad.Renderer(box_alone(beside=False), engine="native")
+    traced = edgegrad.Renderer(box_alone(beside=True), engine="native")
+    assert alike(skipped.render(spp=16), traced.render(spp=16))
+    v = {"meshes.box.vertices": np.random.default_rng(1).normal(size=(8, 3))}
+    for term in ("interior", "shadow"):
+        a, b = (r.render_forward(v, spp=16, terms=(term,)) for r in (skipped, traced))
+        assert alike(a, b)
+        if term == "shadow":
+            assert not a.any() and not b.any()
+
+
+def test_a_convex_body_cut_by_the_near_plane_is_dark_inside() -> None:
+    image = edgegrad.render(box_alone(beside=False, clip_start=4.2), spp=16, engine="native")
+    other = edgegrad.render(box_alone(beside=True, clip_start=4.2), spp=16, engine="native")
+    assert alike(image, other)
+    assert (image == 0.0).all(axis=2).any()
+
+
 # ---------------------------------------------------------------- loading
 def test_a_missing_wheel_falls_back_with_one_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing() -> None:

@@ -57,7 +57,7 @@ EG_INLINE void emitter_interior(Mode& mode, const SceneView& scene, const Deriva
     SurfacePoint x = q.point;
     x.active = lit;
     EmitterSample s = sample_emitter(scene, lit, x, random.emitter_u, random.emitter_v);
-    s.active &= ~emitter_hidden(scene, x, s);
+    if (!scene.convex) s.active &= ~emitter_hidden(scene, x, s);
     if (!any(s.active)) return;
     const Float value = select(s.active, s.geometry * s.cosine * kInvPi, 0.0f);  // h over albedo L_e
     const Mask is_triangle = s.active & (s.kind == kEmissiveTriangle);
@@ -99,7 +99,7 @@ EG_INLINE void environment_interior(Mode& mode, const SceneView& scene, const De
     const SurfacePoint& x = q.point;
     Float cosine, density;
     const Vec3 w = mixed_direction(x.normal, strategy, random.environment_u, random.environment_v, cosine, density);
-    const Mask hidden = occluded_from(scene, lit, x, w, splat(__builtin_inff()));
+    const Mask hidden = scene.convex ? splat(0) : occluded_from(scene, lit, x, w, splat(__builtin_inff()));
     const Vec3 environment = splat3(scene.environment);
     if (d.want_colors) {
         const Mask open = lit & ~hidden;
@@ -134,7 +134,8 @@ EG_INLINE void interior_sample(Mode& mode, const SceneView& scene, const ImageTa
     if (scene.has_environment) {
         Float strategy, unused;
         sobol_pair(q.index.stream, q.index.sample, kPairStrategy, strategy, unused);
-        const Mask asked = d.want_colors ? lit : lit & x_moves;
+        // On a convex body nothing is hidden, and only the hidden directions turn.
+        const Mask asked = d.want_colors ? lit : scene.convex ? splat(0) : lit & x_moves;
         if (any(asked)) environment_interior(mode, scene, d, q, asked, x_moves, albedo, random, strategy);
     }
 }

@@ -4,7 +4,8 @@
 
 namespace edgegrad {
 
-PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked)
+PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked,
+                             bool convex)
     : emitters_(tables, asked),
       face_moving_(tables.face_material.size(), 0),
       edge_count_(static_cast<int64_t>(tables.edge_vertices.size() / 2)) {
@@ -13,6 +14,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
             std::fill(face_moving_.begin() + tables.mesh_first_face[m],
                       face_moving_.begin() + tables.mesh_first_face[m + 1], 1);
     view_.api = &api;
+    view_.convex = convex;
     view_.bvh = bvh.handle();
     view_.vertices = tables.vertices.data();
     view_.faces = tables.faces.data();

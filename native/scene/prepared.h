@@ -9,7 +9,7 @@ namespace edgegrad {
 class PreparedScene {
 public:
     // `asked` null: for the picture alone.
-    PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked);
+    PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked, bool convex);
 
     const SceneView& view() const { return view_; }
     int64_t edge_count() const { return edge_count_; }

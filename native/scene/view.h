@@ -43,6 +43,8 @@ struct SceneView {
     const float* sun_direction;    // (D, 3)
     const float* sun_irradiance;   // (D, 3)
 
+    bool convex;  // one convex body seen from outside: nothing hides light from it
+
     float environment[3];
     bool has_environment;
 

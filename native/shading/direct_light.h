@@ -44,10 +44,11 @@ EG_INLINE Vec3 direct_light(const SceneView& scene, const SurfacePoint& x, const
     if (scene.emitter_count > 0) {
         EmitterSample s = sample_emitter(scene, x.active, x, random.emitter_u, random.emitter_v);
         s.active &= ~hidden_by_edge(scene, s.active, x, s.w);
-        const Mask lit = s.active & ~emitter_hidden(scene, x, s);
+        const Mask lit = scene.convex ? s.active : s.active & ~emitter_hidden(scene, x, s);
         sum = select(lit, s.radiance * (s.geometry * s.cosine * kInvPi), sum);
     }
     if (scene.has_environment) {
+        if (scene.convex) return sum + select(x.active, splat3(scene.environment), zero3());
         const Vec3 w = cosine_direction(x.normal, random.environment_u, random.environment_v);
         const Mask open = x.active & ~hidden_by_edge(scene, x.active, x, w);
         const Mask hidden = occluded_from(scene, open, x, w, splat(__builtin_inff()));

@@ -10,13 +10,14 @@ import argparse
 import json
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import bpy
-import edgegrad
 import numpy as np
+
+import edgegrad
 from edgegrad import images
 from edgegrad.progress import ProgressBar
 
@@ -194,7 +195,7 @@ def _render(arguments: argparse.Namespace) -> None:
     export = export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get(), _camera(arguments.camera))
     _print_warnings(export.report)
     with ProgressBar("render") as bar:
-        picture = edgegrad.render(export.scene, spp=arguments.samples, seed=arguments.seed, progress=bar.update)
+        picture = edgegrad.render(export.scene, spp=arguments.samples, seed=arguments.seed, progress=_shown(bar))
     images.write_image(arguments.out, picture)
 
 
@@ -203,13 +204,26 @@ def _gradient(arguments: argparse.Namespace) -> None:
     with ProgressBar("gradient") as bar:
         picture, export = derivative_picture(
             bpy.context, _names(arguments), arguments.direction.upper(), arguments.samples,
-            _camera(arguments.camera), arguments.seed, bar.update,
+            _camera(arguments.camera), arguments.seed, _shown(bar),
         )  # fmt: skip
     _print_warnings(export.report)
     if arguments.out.suffix.lower() == ".png":
         images.write_derivative(arguments.out, picture)
     else:
         images.write_image(arguments.out, picture)
+
+
+def _shown(bar: ProgressBar) -> Callable[[float], None]:
+    """Progress for the bar; of several terms that each come to their end only the last may say 100 %."""
+    furthest = 0.0
+
+    def show(fraction: float) -> None:
+        nonlocal furthest
+        if fraction > furthest:
+            furthest = fraction
+            bar.update(fraction)
+
+    return show
 
 
 def _camera(name: str | None) -> Any:
@@ -249,5 +263,6 @@ def _print_warnings(report: Report) -> None:
         print(f"edgegrad: warning: {line}", file=sys.stderr)
 
 
-def _show_warning(message: Warning | str, *_: Any) -> None:
+def _show_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: Any = None,
+                  line: str | None = None) -> None:  # fmt: skip
     print(f"edgegrad: warning: {message}", file=sys.stderr)

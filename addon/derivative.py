@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import edgegrad
 import numpy as np
 from numpy.typing import NDArray
+
+import edgegrad
 
 from .export import export_scene
 from .export.scene import Export

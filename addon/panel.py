@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 
-class TargetList(bpy.types.UIList):  # type: ignore[misc]
+class TargetList(bpy.types.UIList):
     """A line per target: camera, picture, mask."""
 
     bl_idname = "EDGEGRAD_UL_targets"
@@ -20,7 +20,7 @@ class TargetList(bpy.types.UIList):  # type: ignore[misc]
         row.label(text="", icon="MOD_MASK" if item.mask else "BLANK1")
 
 
-class MainPanel(bpy.types.Panel):  # type: ignore[misc]
+class MainPanel(bpy.types.Panel):
     """Targets, parameters, and the three buttons."""
 
     bl_idname = "EDGEGRAD_PT_main"

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import bpy
-import edgegrad
 import numpy as np
+
+import edgegrad
 
 from . import write_back
 from .export import Export
@@ -53,7 +54,8 @@ class Names:
         for fieldname, names in (("base_color", self.base_color), ("emission", self.emission)):
             for name in names:
                 if name not in export.materials:
-                    raise Problem(f"material '{name}': {_among('no object that is rendered uses it', export.materials)}")
+                    problem = _among("no object that is rendered uses it", export.materials)
+                    raise Problem(f"material '{name}': {problem}")
                 write_back.check_material(export.materials[name], name, fieldname)
                 out.append(f"materials.{name}.{fieldname}")
         for name in self.power:

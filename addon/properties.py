@@ -16,7 +16,7 @@ def _is_camera(_: Any, ob: Any) -> bool:
     return bool(ob.type == "CAMERA")
 
 
-class TargetItem(bpy.types.PropertyGroup):  # type: ignore[misc]
+class TargetItem(bpy.types.PropertyGroup):
     """A picture of what a camera should see."""
 
     camera: bpy.props.PointerProperty(name="Camera", type=bpy.types.Object, poll=_is_camera)  # type: ignore[valid-type]
@@ -26,7 +26,7 @@ class TargetItem(bpy.types.PropertyGroup):  # type: ignore[misc]
                                    description="Picture whose black pixels are ignored; may be empty")  # fmt: skip
 
 
-class Settings(bpy.types.PropertyGroup):  # type: ignore[misc]
+class Settings(bpy.types.PropertyGroup):
     """Scene.edgegrad."""
 
     targets: bpy.props.CollectionProperty(type=TargetItem)  # type: ignore[valid-type]

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-import edgegrad
 import numpy as np
+from numpy.typing import NDArray
+
+import edgegrad
 from edgegrad import images
 from edgegrad.fit import fit
 from edgegrad.targets import Target
-from numpy.typing import NDArray
 
 from . import parameters
 from .export import Export, export_camera, export_scene

@@ -7,10 +7,10 @@ from typing import Any
 
 import bpy
 import numpy as np
-from edgegrad_addon.export import Export, export_scene
 from numpy.typing import NDArray
 
 from edgegrad import images
+from edgegrad_addon.export import Export, export_scene
 
 SIZE = 32
 

@@ -1,30 +1,32 @@
 """The commands and operators end to end: a fit is written and saved; a failure leaves every .blend as it was."""
 
+# ruff: noqa: E402  (what is imported below needs bpy)
+
 from __future__ import annotations
 
 import hashlib
 import json
+from typing import Any
 
 import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
+import edgegrad
 import edgegrad_addon
+from edgegrad import images
 from edgegrad_addon import command_line
 from edgegrad_addon.export.mesh import positions
-from edgegrad_addon.session import Picture, Request, Session
 from edgegrad_addon.parameters import Names
-
-import edgegrad
-from edgegrad import images
+from edgegrad_addon.session import Picture, Request, Session
 from tests import blender_scenes as bs
 
 TRUE_COLOR, START_COLOR = (0.7, 0.3, 0.1), (0.3, 0.4, 0.5)
 
 
 @pytest.fixture
-def start(tmp_path):
+def start(tmp_path: Any) -> Any:
     """A saved .blend with a wrong colour and a cube at the wrong place in its mesh, and the target beside it."""
     bs.empty()
     bs.camera((0, 0, 6), name="Front")
@@ -39,16 +41,16 @@ def start(tmp_path):
     return path
 
 
-def arguments(start, *more):
-    return ["fit", str(start), "--target", f"Front={start.parent / 'target.exr'}", "--samples", "4", "--iterations", "3",
-            *more]  # fmt: skip
+def arguments(start: Any, *more: Any) -> Any:
+    target = f"Front={start.parent / 'target.exr'}"
+    return ["fit", str(start), "--target", target, "--samples", "4", "--iterations", "3", *more]
 
 
-def digest(path):
+def digest(path: Any) -> Any:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def data():
+def data() -> Any:
     """All that a fit could change in Blender's data. (In background mode `is_dirty` is always set.)"""
     ob, color = bpy.data.objects["Cube"], bs.shader(bpy.data.materials["Clay"]).inputs["Color"]
     return (positions(ob.data).tobytes(), ob.data.shape_keys, color.default_value[:], len(ob.modifiers),
@@ -56,7 +58,7 @@ def data():
 
 
 @pytest.mark.parametrize("where", ["--shape-key", "--in-place"])
-def test_fit_writes_pictures_report_and_another_blend(start, where, tmp_path):
+def test_fit_writes_pictures_report_and_another_blend(start: Any, where: Any, tmp_path: Any) -> None:
     before = digest(start)
     saved, out = tmp_path / "fitted.blend", tmp_path / "out"
     code = command_line.main(arguments(start, "--vertices", "Cube", "--base-color", "Clay", "--iterations", "20", where,
@@ -87,7 +89,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_arguments_are_said_in_one_sentence(name, start, capsys):
+def test_bad_arguments_are_said_in_one_sentence(name: Any, start: Any, capsys: Any) -> None:
     more, words = BAD[name]
     before, as_it_was = digest(start), data()
     assert command_line.main(arguments(start, *more)) == 1
@@ -96,14 +98,14 @@ def test_bad_arguments_are_said_in_one_sentence(name, start, capsys):
     assert digest(start) == before and data() == as_it_was
 
 
-def test_wrong_usage_has_its_own_exit_code(start, capsys):
+def test_wrong_usage_has_its_own_exit_code(start: Any, capsys: Any) -> None:
     assert command_line.main(["fit", str(start)]) == 2
     assert command_line.main(["fold"]) == 2
     assert command_line.main(arguments(start, "--iterations", "0")) == 2
     assert "usage" in capsys.readouterr().err
 
 
-def test_files_that_cannot_be_opened(tmp_path, capsys):
+def test_files_that_cannot_be_opened(tmp_path: Any, capsys: Any) -> None:
     broken = tmp_path / "broken.blend"
     broken.write_bytes(b"no blend at all")
     for path in (broken, tmp_path / "missing.blend"):
@@ -111,24 +113,24 @@ def test_files_that_cannot_be_opened(tmp_path, capsys):
         assert path.name in capsys.readouterr().err
 
 
-def spoil_nan():
+def spoil_nan() -> None:
     bpy.data.meshes["Cube"].vertices[0].co.x = float("nan")
 
 
-def spoil_light():
+def spoil_light() -> None:
     bpy.data.objects.remove(bpy.data.objects["Sun"])
     bpy.context.scene.world = None
 
 
-def spoil_size():
+def spoil_size() -> None:
     bpy.context.scene.render.resolution_x = 48
 
 
-def spoil_faces():
+def spoil_faces() -> None:
     bpy.data.meshes["Cube"].clear_geometry()
 
 
-def spoil_modifier():
+def spoil_modifier() -> None:
     bpy.data.objects["Cube"].modifiers.new("Smooth it", "SUBSURF")
 
 
@@ -142,7 +144,7 @@ def spoil_modifier():
         (spoil_modifier, ["'Cube'", "'Smooth it'", "topology"]),
     ],
 )
-def test_bad_scenes_are_named_and_stay_as_they_are(spoil, words, start, capsys, tmp_path):
+def test_bad_scenes_are_named_and_stay(spoil: Any, words: Any, start: Any, capsys: Any, tmp_path: Any) -> None:
     bpy.ops.wm.open_mainfile(filepath=str(start))
     spoil()
     bpy.ops.wm.save_as_mainfile(filepath=str(start))
@@ -153,7 +155,7 @@ def test_bad_scenes_are_named_and_stay_as_they_are(spoil, words, start, capsys, 
     assert digest(start) == before and not saved.exists()
 
 
-def test_faces_without_area_are_no_problem(start):
+def test_faces_without_area_are_no_problem(start: Any) -> None:
     bpy.ops.wm.open_mainfile(filepath=str(start))
     mesh = bpy.data.meshes["Cube"]
     mesh.vertices[0].co = mesh.vertices[1].co
@@ -161,13 +163,13 @@ def test_faces_without_area_are_no_problem(start):
     assert command_line.main(arguments(start, "--vertices", "Cube")) == 0
 
 
-def prepared(start):
+def prepared(start: Any) -> Any:
     bpy.ops.wm.open_mainfile(filepath=str(start))
     request = Request([Picture("Front", str(start.parent / "target.exr"))], Names(("Cube",), ("Clay",)), 5, 4)
     return Session.prepare(bpy.context, request)
 
 
-def test_cancel_leaves_everything_as_it_was(start):
+def test_cancel_leaves_everything_as_it_was(start: Any) -> None:
     session = prepared(start)
     as_it_was = data()
     result = session.run(callback=lambda step: step.iteration < 2)
@@ -176,15 +178,15 @@ def test_cancel_leaves_everything_as_it_was(start):
     assert data() == as_it_was
 
 
-def test_cancel_keeps_the_best_if_asked(start):
+def test_cancel_keeps_the_best_if_asked(start: Any) -> None:
     session = prepared(start)
     result = session.run(callback=lambda step: "best" if step.iteration == 4 else None)
     assert result.cancelled and session.write(result) is True
     assert bpy.data.meshes["Cube"].shape_keys is not None
 
 
-def test_interrupt_has_its_own_exit_code(start, monkeypatch):
-    def interrupt(*_, **__):
+def test_interrupt_has_its_own_exit_code(start: Any, monkeypatch: Any) -> None:
+    def interrupt(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Session, "run", interrupt)
@@ -193,7 +195,7 @@ def test_interrupt_has_its_own_exit_code(start, monkeypatch):
     assert digest(start) == before and data() == as_it_was
 
 
-def test_render_and_gradient_write_files(start, tmp_path):
+def test_render_and_gradient_write_files(start: Any, tmp_path: Any) -> None:
     picture, change = tmp_path / "render.exr", tmp_path / "change.exr"
     assert command_line.main(["render", str(start), "--out", str(picture), "--samples", "8"]) == 0
     assert images.read_image(picture).max() > 0.1
@@ -207,14 +209,14 @@ def test_render_and_gradient_write_files(start, tmp_path):
 
 
 @pytest.fixture
-def registered(start):
+def registered(start: Any) -> Any:
     bpy.ops.wm.open_mainfile(filepath=str(start))
     edgegrad_addon.register()
     yield start
     edgegrad_addon.unregister()
 
 
-def test_operators_run_in_background(registered):
+def test_operators_run_in_background(registered: Any) -> None:
     settings = bpy.context.scene.edgegrad
     bpy.data.objects["Cube"].select_set(True)
     bpy.context.view_layer.objects.active = bpy.data.objects["Cube"]
@@ -232,12 +234,12 @@ def test_operators_run_in_background(registered):
     assert bpy.ops.edgegrad.target_remove() == {"FINISHED"}
 
 
-def test_operator_tells_what_is_wrong(registered):
+def test_operator_tells_what_is_wrong(registered: Any) -> None:
     with pytest.raises(RuntimeError, match="no target"):
         bpy.ops.edgegrad.fit()
 
 
-def test_registers_twice(registered):
+def test_registers_twice(registered: Any) -> None:
     edgegrad_addon.unregister()
     edgegrad_addon.register()
     assert bpy.context.scene.edgegrad.iterations == 200

@@ -1,28 +1,31 @@
 """Export: geometry, cameras, visibility, and one named warning for all that can't be read."""
 
+# ruff: noqa: E402  (what is imported below needs bpy)
+
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
-from bpy_extras.object_utils import world_to_camera_view
-from edgegrad_addon.problem import Problem
+from bpy_extras.object_utils import world_to_camera_view  # type: ignore[import-not-found]
 from mathutils import Vector
 
+from edgegrad_addon.problem import Problem
 from tests import blender_scenes as bs
 
 
 @pytest.fixture(autouse=True)
-def _scene():
+def _scene() -> None:
     bs.empty()
     bs.camera()
 
 
-def warnings_about(export, *words):
+def warnings_about(export: Any, *words: Any) -> Any:
     return [line for line in export.report.lines if all(word in line for word in words)]
 
 
@@ -30,7 +33,7 @@ def warnings_about(export, *words):
     ("fit", "shift", "size", "percentage"),
     list(itertools.product(["AUTO", "HORIZONTAL", "VERTICAL"], [(0, 0), (0.2, -0.1)], [(64, 48), (48, 64)], [100, 50])),
 )
-def test_camera_projects_as_blenders(fit, shift, size, percentage):
+def test_camera_projects_as_blenders(fit: Any, shift: Any, size: Any, percentage: Any) -> None:
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = percentage
@@ -51,7 +54,7 @@ def test_camera_projects_as_blenders(fit, shift, size, percentage):
     assert (camera.width, camera.height) == (size[0] * percentage // 100, size[1] * percentage // 100)
 
 
-def test_transforms_modifiers_and_slots():
+def test_transforms_modifiers_and_slots() -> None:
     red, blue = bs.material("Red", (0.8, 0.1, 0.1)), bs.material("Blue", (0.1, 0.1, 0.8))
     data = bs.cube("Cube", red, blue)
     data.polygons[2].material_index = 1
@@ -65,11 +68,12 @@ def test_transforms_modifiers_and_slots():
     assert mesh.vertices == pytest.approx(expected, abs=1e-6)
     assert len(mesh.faces) == 2 * 24
     assert mesh.materials == ("Red", "Blue")
+    assert mesh.face_material is not None
     assert np.bincount(mesh.face_material).tolist() == [40, 8]
     assert export.scene.materials["Blue"].base_color == pytest.approx([0.1, 0.1, 0.8])
 
 
-def test_slot_linked_to_the_object_wins():
+def test_slot_linked_to_the_object_wins() -> None:
     ob = bs.add("Cube", bs.cube("Cube", bs.material("Of data")))
     ob.material_slots[0].link = "OBJECT"
     ob.material_slots[0].material = bs.material("Of object", (0.2, 0.3, 0.4))
@@ -77,7 +81,7 @@ def test_slot_linked_to_the_object_wins():
     assert bs.export().scene.meshes["Cube"].materials == ("Of object",)
 
 
-def test_collection_instances_are_exported_in_place():
+def test_collection_instances_are_exported_in_place() -> None:
     hidden = bpy.data.collections.new("Parts")
     part = bpy.data.objects.new("Part", bs.cube("Part"))
     hidden.objects.link(part)
@@ -90,7 +94,7 @@ def test_collection_instances_are_exported_in_place():
     assert [float(meshes[f"Instancer {k}/Part"].vertices[:, 0].mean()) for k in range(3)] == pytest.approx([0, 5, 10])
 
 
-def test_text_comes_once():
+def test_text_comes_once() -> None:
     bs.add("Text", bpy.data.curves.new("Text", "FONT")).data.body = "Edge"
     bs.light("POINT")
     export = bs.export()
@@ -98,7 +102,7 @@ def test_text_comes_once():
     assert len(export.scene.meshes["Text"].faces) > 0
 
 
-def test_hidden_objects_are_left_out():
+def test_hidden_objects_are_left_out() -> None:
     bs.light("POINT")
     for name in ("Shown", "Render", "Viewport", "Eye", "Collection", "Excluded"):
         bs.add(name, bs.cube(name))
@@ -120,7 +124,7 @@ def test_hidden_objects_are_left_out():
     assert len(export.report.lines) == 2
 
 
-def test_flat_shading_is_announced_once_and_only_where_it_differs():
+def test_flat_shading_is_announced_once_and_only_where_it_differs() -> None:
     bs.light("POINT")
     for name in ("Smooth", "Flat"):
         bs.add(name, bs.cube(name))
@@ -132,7 +136,7 @@ def test_flat_shading_is_announced_once_and_only_where_it_differs():
     assert bs.export().report.lines == ["object 'Smooth': is shaded smooth; this version renders its faces flat"]
 
 
-def test_lights_warn_about_what_is_treated_as_zero():
+def test_lights_warn_about_what_is_treated_as_zero() -> None:
     bs.light("POINT", "Bulb", shadow_soft_size=0.1)
     bs.light("SUN", "Sun", angle=0.01)
     bs.light("SPOT", "Spot")
@@ -142,12 +146,12 @@ def test_lights_warn_about_what_is_treated_as_zero():
     assert list(export.scene.lights) == ["Bulb", "Sun"]
 
 
-def test_materials_warn_once_per_node():
+def test_materials_warn_once_per_node() -> None:
     bs.light("POINT")
     linked = bs.material("Linked", (0.1, 0.2, 0.3))
     tree = linked.node_tree
     tree.links.new(tree.nodes.new("ShaderNodeTexChecker").outputs["Color"], bs.shader(linked).inputs["Color"])
-    metal = bs.material("Metal", node="ShaderNodeBsdfPrincipled", **{"Metallic": 1.0})
+    metal = bs.material("Metal", node="ShaderNodeBsdfPrincipled", Metallic=1.0)
     glass = bs.material("Glass", node="ShaderNodeBsdfGlass")
     for one in (linked, metal, glass):
         bs.add(one.name, bs.cube(one.name, one))
@@ -160,7 +164,7 @@ def test_materials_warn_once_per_node():
     assert len(export.report.lines) == 3
 
 
-def test_emission_and_diffuse_are_added():
+def test_emission_and_diffuse_are_added() -> None:
     made = bs.material("Both", (0.2, 0.2, 0.2))
     tree = made.node_tree
     emission = tree.nodes.new("ShaderNodeEmission")
@@ -182,7 +186,7 @@ def test_emission_and_diffuse_are_added():
         (lambda: setattr(bpy.context.scene.render, "pixel_aspect_x", 2.0), ["pixel aspect"]),
     ],
 )
-def test_cameras_that_cannot_be_rendered_are_refused(break_it, words):
+def test_cameras_that_cannot_be_rendered_are_refused(break_it: Any, words: Any) -> None:
     bs.light("POINT")
     break_it()
     with pytest.raises(Problem) as caught:
@@ -190,7 +194,7 @@ def test_cameras_that_cannot_be_rendered_are_refused(break_it, words):
     assert all(word in str(caught.value) for word in words)
 
 
-def test_render_levels_that_differ_are_announced():
+def test_render_levels_that_differ_are_announced() -> None:
     bs.light("POINT")
     ob = bs.add("Cube", bs.cube("Cube"))
     modifier = ob.modifiers.new("Subdivide", "SUBSURF")

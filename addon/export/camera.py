@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import edgegrad
 import numpy as np
+
+import edgegrad
 
 from ..problem import Problem, Report
 

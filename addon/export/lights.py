@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import edgegrad
 import numpy as np
 from numpy.typing import NDArray
+
+import edgegrad
 
 from ..problem import Report
 

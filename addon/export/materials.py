@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
-import edgegrad
 import numpy as np
 from numpy.typing import NDArray
+
+import edgegrad
 
 from ..problem import Report
 from . import nodes

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-import edgegrad
 import numpy as np
 from numpy.typing import NDArray
+
+import edgegrad
 
 from ..problem import Problem, Report
 from .camera import export_camera

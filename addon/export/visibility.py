@@ -36,7 +36,6 @@ def warn_about_modifiers(ob: Any, report: Report) -> None:
         if modifier.show_viewport != modifier.show_render:
             state = "on" if modifier.show_viewport else "off"
             report.warn(where, f"differs between viewport and render; it is {state} here, as in the viewport")
-        elif modifier.show_viewport and getattr(modifier, "levels", 0) != getattr(modifier, "render_levels",
-                                                                                 getattr(modifier, "levels", 0)):  # fmt: skip
-            report.warn(where, f"its viewport level {modifier.levels} is used, not its render level "
-                               f"{modifier.render_levels}")  # fmt: skip
+        levels, render_levels = (getattr(modifier, name, 0) for name in ("levels", "render_levels"))
+        if modifier.show_viewport and modifier.show_render and levels != render_levels:
+            report.warn(where, f"its viewport level {levels} is used, not its render level {render_levels}")

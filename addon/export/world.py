@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
-import edgegrad
 import numpy as np
+
+import edgegrad
 
 from ..problem import Report
 from . import nodes

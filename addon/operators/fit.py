@@ -48,7 +48,7 @@ class Job:
         self._thread.join()
 
 
-class Fit(bpy.types.Operator):  # type: ignore[misc]
+class Fit(bpy.types.Operator):
     """Move the chosen parameters until the cameras see their target pictures. Esc: back to the start; Enter: stop"""
 
     bl_idname = "edgegrad.fit"

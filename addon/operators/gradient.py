@@ -5,6 +5,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+
 from edgegrad import images
 
 from ..derivative import derivative_picture
@@ -12,7 +13,7 @@ from ..properties import chosen
 from . import _common
 
 
-class Gradient(bpy.types.Operator):  # type: ignore[misc]
+class Gradient(bpy.types.Operator):
     """Show how the picture changes with the chosen parameters: red is brighter, blue darker, white the same"""
 
     bl_idname = "edgegrad.gradient"

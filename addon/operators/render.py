@@ -4,13 +4,14 @@
 from typing import Any
 
 import bpy
+
 import edgegrad
 
 from ..export import export_scene
 from . import _common
 
 
-class Render(bpy.types.Operator):  # type: ignore[misc]
+class Render(bpy.types.Operator):
     """Render the active camera's picture with Edgegrad into the image 'Edgegrad Render'"""
 
     bl_idname = "edgegrad.render"

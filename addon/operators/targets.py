@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 
-class AddTarget(bpy.types.Operator):  # type: ignore[misc]
+class AddTarget(bpy.types.Operator):
     """Add a target for the active camera"""
 
     bl_idname = "edgegrad.target_add"
@@ -21,7 +21,7 @@ class AddTarget(bpy.types.Operator):  # type: ignore[misc]
         return {"FINISHED"}
 
 
-class RemoveTarget(bpy.types.Operator):  # type: ignore[misc]
+class RemoveTarget(bpy.types.Operator):
     """Remove the target from the list; its files stay"""
 
     bl_idname = "edgegrad.target_remove"

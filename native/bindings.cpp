@@ -38,7 +38,8 @@ std::vector<T> column(nb::handle object, const char* name) {
 template <size_t N>
 void fill(float (&out)[N], nb::handle object, const char* name, size_t first = 0) {
     const std::vector<float> values = column<float>(object, name);
-    if (values.size() < first + N) throw std::invalid_argument(std::string("the table '") + name + "' is too short");
+    if (values.size() < first + N)
+        throw std::invalid_argument(std::string("the table '") + name + "' is too short");
     std::copy_n(values.begin() + static_cast<ptrdiff_t>(first), N, out);
 }
 
@@ -94,9 +95,12 @@ Progress make_progress(nb::object callback) {
     };
 }
 
-RenderOptions make_options(int samples, uint32_t seed, int max_depth, const std::vector<std::string>& terms = {}) {
+RenderOptions make_options(int samples, uint32_t seed, int max_depth,
+                           const std::vector<std::string>& terms = {}) {
     RenderOptions o;
-    const auto has = [&](const char* term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); };
+    const auto has = [&](const char* term) {
+        return std::find(terms.begin(), terms.end(), term) != terms.end();
+    };
     o.interior = has("interior");
     o.primary = has("primary");
     o.shadow = has("shadow");
@@ -123,7 +127,7 @@ Image make_image(std::vector<float>&& pixels, const edgegrad::CameraView& c) {
 
 // The engine together with its copy of the tables.
 class Scene {
-public:
+ public:
     Scene(nb::handle tables, nb::handle edges, int threads, const std::string& instruction_set,
           const std::string& embree)
         : kernels_(edgegrad::kernels(instruction_set)) {
@@ -186,7 +190,8 @@ public:
     nb::dict backward(AdjointImage adjoint, nb::handle asked, int samples, uint32_t seed, int max_depth,
                       const std::vector<std::string>& terms, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
-        if (adjoint.shape(0) != static_cast<size_t>(c.height) || adjoint.shape(1) != static_cast<size_t>(c.width))
+        if (adjoint.shape(0) != static_cast<size_t>(c.height) ||
+            adjoint.shape(1) != static_cast<size_t>(c.width))
             throw std::invalid_argument("the adjoint image has another size than the camera's picture");
         const RenderOptions options = make_options(samples, seed, max_depth, terms);
         const Asked what = read_asked(asked);
@@ -212,7 +217,7 @@ public:
 
     const char* instruction_set() const { return kernels_.name; }
 
-private:
+ private:
     Asked read_asked(nb::handle asked) const {
         Asked a;
         a.moving = column<uint8_t>(asked, "moving");
@@ -236,17 +241,21 @@ NB_MODULE(_native, m) {
     m.def("instruction_sets", &edgegrad::instruction_sets,
           "Instruction sets that this build has and this processor can run, the fastest first.");
     m.def(
-        "embree_version", [](const std::string& path) { edgegrad::embree::load(path); return edgegrad::embree::version(); },
+        "embree_version",
+        [](const std::string& path) {
+            edgegrad::embree::load(path);
+            return edgegrad::embree::version();
+        },
         "path"_a, "Version of the Embree library at `path`, loading it if need be.");
     nb::class_<Scene>(m, "Scene", "A scene's tables with their BVH; see edgegrad.renderer.Renderer.")
-        .def(nb::init<nb::handle, nb::handle, int, const std::string&, const std::string&>(), "tables"_a, "edges"_a,
-             "threads"_a, "instruction_set"_a, "embree"_a)
+        .def(nb::init<nb::handle, nb::handle, int, const std::string&, const std::string&>(), "tables"_a,
+             "edges"_a, "threads"_a, "instruction_set"_a, "embree"_a)
         .def("update", &Scene::update, "tables"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
         .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "progress"_a.none())
         .def("forward", &Scene::forward, "tangent"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
              "progress"_a.none())
-        .def("backward", &Scene::backward, "adjoint"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
-             "progress"_a.none())
+        .def("backward", &Scene::backward, "adjoint"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a,
+             "terms"_a, "progress"_a.none())
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

@@ -5,13 +5,13 @@
 namespace edgegrad {
 
 #ifdef EDGEGRAD_X86
-#define EDGEGRAD_ISAS(X)                                                                             \
-    X(avx512, __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&             \
-                  __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") &&        \
-                  __builtin_cpu_supports("avx512cd"))                                                \
-    X(avx2, __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&                       \
-                __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2"))                     \
-    X(sse42, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))                   \
+#define EDGEGRAD_ISAS(X)                                                                      \
+    X(avx512, __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&      \
+                  __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") && \
+                  __builtin_cpu_supports("avx512cd"))                                         \
+    X(avx2, __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&                \
+                __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2"))              \
+    X(sse42, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))            \
     X(scalar, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))
 #else
 #define EDGEGRAD_ISAS(X) \
@@ -19,8 +19,8 @@ namespace edgegrad {
     X(scalar, true)
 #endif
 
-#define EDGEGRAD_DECLARE(isa, supported) \
-    namespace isa {                      \
+#define EDGEGRAD_DECLARE(isa, supported)   \
+    namespace isa {                        \
     extern const KernelTable kernel_table; \
     }
 EDGEGRAD_ISAS(EDGEGRAD_DECLARE)
@@ -42,7 +42,8 @@ const KernelTable& kernels(const std::string& instruction_set) {
 #undef EDGEGRAD_PICK
     std::string known;
     for (const std::string& name : instruction_sets()) known += (known.empty() ? "" : ", ") + name;
-    throw std::invalid_argument("instruction set '" + instruction_set + "' is not available here; these are: " + known);
+    throw std::invalid_argument("instruction set '" + instruction_set +
+                                "' is not available here; these are: " + known);
 }
 
 }  // namespace edgegrad

@@ -23,7 +23,8 @@ struct BoundaryTerm {
 };
 
 // The boundary terms that a call computes.
-std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges, const RenderOptions& options) {
+std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
+                                         const RenderOptions& options) {
     std::vector<BoundaryTerm> terms;
     const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
     const auto add = [&](bool primary, Candidates candidates, double samples, bool environment) {
@@ -38,8 +39,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
     }
     if (options.shadow && options.max_depth >= 2 && !scene.convex) {
         const double samples = kShadowShare * static_cast<double>(pixels) * options.samples;
-        if (scene.emitter_count > 0)
-            add(false, shadow_candidates(scene, edges, false), samples, false);
+        if (scene.emitter_count > 0) add(false, shadow_candidates(scene, edges, false), samples, false);
         if (scene.has_environment) add(false, shadow_candidates(scene, edges, true), samples, true);
     }
     return terms;
@@ -62,7 +62,8 @@ void Engine::update(SceneTables next) {
     for (int32_t m = 0; m < tables_.visible_meshes; ++m) {
         const auto first = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m]);
         const auto last = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m + 1]);
-        if (!std::equal(next.vertices.begin() + first, next.vertices.begin() + last, tables_.vertices.begin() + first))
+        if (!std::equal(next.vertices.begin() + first, next.vertices.begin() + last,
+                        tables_.vertices.begin() + first))
             moved.push_back(m);
     }
     // The buffers that Embree shares stay where they are; edges and faces are the topology's.
@@ -110,7 +111,8 @@ void Engine::forward(const RenderOptions& options, const Asked& asked, const Der
         });
     }
     if (!span.any) return;  // under a static camera only moving vertices sweep over anything
-    for (const BoundaryTerm& term : boundary_terms(scene, {prepared.edge_count(), sides.data(), threads_}, options)) {
+    for (const BoundaryTerm& term :
+         boundary_terms(scene, {prepared.edge_count(), sides.data(), threads_}, options)) {
         const auto kernel = term.primary ? kernels_.primary_forward : kernels_.shadow_forward;
         // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
         std::vector<int32_t> pixel;
@@ -119,13 +121,16 @@ void Engine::forward(const RenderOptions& options, const Asked& asked, const Der
             const int64_t batch = std::min(kSplatBatch, term.plan.total - first);
             pixel.resize(static_cast<size_t>(batch));
             for (auto& v : value) v.resize(static_cast<size_t>(batch));
-            parallel_for(threads_, (batch + kBoundaryChunk - 1) / kBoundaryChunk, progress, [&](int, int64_t chunk) {
-                const int64_t begin = chunk * kBoundaryChunk;
-                const BoundaryTask task = term.plan.task(first + begin, std::min(kBoundaryChunk, batch - begin));
-                Splats splats{pixel.data() + begin,
-                              {value[0].data() + begin, value[1].data() + begin, value[2].data() + begin}};
-                kernel(scene, task, d, splats);
-            });
+            parallel_for(threads_, (batch + kBoundaryChunk - 1) / kBoundaryChunk, progress,
+                         [&](int, int64_t chunk) {
+                             const int64_t begin = chunk * kBoundaryChunk;
+                             const BoundaryTask task =
+                                 term.plan.task(first + begin, std::min(kBoundaryChunk, batch - begin));
+                             Splats splats{
+                                 pixel.data() + begin,
+                                 {value[0].data() + begin, value[1].data() + begin, value[2].data() + begin}};
+                             kernel(scene, task, d, splats);
+                         });
             for (int64_t k = 0; k < batch; ++k) {
                 if (pixel[k] < 0) continue;
                 for (int c = 0; c < 3; ++c) image[3 * static_cast<int64_t>(pixel[k]) + c] += value[c][k];
@@ -155,7 +160,8 @@ Derivative Engine::backward(const RenderOptions& options, const Asked& asked, co
     // Groups take long: progress counts chunks, and cancelling is seen between them.
     const Progress report = [&](double) {
         try {
-            if (progress) progress(static_cast<double>(done) / static_cast<double>(image_chunks + boundary_chunks));
+            if (progress)
+                progress(static_cast<double>(done) / static_cast<double>(image_chunks + boundary_chunks));
         } catch (...) {
             stop = true;
             throw;

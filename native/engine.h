@@ -21,7 +21,7 @@ struct RenderOptions {
 };
 
 class Engine {
-public:
+ public:
     Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads);
 
     // Takes new values for the same topology; the BVH is refitted where vertices moved.
@@ -31,12 +31,12 @@ public:
 
     // Pictures are (height, width, 3).
     void render(const RenderOptions& options, const Progress& progress, float* image) const;
-    void forward(const RenderOptions& options, const Asked& asked, const Derivative& tangent, const Progress& progress,
-                 float* image) const;
+    void forward(const RenderOptions& options, const Asked& asked, const Derivative& tangent,
+                 const Progress& progress, float* image) const;
     Derivative backward(const RenderOptions& options, const Asked& asked, const float* adjoint,
                         const Progress& progress) const;
 
-private:
+ private:
     const embree::Api& api_;
     const KernelTable& kernels_;
     SceneTables tables_;

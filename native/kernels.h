@@ -59,10 +59,14 @@ struct KernelTable {
                              float* image);
     void (*interior_backward)(const SceneView&, const ImageTask&, Workspace&, const float* adjoint,
                               DerivativeView& gradient);
-    void (*primary_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent, Splats& splats);
-    void (*primary_backward)(const SceneView&, const BoundaryTask&, const float* adjoint, DerivativeView& gradient);
-    void (*shadow_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent, Splats& splats);
-    void (*shadow_backward)(const SceneView&, const BoundaryTask&, const float* adjoint, DerivativeView& gradient);
+    void (*primary_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent,
+                            Splats& splats);
+    void (*primary_backward)(const SceneView&, const BoundaryTask&, const float* adjoint,
+                             DerivativeView& gradient);
+    void (*shadow_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent,
+                           Splats& splats);
+    void (*shadow_backward)(const SceneView&, const BoundaryTask&, const float* adjoint,
+                            DerivativeView& gradient);
 };
 
 }  // namespace edgegrad

@@ -54,7 +54,8 @@ struct ImagePlan {
 // Samples of one boundary term.
 struct BoundaryPlan {
     // `wanted` samples in all, at most four times those of the picture.
-    BoundaryPlan(Candidates pieces, double wanted, int64_t pixels, const RenderOptions& render, bool towards_environment)
+    BoundaryPlan(Candidates pieces, double wanted, int64_t pixels, const RenderOptions& render,
+                 bool towards_environment)
         : candidates(std::move(pieces)), options(render), environment(towards_environment) {
         const double most = 4.0 * static_cast<double>(pixels) * options.samples;
         total = candidates.size() == 0 ? 0 : static_cast<int64_t>(std::min(std::ceil(wanted), most));
@@ -62,9 +63,17 @@ struct BoundaryPlan {
     }
 
     BoundaryTask task(int64_t first, int64_t count) const {
-        return {candidates.edge.data(), candidates.u0.data(), candidates.u1.data(), candidates.cumulative.data(),
-                candidates.size(),      first,                count,                total,
-                options.max_depth,      options.seed,         environment};
+        return {candidates.edge.data(),
+                candidates.u0.data(),
+                candidates.u1.data(),
+                candidates.cumulative.data(),
+                candidates.size(),
+                first,
+                count,
+                total,
+                options.max_depth,
+                options.seed,
+                environment};
     }
     BoundaryTask chunk(int64_t k) const {
         const int64_t first = k * kBoundaryChunk;
@@ -93,15 +102,22 @@ struct VertexSpan {
 };
 
 // View of a derivative whose vertex table starts at vertex `table_first`.
-inline DerivativeView derivative_view(Derivative& d, int32_t table_first, const VertexSpan& span, const Asked& asked) {
-    return {d.vertices.data(),        table_first,          d.albedo.data(),      d.emission.data(),
-            d.point_intensity.data(), d.sun_irradiance.data(), d.environment.data(), span.any,
+inline DerivativeView derivative_view(Derivative& d, int32_t table_first, const VertexSpan& span,
+                                      const Asked& asked) {
+    return {d.vertices.data(),
+            table_first,
+            d.albedo.data(),
+            d.emission.data(),
+            d.point_intensity.data(),
+            d.sun_irradiance.data(),
+            d.environment.data(),
+            span.any,
             asked.colors};
 }
 
 // Gradient buffers, summed in a fixed order.
 class GradientGroups {
-public:
+ public:
     GradientGroups(const SceneTables& tables, const VertexSpan& span) : tables_(tables), span_(span) {
         const size_t size = 3 * static_cast<size_t>(span.last - span.first) + 2 * tables.albedo.size() +
                             tables.point_intensity.size() + tables.sun_irradiance.size() + 3;
@@ -149,7 +165,7 @@ public:
         return total;
     }
 
-private:
+ private:
     static void add(std::vector<double>& to, const std::vector<double>& from) {
         for (size_t k = 0; k < to.size(); ++k) to[k] += from[k];
     }

@@ -8,7 +8,7 @@
 namespace edgegrad {
 
 class ThreadWorkspace {
-public:
+ public:
     Workspace& view() {
         if (memory_.empty()) {
             // Compacting writes whole packets behind the end.
@@ -26,7 +26,7 @@ public:
         return view_;
     }
 
-private:
+ private:
     std::vector<float> memory_;
     Workspace view_{};
 };

@@ -41,9 +41,9 @@ bool clip(double a, double b, double& u0, double& u1) {
 
 // The faces of an edge, for what its shape tells.
 struct Wedge {
-    int faces = 0;   // with an area
-    V normal[2];     // unit normals of the first two as they are wound
-    V third[2];      // their third corners, from the edge's first vertex
+    int faces = 0;  // with an area
+    V normal[2];    // unit normals of the first two as they are wound
+    V third[2];     // their third corners, from the edge's first vertex
     bool same_material = true;
 
     // Two faces in one plane, of one orientation and one material: nothing jumps there.
@@ -77,7 +77,7 @@ Wedge wedge_of(const SceneView& scene, int64_t edge, V a) {
 double jump_weight(const Wedge& wedge, V camera_to_a, V t, int solid_side) {
     if (wedge.faces == 0 || wedge.flat()) return 0.0;
     if (wedge.faces != 2 || !wedge.same_material) return 1.0;  // border or junction
-    const V sheet = cross(camera_to_a, t);  // normal of the sheet through camera and edge
+    const V sheet = cross(camera_to_a, t);                     // normal of the sheet through camera and edge
     if (dot(sheet, wedge.third[0]) * dot(sheet, wedge.third[1]) >= 0.0) return 1.0;  // silhouette
     const double crease = std::clamp(length(wedge.normal[0] - wedge.normal[1]), kLeastCrease, 1.0);
     return solid_side * dot(wedge.normal[0], camera_to_a) > 0.0 ? kHidden * crease : crease;
@@ -192,7 +192,8 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges) {
         if (!clip(z[0] - c.clip_start, z[1] - c.clip_start, u0, u1)) return;
         if (!clip(c.clip_end - z[0], c.clip_end - z[1], u0, u1)) return;
         if (!clip(x[0], x[1], u0, u1) || !clip(c.width * z[0] - x[0], c.width * z[1] - x[1], u0, u1)) return;
-        if (!clip(y[0], y[1], u0, u1) || !clip(c.height * z[0] - y[0], c.height * z[1] - y[1], u0, u1)) return;
+        if (!clip(y[0], y[1], u0, u1) || !clip(c.height * z[0] - y[0], c.height * z[1] - y[1], u0, u1))
+            return;
         double sx[2], sy[2];
         for (int k = 0; k < 2; ++k) {
             const double u = k ? u1 : u0, depth = z[0] + u * (z[1] - z[0]);

@@ -26,9 +26,9 @@ struct EdgeList {
     int threads;
 };
 
-// Edges that the camera sees, of moving meshes (static ones under a static camera sweep over nothing). Only a flat pair of faces can't carry a jump: two
-// faces in one plane, of one orientation and one material. Silhouettes, open borders, creases between
-// flat faces and material borders are one case (derivations A3).
+// Edges that the camera sees, of moving meshes (static ones under a static camera sweep over nothing). Only a
+// flat pair of faces can't carry a jump: two faces in one plane, of one orientation and one material.
+// Silhouettes, open borders, creases between flat faces and material borders are one case (derivations A3).
 Candidates primary_candidates(const SceneView& scene, const EdgeList& edges);
 
 // Edges that may hide light from a surface: silhouettes as seen from some point of the finite

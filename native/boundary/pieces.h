@@ -16,7 +16,8 @@ struct PieceSample {
 };
 
 // Samples [task.first + at, …): number k lies in the k-th of `total` equal shares of the mass.
-EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& task, int64_t at, int64_t& piece) {
+EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                   int64_t& piece) {
     PieceSample s;
     const double step = task.cumulative[task.pieces] / static_cast<double>(task.total);
     s.edge = splat(0);
@@ -28,7 +29,8 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
         const uint32_t number = static_cast<uint32_t>(task.first + k);
         s.random.sample[i] = number;
         if (k >= task.count) continue;
-        const double jitter = static_cast<double>(hash(number ^ hash(task.seed ^ 0x51ed270bu)) >> 8) * 5.9604645e-8;
+        const double jitter =
+            static_cast<double>(hash(number ^ hash(task.seed ^ 0x51ed270bu)) >> 8) * 5.9604645e-8;
         const double place = (static_cast<double>(task.first + k) + jitter) * step;
         while (piece + 1 < task.pieces && task.cumulative[piece + 1] <= place) ++piece;
         const double mass = task.cumulative[piece + 1] - task.cumulative[piece];
@@ -69,11 +71,13 @@ EG_INLINE int64_t first_piece(const BoundaryTask& task) {
 EG_INLINE Int pixel_of(const CameraView& c, Vec3 direction, Mask& active) {
     const Float x = dot(splat3(c.right), direction) * c.focal + c.principal[0];
     const Float y = c.principal[1] - dot(splat3(c.up), direction) * c.focal;
-    active &= (x >= 0.0f) & (y >= 0.0f) & (x < static_cast<float>(c.width)) & (y < static_cast<float>(c.height));
+    active &=
+        (x >= 0.0f) & (y >= 0.0f) & (x < static_cast<float>(c.width)) & (y < static_cast<float>(c.height));
     return select(active, to_int(y) * c.width + to_int(x), splat(0));
 }
 
-EG_INLINE void write_splats(const BoundaryTask& task, Splats& splats, int64_t at, Mask active, Int pixel, Vec3 value) {
+EG_INLINE void write_splats(const BoundaryTask& task, Splats& splats, int64_t at, Mask active, Int pixel,
+                            Vec3 value) {
     for (int i = 0; i < W && at + i < task.count; ++i) {
         splats.pixel[at + i] = active[i] ? pixel[i] : -1;
         splats.value[0][at + i] = value.x[i];

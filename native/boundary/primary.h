@@ -17,8 +17,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct EdgeSample {
     Mask active;
     Int edge;
-    Float u;       // position along the edge
-    Float weight;  // (f^2/z^3) / density
+    Float u;                       // position along the edge
+    Float weight;                  // (f^2/z^3) / density
     Vec3 point, relative, normal;  // e, e - o, N
     Vec3 direction;                // towards e, of unit depth
     Float depth;
@@ -32,7 +32,8 @@ struct Sides {
 };
 
 // Samples [task.first + at, …) of the pieces, seen from the camera.
-EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at, int64_t& piece) {
+EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                 int64_t& piece) {
     const PieceSample place = sample_piece(scene, task, at, piece);
     EdgeSample s;
     s.active = place.active;
@@ -96,7 +97,8 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
 }
 
 // Barycentrics of an edge's point on a face of that edge.
-EG_INLINE void edge_barycentrics(const SceneView& scene, const EdgeSample& s, Int face, Float& b1, Float& b2) {
+EG_INLINE void edge_barycentrics(const SceneView& scene, const EdgeSample& s, Int face, Float& b1,
+                                 Float& b2) {
     const Triangle t = gather_triangle(scene, select(face >= 0, face, splat(0)));
     const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point - t.p0;
     const Float d11 = dot(e1, e1), d12 = dot(e1, e2), d22 = dot(e2, e2), r1 = dot(d, e1), r2 = dot(d, e2);
@@ -107,14 +109,14 @@ EG_INLINE void edge_barycentrics(const SceneView& scene, const EdgeSample& s, In
 }
 
 // Radiance on one side: the near face where there is one, else the far hit or the environment.
-EG_INLINE Vec3 side_radiance(const SceneView& scene, const EdgeSample& s, Int near_face, const Closest& behind,
-                             int max_depth, const LightRandom& random) {
+EG_INLINE Vec3 side_radiance(const SceneView& scene, const EdgeSample& s, Int near_face,
+                             const Closest& behind, int max_depth, const LightRandom& random) {
     const Mask near = s.active & (near_face >= 0);
     const Mask far = s.active & ~near & behind.hit;
     Float b1, b2;
     edge_barycentrics(scene, s, near_face, b1, b2);
-    SurfacePoint x = surface_point(scene, near | far, select(near, near_face, behind.face), select(near, b1, behind.b1),
-                                   select(near, b2, behind.b2), s.direction);
+    SurfacePoint x = surface_point(scene, near | far, select(near, near_face, behind.face),
+                                   select(near, b1, behind.b1), select(near, b2, behind.b2), s.direction);
     x.position = select(near, s.point, x.position);
     x.edge = select(near, s.edge, splat(-1));
     Vec3 radiance = outgoing_radiance(scene, x, max_depth, random);
@@ -148,8 +150,8 @@ EG_INLINE void edge_blocks(Mode& mode, const EdgeSample& s, Vec3 jump) {
     mode.edge_end(s.active, 1, s.edge, g * s.u, jump);
 }
 
-static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, const DerivativeView& tangent,
-                                   Splats& splats) {
+static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task,
+                                   const DerivativeView& tangent, Splats& splats) {
     int64_t piece = first_piece(task);
     for (int64_t at = 0; at < task.count; at += W) {
         EdgeSample s = sample_edge(scene, task, at, piece);

@@ -21,21 +21,22 @@ struct ShadowSample {
     Mask active;
     Int edge;
     Float u;
-    Vec3 point;        // e
-    Vec3 towards;      // unit, from e to the light
-    Vec3 sweep;        // sigma (t x w)
+    Vec3 point;    // e
+    Vec3 towards;  // unit, from e to the light
+    Vec3 sweep;    // sigma (t x w)
     EmitterSample emitter;
     SurfacePoint x;
-    Vec3 direction;    // camera to x, of unit depth
+    Vec3 direction;  // camera to x, of unit depth
     Float lambda;
     Int pixel;
-    Vec3 color;        // everything but sweep and velocities, J left out
+    Vec3 color;            // everything but sweep and velocities, J left out
     Float area_on_screen;  // J / |n . d| = f^2 / z^2
 };
 
 // Unit vectors across the edge into its first face (b1) and at a right angle to it towards the second
 // (b2), and the angle delta between the two faces (0 unless there are exactly two).
-EG_INLINE void edge_frame(const SceneView& scene, const PieceSample& p, Vec3& axis, Vec3& b1, Vec3& b2, Float& delta) {
+EG_INLINE void edge_frame(const SceneView& scene, const PieceSample& p, Vec3& axis, Vec3& b1, Vec3& b2,
+                          Float& delta) {
     axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
     Vec3 third[2] = {zero3(), zero3()};
     Mask two = splat(0);
@@ -106,8 +107,8 @@ EG_INLINE Vec3 environment_direction(const SceneView& scene, const PieceSample& 
 }
 
 template <typename Wanted>
-EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at, int64_t& piece,
-                                     const Wanted& wanted_pixels) {
+EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                     int64_t& piece, const Wanted& wanted_pixels) {
     ShadowSample s;
     PieceSample p = sample_piece(scene, task, at, piece);
     s.edge = p.edge;
@@ -140,8 +141,8 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     if (!any(s.active)) return s;
 
     // The surface that is lit past the edge.
-    const Closest behind = intersect(scene, s.active, s.point, -s.towards, splat(0.0f), splat(__builtin_inff()),
-                                     &s.edge, embree::kIncoherent);
+    const Closest behind = intersect(scene, s.active, s.point, -s.towards, splat(0.0f),
+                                     splat(__builtin_inff()), &s.edge, embree::kIncoherent);
     const Float scale = largest_component(s.point);
     // Nearer than rounding the jump is the primary boundary's (derivations F3c).
     s.active &= behind.hit & (behind.distance > 1e-5f * scale);
@@ -152,15 +153,16 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     const Float depth = -dot(splat3(c.back), view);
     s.direction = view * (1.0f / select(depth > 0.0f, depth, 1.0f));
     const Vec3 albedo = gather3(scene.albedo, s.x.material);
-    s.active = s.x.active & (depth > c.clip_start) & (depth < c.clip_end) & (dot(s.x.normal, s.towards) > 0.0f) &
-               (largest_component(albedo) > 0.0f);
+    s.active = s.x.active & (depth > c.clip_start) & (depth < c.clip_end) &
+               (dot(s.x.normal, s.towards) > 0.0f) & (largest_component(albedo) > 0.0f);
     s.pixel = pixel_of(c, s.direction, s.active);
 
     // What doesn't move sweeps over nothing.
     Mask moves = edge_moving(scene, s.edge) | (gather(scene.face_moving, s.x.face) != 0);
     const Mask on_triangle = s.emitter.active & (s.emitter.kind == kEmissiveTriangle);
     if (!task.environment)
-        moves |= on_triangle & (gather(scene.face_moving, select(on_triangle, s.emitter.index, splat(0))) != 0);
+        moves |=
+            on_triangle & (gather(scene.face_moving, select(on_triangle, s.emitter.index, splat(0))) != 0);
     s.active &= moves & wanted_pixels(s.pixel);
     if (!any(s.active)) return s;
 
@@ -176,8 +178,8 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     const Float to_near_plane = 1.0f - c.clip_start / select(depth > 0.0f, depth, 1.0f);
     s.active &= ~occluded(scene, s.active, start, splat3(c.position) - start, to_near_plane, splat(-1));
 
-    s.lambda = select(lambda_distance < __builtin_inff(), lambda_distance / (lambda_distance + behind.distance),
-                      splat(1.0f));
+    s.lambda = select(lambda_distance < __builtin_inff(),
+                      lambda_distance / (lambda_distance + behind.distance), splat(1.0f));
     s.color = albedo * light * (kInvPi / p.density);
     s.area_on_screen = splat(c.focal * c.focal) / (depth * depth);
     return s;
@@ -200,13 +202,15 @@ EG_INLINE void shadow_blocks(Mode& mode, const SceneView& scene, const ShadowSam
     const EmitterSample& e = s.emitter;
     const Mask on_triangle = s.active & e.active & (e.kind == kEmissiveTriangle);
     if (!any(on_triangle)) return;
-    const Mask y_moves = on_triangle & (gather(scene.face_moving, select(on_triangle, e.index, splat(0))) != 0);
+    const Mask y_moves =
+        on_triangle & (gather(scene.face_moving, select(on_triangle, e.index, splat(0))) != 0);
     if (any(y_moves))
-        triangle_blocks(mode, y_moves, e.index, e.triangle, e.b1, e.b2, g * (s.lambda - 1.0f), zero3(), color);
+        triangle_blocks(mode, y_moves, e.index, e.triangle, e.b1, e.b2, g * (s.lambda - 1.0f), zero3(),
+                        color);
 }
 
-static void shadow_forward_kernel(const SceneView& scene, const BoundaryTask& task, const DerivativeView& tangent,
-                                  Splats& splats) {
+static void shadow_forward_kernel(const SceneView& scene, const BoundaryTask& task,
+                                  const DerivativeView& tangent, Splats& splats) {
     int64_t piece = first_piece(task);
     for (int64_t at = 0; at < task.count; at += W) {
         const ShadowSample s = sample_shadow(scene, task, at, piece, [](Int) { return splat(-1); });

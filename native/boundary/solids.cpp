@@ -16,7 +16,8 @@ bool runs_along(const SceneTables& t, uint32_t face, uint32_t opposite, const fl
     const float* next = &t.vertices[3 * static_cast<size_t>(f[(k + 1) % 3])];
     const auto distance = [&](const float* p) {
         double d = 0.0;
-        for (int c = 0; c < 3; ++c) d += (static_cast<double>(next[c]) - p[c]) * (static_cast<double>(next[c]) - p[c]);
+        for (int c = 0; c < 3; ++c)
+            d += (static_cast<double>(next[c]) - p[c]) * (static_cast<double>(next[c]) - p[c]);
         return d;
     };
     return distance(a) < distance(b);
@@ -33,8 +34,9 @@ std::vector<uint8_t> closed_meshes(const SceneTables& t) {
         if (!closed[mesh]) continue;
         const float* a = &t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * edge])];
         const float* b = &t.vertices[3 * static_cast<size_t>(t.edge_vertices[2 * edge + 1])];
-        closed[mesh] = last - first == 2 && runs_along(t, t.edge_faces[first], t.edge_opposite[first], a, b) !=
-                                                runs_along(t, t.edge_faces[first + 1], t.edge_opposite[first + 1], a, b);
+        closed[mesh] =
+            last - first == 2 && runs_along(t, t.edge_faces[first], t.edge_opposite[first], a, b) !=
+                                     runs_along(t, t.edge_faces[first + 1], t.edge_opposite[first + 1], a, b);
     }
     return closed;
 }
@@ -58,12 +60,14 @@ std::vector<int8_t> solid_sides(const SceneTables& t, const std::vector<uint8_t>
             depth += std::min(-t.camera.back[c] * (low - t.camera.position[c]),
                               -t.camera.back[c] * (high - t.camera.position[c]));
         }
-        if (inside || depth <= t.camera.clip_start) continue;  // seen from within, or cut open by the near plane
+        if (inside || depth <= t.camera.clip_start)
+            continue;  // seen from within, or cut open by the near plane
         double volume = 0.0;
         for (int32_t f = t.mesh_first_face[mesh]; f < t.mesh_first_face[mesh + 1]; ++f) {
             double p[3][3];
             for (int k = 0; k < 3; ++k) {
-                const float* q = &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(f) + k])];
+                const float* q =
+                    &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(f) + k])];
                 for (int c = 0; c < 3; ++c) p[k][c] = static_cast<double>(q[c]) - origin[c];
             }
             volume += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) +
@@ -97,7 +101,7 @@ bool connected(const SceneTables& t) {
 
 bool convex_alone(const SceneTables& t, const std::vector<int8_t>& sides, bool is_connected) {
     if (sides.size() != 1 || sides[0] == 0 || !is_connected) return false;
-    const auto vertex = [&](uint32_t v, double(&out)[3]) {
+    const auto vertex = [&](uint32_t v, double (&out)[3]) {
         for (int c = 0; c < 3; ++c) out[c] = t.vertices[3 * static_cast<size_t>(v) + c];
     };
     // Flat quads are concave by a rounding.
@@ -112,7 +116,8 @@ bool convex_alone(const SceneTables& t, const std::vector<int8_t>& sides, bool i
         for (int c = 0; c < 3; ++c) a[c] = p[1][c] - p[0][c], b[c] = p[2][c] - p[0][c], d[c] = q[c] - p[0][c];
         const double m[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
         const double height = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
-        if (sides[0] * height > kSlack * std::hypot(m[0], m[1], m[2]) * std::hypot(d[0], d[1], d[2])) return false;
+        if (sides[0] * height > kSlack * std::hypot(m[0], m[1], m[2]) * std::hypot(d[0], d[1], d[2]))
+            return false;
     }
     return true;
 }

@@ -11,7 +11,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-EG_INLINE Vec3 gather_velocity(const SceneView& scene, const DerivativeView& tangent, Mask moves, Int face, int corner) {
+EG_INLINE Vec3 gather_velocity(const SceneView& scene, const DerivativeView& tangent, Mask moves, Int face,
+                               int corner) {
     Vec3 v = zero3();
     for (int i = 0; i < W; ++i) {
         if (!moves[i]) continue;
@@ -37,7 +38,8 @@ struct Forward {
     EG_INLINE void edge_end(Mask moves, int vertex_slot, Int edge, Vec3 g, Vec3 color) {
         for (int i = 0; i < W; ++i) {
             if (!moves[i]) continue;
-            const int64_t vertex = static_cast<int64_t>(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + vertex_slot]);
+            const int64_t vertex =
+                static_cast<int64_t>(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + vertex_slot]);
             const double* p = tangent.vertices + 3 * (vertex - tangent.first_vertex);
             const float d = g.x[i] * static_cast<float>(p[0]) + g.y[i] * static_cast<float>(p[1]) +
                             g.z[i] * static_cast<float>(p[2]);
@@ -77,7 +79,8 @@ struct Backward {
     EG_INLINE void edge_end(Mask moves, int vertex_slot, Int edge, Vec3 g, Vec3 color) {
         const Float a = dot(adjoint, color);
         for (int i = 0; i < W; ++i)
-            if (moves[i]) add(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + vertex_slot], a[i], g, i);
+            if (moves[i])
+                add(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + vertex_slot], a[i], g, i);
     }
     EG_INLINE void row(Mask m, double* table, Int index, Vec3 color) {
         const Vec3 a = adjoint * color;
@@ -94,8 +97,8 @@ struct Backward {
 // M and N together: a point at barycentrics (b1, b2) moves with adjoint `point`, the triangle's area
 // normal M with adjoint `normal`: p1 += (p2-p0) x g, p2 += g x (p1-p0), p0 -= both.
 template <typename Mode>
-EG_INLINE void triangle_blocks(Mode& mode, Mask moves, Int face, const Triangle& t, Float b1, Float b2, Vec3 point,
-                               Vec3 normal, Vec3 color) {
+EG_INLINE void triangle_blocks(Mode& mode, Mask moves, Int face, const Triangle& t, Float b1, Float b2,
+                               Vec3 point, Vec3 normal, Vec3 color) {
     const Vec3 n1 = cross(t.p2 - t.p0, normal), n2 = cross(normal, t.p1 - t.p0);
     mode.corner(moves, face, 0, point * (1.0f - b1 - b2) - n1 - n2, color);
     mode.corner(moves, face, 1, point * b1 + n1, color);

@@ -52,8 +52,9 @@ EG_INLINE void slide_blocks(Mode& mode, const QueuedHit& q, Mask moves, const Po
 }
 
 template <typename Mode>
-EG_INLINE void emitter_interior(Mode& mode, const SceneView& scene, const DerivativeView& d, const QueuedHit& q,
-                                Mask lit, Mask x_moves, Vec3 albedo, const LightRandom& random) {
+EG_INLINE void emitter_interior(Mode& mode, const SceneView& scene, const DerivativeView& d,
+                                const QueuedHit& q, Mask lit, Mask x_moves, Vec3 albedo,
+                                const LightRandom& random) {
     SurfacePoint x = q.point;
     x.active = lit;
     EmitterSample s = sample_emitter(scene, lit, x, random.emitter_u, random.emitter_v);
@@ -94,11 +95,13 @@ EG_INLINE void emitter_interior(Mode& mode, const SceneView& scene, const Deriva
 }
 
 template <typename Mode>
-EG_INLINE void environment_interior(Mode& mode, const SceneView& scene, const DerivativeView& d, const QueuedHit& q,
-                                    Mask lit, Mask x_moves, Vec3 albedo, const LightRandom& random, Float strategy) {
+EG_INLINE void environment_interior(Mode& mode, const SceneView& scene, const DerivativeView& d,
+                                    const QueuedHit& q, Mask lit, Mask x_moves, Vec3 albedo,
+                                    const LightRandom& random, Float strategy) {
     const SurfacePoint& x = q.point;
     Float cosine, density;
-    const Vec3 w = mixed_direction(x.normal, strategy, random.environment_u, random.environment_v, cosine, density);
+    const Vec3 w =
+        mixed_direction(x.normal, strategy, random.environment_u, random.environment_v, cosine, density);
     const Mask hidden = scene.convex ? splat(0) : occluded_from(scene, lit, x, w, splat(__builtin_inff()));
     const Vec3 environment = splat3(scene.environment);
     if (d.want_colors) {
@@ -116,8 +119,8 @@ EG_INLINE void environment_interior(Mode& mode, const SceneView& scene, const De
 }
 
 template <typename Mode>
-EG_INLINE void interior_sample(Mode& mode, const SceneView& scene, const ImageTask& task, const DerivativeView& d,
-                               const QueuedHit& q) {
+EG_INLINE void interior_sample(Mode& mode, const SceneView& scene, const ImageTask& task,
+                               const DerivativeView& d, const QueuedHit& q) {
     const SurfacePoint& x = q.point;
     if (d.want_colors) {
         const Mask emits = x.active & ((x.side > 0.0f) | (gather(scene.emission_two_sided, x.material) != 0));
@@ -143,7 +146,8 @@ EG_INLINE void interior_sample(Mode& mode, const SceneView& scene, const ImageTa
 static void interior_forward_kernel(const SceneView& scene, const ImageTask& task, Workspace& work,
                                     const DerivativeView& tangent, float* image) {
     // A path that meets no surface sees the environment itself.
-    const float background[3] = {static_cast<float>(tangent.environment[0]), static_cast<float>(tangent.environment[1]),
+    const float background[3] = {static_cast<float>(tangent.environment[0]),
+                                 static_cast<float>(tangent.environment[1]),
                                  static_cast<float>(tangent.environment[2])};
     const int queued = trace_camera_paths(scene, task, splat3(background), work);
     for (int at = 0; at < queued; at += W) {
@@ -169,9 +173,11 @@ static void interior_backward_kernel(const SceneView& scene, const ImageTask& ta
     if (!gradient.want_colors) return;
     for (int pixel = 0; pixel < task.pixel_count; ++pixel) {
         double missed = 0.0;
-        for (int k = 0; k < task.samples; ++k) missed += static_cast<double>(work.radiance[0][pixel * task.samples + k]);
+        for (int k = 0; k < task.samples; ++k)
+            missed += static_cast<double>(work.radiance[0][pixel * task.samples + k]);
         const float* a = adjoint + 3 * static_cast<int64_t>(task.first_pixel + pixel);
-        for (int c = 0; c < 3; ++c) gradient.environment[c] += missed * static_cast<double>(a[c] * task.weight);
+        for (int c = 0; c < 3; ++c)
+            gradient.environment[c] += missed * static_cast<double>(a[c] * task.weight);
     }
 }
 

@@ -8,7 +8,9 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Random stream of a pixel; the sampler scrambles and shuffles by it.
-EG_INLINE UInt pixel_stream(uint32_t seed, UInt pixel) { return hash(pixel ^ splat(hash(seed + 0x9e3779b9u))); }
+EG_INLINE UInt pixel_stream(uint32_t seed, UInt pixel) {
+    return hash(pixel ^ splat(hash(seed + 0x9e3779b9u)));
+}
 
 // Direction through the picture point s (pixels, row 0 on top); its length is such that ray
 // parameters are depths along the view axis.
@@ -23,9 +25,9 @@ EG_INLINE Int quotient(Int a, int b) { return to_int((to_float(a) + 0.5f) * (1.0
 
 // Path p of a task is sample p % samples of pixel p / samples, counted from the task's first ones.
 struct PathIndex {
-    Int pixel;   // relative to the task's first pixel
+    Int pixel;  // relative to the task's first pixel
     UInt sample;
-    UInt stream; // random numbers of the pixel
+    UInt stream;  // random numbers of the pixel
 };
 
 EG_INLINE PathIndex path_index(const ImageTask& task, Int path) {
@@ -38,7 +40,8 @@ EG_INLINE PathIndex path_index(const ImageTask& task, Int path) {
 
 // Traces all paths of the task. Those that hit a surface go to the workspace's queue (their number
 // is returned), the rest sees the environment.
-EG_INLINE int trace_camera_paths(const SceneView& scene, const ImageTask& task, Vec3 background, Workspace& work) {
+EG_INLINE int trace_camera_paths(const SceneView& scene, const ImageTask& task, Vec3 background,
+                                 Workspace& work) {
     const CameraView& camera = scene.camera;
     const int paths = task.pixel_count * task.samples;
     const int row = task.first_pixel / camera.width, column = task.first_pixel % camera.width;
@@ -53,8 +56,9 @@ EG_INLINE int trace_camera_paths(const SceneView& scene, const ImageTask& task, 
         const Float sx = to_float(index.pixel + column - rows * camera.width) + u;
         const Float sy = to_float(rows + row) + v;
         const Vec3 direction = camera_direction(camera, sx, sy);
-        const Closest closest = intersect(scene, active, splat3(camera.position), direction, splat(camera.clip_start),
-                                          splat(camera.clip_end), nullptr, embree::kCoherent);
+        const Closest closest =
+            intersect(scene, active, splat3(camera.position), direction, splat(camera.clip_start),
+                      splat(camera.clip_end), nullptr, embree::kCoherent);
         store(work.radiance[0] + at, background.x);
         store(work.radiance[1] + at, background.y);
         store(work.radiance[2] + at, background.z);
@@ -84,7 +88,8 @@ EG_INLINE QueuedHit load_hit(const SceneView& scene, const ImageTask& task, int 
     q.path = select(q.active, load(work.path + at), splat(0));
     q.index = path_index(task, q.path);
     q.direction = camera_direction(scene.camera, load(work.screen_x + at), load(work.screen_y + at));
-    q.point = surface_point(scene, q.active, load(work.face + at), load(work.b1 + at), load(work.b2 + at), q.direction);
+    q.point = surface_point(scene, q.active, load(work.face + at), load(work.b1 + at), load(work.b2 + at),
+                            q.direction);
     return q;
 }
 

@@ -41,7 +41,8 @@ void Bvh::check(const char* doing) const {
     const int error = api_.device_error(device_);
     if (error == 0) return;
     if (error == kErrorOutOfMemory) throw std::bad_alloc();
-    throw std::runtime_error(std::string("Embree failed while ") + doing + " (error " + std::to_string(error) + ")");
+    throw std::runtime_error(std::string("Embree failed while ") + doing + " (error " +
+                             std::to_string(error) + ")");
 }
 
 void Bvh::build(const SceneTables& tables) {
@@ -53,8 +54,10 @@ void Bvh::build(const SceneTables& tables) {
         const size_t vertices = static_cast<size_t>(tables.mesh_first_vertex[m + 1]);
         const size_t first = static_cast<size_t>(tables.mesh_first_face[m]);
         const size_t faces = static_cast<size_t>(tables.mesh_first_face[m + 1]) - first;
-        api_.set_shared_buffer(g, embree::kVertexBuffer, 0, embree::kFloat3, tables.vertices.data(), 0, 12, vertices);
-        api_.set_shared_buffer(g, embree::kIndexBuffer, 0, embree::kUInt3, tables.faces.data(), 12 * first, 12, faces);
+        api_.set_shared_buffer(g, embree::kVertexBuffer, 0, embree::kFloat3, tables.vertices.data(), 0, 12,
+                               vertices);
+        api_.set_shared_buffer(g, embree::kIndexBuffer, 0, embree::kUInt3, tables.faces.data(), 12 * first,
+                               12, faces);
         api_.enable_argument_filter(g, true);
         api_.commit_geometry(g);
         api_.attach_geometry_by_id(scene_, g, static_cast<unsigned>(m));

@@ -6,7 +6,7 @@
 namespace edgegrad {
 
 class Bvh {
-public:
+ public:
     // Shares the tables' vertices and faces, which must stay where they are; the vertices need four
     // floats of padding behind their end (Embree reads 16 bytes at each).
     Bvh(const embree::Api& api, const SceneTables& tables, int threads);
@@ -19,7 +19,7 @@ public:
 
     embree::SceneHandle handle() const { return scene_; }
 
-private:
+ private:
     void build(const SceneTables& tables);
     void release();
     void check(const char* doing) const;

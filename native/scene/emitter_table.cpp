@@ -65,11 +65,14 @@ EmitterTable::EmitterTable(const SceneTables& t, const Asked* asked) {
         add(kPointLight, static_cast<int32_t>(k), 4.0 * M_PI * mean(&t.point_intensity[3 * k]), lights);
     const double radius = scene_radius(t);
     for (size_t k = 0; k < t.sun_irradiance.size() / 3; ++k)
-        add(kSunLight, static_cast<int32_t>(k), M_PI * radius * radius * mean(&t.sun_irradiance[3 * k]), lights);
+        add(kSunLight, static_cast<int32_t>(k), M_PI * radius * radius * mean(&t.sun_irradiance[3 * k]),
+            lights);
 
     double total = 0.0;
     for (double p : power) total += p;
-    const double least = kind.empty() ? 0.0 : kLeastEmitterShare * (total > 0.0 ? total : 1.0) / static_cast<double>(kind.size());
+    const double least =
+        kind.empty() ? 0.0
+                     : kLeastEmitterShare * (total > 0.0 ? total : 1.0) / static_cast<double>(kind.size());
     for (size_t k = 0; k < power.size(); ++k)
         if (parameter[k]) power[k] = std::max(power[k], least);
     std::vector<double> sum{0.0};

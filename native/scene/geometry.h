@@ -35,19 +35,20 @@ EG_INLINE Vec3 interpolate(const Triangle& t, Float b1, Float b2) {
 struct SurfacePoint {
     Mask active;
     Int face;
-    Float b1, b2;     // barycentrics of p1, p2
+    Float b1, b2;  // barycentrics of p1, p2
     Vec3 position;
-    Vec3 normal;      // unit, on the viewer's side
-    Float side;       // +1: the viewer is in front (counter-clockwise side), -1: behind
-    Float length_m;   // |M|
+    Vec3 normal;     // unit, on the viewer's side
+    Float side;      // +1: the viewer is in front (counter-clockwise side), -1: behind
+    Float length_m;  // |M|
     Triangle triangle;
-    Float offset;     // distance that rays start off the surface
-    Int edge;         // the edge the point lies on (its faces are ignored by rays), or -1
+    Float offset;  // distance that rays start off the surface
+    Int edge;      // the edge the point lies on (its faces are ignored by rays), or -1
     Int material;
 };
 
 // The surface point of a face at barycentrics (b1, b2) seen along `view` (towards the surface).
-EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int face, Float b1, Float b2, Vec3 view) {
+EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
+                                     Vec3 view) {
     SurfacePoint s;
     s.face = select(active, face, splat(0));
     s.b1 = b1;

@@ -4,8 +4,8 @@
 
 namespace edgegrad {
 
-PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked,
-                             bool convex)
+PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
+                             const Asked* asked, bool convex)
     : emitters_(tables, asked),
       face_moving_(tables.face_material.size(), 0),
       edge_count_(static_cast<int64_t>(tables.edge_vertices.size() / 2)) {
@@ -24,7 +24,8 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.albedo = tables.albedo.data();
     view_.emission = tables.emission.data();
     view_.emission_two_sided = tables.emission_two_sided.data();
-    view_.any_emission = std::any_of(tables.emission.begin(), tables.emission.end(), [](float e) { return e > 0.0f; });
+    view_.any_emission =
+        std::any_of(tables.emission.begin(), tables.emission.end(), [](float e) { return e > 0.0f; });
     view_.emitter_count = static_cast<int32_t>(emitters_.kind.size());
     view_.emitter_kind = emitters_.kind.data();
     view_.emitter_index = emitters_.index.data();
@@ -34,7 +35,9 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.sun_direction = tables.sun_direction.data();
     view_.sun_irradiance = tables.sun_irradiance.data();
     std::copy_n(tables.environment, 3, view_.environment);
-    view_.has_environment = (asked && asked->environment) || std::any_of(view_.environment, view_.environment + 3, [](float e) { return e > 0.0f; });
+    view_.has_environment =
+        (asked && asked->environment) ||
+        std::any_of(view_.environment, view_.environment + 3, [](float e) { return e > 0.0f; });
     view_.edge_vertices = tables.edge_vertices.data();
     view_.edge_face_first = tables.edge_face_first.data();
     view_.edge_faces = tables.edge_faces.data();

@@ -7,14 +7,15 @@
 namespace edgegrad {
 
 class PreparedScene {
-public:
+ public:
     // `asked` null: for the picture alone.
-    PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked, bool convex);
+    PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked,
+                  bool convex);
 
     const SceneView& view() const { return view_; }
     int64_t edge_count() const { return edge_count_; }
 
-private:
+ private:
     EmitterTable emitters_;
     std::vector<int32_t> face_moving_;
     int64_t edge_count_;

@@ -47,18 +47,26 @@ EG_INLINE void set_ray(Ray& ray, Vec3 origin, Vec3 direction, Float near, Float 
 
 EG_INLINE void query_intersect(const SceneView& scene, const int32_t* valid, RayHit& rays,
                                embree::QueryArguments& args) {
-    if constexpr (W == 16) scene.api->intersect16(valid, scene.bvh, &rays, &args);
-    else if constexpr (W == 8) scene.api->intersect8(valid, scene.bvh, &rays, &args);
-    else if constexpr (W == 4) scene.api->intersect4(valid, scene.bvh, &rays, &args);
-    else if (valid[0]) scene.api->intersect1(scene.bvh, &rays, &args);
+    if constexpr (W == 16)
+        scene.api->intersect16(valid, scene.bvh, &rays, &args);
+    else if constexpr (W == 8)
+        scene.api->intersect8(valid, scene.bvh, &rays, &args);
+    else if constexpr (W == 4)
+        scene.api->intersect4(valid, scene.bvh, &rays, &args);
+    else if (valid[0])
+        scene.api->intersect1(scene.bvh, &rays, &args);
 }
 
 EG_INLINE void query_occluded(const SceneView& scene, const int32_t* valid, Ray& ray,
                               embree::QueryArguments& args) {
-    if constexpr (W == 16) scene.api->occluded16(valid, scene.bvh, &ray, &args);
-    else if constexpr (W == 8) scene.api->occluded8(valid, scene.bvh, &ray, &args);
-    else if constexpr (W == 4) scene.api->occluded4(valid, scene.bvh, &ray, &args);
-    else if (valid[0]) scene.api->occluded1(scene.bvh, &ray, &args);
+    if constexpr (W == 16)
+        scene.api->occluded16(valid, scene.bvh, &ray, &args);
+    else if constexpr (W == 8)
+        scene.api->occluded8(valid, scene.bvh, &ray, &args);
+    else if constexpr (W == 4)
+        scene.api->occluded4(valid, scene.bvh, &ray, &args);
+    else if (valid[0])
+        scene.api->occluded1(scene.bvh, &ray, &args);
 }
 
 struct Closest {
@@ -69,8 +77,8 @@ struct Closest {
 };
 
 // Nearest hit; the faces of `edge` are ignored where it is not negative (`edge` null: nowhere).
-EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float near, Float far,
-                            const Int* edge, int coherence) {
+EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float near,
+                            Float far, const Int* edge, int coherence) {
     alignas(64) int32_t valid[W];
     store(valid, active);
     RayHit rays;
@@ -108,7 +116,8 @@ EG_INLINE Vec3 leave_surface(const SurfacePoint& x) { return x.position + x.norm
 
 // Whether something is hit within `far` times the direction's length; the faces of `edge` are
 // ignored where it is not negative.
-EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far, Int edge) {
+EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
+                        Int edge) {
     if (!any(active)) return active;
     alignas(64) int32_t valid[W];
     store(valid, active);
@@ -127,7 +136,8 @@ EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 d
     return active & (load(ray.tfar) < 0.0f);  // Embree sets -inf where it found a hit
 }
 
-EG_INLINE Mask occluded_from(const SceneView& scene, Mask active, const SurfacePoint& x, Vec3 direction, Float far) {
+EG_INLINE Mask occluded_from(const SceneView& scene, Mask active, const SurfacePoint& x, Vec3 direction,
+                             Float far) {
     return occluded(scene, active, leave_surface(x), direction, far, x.edge);
 }
 

@@ -23,14 +23,14 @@ struct SceneView {
     const embree::Api* api;
     embree::SceneHandle bvh;
 
-    const float* vertices;             // (V, 3)
-    const int32_t* faces;              // (F, 3)
-    const int32_t* face_material;      // (F)
-    const int32_t* face_moving;        // (F) 1: its vertices are parameters
-    const int32_t* mesh_first_face;    // by Embree's geomID
-    const float* albedo;               // (M, 3)
-    const float* emission;             // (M, 3)
-    const int32_t* emission_two_sided; // (M)
+    const float* vertices;              // (V, 3)
+    const int32_t* faces;               // (F, 3)
+    const int32_t* face_material;       // (F)
+    const int32_t* face_moving;         // (F) 1: its vertices are parameters
+    const int32_t* mesh_first_face;     // by Embree's geomID
+    const float* albedo;                // (M, 3)
+    const float* emission;              // (M, 3)
+    const int32_t* emission_two_sided;  // (M)
     bool any_emission;
 
     // Finite emitters, one of which is picked per shading point in proportion to its power.

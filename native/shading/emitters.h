@@ -13,19 +13,19 @@ namespace edgegrad::EDGEGRAD_ISA {
 //   point:    1 / (r^2 P)           (radiance is the intensity, W/sr)
 //   sun:      1 / P                 (radiance is the irradiance)
 struct EmitterSample {
-    Mask active;   // on an emitting side and, for a surface, in front of it
+    Mask active;  // on an emitting side and, for a surface, in front of it
     Int kind, index;
-    Vec3 w;        // unit, from x to the emitter
-    Float r;       // distance; infinite for a sun
+    Vec3 w;   // unit, from x to the emitter
+    Float r;  // distance; infinite for a sun
     Vec3 radiance;
     Float geometry;
     Float cosine;  // n . w at a surface
     // Triangles only:
     Triangle triangle;
     Float b1, b2;
-    Vec3 m;            // area normal on the emitting side, w . m < 0
-    Float side;        // m = side * (p1 - p0) x (p2 - p0)
-    Float probability; // of picking this emitter
+    Vec3 m;             // area normal on the emitting side, w . m < 0
+    Float side;         // m = side * (p1 - p0) x (p2 - p0)
+    Float probability;  // of picking this emitter
 };
 
 // Last entry k with cdf[k] <= u.
@@ -70,7 +70,8 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, Vec3
         s.m = area_normal(s.triangle);
         material = gather(scene.face_material, face);
     }
-    if (any(is_point)) target = select(is_point, gather3(scene.point_position, select(is_point, s.index, splat(0))), target);
+    if (any(is_point))
+        target = select(is_point, gather3(scene.point_position, select(is_point, s.index, splat(0))), target);
 
     const Vec3 d = target - position;
     const Float r2 = dot(d, d);
@@ -96,16 +97,19 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, Vec3
         s.radiance = gather3(scene.emission, material);
     }
     if (any(is_point))
-        s.radiance = select(is_point, gather3(scene.point_intensity, select(is_point, s.index, splat(0))), s.radiance);
+        s.radiance =
+            select(is_point, gather3(scene.point_intensity, select(is_point, s.index, splat(0))), s.radiance);
     if (any(is_sun))
-        s.radiance = select(is_sun, gather3(scene.sun_irradiance, select(is_sun, s.index, splat(0))), s.radiance);
+        s.radiance =
+            select(is_sun, gather3(scene.sun_irradiance, select(is_sun, s.index, splat(0))), s.radiance);
     s.geometry = geometry / s.probability;
     s.active = emits;
     return s;
 }
 
 // The same for a surface point; only emitters in front of it count.
-EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, const SurfacePoint& x, Float u, Float v) {
+EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, const SurfacePoint& x, Float u,
+                                       Float v) {
     EmitterSample s = sample_emitter(scene, active, x.position, u, v);
     s.cosine = dot(x.normal, s.w);
     s.active &= s.cosine > 0.0f;
@@ -120,12 +124,14 @@ EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, Int ed
     const Mask is_triangle = s.kind == kEmissiveTriangle;
     if (any(is_triangle)) {
         const Float length = sqrt(dot(s.m, s.m));
-        const Float offset = 2e-6f * max(max(largest_component(s.triangle.p0), largest_component(s.triangle.p1)),
-                                         largest_component(s.triangle.p2));
+        const Float offset =
+            2e-6f * max(max(largest_component(s.triangle.p0), largest_component(s.triangle.p1)),
+                        largest_component(s.triangle.p2));
         end = select(is_triangle, end + s.m * (offset / max(length, 1e-30f)), end);
     }
     const Vec3 direction = select(is_sun, s.w, end - start);
-    return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f), edge);
+    return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f),
+                    edge);
 }
 
 EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {

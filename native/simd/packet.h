@@ -111,7 +111,8 @@ EG_INLINE void sincos_turn(Float x, Float& s, Float& c) {
     const Int quadrant = to_int(x * 4.0f + 0.5f);
     const Float r = (x - to_float(quadrant) * 0.25f) * 6.283185307f;
     const Float r2 = r * r;
-    const Float sr = r * (1.0f + r2 * (-1.0f / 6 + r2 * (1.0f / 120 + r2 * (-1.0f / 5040 + r2 * (1.0f / 362880)))));
+    const Float sr =
+        r * (1.0f + r2 * (-1.0f / 6 + r2 * (1.0f / 120 + r2 * (-1.0f / 5040 + r2 * (1.0f / 362880)))));
     const Float cr = 1.0f + r2 * (-0.5f + r2 * (1.0f / 24 + r2 * (-1.0f / 720 + r2 * (1.0f / 40320))));
     const Mask swap = (quadrant & 1) != 0;
     const Float s1 = select(swap, cr, sr), c1 = select(swap, sr, cr);

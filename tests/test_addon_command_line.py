@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import time
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ import edgegrad_addon
 from edgegrad import images
 from edgegrad_addon import command_line
 from edgegrad_addon.export.mesh import positions
+from edgegrad_addon.operators.fit import Job
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.session import Picture, Request, Session
 from tests import blender_scenes as bs
@@ -183,6 +185,22 @@ def test_cancel_keeps_the_best_if_asked(start: Any) -> None:
     result = session.run(callback=lambda step: "best" if step.iteration == 4 else None)
     assert result.cancelled and session.write(result) is True
     assert bpy.data.meshes["Cube"].shape_keys is not None
+
+
+@pytest.mark.parametrize("how", ["restore", "best"])
+def test_job_of_the_window_stops_as_asked(how: Any, start: Any) -> None:
+    """What the modal operator does with Esc and Enter; pip's bpy has no window to press them in."""
+    session = prepared(start)
+    session.request.iterations = 100_000
+    as_it_was = data()
+    job = Job(session)
+    while job.step is None and job.running:
+        time.sleep(0.01)
+    job.stop_as = how
+    job.wait()
+    assert job.error is None and job.result.cancelled and len(job.result.losses) < 100_000
+    assert session.write(job.result) is (how == "best")
+    assert (data() == as_it_was) is (how == "restore")
 
 
 def test_interrupt_has_its_own_exit_code(start: Any, monkeypatch: Any) -> None:

@@ -148,6 +148,20 @@ def floating_box() -> edgegrad.Scene:
     )
 
 
+def standing_box() -> edgegrad.Scene:
+    """A box that stands on a floor under sun and sky: its lower edges lie in the floor."""
+    return edgegrad.Scene(
+        camera((0, 0.6, 2.2), (0, 0, 0), fov=1.0),
+        {
+            "floor": rectangle((0, -0.5, 0), (0, 0, 2), (2, 0, 0), "floor"),
+            "box": split(box((-0.3, 0.0, 0.0), (0.2, 0.5, 0.2), "clay", 0.3)),
+        },
+        {"floor": matte(0.3, 0.5, 0.4), "clay": matte(0.7, 0.6, 0.5)},
+        lights={"sun": edgegrad.SunLight(np.array([0.7, -1.0, 0.4]), 4.0)},
+        world=white_world(0.3),
+    )
+
+
 # scene and motion, each with all its terms
 MOTIONS: dict[str, Moving] = {
     "concave sheet moves": translated(crease_sheet, "sheet", (0.3, 0.4, 1.0)),
@@ -155,6 +169,7 @@ MOTIONS: dict[str, Moving] = {
     "three sheets on one edge": translated(three_sheets, "sheet", (1.0, 0.3, 0.2)),
     "box moves": translated(floating_box, "box", (1.0, 0.3, 0.2)),
     "floor rises": translated(floating_box, "floor", (0.0, 1.0, 0.0)),
+    "standing box slides": translated(standing_box, "box", (1.0, 0.0, 0.3)),
     "lamp moves": translated(floating_box, "lamp", (1.0, -0.5, 0.3)),
 }
 

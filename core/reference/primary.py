@@ -12,6 +12,11 @@ u runs from low to high as tau z0/((1-tau) z1 + tau z0).
 Both sides are evaluated by construction: the near side is the adjacent face itself at e, the far side what one
 ray from the camera through e meets behind e with all faces of the edge ignored; where that ray meets something
 before e, the edge isn't seen. Both sides use the same random numbers.
+
+Contact: an edge may lie in another surface (a box that stands on a floor). Then the far side is that touched surface
+at e itself, shaded as a near one: the faces of the edge hide by rule A4. For the near faces, what lies on the other
+side of the touched plane is hidden. As a ray that steps over the edge's faces can step over the touched surface too, it
+is looked for by a second ray just beside the edge, on the side where no face of the edge is.
 """
 
 from __future__ import annotations
@@ -28,7 +33,10 @@ from .film import Film
 from .light import Lighting, Points
 from .radiance import CHUNK, Progress
 from .sampling import LIGHT_DIMENSIONS
-from .surfaces import Bools, Floats, Ints, unit
+from .surfaces import Bools, Floats, Ints, dot, unit
+
+# An edge lies in a plane when the sine of the angle between them is below this.
+ALONG = 1e-3
 
 
 @dataclass
@@ -36,7 +44,7 @@ class EdgeSamples:
     """Visible points on edges: edge (n,), u (n,), position e (n, 3), pixel (n,), weight f^2/z^3/pdf (n,).
 
     `xi` are random numbers for the light, `direction` and `distance` lead from the camera to e, `far` is
-    the face behind e (-1: none).
+    the face behind e (-1: none), `touched` the face in which the edge lies there (-1: none).
     """
 
     edge: Ints
@@ -48,6 +56,7 @@ class EdgeSamples:
     direction: Floats
     distance: Floats
     far: Ints
+    touched: Ints
 
     def __getitem__(self, keep: Bools) -> EdgeSamples:
         return EdgeSamples(**{name: part[keep] for name, part in vars(self).items()})
@@ -110,6 +119,7 @@ def _edge_samples(
             direction=direction / distance[:, None],
             distance=distance,
             far=np.full(len(k), -1, np.int64),
+            touched=np.full(len(k), -1, np.int64),
         )
         samples = samples[samples.pixel >= 0]
         yield _visible(film, lighting, edges, samples), (first + len(stratum)) / count
@@ -121,7 +131,24 @@ def _visible(film: Film, lighting: Lighting, edges: SeenEdges, samples: EdgeSamp
     near, end = film.limits(samples.direction)
     far, distance = lighting.rays.closest(origin, samples.direction, near, end, edges.faces[samples.edge])
     samples.far = far
+    _find_contact(lighting, edges, samples, far, distance)
+    aside = np.where((edges.near[samples.edge, 0] < 0)[:, None], 1.0, -1.0) * unit(edges.N[samples.edge])
+    beside = unit(samples.e + 2.0 * lighting.surfaces.contact * aside - film.centre)
+    nudged, reach = lighting.rays.closest(origin, beside, near, end, edges.faces[samples.edge])
+    _find_contact(lighting, edges, samples, nudged, reach)
+    samples.far = np.where(samples.touched >= 0, samples.touched, samples.far)
     return samples[distance > samples.distance - lighting.surfaces.contact]
+
+
+def _find_contact(lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, face: Ints, distance: Floats) -> None:
+    """Mark those of the faces hit at the distances (-1: none) in which the samples' edges lie."""
+    s = lighting.surfaces
+    n, t = s.n[face], unit(edges.t[samples.edge])
+    height = np.abs(dot(n, samples.e - s.p[face, 0]))
+    # A ray beside the edge meets a plane at a grazing angle farther off; a coplanar surface far away is no contact.
+    here = np.abs(distance - samples.distance) < 200.0 * s.contact
+    lies = (face >= 0) & here & (height < s.contact) & (np.abs(dot(n, t)) < ALONG)
+    samples.touched = np.where(lies, face, samples.touched)
 
 
 def _side(
@@ -134,7 +161,8 @@ def _side(
     out = np.where(face[:, None] < 0, s.environment, 0.0)
     for rows, points in (
         _near_points(lighting, edges, samples, near),
-        _far_points(film, lighting, samples, np.flatnonzero((near < 0) & (samples.far >= 0))),
+        _touched_points(lighting, edges, samples, np.flatnonzero((near < 0) & (samples.touched >= 0)), side),
+        _far_points(film, lighting, samples, np.flatnonzero((near < 0) & (samples.far >= 0) & (samples.touched < 0))),
     ):
         out[rows] = lighting.radiance(points, samples.xi[rows], max_depth)
     return out
@@ -146,15 +174,40 @@ def _near_points(lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, nea
     rows = np.flatnonzero(near >= 0)
     k, face = samples.edge[rows], near[rows]
     points = Points.inside(s, samples.e[rows], face, samples.direction[rows])
+    across = _across(edges, k)
+    own = edges.faces[k] == face[:, None]
+    points.along = across[np.arange(len(k)), np.argmax(own, axis=1)]
+    # the two halves of a touched plane hide as faces of the edge do
+    touched = samples.touched[rows]
+    half = np.where((touched >= 0)[:, None], np.cross(unit(edges.t[k]), s.n[touched]), 0.0)
+    points.arms = np.concatenate([np.where(own[..., None], 0.0, across), half[:, None], -half[:, None]], axis=1)
+    points.ignore = np.concatenate([edges.faces[k], touched[:, None]], axis=1)
+    points.lift = np.zeros(len(rows))
+    return rows, points
+
+
+def _touched_points(
+    lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, rows: Ints, side: int
+) -> tuple[Ints, Points]:
+    """Points of the touched surface at the edge, beside it on the given side; the edge's faces hide by rule A4."""
+    s = lighting.surfaces
+    k, face = samples.edge[rows], samples.touched[rows]
+    points = Points.inside(s, samples.e[rows], face, samples.direction[rows])
+    along = np.cross(unit(edges.t[k]), s.n[face])
+    toward = edges.N[k] if side == 0 else -edges.N[k]
+    points.along = np.where(dot(along, toward)[:, None] < 0.0, -along, along)
+    points.arms = _across(edges, k)
+    points.ignore = np.concatenate([edges.faces[k], face[:, None]], axis=1)
+    points.lift = np.zeros(len(rows))
+    return rows, points
+
+
+def _across(edges: SeenEdges, k: Ints) -> Floats:
+    """(n, faces, 3) unit directions from edges k into their faces, perpendicular to the edge; zeros: no face."""
     t = unit(edges.t[k])
     across = edges.third[k] - edges.a[k][:, None]
     across -= np.einsum("nkd,nd->nk", across, t)[..., None] * t[:, None]
-    own = edges.faces[k] == face[:, None]
-    points.along = unit(across[np.arange(len(k)), np.argmax(own, axis=1)])
-    points.arms = np.where((own | (edges.faces[k] < 0))[..., None], 0.0, unit(across))
-    points.ignore = edges.faces[k]
-    points.lift = np.zeros(len(rows))
-    return rows, points
+    return np.where((edges.faces[k] >= 0)[..., None], unit(across), 0.0)
 
 
 def _far_points(film: Film, lighting: Lighting, samples: EdgeSamples, rows: Ints) -> tuple[Ints, Points]:

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import images
-from edgegrad.fit import fit
-from edgegrad.targets import Target
 
 from . import parameters
 from .export import Export, export_camera, export_scene
@@ -67,7 +65,7 @@ class Session:
 
     request: Request
     export: Export
-    targets: list[Target]
+    targets: list[edgegrad.Target]
     wrt: list[str]
     before: dict[str, Any] = field(default_factory=dict)
 
@@ -97,17 +95,21 @@ class Session:
             if picture.mask:
                 mask = images.read_image(absolute(picture.mask))[..., :3].mean(axis=2)
                 _check_size(picture.mask, mask, view, camera.name)
-            targets.append(Target(image, camera=view, mask=mask))
+            targets.append(edgegrad.Target(image, camera=view, mask=mask))
         export.scene.validate()
         before = {path: _value(export.scene, path) for path in wrt}
         return cls(request, export, targets, wrt, before)
 
-    def run(self, callback: Callable[[Any], Any] | None = None, progress: Callable[[float], None] | None = None,
-            on_cancel: str = "restore") -> Any:  # fmt: skip
+    def run(
+        self,
+        callback: Callable[[edgegrad.FitStep], bool | str | None] | None = None,
+        progress: Callable[[float], None] | None = None,
+        on_cancel: str = "restore",
+    ) -> edgegrad.FitResult:
         """Run `edgegrad.fit` on the exported scene; Blender's data stay as they are."""
         steps = {path: self.request.vertex_step for path in self.wrt
                  if path.endswith(".vertices") and self.request.vertex_step is not None}  # fmt: skip
-        return fit(
+        return edgegrad.fit(
             self.export.scene,
             self.targets,
             wrt=self.wrt,
@@ -122,7 +124,7 @@ class Session:
             progress=progress,
         )
 
-    def write(self, result: Any) -> bool:
+    def write(self, result: edgegrad.FitResult) -> bool:
         """Write a result into Blender's data; returns whether anything was written."""
         kept = [path for path in self.wrt if not np.array_equal(result.values[path], self.before[path])]
         for path in kept:

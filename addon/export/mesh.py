@@ -21,11 +21,14 @@ class MeshArrays:
         (m, 3) vertex indices, triangles.
     slots
         (m,) material index of each triangle.
+    smooth
+        Whether Blender shades it differently from its flat faces.
     """
 
     positions: NDArray[np.float32]
     faces: NDArray[np.int32]
     slots: NDArray[np.int32]
+    smooth: bool
 
 
 def positions(mesh: Any) -> NDArray[np.float32]:
@@ -61,11 +64,10 @@ def read_mesh(mesh: Any) -> MeshArrays:
         attribute.data.foreach_get("value", of_polygon)
         slots = of_polygon[polygon]
     faces = corner_vertices(mesh)[corners].reshape(-1, 3)
-    return MeshArrays(positions(mesh), faces, slots)
+    return MeshArrays(positions(mesh), faces, slots, _is_smooth(mesh))
 
 
-def is_smooth(mesh: Any) -> bool:
-    """Whether the mesh is shaded differently from its flat faces."""
+def _is_smooth(mesh: Any) -> bool:
     if mesh.normals_domain == "FACE" or not len(mesh.polygons):
         return False
     normals = np.empty((len(mesh.polygons), 3), np.float32)

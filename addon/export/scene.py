@@ -14,7 +14,7 @@ from ..problem import Problem, Report
 from .camera import export_camera
 from .lights import export_light
 from .materials import MaterialReading, read_material
-from .mesh import MeshArrays, is_smooth, read_mesh
+from .mesh import MeshArrays, read_mesh
 from .visibility import not_evaluated, rendered_objects, warn_about_modifiers
 from .world import export_world
 
@@ -115,10 +115,10 @@ def _mesh(ob: Any, matrix: NDArray[np.float64], cache: dict[int, MeshArrays], ou
     key = data.as_pointer()
     if key not in cache:
         cache[key] = read_mesh(data)
-        if is_smooth(data):
-            out.report.warn(where, "is shaded smooth; this version renders its faces flat")
-        warn_about_modifiers(ob.original, out.report)
     arrays = cache[key]
+    if arrays.smooth:
+        out.report.warn(where, "is shaded smooth; this version renders its faces flat")
+    warn_about_modifiers(ob.original, out.report)
     if not len(arrays.faces):
         out.report.warn(where, "has no faces; it is left out")
         return None

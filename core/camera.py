@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from ._check import array, number, whole
 
+# Pixels are numbered in 32 bits, three floats each.
+MAX_PIXELS = 1 << 28
+
 
 @dataclass
 class Camera:
@@ -46,6 +49,9 @@ class Camera:
         self.fov_x = number(where, "fov_x", self.fov_x, above=0.0, below=np.pi)
         self.width = whole(where, "width", self.width, 1, 65536)
         self.height = whole(where, "height", self.height, 1, 65536)
+        if self.width * self.height > MAX_PIXELS:
+            raise ValueError(f"{where}: a picture of {self.width} x {self.height} pixels is too large; "
+                             f"{MAX_PIXELS} pixels are the most")
         self.clip_start = number(where, "clip_start", self.clip_start, above=0.0)
         self.clip_end = number(where, "clip_end", self.clip_end, above=self.clip_start)
         rotation = self.to_world[:3, :3]

@@ -26,12 +26,12 @@ from measure import Measured, measure  # type: ignore[import-not-found]
 from edgegrad import images
 
 OUTPUT = build_sculpt.OUTPUT
-ITERATIONS = 160
-SAMPLES = 8
+ITERATIONS = 140
+SAMPLES = 4
 VIEWS_PER_ITERATION = 4
 # Spreads a vertex's move over a few edges only: the patches' borders then tell where each vertex belongs.
 SMOOTHNESS = 8.0
-VERTEX_STEP = 0.008
+VERTEX_STEP = 0.009
 
 
 def main() -> int:

@@ -176,7 +176,8 @@ def seen_area(vertices: Floats, cam: edgegrad.Camera) -> float:
     """Pixels that a triangle covers: clipped against the frustum in camera space, then projected."""
     p = vertices - cam.to_world[:3, 3]
     polygon = np.stack([p @ cam.to_world[:3, 0], p @ cam.to_world[:3, 1], -(p @ cam.to_world[:3, 2])], axis=1)
-    f, cx, cy = cam.focal, *cam.principal_point
+    f = cam.focal
+    cx, cy = (float(c) for c in cam.principal_point)
     sides = [(f, 0, cx, 0), (-f, 0, cam.width - cx, 0), (0, -f, cy, 0), (0, f, cam.height - cy, 0)]
     for x, y, z, w in [(0, 0, 1, -cam.clip_start), *sides]:
         value = polygon @ (x, y, z) + w

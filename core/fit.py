@@ -18,6 +18,7 @@ from .renderer import MAX_DEPTH, Cancelled, Progress, Renderer
 from .scene import Scene
 from .targets import Target, View, views
 from .unknowns import Unknown, unknown
+from .untouched import why_untouched
 
 F64 = NDArray[np.float64]
 
@@ -101,6 +102,7 @@ def fit(
     max_depth: int = 2,
     loss: Loss | None = None,
     smoothness: float | None = None,
+    slide: float | None = None,
     step_sizes: Mapping[str, float] | None = None,
     views_per_iteration: int | None = None,
     seed: int = 0,
@@ -137,6 +139,10 @@ def fit(
     smoothness
         lambda of the vertices' preconditioning, see `LargeSteps`; None: by the number of vertices;
         0: none.
+    slide
+        Share in [0, 1] of the vertices' motion along their surface that is kept (1: all). Such motion
+        changes no shape except at open borders and material borders, but spreads vertices unevenly.
+        None: 0.2 for closed meshes, 1 for those with open borders.
     step_sizes
         Parameter path to the length of its first step: for vertices that of the vertex that moves most,
         as a fraction of their mesh's bounding box diagonal, else in the parameter's unit. Those not
@@ -190,8 +196,10 @@ def fit(
         raise ValueError(f"fit: on_cancel must be 'restore' or 'best', not {on_cancel!r}")
     if smoothness is not None:
         smoothness = number("fit", "smoothness", smoothness, least=0.0)
+    if slide is not None and not 0.0 <= number("fit", "slide", slide) <= 1.0:
+        raise ValueError(f"fit: slide must be between 0 and 1, not {slide:g}")
     steps = _checked_steps(paths, step_sizes)
-    unknowns = [unknown(work, path, steps.get(path), smoothness) for path in paths]
+    unknowns = [unknown(work, path, steps.get(path), smoothness, slide) for path in paths]
     loss = Pyramid() if loss is None else loss
 
     run = _Run(
@@ -342,28 +350,10 @@ class _Run:
         for path, touched in self.touched.items():
             if not touched.any():
                 warnings.warn(
-                    f"fit: no gradient for '{path}', because {_why(self.work, self.newest, path)}",
+                    f"fit: no gradient for '{path}', because {why_untouched(self.work, self.newest, path)}",
                     RuntimeWarning,
                     stacklevel=4,
                 )
-
-
-def _why(scene: Scene, losses: F64, path: str) -> str:
-    """The likeliest reason why nothing depends on a parameter."""
-    collection, name, fieldname = parameters.split(path)
-    if not losses.any():
-        return "the pictures already equal their targets"
-    if collection == "materials" and not any(name in mesh.materials for mesh in scene.meshes.values()):
-        return "no mesh uses this material"
-    if collection == "lights" and fieldname == "color" and parameters.get(scene, path).size:
-        held = parameters.owner(scene, path)[0]
-        if not getattr(held, "power", getattr(held, "strength", 1.0)):
-            return "this light's power is 0"
-    if collection == "world" and fieldname == "color" and not scene.world.strength:
-        return "the world's strength is 0"
-    if fieldname in ("power", "strength") and not np.any(parameters.owner(scene, path)[0].color):
-        return "its colour is black"
-    return "nothing that the cameras see depends on it (out of view, hidden, unlit, or all of it masked)"
 
 
 def _checked_paths(work: Scene, wrt: Sequence[str]) -> list[str]:

@@ -48,20 +48,24 @@ def test_colour_and_power_are_found() -> None:
     np.testing.assert_array_equal(result.values[COLOR], scene.materials["clay"].base_color)
 
 
-@pytest.mark.parametrize("stored", ["shared", "split"])
-def test_shape_is_found_from_several_views(stored: str) -> None:
+@pytest.mark.parametrize(("stored", "slide"), [("shared", None), ("split", None), ("shared", 1.0)])
+def test_shape_is_found_from_several_views(stored: str, slide: float | None) -> None:
+    """A bump along the normals is found by default; a stretched and moved body if vertices may slide."""
     vertices, faces = shapes.ball(2, 0.8)
-    goal = vertices * [1.4, 1.1, 1.2] + [0.15, 0.0, 0.1]
+    if slide is None:
+        goal = vertices * (1.1 + 0.3 * np.sin(3.0 * vertices[:, [0]]))
+    else:
+        goal = vertices * [1.4, 1.1, 1.2] + [0.15, 0.0, 0.1]
     cameras = [shapes.camera(eye, size=(32, 32)) for eye in ([0, -6, 1], [6, 0, 1], [-4, 4, 2], [1, 1, 6])]
     truth = shapes.scene(goal, faces)
     targets = [Target(picture(truth, camera=camera), camera) for camera in cameras]
     if stored == "split":
         goal, vertices, faces = goal[faces].reshape(-1, 3), *shapes.split(vertices, faces)
     scene = shapes.scene(vertices, faces)
-    result = fit(scene, targets, [VERTICES], iterations=60, spp=4, seed=2)
+    result = fit(scene, targets, [VERTICES], iterations=60, spp=4, seed=2, slide=slide)
     found = scene.meshes["object"].vertices
     before, after = (np.linalg.norm(v - goal, axis=1).mean() for v in (vertices, found))
-    assert after < 0.35 * before, (before, after)
+    assert after < 0.45 * before, (before, after)
     assert result.losses[result.best] < 0.05 * result.losses[0]
     for k in np.unique(topology.weld(vertices), return_index=True)[1]:
         copies = found[(vertices == vertices[k]).all(axis=1)]
@@ -267,6 +271,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "views": ({"views_per_iteration": 2}, r"views_per_iteration must be between 1 and 1"),
     "seed": ({"seed": -1}, r"seed must be between 0"),
     "smoothness": ({"smoothness": -1.0}, r"smoothness must not be below 0"),
+    "slide": ({"slide": 1.5}, r"slide must be between 0 and 1"),
     "step path": ({"step_sizes": {VERTICES: 0.1}}, r"step_sizes names 'meshes.object.vertices', which is not in wrt"),
     "step": ({"step_sizes": {COLOR: 0.0}}, r"step size of 'materials.clay.base_color' must be above 0"),
     "on_cancel": ({"on_cancel": "keep"}, r"on_cancel must be 'restore' or 'best'"),

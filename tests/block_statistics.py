@@ -1,11 +1,11 @@
 """Does an estimated picture agree with a reference within the noise of both? A chi-square test of block sums.
 
-Single pixels are too noisy to show a small bias, and one number for the whole picture hides it. So pictures are summed
-over blocks of 8 x 8 pixels, and each block's difference is divided by its standard error. That error is itself
+Single pixels are too noisy to show a small bias, and one number for the whole picture hides it. So pictures are
+summed over blocks of 8 x 8 pixels, and each block's difference is divided by its standard error. That error is itself
 estimated from a few seeds, so the quotient follows Student's distribution; it is turned into the normal deviate z of
 the same tail probability. The sum of z^2 over the blocks then has a chi-square distribution, which shows a small bias
-in many blocks; the largest |z| shows a large one in a single block. Colour channels share their samples, so each is tested
-by itself. The smallest of all these p-values is multiplied by their number (Bonferroni).
+in many blocks; the largest |z| shows a large one in a single block. Colour channels share their samples, so each is
+tested by itself. The smallest of all these p-values is multiplied by their number (Bonferroni).
 """
 
 from __future__ import annotations

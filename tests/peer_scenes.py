@@ -151,7 +151,9 @@ def _scene(data: dict[str, Any]) -> edgegrad.Scene:
     camera = edgegrad.Camera(
         np.asarray(cam["to_world"], np.float64), float(np.radians(cam["fov_x"])), int(cam["width"]), int(cam["height"])
     )
-    meshes, materials, lights = {}, {}, {}
+    meshes: dict[str, edgegrad.Mesh] = {}
+    materials: dict[str, edgegrad.Material] = {}
+    lights: dict[str, edgegrad.PointLight | edgegrad.SunLight | edgegrad.AreaLight] = {}
     for k, mesh in enumerate(data["meshes"]):
         name = f"mesh{k}"
         materials[name] = _material(name, mesh, int(data["max_depth"]))

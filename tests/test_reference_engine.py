@@ -218,7 +218,7 @@ def test_zero_area_triangles_change_no_bit_of_the_picture() -> None:
 
 def test_static_scene_has_no_boundary() -> None:
     """Colours sweep over nothing: the boundary terms are exactly zero."""
-    tangent = {"materials.clay.base_color": np.ones(3), "world.strength": np.float64(1.0)}
+    tangent: dict[str, Any] = {"materials.clay.base_color": np.ones(3), "world.strength": 1.0}
     image = Renderer(floating_box(), engine="reference").render_forward(tangent, spp=2, terms=("primary", "shadow"))
     assert not image.any()
 

@@ -1,0 +1,42 @@
+"""Types of the native module; native/bindings.cpp is its source."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .tables import Asked, Derivative, Tables
+from .topology import Edges
+
+Progress = Callable[[float], None] | None
+
+def instruction_sets() -> list[str]: ...
+def embree_version(path: str) -> str: ...
+
+class Scene:
+    def __init__(self, tables: Tables, edges: Edges, threads: int, instruction_set: str, embree: str) -> None: ...
+    @property
+    def instruction_set(self) -> str: ...
+    def update(self, tables: Tables) -> None: ...
+    def set_camera(self, tables: Tables) -> None: ...
+    def render(self, spp: int, seed: int, max_depth: int, progress: Progress) -> NDArray[np.float32]: ...
+    def forward(
+        self,
+        tangent: Derivative,
+        asked: Asked,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Sequence[str],
+        progress: Progress,
+    ) -> NDArray[np.float32]: ...
+    def backward(
+        self,
+        adjoint: NDArray[np.float32],
+        asked: Asked,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        terms: Sequence[str],
+        progress: Progress,
+    ) -> dict[str, NDArray[np.float64]]: ...

@@ -15,6 +15,11 @@ from . import topology
 
 F64 = NDArray[np.float64]
 
+# Preconditioning: lambda per welded vertex, so that a disturbance spreads over the same part of a
+# surface however finely it is divided (sqrt(lambda) edges, and edges get shorter by sqrt(vertices)).
+SMOOTHNESS_PER_VERTEX = 1.0 / 100.0
+SMOOTHNESS_RANGE = (1.0, 1000.0)
+
 
 class LargeSteps:
     """The maps between positions and preconditioned unknowns of one mesh.
@@ -30,18 +35,21 @@ class LargeSteps:
         (m, 3) vertex indices.
     smoothness
         lambda >= 0. A disturbance spreads over about sqrt(lambda) edges; 0 leaves only the welding.
+        None: by the number of welded vertices.
     """
 
-    def __init__(self, vertices: F64, faces: NDArray[np.integer], smoothness: float) -> None:
-        if not (np.isfinite(smoothness) and smoothness >= 0.0):
+    def __init__(self, vertices: F64, faces: NDArray[np.integer], smoothness: float | None) -> None:
+        if smoothness is not None and not (np.isfinite(smoothness) and smoothness >= 0.0):
             raise ValueError(f"LargeSteps: smoothness must be finite and not below 0, not {smoothness!r}")
         self.label = topology.weld(np.asarray(vertices, np.float64))
         self.count = int(self.label.max(initial=-1)) + 1  # welded vertices
         self.copies = np.bincount(self.label, minlength=self.count).astype(np.float64)[:, None]
-        self.smoothness = float(smoothness)
+        low, high = SMOOTHNESS_RANGE
+        automatic = min(max(SMOOTHNESS_PER_VERTEX * self.count, low), high)
+        self.smoothness = automatic if smoothness is None else float(smoothness)
         self.row, self.column = _neighbours(self.label[np.asarray(faces, np.int64)], self.count)
         self.degree = np.bincount(self.row, minlength=self.count).astype(np.float64)
-        self._solver = None if smoothness == 0.0 else self._factor()
+        self._solver = None if self.smoothness == 0.0 else self._factor()
 
     def unknowns(self, vertices: F64) -> F64:
         """u = (I + lambda L) x: (k, 3) unknowns of (n, 3) positions; k welded vertices."""

@@ -20,11 +20,6 @@ F64 = NDArray[np.float64]
 VERTEX_STEP = 0.02
 COLOR_STEP = 0.03
 POWER_STEP = 0.03
-# Preconditioning: lambda per welded vertex, so that a disturbance spreads over the same part of a
-# surface however finely it is divided (sqrt(lambda) edges, and edges get shorter by sqrt(vertices)).
-SMOOTHNESS_PER_VERTEX = 1.0 / 100.0
-SMOOTHNESS_RANGE = (1.0, 1000.0)
-
 # Share of the motion along the surface that closed meshes keep; those with open borders keep all.
 SLIDE = 0.2
 # Memory of the squared gradient. The usual 0.999 keeps the large gradients of the start in mind longer
@@ -81,9 +76,7 @@ class Vertices:
         if not extent > 0.0:
             raise ValueError(f"parameter '{path}': all vertices are at one place; the mesh has no extent to move by")
         self.step = (VERTEX_STEP if step is None else step) * extent
-        self._steps = LargeSteps(
-            mesh.vertices, mesh.faces, _smoothness(len(mesh.vertices)) if smoothness is None else smoothness
-        )
+        self._steps = LargeSteps(mesh.vertices, mesh.faces, smoothness)
         self._faces = mesh.faces
         self._slide = slide if slide is not None else SLIDE if _closed(mesh.faces, self._steps.label) else 1.0
         self._optimiser = AdamUniform(1.0, beta2=BETA2)
@@ -144,8 +137,3 @@ def _values_step(fieldname: str, value: F64) -> float:
         return COLOR_STEP
     # From 0 there is no scale to go by: steps of POWER_STEP, in the parameter's own unit.
     return POWER_STEP * (float(np.abs(value).max()) or 1.0)
-
-
-def _smoothness(vertices: int) -> float:
-    low, high = SMOOTHNESS_RANGE
-    return min(max(SMOOTHNESS_PER_VERTEX * vertices, low), high)

@@ -131,6 +131,13 @@ def test_one_vertex_takes_its_neighbourhood_along() -> None:
     assert width(0.0) == 0.0 < width(2.0) < width(20.0)
 
 
+def test_automatic_smoothness_goes_by_welded_vertices() -> None:
+    """A finer mesh, not a mesh with more copies of its vertices, is filtered over more edges."""
+    shared, apart = (LargeSteps(*mesh, None).smoothness for mesh in (grid(40), split(*grid(40))))
+    assert shared == apart == pytest.approx(16.0)
+    assert LargeSteps(*grid(80), None).smoothness == pytest.approx(64.0)
+
+
 def test_wrong_smoothness_is_refused() -> None:
     for smoothness in (-1.0, np.nan, np.inf):
         with pytest.raises(ValueError, match="smoothness"):

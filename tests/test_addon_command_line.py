@@ -37,6 +37,7 @@ def start(tmp_path: Any) -> Any:
     ob = bs.add("Cube", bs.cube("Cube", bs.material("Clay", TRUE_COLOR)), rotation=(0.4, 0.3, 0))
     images.write_image(tmp_path / "target.exr", edgegrad.render(bs.export().scene, spp=64))
     ob.data.vertices.foreach_set("co", (positions(ob.data) * 0.9 + 0.05).ravel())
+    ob.data.update()
     bs.shader(bpy.data.materials["Clay"]).inputs["Color"].default_value = (*START_COLOR, 1.0)
     path = tmp_path / "start.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))

@@ -301,3 +301,10 @@ def test_plain_functions_are_losses(loss: Any) -> None:
     target = Target(picture(ball(1.1)))
     result = fit(scene, target, [VERTICES], iterations=25, spp=4, loss=loss)
     assert result.losses[result.best] < 0.6 * result.losses[0]
+
+
+def test_the_reference_engine_fits_too() -> None:
+    scene = ball()
+    target = Target(picture(ball(1.15)))
+    result = fit(scene, target, [VERTICES], iterations=8, spp=2, engine="reference")
+    assert result.losses[result.best] < 0.7 * result.losses[0]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -93,7 +94,8 @@ def _warn_about_settings(light_object: Any, where: str, report: Report) -> None:
 def _has_own_nodes(light: Any) -> bool:
     """Whether nodes change the light: anything but the default, a white Emission of strength 1."""
     tree = light.node_tree
-    if tree is None or not getattr(light, "use_nodes", True):
+    # From 5.1 on lights always have nodes, and asking for `use_nodes` is deprecated.
+    if tree is None or (bpy.app.version < (5, 1, 0) and not light.use_nodes):
         return False
     for node in tree.nodes:
         if node.type == "EMISSION":

@@ -145,13 +145,9 @@ def test_gradients_agree(pair: Pair) -> None:
     assert (np.abs(reference.mean(axis=0)) > 10.0 * error).sum() > 3  # not everything is noise
 
 
-CONTACT = pytest.mark.xfail(reason="the native engine has no rule for edges that lie in another surface yet")
-
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[CONTACT] if name.startswith("standing") else []) for name in MOTIONS]
-)
+@pytest.mark.parametrize("name", MOTIONS)
 def test_native_motion_agrees_with_the_reference(name: str) -> None:
     need("native")
     scene, tangent = MOTIONS[name](0.0)

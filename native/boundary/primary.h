@@ -19,7 +19,7 @@ struct EdgeSample {
     Int edge;
     Float u;                       // position along the edge
     Float weight;                  // (f^2/z^3) / density
-    Vec3 point, relative, normal;  // e, e - o, N
+    Vec3 point, relative, tangent, normal;  // e, e - o, t, N
     Vec3 direction;                // towards e, of unit depth
     Float depth;
     Int pixel;
@@ -49,6 +49,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
     s.u = place.u0 + length * (place.tau * z0 / w);
     const Float du = length * (z0 * z1 / (w * w));  // du / dtau
     s.point = a + t * s.u;
+    s.tangent = t;
     s.relative = s.point - o;
     s.depth = -dot(back, s.relative);
     s.normal = cross(a - o, t);  // the same for all points of the edge
@@ -108,19 +109,54 @@ EG_INLINE void edge_barycentrics(const SceneView& scene, const EdgeSample& s, In
     b2 = (d11 * r2 - d12 * r1) * inv;
 }
 
-// Radiance on one side: the near face where there is one, else the far hit or the environment.
-EG_INLINE Vec3 side_radiance(const SceneView& scene, const EdgeSample& s, Int near_face,
-                             const Closest& behind, int max_depth, const LightRandom& random) {
+// What the camera sees behind the edge, and the face in which the edge lies there (contact), or -1.
+struct Behind {
+    Closest hit;
+    Int touched;
+};
+
+// One ray from the camera through e that ignores the edge's faces; lanes where something is in front
+// of e become inactive. It starts at the camera, so that a surface touching the edge isn't lost.
+EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s) {
+    const CameraView& c = scene.camera;
+    Behind behind;
+    behind.hit = intersect(scene, s.active, splat3(c.position), s.direction, splat(c.clip_start),
+                           splat(c.clip_end), {s.edge, splat(-1)}, embree::kIncoherent);
+    constexpr float kBefore = 1e-5f;  // in depths
+    s.active &= ~(behind.hit.hit & (behind.hit.distance < s.depth * (1.0f - kBefore)));
+    // Contact: the hit is at e, and the edge lies in its plane.
+    constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f;
+    const Triangle t = gather_triangle(scene, behind.hit.face);
+    const Vec3 m = area_normal(t);
+    const Float length = max(sqrt(dot(m, m)), 1e-30f), scale = max(largest_component(s.point), s.depth);
+    const Mask here = behind.hit.hit & (behind.hit.distance < s.depth * (1.0f + kHere)) &
+                      (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
+                      (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
+    behind.touched = select(here, behind.hit.face, splat(-1));
+    return behind;
+}
+
+// Radiance beside the edge on the side to which `outwards` (+-N) points: of the near face where there
+// is one, else of what lies behind the edge.
+EG_INLINE Vec3 side_radiance(const SceneView& scene, const EdgeSample& s, Int near_face, Vec3 outwards,
+                             const Behind& behind, int max_depth, const LightRandom& random) {
     const Mask near = s.active & (near_face >= 0);
-    const Mask far = s.active & ~near & behind.hit;
+    const Mask far = s.active & ~near & behind.hit.hit;
+    const Mask touching = s.active & (behind.touched >= 0);
     Float b1, b2;
     edge_barycentrics(scene, s, near_face, b1, b2);
-    SurfacePoint x = surface_point(scene, near | far, select(near, near_face, behind.face),
-                                   select(near, b1, behind.b1), select(near, b2, behind.b2), s.direction);
-    x.position = select(near, s.point, x.position);
-    x.edge = select(near, s.edge, splat(-1));
+    SurfacePoint x = surface_point(scene, near | far, select(near, near_face, behind.hit.face),
+                                   select(near, b1, behind.hit.b1), select(near, b2, behind.hit.b2), s.direction);
+    // Near faces and a touched one are shaded at the edge itself.
+    const Mask at_edge = near | (far & touching);
+    x.position = select(at_edge, s.point, x.position);
+    x.ignored.edge = select(at_edge, s.edge, splat(-1));
+    x.ignored.face = select(touching, behind.touched, splat(-1));
+    // In its own surface, away from the edge: across t, on the side looked at.
+    const Vec3 across = cross(s.tangent, x.normal);
+    x.along = select(dot(across, outwards) < 0.0f, -across, across);
     Vec3 radiance = outgoing_radiance(scene, x, max_depth, random);
-    return select(s.active & ~near & ~behind.hit, splat3(scene.environment), radiance);
+    return select(s.active & ~near & ~behind.hit.hit, splat3(scene.environment), radiance);
 }
 
 // The jump (L- - L+) of visible samples; lanes that are hidden or see no jump are made inactive.
@@ -129,17 +165,12 @@ EG_INLINE Vec3 edge_jump(const SceneView& scene, EdgeSample& s, int max_depth) {
     // A point on no side of any face (the edge is seen end-on) has no jump.
     s.active &= (sides.plus >= 0) | (sides.minus >= 0);
     if (!any(s.active)) return zero3();
-    const CameraView& c = scene.camera;
-    // One ray from the camera through e: what it hits in front of e hides the edge, else it is what
-    // lies behind. It starts at the camera, so that a surface touching the edge isn't lost.
-    const Closest closest = intersect(scene, s.active, splat3(c.position), s.direction, splat(c.clip_start),
-                                      splat(c.clip_end), &s.edge, embree::kIncoherent);
-    s.active &= ~(closest.hit & (closest.distance < s.depth * (1.0f - 1e-5f)));
+    const Behind behind = look_behind(scene, s);
     if (!any(s.active)) return zero3();
     LightRandom random{};
     if (max_depth >= 2) random = light_random(scene, s.random.stream, s.random.sample);
-    const Vec3 plus = side_radiance(scene, s, sides.plus, closest, max_depth, random);
-    const Vec3 minus = side_radiance(scene, s, sides.minus, closest, max_depth, random);
+    const Vec3 plus = side_radiance(scene, s, sides.plus, s.normal, behind, max_depth, random);
+    const Vec3 minus = side_radiance(scene, s, sides.minus, -s.normal, behind, max_depth, random);
     return minus - plus;
 }
 

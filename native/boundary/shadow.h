@@ -141,8 +141,9 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     if (!any(s.active)) return s;
 
     // The surface that is lit past the edge.
+    const Ignored ignored{s.edge, splat(-1)};
     const Closest behind = intersect(scene, s.active, s.point, -s.towards, splat(0.0f),
-                                     splat(__builtin_inff()), &s.edge, embree::kIncoherent);
+                                     splat(__builtin_inff()), ignored, embree::kIncoherent);
     const Float scale = largest_component(s.point);
     // Nearer than rounding the jump is the primary boundary's (derivations F3c).
     s.active &= behind.hit & (behind.distance > 1e-5f * scale);
@@ -168,15 +169,16 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
 
     // Light reaches the edge, and the camera sees x.
     if (task.environment) {
-        s.active &= ~occluded(scene, s.active, s.point, s.towards, splat(__builtin_inff()), s.edge);
+        s.active &= ~occluded(scene, s.active, s.point, s.towards, splat(__builtin_inff()), ignored);
     } else {
         EmitterSample e = s.emitter;
         e.active = s.active;
-        s.active &= ~emitter_hidden(scene, s.point, s.point, s.edge, e);
+        s.active &= ~emitter_hidden(scene, s.point, s.point, ignored, e);
     }
     const Vec3 start = leave_surface(s.x);
     const Float to_near_plane = 1.0f - c.clip_start / select(depth > 0.0f, depth, 1.0f);
-    s.active &= ~occluded(scene, s.active, start, splat3(c.position) - start, to_near_plane, splat(-1));
+    s.active &= ~occluded(scene, s.active, start, splat3(c.position) - start, to_near_plane,
+                          ignore_nothing());
 
     s.lambda = select(lambda_distance < __builtin_inff(),
                       lambda_distance / (lambda_distance + behind.distance), splat(1.0f));

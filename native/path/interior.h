@@ -105,10 +105,10 @@ EG_INLINE void environment_interior(Mode& mode, const SceneView& scene, const De
     const Mask hidden = scene.convex ? splat(0) : occluded_from(scene, lit, x, w, splat(__builtin_inff()));
     const Vec3 environment = splat3(scene.environment);
     if (d.want_colors) {
-        const Mask open = lit & ~hidden;
-        const Float value = cosine * kInvPi / density;
-        mode.row(open, d.albedo, x.material, environment * value);
-        mode.row(open, d.environment, splat(0), albedo * value);
+        // int (n.w)/pi V dw = 1 - int (n.w)/pi (1 - V) dw: without noise where nothing is hidden.
+        const Float value = 1.0f - select(hidden, cosine * kInvPi / density, 0.0f);
+        mode.row(lit, d.albedo, x.material, environment * value);
+        mode.row(lit, d.environment, splat(0), albedo * value);
     }
     const Mask turns = x_moves & lit & hidden;
     if (d.want_vertices && any(turns)) {

@@ -58,7 +58,7 @@ EG_INLINE int trace_camera_paths(const SceneView& scene, const ImageTask& task, 
         const Vec3 direction = camera_direction(camera, sx, sy);
         const Closest closest =
             intersect(scene, active, splat3(camera.position), direction, splat(camera.clip_start),
-                      splat(camera.clip_end), nullptr, embree::kCoherent);
+                      splat(camera.clip_end), ignore_nothing(), embree::kCoherent);
         store(work.radiance[0] + at, background.x);
         store(work.radiance[1] + at, background.y);
         store(work.radiance[2] + at, background.z);

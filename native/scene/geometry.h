@@ -31,6 +31,14 @@ EG_INLINE Vec3 interpolate(const Triangle& t, Float b1, Float b2) {
     return t.p0 + (t.p1 - t.p0) * b1 + (t.p2 - t.p0) * b2;
 }
 
+// Faces that a ray passes through, where `edge` is not negative: those of the edge, and one more.
+struct Ignored {
+    Int edge;
+    Int face;  // or -1
+};
+
+EG_INLINE Ignored ignore_nothing() { return {splat(-1), splat(-1)}; }
+
 // A point of a surface, its normal turned to the viewer.
 struct SurfacePoint {
     Mask active;
@@ -42,8 +50,10 @@ struct SurfacePoint {
     Float length_m;  // |M|
     Triangle triangle;
     Float offset;  // distance that rays start off the surface
-    Int edge;      // the edge the point lies on (its faces are ignored by rays), or -1
     Int material;
+    // Of a point on an edge (boundary/edge_point.h):
+    Ignored ignored;  // faces that it lies on: the edge's, and one in which the edge lies (contact)
+    Vec3 along;       // in the point's own surface, across the edge and away from it
 };
 
 // The surface point of a face at barycentrics (b1, b2) seen along `view` (towards the surface).
@@ -63,7 +73,8 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
     // Interpolated positions are off by a few roundings of the triangle's largest coordinate.
     s.offset = 2e-6f * max(max(largest_component(s.triangle.p0), largest_component(s.triangle.p1)),
                            largest_component(s.triangle.p2));
-    s.edge = splat(-1);
+    s.ignored = ignore_nothing();
+    s.along = zero3();
     s.material = gather(scene.face_material, s.face);
     return s;
 }

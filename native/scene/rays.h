@@ -13,6 +13,7 @@ struct EdgeContext {
     embree::QueryContext base;  // first: Embree passes its address to the filter
     const SceneView* scene;
     int32_t edge[W];
+    int32_t face[W];  // one more to ignore, or -1
 };
 
 // Ignoring faces is a filter in the traversal: re-tracing behind an ignored hit would step over
@@ -25,9 +26,11 @@ static void ignore_edge_faces(const embree::FilterArguments* args) {
     const uint32_t n = args->n;
     for (uint32_t i = 0; i < n; ++i) {
         if (!args->valid[i]) continue;
-        const int32_t edge = context->edge[ray[10 * n + i]];
+        const uint32_t lane = ray[10 * n + i];
+        const int32_t edge = context->edge[lane];
         if (edge < 0) continue;
         const uint32_t face = hit[5 * n + i] + static_cast<uint32_t>(scene.mesh_first_face[hit[6 * n + i]]);
+        if (static_cast<int32_t>(face) == context->face[lane]) args->valid[i] = 0;
         for (uint32_t k = scene.edge_face_first[edge]; k < scene.edge_face_first[edge + 1]; ++k)
             if (scene.edge_faces[k] == face) args->valid[i] = 0;
     }
@@ -76,9 +79,20 @@ struct Closest {
     Float distance;  // in units of the direction's length
 };
 
-// Nearest hit; the faces of `edge` are ignored where it is not negative (`edge` null: nowhere).
+EG_INLINE void set_filter(const SceneView& scene, const Ignored& ignored, EdgeContext& context,
+                          embree::QueryArguments& args) {
+    args.context = &context.base;
+    if (!any(ignored.edge >= 0)) return;
+    context.scene = &scene;
+    store(context.edge, ignored.edge);
+    store(context.face, ignored.face);
+    args.flags |= embree::kInvokeArgumentFilter;
+    args.filter = ignore_edge_faces;
+}
+
+// Nearest hit.
 EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float near,
-                            Float far, const Int* edge, int coherence) {
+                            Float far, const Ignored& ignored, int coherence) {
     alignas(64) int32_t valid[W];
     store(valid, active);
     RayHit rays;
@@ -90,13 +104,7 @@ EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Ve
     EdgeContext context;
     embree::QueryArguments args;
     args.flags = coherence;
-    args.context = &context.base;
-    if (edge) {
-        context.scene = &scene;
-        store(context.edge, *edge);
-        args.flags |= embree::kInvokeArgumentFilter;
-        args.filter = ignore_edge_faces;
-    }
+    set_filter(scene, ignored, context, args);
     query_intersect(scene, valid, rays, args);
     Closest closest;
     for (int i = 0; i < W; ++i) {
@@ -114,10 +122,9 @@ EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Ve
 // Where rays leave a surface: off along its normal, further than rounding can be wrong.
 EG_INLINE Vec3 leave_surface(const SurfacePoint& x) { return x.position + x.normal * x.offset; }
 
-// Whether something is hit within `far` times the direction's length; the faces of `edge` are
-// ignored where it is not negative.
+// Whether something is hit within `far` times the direction's length.
 EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
-                        Int edge) {
+                        const Ignored& ignored) {
     if (!any(active)) return active;
     alignas(64) int32_t valid[W];
     store(valid, active);
@@ -125,20 +132,14 @@ EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 d
     set_ray(ray, origin, direction, splat(0.0f), far);
     EdgeContext context;
     embree::QueryArguments args;
-    args.context = &context.base;
-    if (any(edge >= 0)) {
-        context.scene = &scene;
-        store(context.edge, edge);
-        args.flags |= embree::kInvokeArgumentFilter;
-        args.filter = ignore_edge_faces;
-    }
+    set_filter(scene, ignored, context, args);
     query_occluded(scene, valid, ray, args);
     return active & (load(ray.tfar) < 0.0f);  // Embree sets -inf where it found a hit
 }
 
 EG_INLINE Mask occluded_from(const SceneView& scene, Mask active, const SurfacePoint& x, Vec3 direction,
                              Float far) {
-    return occluded(scene, active, leave_surface(x), direction, far, x.edge);
+    return occluded(scene, active, leave_surface(x), direction, far, x.ignored);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -117,7 +117,8 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, cons
 }
 
 // Whether something stands between the point `x` and the emitter; rays start at `start`, off x's surface.
-EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, Int edge, const EmitterSample& s) {
+EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, const Ignored& ignored,
+                              const EmitterSample& s) {
     const Mask is_sun = s.kind == kSunLight;
     // The far end leaves its surface too: the ray stops short of the emitter's own triangle.
     Vec3 end = x + s.w * select(is_sun, splat(1.0f), s.r);
@@ -130,12 +131,11 @@ EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, Int ed
         end = select(is_triangle, end + s.m * (offset / max(length, 1e-30f)), end);
     }
     const Vec3 direction = select(is_sun, s.w, end - start);
-    return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f),
-                    edge);
+    return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f), ignored);
 }
 
 EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {
-    return emitter_hidden(scene, x.position, leave_surface(x), x.edge, s);
+    return emitter_hidden(scene, x.position, leave_surface(x), x.ignored, s);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -180,7 +180,7 @@ def _fit(arguments: argparse.Namespace) -> None:
             nonlocal note
             note = f"{step.iteration} / {step.iterations}   loss {step.smoothed:.4g}"
 
-        result = session.run(callback=tell, progress=lambda fraction: bar.update(fraction, note))
+        result = session.run(callback=tell, progress=_shown(bar, lambda: note))
     session.write(result)
     if arguments.out is not None:
         _write_pictures(session, arguments.out, "after")
@@ -213,15 +213,15 @@ def _gradient(arguments: argparse.Namespace) -> None:
         images.write_image(arguments.out, picture)
 
 
-def _shown(bar: ProgressBar) -> Callable[[float], None]:
-    """Progress for the bar; of several terms that each come to their end only the last may say 100 %."""
+def _shown(bar: ProgressBar, note: Callable[[], str] = str) -> Callable[[float], None]:
+    """Progress for the bar, which only grows: several terms may each tell that they came to their end."""
     furthest = 0.0
 
     def show(fraction: float) -> None:
         nonlocal furthest
         if fraction > furthest:
             furthest = fraction
-            bar.update(fraction)
+            bar.update(fraction, note())
 
     return show
 

@@ -17,10 +17,10 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct EdgeSample {
     Mask active;
     Int edge;
-    Float u;                       // position along the edge
-    Float weight;                  // (f^2/z^3) / density
+    Float u;                                // position along the edge
+    Float weight;                           // (f^2/z^3) / density
     Vec3 point, relative, tangent, normal;  // e, e - o, t, N
-    Vec3 direction;                // towards e, of unit depth
+    Vec3 direction;                         // towards e, of unit depth
     Float depth;
     Int pixel;
     PathIndex random;
@@ -145,8 +145,9 @@ EG_INLINE Vec3 side_radiance(const SceneView& scene, const EdgeSample& s, Int ne
     const Mask touching = s.active & (behind.touched >= 0);
     Float b1, b2;
     edge_barycentrics(scene, s, near_face, b1, b2);
-    SurfacePoint x = surface_point(scene, near | far, select(near, near_face, behind.hit.face),
-                                   select(near, b1, behind.hit.b1), select(near, b2, behind.hit.b2), s.direction);
+    SurfacePoint x =
+        surface_point(scene, near | far, select(near, near_face, behind.hit.face),
+                      select(near, b1, behind.hit.b1), select(near, b2, behind.hit.b2), s.direction);
     // Near faces and a touched one are shaded at the edge itself.
     const Mask at_edge = near | (far & touching);
     x.position = select(at_edge, s.point, x.position);

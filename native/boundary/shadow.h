@@ -177,8 +177,8 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     }
     const Vec3 start = leave_surface(s.x);
     const Float to_near_plane = 1.0f - c.clip_start / select(depth > 0.0f, depth, 1.0f);
-    s.active &= ~occluded(scene, s.active, start, splat3(c.position) - start, to_near_plane,
-                          ignore_nothing());
+    s.active &=
+        ~occluded(scene, s.active, start, splat3(c.position) - start, to_near_plane, ignore_nothing());
 
     s.lambda = select(lambda_distance < __builtin_inff(),
                       lambda_distance / (lambda_distance + behind.distance), splat(1.0f));

@@ -131,7 +131,8 @@ EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, const 
         end = select(is_triangle, end + s.m * (offset / max(length, 1e-30f)), end);
     }
     const Vec3 direction = select(is_sun, s.w, end - start);
-    return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f), ignored);
+    return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f),
+                    ignored);
 }
 
 EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {

@@ -22,7 +22,13 @@ typedef int32_t Int __attribute__((vector_size(4 * EDGEGRAD_WIDTH)));
 typedef uint32_t UInt __attribute__((vector_size(4 * EDGEGRAD_WIDTH)));
 using Mask = Int;
 
+// A packet passed through memory costs more than the arithmetic on it: everything is inlined by force,
+// except in sanitized builds, whose checks would make that endless for the compiler.
+#ifdef EDGEGRAD_INLINE_FREELY
+#define EG_INLINE inline
+#else
 #define EG_INLINE inline __attribute__((always_inline))
+#endif
 
 EG_INLINE Float splat(float s) { return Float{} + s; }
 EG_INLINE Int splat(int s) { return Int{} + s; }

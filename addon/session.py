@@ -42,6 +42,8 @@ class Request:
         Preconditioning of vertices (`edgegrad.fit`); None: by the mesh's size.
     vertex_step
         Largest step of a vertex as a fraction of its object's size; None: the default.
+    slide
+        Share in [0, 1] of the vertices' motion along their surface that is kept (`edgegrad.fit`); None: the default.
     views_per_iteration
         Pictures per step, in turn; None: all.
     in_place
@@ -55,6 +57,7 @@ class Request:
     seed: int = 0
     smoothness: float | None = None
     vertex_step: float | None = None
+    slide: float | None = None
     views_per_iteration: int | None = None
     in_place: bool = False
 
@@ -117,6 +120,7 @@ class Session:
             spp=self.request.samples,
             seed=self.request.seed,
             smoothness=self.request.smoothness,
+            slide=self.request.slide,
             step_sizes=steps,
             views_per_iteration=self.request.views_per_iteration,
             on_cancel=on_cancel,

@@ -32,6 +32,8 @@ VIEWS_PER_ITERATION = 4
 # Spreads a vertex's move over a few edges only: the patches' borders then tell where each vertex belongs.
 SMOOTHNESS = 8.0
 VERTEX_STEP = 0.009
+# The glaze's borders show where vertices slide along the surface, so all of that motion is kept.
+SLIDE = 1.0
 
 
 def main() -> int:
@@ -77,7 +79,8 @@ def fit_arguments(targets: dict[str, Path]) -> list[str]:
     for camera, path in targets.items():
         out += ["--target", f"{camera}={path}"]
     out += ["--iterations", str(ITERATIONS), "--samples", str(SAMPLES), "--smoothness", str(SMOOTHNESS)]
-    out += ["--vertex-step", str(VERTEX_STEP), "--views-per-iteration", str(VIEWS_PER_ITERATION)]
+    out += ["--vertex-step", str(VERTEX_STEP), "--slide", str(SLIDE)]
+    out += ["--views-per-iteration", str(VIEWS_PER_ITERATION)]
     return [*out, "--out", str(OUTPUT), "--save", str(OUTPUT / "fitted.blend")]
 
 

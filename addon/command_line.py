@@ -68,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("--iterations", type=_positive, default=200)
     fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per step (default: all)")
     fit.add_argument("--smoothness", type=float, help="how far neighbouring vertices move along (default: by count)")
-    fit.add_argument("--vertex-step", type=float, metavar="F", help="largest step, as a fraction of the object's size")
+    fit.add_argument("--vertex-step", type=float, metavar="F", help="first step, as a fraction of the object's size")
     fit.add_argument("--slide", type=float, metavar="F", help="share of the motion along the surface that is kept")
     fit.add_argument("--out", type=Path, metavar="DIR", help="folder for pictures before and after, and report.json")
     fit.add_argument("--save", type=Path, metavar="BLEND", help="write the fitted scene into this file")

@@ -41,7 +41,7 @@ class Request:
     smoothness
         Preconditioning of vertices (`edgegrad.fit`); None: by the mesh's size.
     vertex_step
-        Largest step of a vertex as a fraction of its object's size; None: the default.
+        First step of the vertex that moves most, as a fraction of its object's size; None: the default.
     slide
         Share in [0, 1] of the vertices' motion along their surface that is kept (`edgegrad.fit`); None: the default.
     views_per_iteration

@@ -39,4 +39,20 @@ def show(name: str, pixels: NDArray[Any]) -> Any:
     full[..., :3] = pixels[::-1]
     image.pixels.foreach_set(full.ravel())
     image.update()
+    _open(image)
     return image
+
+
+def _open(image: Any) -> None:
+    """Show the image where the user looks: in an Image Editor of any window, else in a new window of its own."""
+    if bpy.app.background:
+        return
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "IMAGE_EDITOR":
+                area.spaces.active.image = image
+                return
+    bpy.ops.wm.window_new()
+    area = bpy.context.window_manager.windows[-1].screen.areas[0]
+    area.type = "IMAGE_EDITOR"
+    area.spaces.active.image = image

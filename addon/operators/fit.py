@@ -7,6 +7,8 @@ from typing import Any
 
 import bpy
 
+import edgegrad
+
 from ..properties import request
 from ..session import Session
 from . import _common
@@ -30,13 +32,18 @@ class Job:
 
     def _run(self) -> None:
         try:
-            self.result = self.session.run(callback=self._tell)
+            self.result = self.session.run(callback=self._tell, progress=self._check)
         except BaseException as error:  # shown by the operator: nothing else sees a thread's exception
             self.error = error
 
     def _tell(self, step: Any) -> str | None:
         self.step = step
         return self.stop_as
+
+    def _check(self, _: float) -> None:
+        """Called many times per iteration: going back to the start need not wait for a step's end."""
+        if self.stop_as == "restore":
+            raise edgegrad.Cancelled
 
     @property
     def running(self) -> bool:

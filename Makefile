@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo test test-slow lint benchmark sanitize check-machine which-python clean
+.PHONY: help demo test test-slow test-gui lint benchmark sanitize check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -22,6 +22,7 @@ help:
 	@echo "make demo        fit a real .blend to a Cycles picture, headless (about 5 minutes the first time)"
 	@echo "make test        run the tests"
 	@echo "make test-slow   run the slow tests"
+	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0.zip"
 	@echo "make lint        ruff, clang-format, mypy"
 	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 16)"
 	@echo "make sanitize    run the tests on a build with AddressSanitizer and UndefinedBehaviorSanitizer"
@@ -34,6 +35,9 @@ test: $(VENV)/installed
 
 test-slow: $(VENV)/installed
 	$(RUN) -m pytest -m slow
+
+test-gui: $(VENV)/installed
+	$(RUN) -m pytest -m gui
 
 lint: $(VENV)/installed $(VENV)/installed-lint
 	$(RUN) -m ruff check .

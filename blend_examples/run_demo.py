@@ -51,8 +51,9 @@ def main() -> int:
     target_images = [images.read_image(path) for path in targets.values()]
     draw_pictures(list(targets), before_images, target_images, after_images, OUTPUT / "comparison.png")
     # Every other view: small enough for a README.
-    half = [part[::2] for part in (list(targets), before_images, target_images, after_images)]
-    draw_pictures(*half, OUTPUT / "summary.png")
+    draw_pictures(
+        list(targets)[::2], before_images[::2], target_images[::2], after_images[::2], OUTPUT / "summary.png"
+    )
     draw_losses(json.loads((OUTPUT / "report.json").read_text())["losses"], OUTPUT / "loss.png")
     result = numbers(before, after) | {
         "image_error_before": image_error(before_images, target_images),

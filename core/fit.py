@@ -16,7 +16,7 @@ from ._check import number, whole
 from .losses import Loss, Pyramid
 from .renderer import MAX_DEPTH, Cancelled, Progress, Renderer
 from .scene import Scene
-from .targets import Target, View, views
+from .targets import Targets, View, views
 from .unknowns import Unknown, unknown
 from .untouched import why_untouched
 
@@ -93,7 +93,7 @@ Callback = Callable[[FitStep], bool | str | None]
 
 def fit(
     scene: Scene,
-    targets: Target | Sequence[Target],
+    targets: Targets,
     wrt: Sequence[str],
     *,
     iterations: int = 200,
@@ -122,7 +122,8 @@ def fit(
     scene
         Where to start, and where the result is written.
     targets
-        One or more pictures with their cameras.
+        One or more pictures with their cameras (`Target`); a bare (H, W, 3) array is a picture seen by
+        the scene's camera.
     wrt
         Parameter paths that may move: vertices, base_color, emission, power, strength, color.
     iterations
@@ -183,7 +184,7 @@ def fit(
     scene.validate()
     work = _copy(scene)
     paths = _checked_paths(work, wrt)
-    seen = views(work, [targets] if isinstance(targets, Target) else list(targets))
+    seen = views(work, targets)
     iterations = whole("fit", "iterations", iterations, 1, 1_000_000)
     spp = whole("fit", "spp", spp, 1, 1 << 24)
     samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)

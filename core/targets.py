@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -47,7 +48,11 @@ class View:
     weight: float
 
 
-def views(scene: Scene, targets: Sequence[Target]) -> list[View]:
+# One or several targets; a bare picture is one seen by the scene's camera.
+Targets = Target | NDArray[Any] | Sequence[Target | NDArray[Any]]
+
+
+def views(scene: Scene, targets: Targets) -> list[View]:
     """Checked targets with weights whose mean is 1.
 
     Raises
@@ -55,18 +60,19 @@ def views(scene: Scene, targets: Sequence[Target]) -> list[View]:
     ValueError
         Naming the target by its place in the list, and the field.
     """
-    if isinstance(targets, Target):
-        targets = [targets]
-    out = [_view(scene, f"target {k}", target) for k, target in enumerate(targets)]
+    several = [targets] if isinstance(targets, (Target, np.ndarray)) else list(targets)
+    out = [_view(scene, f"target {k}", target) for k, target in enumerate(several)]
     if not out:
         raise ValueError("fit: there is no target; give at least one")
     mean = sum(view.weight for view in out) / len(out)
     return [View(view.image, view.camera, view.mask, view.weight / mean) for view in out]
 
 
-def _view(scene: Scene, where: str, target: Target) -> View:
+def _view(scene: Scene, where: str, target: Target | NDArray[Any]) -> View:
+    if isinstance(target, np.ndarray):
+        target = Target(target)
     if not isinstance(target, Target):
-        raise ValueError(f"{where}: must be an edgegrad.Target, not {type(target).__name__}")
+        raise ValueError(f"{where}: must be an edgegrad.Target or a picture, not {type(target).__name__}")
     camera = scene.camera if target.camera is None else target.camera
     if not isinstance(camera, Camera):
         raise ValueError(f"{where}: camera must be an edgegrad.Camera, not {type(camera).__name__}")

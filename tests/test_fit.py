@@ -48,6 +48,16 @@ def test_colour_and_power_are_found() -> None:
     np.testing.assert_array_equal(result.values[COLOR], scene.materials["clay"].base_color)
 
 
+def test_a_bare_picture_is_a_target() -> None:
+    truth, one, other = ball(1.2), ball(), ball()
+    image = picture(truth)
+    results = [
+        fit(scene, target, [COLOR], iterations=2, spp=1)
+        for scene, target in ((one, image), (other, [Target(image)]))
+    ]
+    assert results[0].losses == results[1].losses
+
+
 @pytest.mark.parametrize(("stored", "slide"), [("shared", None), ("split", None), ("shared", 1.0)])
 def test_shape_is_found_from_several_views(stored: str, slide: float | None) -> None:
     """A bump along the normals is found by default; a stretched and moved body if vertices may slide."""
@@ -258,7 +268,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no mask": ({"targets": Target(np.zeros((24, 32, 3)), mask=np.zeros((24, 32)))}, r"target 0: mask is 0 everywhere"),
     "weight": ({"targets": Target(np.zeros((24, 32, 3)), weight=0.0)}, r"target 0: weight must be above 0"),
     "camera": ({"targets": Target(np.zeros((24, 32, 3)), camera="front")}, r"target 0: camera must be"),  # type: ignore[arg-type]
-    "array": ({"targets": [np.zeros((24, 32, 3))]}, r"target 0: must be an edgegrad.Target, not ndarray"),
+    "text": ({"targets": ["front.exr"]}, r"target 0: must be an edgegrad.Target or a picture, not str"),
     "no target": ({"targets": []}, r"there is no target"),
     "empty": ({"wrt": []}, r"wrt is empty"),
     "string": ({"wrt": COLOR}, r"wrt must be a list"),

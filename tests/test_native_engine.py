@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import importlib.util
+import pathlib
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -294,6 +297,19 @@ def test_a_wrong_library_is_an_error() -> None:
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "can't load Embree from /nowhere/libembree4.so" in out
     assert "has no function rtcNewDevice" in out
+
+
+@pytest.mark.skipif(sys.platform == "win32" or not shutil.which("cc"), reason="no C compiler here")
+def test_another_embree_is_an_error(tmp_path: pathlib.Path) -> None:
+    # A library that has all the functions and answers 3 to whatever it is asked, its version too.
+    source = pathlib.Path(__file__).parents[1] / "native" / "embree" / "library.cpp"
+    names = re.findall(r'resolve\(handle, "(\w+)"', source.read_text())
+    stub, library = tmp_path / "stub.c", tmp_path / "libembree3.so"
+    stub.write_text("".join(f"long {name}(void) {{ return 3; }}\n" for name in names))
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", str(library), str(stub)], check=True)
+    code = f"from edgegrad import _native\n_native.embree_version({str(library)!r})\n"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "the embreex wheel has Embree 3.3.3, but version 4 is needed" in run.stderr
 
 
 @pytest.mark.skipif(importlib.util.find_spec("bpy") is None, reason="bpy is not installed")

@@ -44,15 +44,17 @@ def show(name: str, pixels: NDArray[Any]) -> Any:
 
 
 def _open(image: Any) -> None:
-    """Show the image where the user looks: in an Image Editor of any window, else in a new window of its own."""
+    """Show the image in an Image Editor; where there is none, open one as the preferences say for renders."""
     if bpy.app.background:
         return
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "IMAGE_EDITOR":
-                area.spaces.active.image = image
-                return
-    bpy.ops.wm.window_new()
-    area = bpy.context.window_manager.windows[-1].screen.areas[0]
-    area.type = "IMAGE_EDITOR"
-    area.spaces.active.image = image
+    editor = _image_editor()
+    if editor is None:
+        bpy.ops.render.view_show("INVOKE_DEFAULT")
+        editor = _image_editor()
+    if editor is not None:  # else the preferences keep the window as it is
+        editor.spaces.active.image = image
+
+
+def _image_editor() -> Any:
+    areas = (area for window in bpy.context.window_manager.windows for area in window.screen.areas)
+    return next((area for area in areas if area.type == "IMAGE_EDITOR"), None)

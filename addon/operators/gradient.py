@@ -31,4 +31,5 @@ class Gradient(bpy.types.Operator):
         _common.tell(self, export.report)
         codes = images.derivative_image(picture)
         _common.show("Edgegrad Gradient", images.srgb_to_linear(codes / np.float32(255.0)))
+        self.report({"INFO"}, "the picture is the image 'Edgegrad Gradient'")
         return {"FINISHED"}

@@ -28,4 +28,5 @@ class Render(bpy.types.Operator):
             return _common.refuse(self, error)
         _common.tell(self, export.report)
         _common.show("Edgegrad Render", picture)
+        self.report({"INFO"}, "the picture is the image 'Edgegrad Render'")
         return {"FINISHED"}

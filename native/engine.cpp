@@ -102,17 +102,30 @@ void Engine::forward(const RenderOptions& options, const Asked& asked, const Der
     std::fill_n(image, plan.pixels * 3, 0.0f);
     const DerivativeView d = derivative_view(const_cast<Derivative&>(tangent), 0, span, asked);
 
+    // Under a static camera only moving vertices sweep over anything.
+    std::vector<BoundaryTerm> terms;
+    if (span.any) terms = boundary_terms(scene, {prepared.edge_count(), sides.data(), threads_}, options);
+    int64_t all = options.interior ? plan.chunks : 0, done = 0;
+    for (const BoundaryTerm& term : terms) all += term.plan.chunks;
+    // Progress of a part of `size` chunks as that of the whole.
+    const auto part = [&](int64_t size) -> Progress {
+        const double low = static_cast<double>(done) / static_cast<double>(all);
+        const double share = static_cast<double>(size) / static_cast<double>(all);
+        done += size;
+        return [&progress, low, share](double fraction) {
+            if (progress) progress(low + share * fraction);
+        };
+    };
+
     if (options.interior) {
         std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
-        parallel_for(threads_, plan.chunks, progress, [&](int thread, int64_t chunk) {
+        parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 kernels_.interior_forward(scene, task, work[thread].view(), d, image);
             });
         });
     }
-    if (!span.any) return;  // under a static camera only moving vertices sweep over anything
-    for (const BoundaryTerm& term :
-         boundary_terms(scene, {prepared.edge_count(), sides.data(), threads_}, options)) {
+    for (const BoundaryTerm& term : terms) {
         const auto kernel = term.primary ? kernels_.primary_forward : kernels_.shadow_forward;
         // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
         std::vector<int32_t> pixel;
@@ -121,16 +134,15 @@ void Engine::forward(const RenderOptions& options, const Asked& asked, const Der
             const int64_t batch = std::min(kSplatBatch, term.plan.total - first);
             pixel.resize(static_cast<size_t>(batch));
             for (auto& v : value) v.resize(static_cast<size_t>(batch));
-            parallel_for(threads_, (batch + kBoundaryChunk - 1) / kBoundaryChunk, progress,
-                         [&](int, int64_t chunk) {
-                             const int64_t begin = chunk * kBoundaryChunk;
-                             const BoundaryTask task =
-                                 term.plan.task(first + begin, std::min(kBoundaryChunk, batch - begin));
-                             Splats splats{
-                                 pixel.data() + begin,
-                                 {value[0].data() + begin, value[1].data() + begin, value[2].data() + begin}};
-                             kernel(scene, task, d, splats);
-                         });
+            const int64_t chunks = (batch + kBoundaryChunk - 1) / kBoundaryChunk;
+            parallel_for(threads_, chunks, part(chunks), [&](int, int64_t chunk) {
+                const int64_t begin = chunk * kBoundaryChunk;
+                const BoundaryTask task =
+                    term.plan.task(first + begin, std::min(kBoundaryChunk, batch - begin));
+                Splats splats{pixel.data() + begin,
+                              {value[0].data() + begin, value[1].data() + begin, value[2].data() + begin}};
+                kernel(scene, task, d, splats);
+            });
             for (int64_t k = 0; k < batch; ++k) {
                 if (pixel[k] < 0) continue;
                 for (int c = 0; c < 3; ++c) image[3 * static_cast<int64_t>(pixel[k]) + c] += value[c][k];
@@ -160,8 +172,8 @@ Derivative Engine::backward(const RenderOptions& options, const Asked& asked, co
     // Groups take long: progress counts chunks, and cancelling is seen between them.
     const Progress report = [&](double) {
         try {
-            if (progress)
-                progress(static_cast<double>(done) / static_cast<double>(image_chunks + boundary_chunks));
+            const int64_t all = image_chunks + boundary_chunks;
+            if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
         } catch (...) {
             stop = true;
             throw;

@@ -1,17 +1,40 @@
 """One-shot functions: a picture, its derivative along a tangent, gradients of parameters.
 
-Each prepares the scene anew. To render one scene many times, keep a `Renderer`.
+The scene prepared last (BVH, edges) is kept and used again while the geometry stays the same to the bit;
+another geometry replaces it. To follow moving vertices by refitting, keep a `Renderer`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .renderer import TERMS, Progress, Renderer
 from .scene import Scene
+
+_last: dict[tuple[str, int], Renderer] = {}  # at most one, by engine and threads
+_lock = threading.Lock()
+
+
+@contextmanager
+def _prepared(scene: Scene, engine: str, threads: int) -> Iterator[Renderer]:
+    """A renderer of the scene: the last one where that fits."""
+    # Another thread, or a progress callback of the running call, may want one too: it gets its own.
+    if not _lock.acquire(blocking=False):
+        yield Renderer(scene, threads=threads, engine=engine)
+        return
+    try:
+        kept = _last.get((engine, threads))
+        if kept is None or not kept.adopt(scene):
+            _last.clear()  # the old one's memory is free before the new one's is taken
+            kept = _last[engine, threads] = Renderer(scene, threads=threads, engine=engine)
+        yield kept
+    finally:
+        _lock.release()
 
 
 def render(
@@ -54,9 +77,8 @@ def render(
     ValueError
         For a wrong scene or argument, naming it.
     """
-    return Renderer(scene, threads=threads, engine=engine).render(
-        spp=spp, max_depth=max_depth, seed=seed, progress=progress
-    )
+    with _prepared(scene, engine, threads) as renderer:
+        return renderer.render(spp=spp, max_depth=max_depth, seed=seed, progress=progress)
 
 
 def render_forward(
@@ -87,9 +109,10 @@ def render_forward(
     -------
     (height, width, 3) float32 derivative of the picture that `render` estimates.
     """
-    return Renderer(scene, threads=threads, engine=engine).render_forward(
-        tangent, spp=spp, max_depth=max_depth, seed=seed, terms=terms, progress=progress
-    )
+    with _prepared(scene, engine, threads) as renderer:
+        return renderer.render_forward(
+            tangent, spp=spp, max_depth=max_depth, seed=seed, terms=terms, progress=progress
+        )
 
 
 def render_backward(
@@ -121,6 +144,7 @@ def render_backward(
     -------
     Parameter path to a float64 array of the parameter's shape.
     """
-    return Renderer(scene, threads=threads, engine=engine).render_backward(
-        adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, terms=terms, progress=progress
-    )
+    with _prepared(scene, engine, threads) as renderer:
+        return renderer.render_backward(
+            adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, terms=terms, progress=progress
+        )

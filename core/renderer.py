@@ -125,6 +125,15 @@ class Renderer:
         self.edges = self._tables.edges()
         self._engine = engine_class(engine)(self._tables, self.edges, threads)
 
+    def adopt(self, scene: Scene) -> bool:
+        """Go on with another scene if its geometry is the same to the bit; False (and no change) if it isn't."""
+        tables = flat.flatten(scene)
+        if not tables.same_geometry(self._tables):
+            return False
+        self.scene, self._tables = scene, tables
+        self._engine.update(tables)
+        return True
+
     def update(self) -> None:
         """Take over changed values of the scene: moved meshes are refitted, the rest is copied."""
         tables = flat.flatten(self.scene, origin=self._tables.origin)

@@ -86,6 +86,13 @@ class Tables:
         """A `Derivative` of zeros."""
         return Derivative(**{f.name: np.zeros(getattr(self, f.name).shape) for f in fields(Derivative)})
 
+    def same_geometry(self, other: Tables) -> bool:
+        """Whether meshes, their vertices and their materials' slots are the same as in other tables."""
+        names = ("origin", "vertices", "faces", "face_material", "mesh_first_vertex", "mesh_first_face", "visible")
+        return self.mesh_names == other.mesh_names and all(
+            np.array_equal(getattr(self, name), getattr(other, name)) for name in names
+        )
+
     def edges(self) -> topology.Edges:
         """Edges of all meshes that rays can hit, area lights left out."""
         parts = []

@@ -13,16 +13,9 @@ namespace edgegrad::EDGEGRAD_ISA {
 // The pairs of one camera sample, by what they decide.
 enum Pair : uint32_t { kPairPixel = 1, kPairLight = 2, kPairEnvironment = 3, kPairStrategy = 4 };
 
-EG_INLINE uint32_t hash(uint32_t x) {  // lowbias32 (Wellons)
-    x ^= x >> 16;
-    x *= 0x21f0aaadu;
-    x ^= x >> 15;
-    x *= 0xd35a2d97u;
-    x ^= x >> 15;
-    return x;
-}
-
-EG_INLINE UInt hash(UInt x) {
+// lowbias32 (Wellons), of a number or of a packet.
+template <typename T>
+EG_INLINE T hash(T x) {
     x ^= x >> 16;
     x *= 0x21f0aaadu;
     x ^= x >> 15;

@@ -1,0 +1,83 @@
+"""The native engine against central differences of its own pictures, with common random numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad.renderer import Renderer
+from tests import shapes
+from tests.block_statistics import ALARM, compare
+from tests.small_scenes import MOTIONS, Floats, Moving, camera, central_difference, matte, need, rectangle, translated
+
+FLOOR = {"center": (0, 0, 0), "half_u": (0, 0, 3), "half_v": (3, 0, 0), "material": "floor"}
+ABOVE = camera((0, 3.2, 2.4), (0, 0, 0.1), 32)
+MATERIALS = {"floor": matte(), "clay": matte(0.7, 0.3, 0.2)}
+
+
+def ball(center: Floats, radius: float) -> edgegrad.Mesh:
+    vertices, faces = shapes.ball(2, radius)
+    return edgegrad.Mesh(vertices + center, faces, ("clay",))
+
+
+def ball_under(light: edgegrad.PointLight | edgegrad.SunLight) -> edgegrad.Scene:
+    """A faceted ball that casts a hard shadow on a floor."""
+    meshes = {"floor": rectangle(**FLOOR), "ball": ball(np.array([0.2, 0.9, 0.0]), 0.4)}  # type: ignore[arg-type]
+    return edgegrad.Scene(ABOVE, meshes, MATERIALS, {"light": light})
+
+
+def entering_ball() -> edgegrad.Scene:
+    """A ball half outside of the picture."""
+    lights = {"light": edgegrad.PointLight(np.array([0.9, 2.6, 2.3]), 100.0)}
+    meshes = {"ball": ball(np.array([1.4, 0.2, 0.0]), 0.6)}
+    return edgegrad.Scene(camera(size=32), meshes, MATERIALS, lights, edgegrad.World(np.full(3, 0.5)))
+
+
+def strip(theta: float) -> tuple[edgegrad.Scene, dict[str, Floats]]:
+    """A strip from before the scene to behind the camera, one of whose far vertices moves."""
+    vertices = np.array([[-0.3, -0.5, 5.0], [0.3, -0.5, 5.0], [0.4, -0.2, -2.0], [-0.4, -0.2, -2.0]])
+    motion = np.zeros((4, 3))
+    motion[2] = [0.3, 1.0, 0.5]
+    mesh = edgegrad.Mesh(vertices + theta * motion, np.array([[0, 1, 2], [0, 2, 3]]), ("clay",))
+    scene = edgegrad.Scene(camera(size=32), {"strip": mesh}, MATERIALS, world=edgegrad.World(np.ones(3)))
+    return scene, {"meshes.strip.vertices": motion}
+
+
+CASES: dict[str, Moving] = MOTIONS | {
+    "hard shadow of a point light": translated(
+        lambda: ball_under(edgegrad.PointLight(np.array([0.9, 2.6, -0.3]), 100.0)), "ball", (1.0, 0.0, 0.0)
+    ),
+    "hard shadow of the sun": translated(
+        lambda: ball_under(edgegrad.SunLight(np.array([0.3, -1.0, 0.2]), 3.0)), "ball", (1.0, 0.2, 0.0)
+    ),
+    "shape entering the frame": translated(entering_ball, "ball", (1.0, 0.2, 0.0)),
+    "strip through the near plane": strip,
+}
+EPS = 0.01
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_motion_agrees_with_central_differences(name: str) -> None:
+    need("native")
+    make = CASES[name]
+    difference, stderr = central_difference(make, EPS, 1024, 24, "native")
+    # The difference is the derivative's mean over [-EPS/2, EPS/2].
+    samples = []
+    for k in range(24):
+        scene, tangent = make(EPS * ((k % 8 + 0.5) / 8 - 0.5))
+        samples.append(Renderer(scene, engine="native").render_forward(tangent, spp=128, seed=k))
+    outcome = compare(np.stack(samples), difference, stderr)
+    print(outcome)
+    assert outcome.p_value > ALARM, str(outcome)
+    assert outcome.noise < 0.1
+
+
+def test_a_missing_term_is_noticed() -> None:
+    need("native")
+    make = CASES["hard shadow of a point light"]
+    difference, stderr = central_difference(make, EPS, 1024, 24, "native")
+    scene, tangent = make(0.0)
+    renderer = Renderer(scene, engine="native")
+    samples = [renderer.render_forward(tangent, spp=128, seed=k, terms=("interior", "primary")) for k in range(24)]
+    assert compare(np.stack(samples), difference, stderr).p_value < ALARM

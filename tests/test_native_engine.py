@@ -276,6 +276,39 @@ def test_a_convex_body_cut_by_the_near_plane_is_dark_inside() -> None:
     assert (image == 0.0).all(axis=2).any()
 
 
+def notched(*, beside: bool) -> edgegrad.Scene:
+    """A body with an L-shaped section whose one concave edge is lined by a face without area."""
+    outline = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], float) - 0.7
+    vertices = np.concatenate([np.c_[outline, np.zeros(6)], np.c_[outline, np.ones(6)], [[0.3, 0.3, 0.5]]])
+    caps = [[0, 1, 3], [1, 2, 3], [0, 3, 5], [3, 4, 5]]
+    faces = [[c, b, a] for a, b, c in caps] + [[a + 6, b + 6, c + 6] for a, b, c in caps]
+    for k in range(6):
+        n = (k + 1) % 6
+        faces += [[k, n, n + 6], [k, n + 6, k + 6]]
+    # The wall from corner 3 to corner 4 meets the concave edge 3-9 in two faces, at vertex 12 on it.
+    faces.remove([3, 10, 9])
+    faces += [[3, 10, 12], [12, 10, 9], [3, 12, 9]]
+    meshes = {"body": edgegrad.Mesh(vertices, np.array(faces), ("grey",))}
+    if beside:
+        speck = np.array([[0, 0, 9], [0.01, 0, 9], [0, 0, 9.01]], float)
+        meshes["speck"] = edgegrad.Mesh(speck, np.array([[0, 1, 2]]), ("grey",))
+    turn = np.array([[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]]) @ np.array([[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]])
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn, turn @ [0, 0, 5.0]
+    return edgegrad.Scene(
+        edgegrad.Camera(pose, 0.6, 48, 48), meshes, {"grey": edgegrad.Material(np.full(3, 0.5))},
+        world=edgegrad.World(np.ones(3)),
+    )
+
+
+def test_a_concave_edge_lined_by_a_sliver_is_not_convex() -> None:
+    tables = edgegrad.tables.flatten(notched(beside=False))
+    assert (np.diff(tables.edges().face_first.astype(int)) == 2).all()  # closed
+    images = [edgegrad.render(notched(beside=beside), spp=64, engine="native") for beside in (False, True)]
+    assert alike(*images)
+    assert images[0].min() < 0.45  # the notch shades itself
+
+
 # ---------------------------------------------------------------- loading
 def test_a_missing_wheel_falls_back_with_one_warning(monkeypatch: pytest.MonkeyPatch) -> None:
     def missing() -> None:

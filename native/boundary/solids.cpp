@@ -106,6 +106,20 @@ bool convex_alone(const SceneTables& t, const std::vector<int8_t>& sides, bool i
     };
     // Flat quads are concave by a rounding.
     constexpr double kSlack = 1e-6;
+    // A face without area has no normal: it could line a concave edge and hide it.
+    constexpr double kSliver = 1e-6;
+    for (size_t face = 0; face < static_cast<size_t>(t.mesh_first_face[1]); ++face) {
+        double p[3][3];
+        for (int k = 0; k < 3; ++k) vertex(static_cast<uint32_t>(t.faces[3 * face + k]), p[k]);
+        double a[3], b[3], c[3];
+        for (int k = 0; k < 3; ++k)
+            a[k] = p[1][k] - p[0][k], b[k] = p[2][k] - p[0][k], c[k] = p[2][k] - p[1][k];
+        const double area =
+            std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+        const double longest = std::max(
+            {std::hypot(a[0], a[1], a[2]), std::hypot(b[0], b[1], b[2]), std::hypot(c[0], c[1], c[2])});
+        if (!(area > kSliver * longest * longest)) return false;
+    }
     for (size_t edge = 0; edge + 1 < t.edge_face_first.size(); ++edge) {
         const uint32_t first = t.edge_face_first[edge];
         const int32_t* f = &t.faces[3 * static_cast<size_t>(t.edge_faces[first])];

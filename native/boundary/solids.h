@@ -18,8 +18,8 @@ std::vector<int8_t> solid_sides(const SceneTables& tables, const std::vector<uin
 bool connected(const SceneTables& tables);
 
 // Whether the scene is one convex body seen from outside, given `closed` and `connected`: a closed,
-// connected surface all of whose edges are convex bounds a convex body. Nothing hides its light from
-// it, and no shadow falls on it.
+// connected surface of faces with an area, all of whose edges are convex, bounds a convex body. Nothing hides
+// its light from it, and no shadow falls on it.
 bool convex_alone(const SceneTables& tables, const std::vector<int8_t>& sides, bool is_connected);
 
 }  // namespace edgegrad

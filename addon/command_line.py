@@ -216,16 +216,8 @@ def _gradient(arguments: argparse.Namespace) -> None:
 
 
 def _shown(bar: ProgressBar, note: Callable[[], str] = str) -> Callable[[float], None]:
-    """Progress for the bar, which only grows: several terms may each tell that they came to their end."""
-    furthest = 0.0
-
-    def show(fraction: float) -> None:
-        nonlocal furthest
-        if fraction > furthest:
-            furthest = fraction
-            bar.update(fraction, note())
-
-    return show
+    """Progress for the bar."""
+    return lambda fraction: bar.update(fraction, note())
 
 
 def _camera(name: str | None) -> Any:

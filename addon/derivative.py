@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad import parameters as values
+from edgegrad.unknowns import vertex_normals
 
 from .export import export_scene
 from .export.scene import Export
@@ -38,13 +40,13 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
     scene = export.scene
     tangent = {}
     for path in names.paths(export):
-        collection, _, rest = path.partition(".")
-        name, _, fieldname = rest.rpartition(".")
+        value = values.get(scene, path)
+        _, name, fieldname = values.split(path)
         if fieldname == "vertices":
             mesh = scene.meshes[name]
             tangent[path] = _normals(mesh) if direction == "NORMAL" else _along(direction, len(mesh.vertices))
         else:
-            tangent[path] = np.ones(np.shape(getattr(getattr(scene, collection)[name], fieldname)))
+            tangent[path] = np.ones(np.shape(value))
     return edgegrad.render_forward(scene, tangent, spp=samples, seed=seed, progress=progress), export
 
 
@@ -56,10 +58,4 @@ def _along(direction: str, count: int) -> NDArray[np.float64]:
 
 def _normals(mesh: edgegrad.Mesh) -> NDArray[np.float64]:
     """(n, 3) unit normals, faces weighted by area; zero for vertices without faces."""
-    corners = mesh.vertices[mesh.faces]
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    out = np.zeros_like(mesh.vertices)
-    for k in range(3):
-        np.add.at(out, mesh.faces[:, k], cross)
-    length = np.linalg.norm(out, axis=1)[:, None]
-    return np.divide(out, length, out=np.zeros_like(out), where=length > 0.0)
+    return vertex_normals(mesh.vertices, mesh.faces, np.arange(len(mesh.vertices)))

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 import edgegrad
+from edgegrad import parameters as values
 
 from . import write_back
 from .export import Export
@@ -80,8 +81,7 @@ class Names:
 
 def write(export: Export, path: str, before: Any, after: Any, in_place: bool) -> None:
     """Write the value `after` of a parameter, which was `before` at the export, into Blender's data."""
-    collection, _, rest = path.partition(".")
-    name, _, fieldname = rest.rpartition(".")
+    collection, name, fieldname = values.split(path)
     if collection == "meshes":
         source = export.meshes[name]
         write_back.write_vertices(bpy.data.objects[source.object], source.matrix, np.asarray(before),

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import images
+from edgegrad import parameters as values
 
 from . import parameters
 from .export import Export, export_camera, export_scene
@@ -100,7 +101,7 @@ class Session:
                 _check_size(picture.mask, mask, view, camera.name)
             targets.append(edgegrad.Target(image, camera=view, mask=mask))
         export.scene.validate()
-        before = {path: _value(export.scene, path) for path in wrt}
+        before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
         return cls(request, export, targets, wrt, before)
 
     def run(
@@ -162,9 +163,3 @@ def _check_size(path: str, image: NDArray[Any], view: edgegrad.Camera, camera: s
     if (width, height) != (view.width, view.height):
         raise Problem(f"image '{path}': is {width} x {height} pixels, but camera '{camera}' renders "
                       f"{view.width} x {view.height}; make the scene's resolution equal to the picture's")  # fmt: skip
-
-
-def _value(scene: edgegrad.Scene, path: str) -> Any:
-    collection, _, rest = path.partition(".")
-    name, _, fieldname = rest.rpartition(".")
-    return np.array(getattr(getattr(scene, collection)[name], fieldname), np.float64)

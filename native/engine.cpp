@@ -79,8 +79,9 @@ void Engine::update(SceneTables next) {
 }
 
 void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
-    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
-    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex_alone(tables_, sides, connected_));
+    // Only a body that is alone may be convex; what else the sides tell concerns derivatives.
+    const bool convex = connected_ && convex_alone(tables_, solid_sides(tables_, closed_), connected_);
+    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex);
     const SceneView& scene = prepared.view();
     const ImagePlan plan(scene.camera, options);
     std::fill_n(image, plan.pixels * 3, 0.0f);

@@ -123,8 +123,8 @@ EG_INLINE void interior_sample(Mode& mode, const SceneView& scene, const ImageTa
                                const DerivativeView& d, const QueuedHit& q) {
     const SurfacePoint& x = q.point;
     if (d.want_colors) {
-        const Mask emits = x.active & ((x.side > 0.0f) | (gather(scene.emission_two_sided, x.material) != 0));
-        mode.row(emits, d.emission, x.material, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)});
+        mode.row(on_emitting_side(scene, x), d.emission, x.material,
+                 Vec3{splat(1.0f), splat(1.0f), splat(1.0f)});
     }
     if (task.max_depth < 2) return;
     const Vec3 albedo = gather3(scene.albedo, x.material);

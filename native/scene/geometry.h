@@ -31,6 +31,12 @@ EG_INLINE Vec3 interpolate(const Triangle& t, Float b1, Float b2) {
     return t.p0 + (t.p1 - t.p0) * b1 + (t.p2 - t.p0) * b2;
 }
 
+// Distance that rays keep from a triangle at their ends: interpolated positions are off by a few
+// roundings of its largest coordinate.
+EG_INLINE Float ray_offset(const Triangle& t) {
+    return 2e-6f * max(max(largest_component(t.p0), largest_component(t.p1)), largest_component(t.p2));
+}
+
 // Faces that a ray passes through, where `edge` is not negative: those of the edge, and one more.
 struct Ignored {
     Int edge;
@@ -70,9 +76,7 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
     s.active = active & (s.length_m > 0.0f);
     s.side = select(dot(m, view) < 0.0f, splat(1.0f), -1.0f);
     s.normal = m * (s.side / select(s.length_m > 0.0f, s.length_m, 1.0f));
-    // Interpolated positions are off by a few roundings of the triangle's largest coordinate.
-    s.offset = 2e-6f * max(max(largest_component(s.triangle.p0), largest_component(s.triangle.p1)),
-                           largest_component(s.triangle.p2));
+    s.offset = ray_offset(s.triangle);
     s.ignored = ignore_nothing();
     s.along = zero3();
     s.material = gather(scene.face_material, s.face);

@@ -22,11 +22,15 @@ EG_INLINE LightRandom light_random(const SceneView& scene, UInt stream, UInt ind
     return r;
 }
 
+// Whether the viewer is on a side of the face that emits.
+EG_INLINE Mask on_emitting_side(const SceneView& scene, const SurfacePoint& x) {
+    return x.active & ((x.side > 0.0f) | (gather(scene.emission_two_sided, x.material) != 0));
+}
+
 // Emission of the face on the viewer's side.
 EG_INLINE Vec3 emitted(const SceneView& scene, const SurfacePoint& x) {
     if (!scene.any_emission) return zero3();
-    const Mask emits = x.active & ((x.side > 0.0f) | (gather(scene.emission_two_sided, x.material) != 0));
-    return select(emits, gather3(scene.emission, x.material), zero3());
+    return select(on_emitting_side(scene, x), gather3(scene.emission, x.material), zero3());
 }
 
 EG_INLINE Vec3 cosine_direction(Vec3 n, Float u, Float v) {

@@ -125,10 +125,7 @@ EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, const 
     const Mask is_triangle = s.kind == kEmissiveTriangle;
     if (any(is_triangle)) {
         const Float length = sqrt(dot(s.m, s.m));
-        const Float offset =
-            2e-6f * max(max(largest_component(s.triangle.p0), largest_component(s.triangle.p1)),
-                        largest_component(s.triangle.p2));
-        end = select(is_triangle, end + s.m * (offset / max(length, 1e-30f)), end);
+        end = select(is_triangle, end + s.m * (ray_offset(s.triangle) / max(length, 1e-30f)), end);
     }
     const Vec3 direction = select(is_sun, s.w, end - start);
     return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f),

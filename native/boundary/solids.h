@@ -9,9 +9,9 @@ namespace edgegrad {
 std::vector<uint8_t> closed_meshes(const SceneTables& tables);
 
 // By mesh, the side its faces look to: +1 outwards, -1 inwards (signed volume); 0 if it is not closed,
-// or its bounds reach around the camera or to its near plane. Only a hint for the distribution of samples:
-// where it is wrong (a mesh that crosses itself turns parts of itself inside out) there is more noise, no
-// error.
+// or its bounds reach around the camera or to its near plane. Exact for a convex body; else a hint for the
+// distribution of samples: where a mesh crosses itself and so turns parts of itself inside out, it costs
+// noise, not truth.
 std::vector<int8_t> solid_sides(const SceneTables& tables, const std::vector<uint8_t>& closed);
 
 // Whether the faces of all visible meshes hang together through edges.

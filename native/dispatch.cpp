@@ -4,20 +4,39 @@
 
 namespace edgegrad {
 
-#ifdef EDGEGRAD_X86
-#define EDGEGRAD_ISAS(X)                                                                      \
+// The instruction sets that were built (EDGEGRAD_KERNELS in CMakeLists.txt), the fastest first.
+#ifdef EDGEGRAD_HAS_avx512
+#define EDGEGRAD_AVX512(X)                                                                    \
     X(avx512, __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&      \
                   __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") && \
-                  __builtin_cpu_supports("avx512cd"))                                         \
-    X(avx2, __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&                \
-                __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2"))              \
-    X(sse42, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))            \
-    X(scalar, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))
+                  __builtin_cpu_supports("avx512cd"))
 #else
-#define EDGEGRAD_ISAS(X) \
-    X(simd4, true)       \
-    X(scalar, true)
+#define EDGEGRAD_AVX512(X)
 #endif
+#ifdef EDGEGRAD_HAS_avx2
+#define EDGEGRAD_AVX2(X)                                                       \
+    X(avx2, __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && \
+                __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2"))
+#else
+#define EDGEGRAD_AVX2(X)
+#endif
+#ifdef EDGEGRAD_HAS_sse42
+#define EDGEGRAD_SSE42(X) X(sse42, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))
+#else
+#define EDGEGRAD_SSE42(X)
+#endif
+#ifdef EDGEGRAD_HAS_simd4
+#define EDGEGRAD_SIMD4(X) X(simd4, true)
+#else
+#define EDGEGRAD_SIMD4(X)
+#endif
+#ifdef EDGEGRAD_HAS_scalar
+#define EDGEGRAD_SCALAR(X) X(scalar, true)
+#else
+#define EDGEGRAD_SCALAR(X)
+#endif
+#define EDGEGRAD_ISAS(X) \
+    EDGEGRAD_AVX512(X) EDGEGRAD_AVX2(X) EDGEGRAD_SSE42(X) EDGEGRAD_SIMD4(X) EDGEGRAD_SCALAR(X)
 
 #define EDGEGRAD_DECLARE(isa, supported)   \
     namespace isa {                        \

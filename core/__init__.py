@@ -2,8 +2,9 @@
 
 from .camera import Camera
 from .fit import FitResult, FitStep, fit
-from .light import AreaLight, PointLight, SunLight
-from .material import Material
+from .image import Image
+from .light import AreaLight, PointLight, SpotLight, SunLight
+from .material import Material, Mixture
 from .mesh import Mesh
 from .plan import Plan, plan
 from .render import render, render_backward, render_forward
@@ -18,12 +19,15 @@ __all__ = [
     "Cancelled",
     "FitResult",
     "FitStep",
+    "Image",
     "Material",
     "Mesh",
+    "Mixture",
     "Plan",
     "PointLight",
     "Renderer",
     "Scene",
+    "SpotLight",
     "SunLight",
     "Target",
     "World",

@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+# Kinds of rays that an object can be hidden from (Blender's ray visibility).
+RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
+
 
 def array(
     where: str,
@@ -73,3 +76,18 @@ def whole(where: str, name: str, value: Any, least: int, most: int) -> int:
     if not least <= value <= most:
         raise ValueError(f"{where}: {name} must be between {least} and {most}, not {value}")
     return int(value)
+
+
+def choice(where: str, name: str, value: Any, among: tuple[str, ...]) -> str:
+    """`value` as one of some words."""
+    if value not in among:
+        raise ValueError(f"{where}: {name} must be one of {', '.join(among)}, not {value!r}")
+    return str(value)
+
+
+def rays(where: str, name: str, value: Any) -> frozenset[str]:
+    """`value` as a set of kinds of rays (`RAYS`)."""
+    wrong = [value] if isinstance(value, str) else [ray for ray in value if ray not in RAYS]
+    if wrong:
+        raise ValueError(f"{where}: {name} must be a set of {', '.join(RAYS)}, not {value!r}")
+    return frozenset(value)

@@ -3,22 +3,76 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import array, number
+from ._check import array, choice, number, rays
 
 SHAPES = ("RECTANGLE", "ELLIPSE")
+# Blender's default: lights are seen in reflections, but not by the camera.
+_SEEN = frozenset(("diffuse", "glossy", "transmission", "shadow"))
 
 
 def _white() -> NDArray[np.float64]:
     return np.ones(3)
 
 
+@dataclass(kw_only=True)
+class _Light:
+    """What all lights have.
+
+    Attributes
+    ----------
+    color
+        (3,) linear Rec.709, >= 0.
+    visible_to
+        Kinds of rays that see the light, where it has a size: a subset of "camera", "diffuse", "glossy",
+        "transmission". Surfaces are lit by it only through the kinds named.
+    casts_shadow
+        False: it lights everything that faces it.
+    receivers, blockers
+        Names of the meshes that it lights, and of those that cast its shadow (light and shadow linking);
+        None: all.
+    """
+
+    color: NDArray[np.float64] = field(default_factory=_white)
+    visible_to: frozenset[str] = _SEEN
+    casts_shadow: bool = True
+    receivers: tuple[str, ...] | None = None
+    blockers: tuple[str, ...] | None = None
+
+    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ()
+
+    def validate(self, name: str) -> None:
+        """Raise ``ValueError`` with one sentence that names the light and the wrong field."""
+        where = f"light '{name}'"
+        self.color = array(where, "color", self.color, (3,), np.float64, least=0.0)
+        self.visible_to = rays(where, "visible_to", self.visible_to)
+        for key in self._ABOVE_OR_ZERO:
+            setattr(self, key, number(where, key, getattr(self, key), least=0.0))
+        for key in ("receivers", "blockers"):
+            value = getattr(self, key)
+            if isinstance(value, str):
+                raise ValueError(f"{where}: {key} must be a list of names of meshes, not {value!r}")
+            setattr(self, key, None if value is None else tuple(value))
+        self._validate(where)
+
+    def _validate(self, where: str) -> None:
+        raise NotImplementedError
+
+
+def _direction(where: str, value: NDArray[np.float64]) -> NDArray[np.float64]:
+    out = array(where, "direction", value, (3,), np.float64)
+    if not np.linalg.norm(out) > 0.0:
+        raise ValueError(f"{where}: direction must not be zero")
+    return out
+
+
 @dataclass
-class PointLight:
-    """A light without size; its radiant intensity is power * color / (4 pi) (W/sr).
+class PointLight(_Light):
+    """A light of radiant intensity power * color / (4 pi) (W/sr).
 
     Attributes
     ----------
@@ -26,25 +80,61 @@ class PointLight:
         (3,) metres.
     power
         Watts, >= 0.
-    color
-        (3,) linear Rec.709, >= 0.
+    radius
+        Metres, >= 0; 0: without size, its shadows are hard.
+    sphere
+        With a radius: True is a sphere; False is a disk that always faces the point it lights (Blender's
+        soft falloff), which gives no glare where a surface cuts into it.
     """
 
     position: NDArray[np.float64]
     power: float = 10.0
-    color: NDArray[np.float64] = field(default_factory=_white)
+    radius: float = 0.0
+    sphere: bool = False
 
-    def validate(self, name: str) -> None:
-        """Raise ``ValueError`` with one sentence that names the light and the wrong field."""
-        where = f"light '{name}'"
+    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power", "radius")
+
+    def _validate(self, where: str) -> None:
         self.position = array(where, "position", self.position, (3,), np.float64)
-        self.power = number(where, "power", self.power, least=0.0)
-        self.color = array(where, "color", self.color, (3,), np.float64, least=0.0)
 
 
 @dataclass
-class SunLight:
-    """A light at infinity without size.
+class SpotLight(_Light):
+    """A point light that shines within a cone only.
+
+    Attributes
+    ----------
+    position, power, radius, sphere
+        As for a point light, of which this shows a part: the power is that of the whole.
+    direction
+        (3,) the cone's axis, in which the light travels; any length but zero.
+    angle
+        Full opening angle of the cone, radians, in (0, pi].
+    blend
+        Share of the cone over which its edge is soft, in [0, 1] (Blender's: the factor is
+        smoothstep(((n.w)/|..| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))).
+    """
+
+    position: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    power: float = 10.0
+    angle: float = 0.785398
+    blend: float = 0.15
+    radius: float = 0.0
+    sphere: bool = False
+
+    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power", "radius", "angle", "blend")
+
+    def _validate(self, where: str) -> None:
+        self.position = array(where, "position", self.position, (3,), np.float64)
+        self.direction = _direction(where, self.direction)
+        self.angle = number(where, "angle", self.angle, above=0.0, below=np.pi + 1e-6)
+        self.blend = number(where, "blend", self.blend, least=0.0, below=1.0 + 1e-6)
+
+
+@dataclass
+class SunLight(_Light):
+    """A light at infinity.
 
     Attributes
     ----------
@@ -52,29 +142,26 @@ class SunLight:
         (3,) direction in which its light travels; any length but zero.
     strength
         Irradiance on a surface that faces it, W/m², >= 0.
-    color
-        (3,) linear Rec.709, >= 0.
+    angle
+        Diameter of its disk as seen from the scene, radians, in [0, pi]; 0: its shadows are hard.
     """
 
     direction: NDArray[np.float64]
     strength: float = 1.0
-    color: NDArray[np.float64] = field(default_factory=_white)
+    angle: float = 0.0
 
-    def validate(self, name: str) -> None:
-        """Raise ``ValueError`` with one sentence that names the light and the wrong field."""
-        where = f"light '{name}'"
-        self.direction = array(where, "direction", self.direction, (3,), np.float64)
-        if not np.linalg.norm(self.direction) > 0.0:
-            raise ValueError(f"{where}: direction must not be zero")
-        self.strength = number(where, "strength", self.strength, least=0.0)
-        self.color = array(where, "color", self.color, (3,), np.float64, least=0.0)
+    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("strength", "angle")
+
+    def _validate(self, where: str) -> None:
+        self.direction = _direction(where, self.direction)
+        self.angle = number(where, "angle", self.angle, least=0.0, below=np.pi + 1e-6)
 
 
 @dataclass
-class AreaLight:
+class AreaLight(_Light):
     """A flat emitter that shines along its own -Z; its radiance is power * color / (pi * area).
 
-    Light passes through it: it neither casts shadows nor is it seen by the camera.
+    Light passes through it: it casts no shadow.
 
     Attributes
     ----------
@@ -86,27 +173,25 @@ class AreaLight:
         ``"RECTANGLE"`` or ``"ELLIPSE"`` (a disk is an ellipse of equal extents).
     power
         Watts, >= 0.
-    color
-        (3,) linear Rec.709, >= 0.
+    spread
+        Angle of the grid in front of it, radians, in (0, pi]; pi: none, the light is Lambertian.
     """
 
     to_world: NDArray[np.float64]
     size: NDArray[np.float64] = field(default_factory=lambda: np.ones(2))
     shape: str = "RECTANGLE"
     power: float = 10.0
-    color: NDArray[np.float64] = field(default_factory=_white)
+    spread: float = float(np.pi)
 
-    def validate(self, name: str) -> None:
-        """Raise ``ValueError`` with one sentence that names the light and the wrong field."""
-        where = f"light '{name}'"
+    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power",)
+
+    def _validate(self, where: str) -> None:
         self.to_world = array(where, "to_world", self.to_world, (4, 4), np.float64)
         self.size = array(where, "size", self.size, (2,), np.float64, least=0.0)
         if self.size.min() <= 0.0:
             raise ValueError(f"{where}: size must be above 0 along both axes")
-        if self.shape not in SHAPES:
-            raise ValueError(f"{where}: shape must be one of {', '.join(SHAPES)}, not {self.shape!r}")
-        self.power = number(where, "power", self.power, least=0.0)
-        self.color = array(where, "color", self.color, (3,), np.float64, least=0.0)
+        choice(where, "shape", self.shape, SHAPES)
+        self.spread = number(where, "spread", self.spread, above=0.0, below=np.pi + 1e-6)
 
 
-Light = PointLight | SunLight | AreaLight
+Light = PointLight | SpotLight | SunLight | AreaLight

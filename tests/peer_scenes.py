@@ -166,11 +166,11 @@ def _scene(data: dict[str, Any]) -> edgegrad.Scene:
         if kind == "point":
             # intensity = power color/(4 pi)
             lights[f"light{j}"] = edgegrad.PointLight(
-                np.asarray(light["position"], np.float64), 4.0 * np.pi, _colour(light["intensity"])
+                np.asarray(light["position"], np.float64), 4.0 * np.pi, color=_colour(light["intensity"])
             )
         elif kind == "directional":
             lights[f"light{j}"] = edgegrad.SunLight(
-                np.asarray(light["direction"], np.float64), 1.0, _colour(light["irradiance"])
+                np.asarray(light["direction"], np.float64), 1.0, color=_colour(light["irradiance"])
             )
         elif kind == "constant":
             world = world + _colour(light["radiance"])

@@ -139,10 +139,10 @@ def floating_box() -> edgegrad.Scene:
         {"floor": matte(), "clay": matte(0.7, 0.3, 0.2), "lamp": glowing(9.0)},
         {
             "area": edgegrad.AreaLight(
-                lamp_to_world, np.array([0.5, 0.4]), "RECTANGLE", 12.0, np.array([1.0, 0.8, 0.6])
+                lamp_to_world, np.array([0.5, 0.4]), "RECTANGLE", 12.0, color=np.array([1.0, 0.8, 0.6])
             ),
             "point": edgegrad.PointLight(np.array([0.9, 2.6, -0.3]), 60.0),
-            "sun": edgegrad.SunLight(np.array([-0.3, -1.0, 0.2]), 2.0, np.array([0.9, 1.0, 0.8])),
+            "sun": edgegrad.SunLight(np.array([-0.3, -1.0, 0.2]), 2.0, color=np.array([0.9, 1.0, 0.8])),
         },
         edgegrad.World(np.array([0.2, 0.3, 0.4]), 0.5),
     )

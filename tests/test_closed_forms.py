@@ -65,7 +65,7 @@ def mean_of(renderer: Renderer, spp: int, seeds: int = 8) -> tuple[Floats, Float
 
 def test_point_light(engine: str) -> None:
     position = np.array([1.0, 1.5, -0.2])
-    light = edgegrad.PointLight(position, 50.0, np.array([1.0, 0.5, 0.2]))
+    light = edgegrad.PointLight(position, 50.0, color=np.array([1.0, 0.5, 0.2]))
     to = position - SEEN
     r = np.linalg.norm(to)
     expected = ALBEDO / np.pi * 50.0 * light.color / (4.0 * np.pi) * to[1] / r**3
@@ -74,7 +74,7 @@ def test_point_light(engine: str) -> None:
 
 
 def test_sun(engine: str) -> None:
-    light = edgegrad.SunLight(np.array([1.0, -2.0, 0.5]), 3.0, np.array([1.0, 0.5, 0.2]))
+    light = edgegrad.SunLight(np.array([1.0, -2.0, 0.5]), 3.0, color=np.array([1.0, 0.5, 0.2]))
     expected = ALBEDO / np.pi * 3.0 * light.color * 2.0 / np.sqrt(5.25)
     assert Renderer(lit_floor({"s": light}), engine=engine).render(spp=4)[0, 0] == pytest.approx(expected, rel=1e-5)
 

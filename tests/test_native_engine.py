@@ -48,7 +48,7 @@ def boxes(res: int = 48, *, world: float = 0.2, shift: float = 0.0) -> edgegrad.
         },
         {
             "key": edgegrad.AreaLight(light, np.array([0.8, 0.5]), "ELLIPSE", 60.0),
-            "lamp": edgegrad.PointLight(np.array([-1.5, -1.0, 2.5]) + offset, 20.0, np.array([1.0, 0.8, 0.6])),
+            "lamp": edgegrad.PointLight(np.array([-1.5, -1.0, 2.5]) + offset, 20.0, color=np.array([1.0, 0.8, 0.6])),
             "sun": edgegrad.SunLight(np.array([0.3, 0.2, -1.0]), 0.4),
         },
         edgegrad.World(np.full(3, world)),

@@ -49,9 +49,9 @@ def export_light(light_object: Any, matrix: NDArray[np.float64], report: Report)
         return None
     position = matrix[:3, 3].copy()
     if light.type == "POINT":
-        return edgegrad.PointLight(position, power, color)
+        return edgegrad.PointLight(position, power, color=color)
     if light.type == "SUN":
-        return edgegrad.SunLight(-matrix[:3, 2] / np.linalg.norm(matrix[:3, 2]), power, color)
+        return edgegrad.SunLight(-matrix[:3, 2] / np.linalg.norm(matrix[:3, 2]), power, color=color)
     return _area_light(light, matrix, where, power, color, report)
 
 
@@ -70,7 +70,7 @@ def _area_light(light: Any, matrix: NDArray[np.float64], where: str, power: floa
     shape = "RECTANGLE" if light.shape in ("SQUARE", "RECTANGLE") else "ELLIPSE"
     if not getattr(light, "normalize", True):  # then energy is per square metre
         power *= float(size.prod()) * (1.0 if shape == "RECTANGLE" else np.pi / 4.0)
-    return edgegrad.AreaLight(to_world, size, shape, power, color)
+    return edgegrad.AreaLight(to_world, size, shape, power, color=color)
 
 
 def _warn_about_settings(light_object: Any, where: str, report: Report) -> None:

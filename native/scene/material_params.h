@@ -1,0 +1,62 @@
+// One shader's values as a row of floats: the places of its fields (core/material_table.py has the same).
+#pragma once
+
+#include <cstdint>
+
+namespace edgegrad {
+
+// Kinds of shaders, in the order of core/material.py's KINDS.
+enum ShaderKind : int32_t {
+    kPrincipled,
+    kDiffuse,
+    kGlossy,
+    kGlass,
+    kRefraction,
+    kTransparent,
+    kTranslucent,
+    kSheen,
+    kDisney
+};
+
+enum MaterialParam : int32_t {
+    kBaseColor = 0,
+    kEmission = 3,
+    kMetallic = 6,
+    kRoughness = 7,
+    kDiffuseRoughness = 8,
+    kSpecularIorLevel = 9,
+    kSpecularTint = 10,
+    kIor = 13,
+    kAnisotropy = 14,
+    kAnisotropyRotation = 15,
+    kTransmission = 16,
+    kCoatWeight = 17,
+    kCoatRoughness = 18,
+    kCoatIor = 19,
+    kCoatTint = 20,
+    kSheenWeight = 23,
+    kSheenRoughness = 24,
+    kSheenTint = 25,
+    kAlpha = 28,
+    kSubsurfaceWeight = 29,
+    kNormalMap = 30,
+    kNormalStrength = 33,
+    kWeight = 34,  // of the shader in its mixture
+    kMaterialParams = 36
+};
+
+// What may occur in a shader, so that the rest is skipped: `leaf_flags`.
+enum LeafFlag : int32_t {
+    kHasDiffuse = 1 << 0,       // any diffuse or translucent lobe
+    kHasGlossy = 1 << 1,        // any microfacet reflection or refraction, coat, sheen
+    kHasTransparency = 1 << 2,  // alpha below 1, or Transparent
+    kHasEmission = 1 << 3,
+    kHasNormalMap = 1 << 4,
+    kMultiscatter = 1 << 5,
+    kEmissionTwoSided = 1 << 6,
+    kHasRefraction = 1 << 7,
+    kLambertian = 1 << 8,  // nothing but a constant or textured diffuse colour and emission
+    kAnisotropic = 1 << 9
+};
+
+}  // namespace edgegrad

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ._check import array, choice, number, rays
 
 SHAPES = ("RECTANGLE", "ELLIPSE")
+FALLOFFS = ("SMOOTH", "LINEAR")
 # Blender's default: lights are seen in reflections, but not by the camera.
 _SEEN = frozenset(("diffuse", "glossy", "transmission", "shadow"))
 
@@ -113,6 +114,9 @@ class SpotLight(_Light):
     blend
         Share of the cone over which its edge is soft, in [0, 1] (Blender's: the factor is
         smoothstep(((n.w)/|..| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))).
+    falloff
+        Shape of the soft edge: ``"SMOOTH"`` is Blender's; ``"LINEAR"`` falls linearly in the angle to the
+        axis, from 1 at (1 - blend) angle/2 to 0 at angle/2 (Mitsuba's spot).
     """
 
     position: NDArray[np.float64]
@@ -122,6 +126,7 @@ class SpotLight(_Light):
     blend: float = 0.15
     radius: float = 0.0
     sphere: bool = False
+    falloff: str = "SMOOTH"
 
     _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power", "radius", "angle", "blend")
 
@@ -130,6 +135,7 @@ class SpotLight(_Light):
         self.direction = _direction(where, self.direction)
         self.angle = number(where, "angle", self.angle, above=0.0, below=np.pi + 1e-6)
         self.blend = number(where, "blend", self.blend, least=0.0, below=1.0 + 1e-6)
+        choice(where, "falloff", self.falloff, FALLOFFS)
 
 
 @dataclass

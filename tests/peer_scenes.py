@@ -8,7 +8,11 @@ y-up and stay so: only relative positions matter.
 =====================  =================================================================
 mesh k                 ``meshes.mesh{k}``, its material ``materials.mesh{k}``; one-sided emission
 light j                ``lights.light{j}``; all constant lights together are the world
+environment map        ``images.environment``
+texture of mesh k      ``images.mesh{k}``, by the mesh's attribute ``UVMap``
 =====================  =================================================================
+
+Pictures can be rendered of every scene; derivatives only of flat, diffuse ones under direct light.
 """
 
 from __future__ import annotations
@@ -21,12 +25,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.expression import Attribute, ImageTexture
 
 Tangent = dict[str, NDArray[np.float64]]
 
 
+# World to the image's own space (`edgegrad.World`): the files' environments have +Y up and u = atan2(x, -z)/(2 pi).
+ENVIRONMENT_ROTATION = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+# Rows per interval of an environment map's grid (`_environment`).
+ENVIRONMENT_ROWS = 8
+
+
 class UnsupportedFeature(NotImplementedError):
-    """The file asks for something that this version of Edgegrad doesn't do; the message names it."""
+    """This version of Edgegrad has no derivative by the file's parameter, or none of such a scene; it says why."""
+
+
+def load_picture(path: str | pathlib.Path) -> tuple[edgegrad.Scene, dict[str, NDArray[Any]]]:
+    """Scene at theta = 0 and the reference arrays of any file, with ``max_depth`` as a 0-d array beside them."""
+    data, arrays = _read(path)
+    arrays["max_depth"] = np.asarray(int(data["max_depth"]))
+    return _scene(data), arrays
 
 
 def load(path: str | pathlib.Path) -> tuple[edgegrad.Scene, Tangent, dict[str, NDArray[Any]]]:
@@ -40,7 +58,7 @@ def load(path: str | pathlib.Path) -> tuple[edgegrad.Scene, Tangent, dict[str, N
     Raises
     ------
     UnsupportedFeature
-        Naming the first feature that isn't supported.
+        Naming the first feature that has no derivative yet.
     """
     data, arrays = _read(path)
     scene, tangent = _at(data, 0.0)
@@ -87,8 +105,7 @@ def _lists(node: Any) -> Any:
 def _at(data: dict[str, Any], theta: float) -> tuple[edgegrad.Scene, Tangent]:
     """Scene and tangent at theta. Each kind's motion and its derivative stand side by side."""
     data = copy.deepcopy(data)
-    if int(data["max_depth"]) > 2:
-        raise UnsupportedFeature(f"max_depth {int(data['max_depth'])}: paths longer than direct light")
+    _check_derivatives(data)
     p, tangent = data["parameter"], {}
     kind = str(p["kind"])
     if kind in ("translate", "vertex", "scale", "rotate"):
@@ -141,8 +158,26 @@ def _added(data: dict[str, Any], path: str, direction: NDArray[np.float64], thet
             return {f"lights.light{j}.color": _colour(direction)}
         case ["lights", _, "radiance"]:
             return {"world.color": _colour(direction)}
-    _scene(data)  # where the value's own feature isn't supported, say so first
     raise UnsupportedFeature(f"parameter '{path}': derivative by {last}")
+
+
+def _check_derivatives(data: dict[str, Any]) -> None:
+    """Raise for what pictures may have, but derivatives don't know yet."""
+    depth = int(data["max_depth"])
+    if depth > 2:
+        raise UnsupportedFeature(f"max_depth {depth}: derivatives of paths longer than direct light")
+    for k, mesh in enumerate(data["meshes"]):
+        bsdf = mesh["bsdf"]
+        if str(bsdf["type"]) != "diffuse":
+            raise UnsupportedFeature(f"mesh{k}: derivatives of bsdf '{bsdf['type']}'")
+        if "texture" in bsdf:
+            raise UnsupportedFeature(f"mesh{k}: derivatives of textured reflectance")
+        # Shading normals show only in reflected light.
+        if _smooth(mesh) and np.any(bsdf["reflectance"]) and depth > 1:
+            raise UnsupportedFeature(f"mesh{k}: derivatives of smooth shading normals")
+    for j, light in enumerate(data["lights"]):
+        if str(light["type"]) not in ("point", "directional", "constant"):
+            raise UnsupportedFeature(f"light {j}: derivatives of type '{light['type']}'")
 
 
 # ---------------------------------------------------------------- the scene
@@ -152,44 +187,102 @@ def _scene(data: dict[str, Any]) -> edgegrad.Scene:
         np.asarray(cam["to_world"], np.float64), float(np.radians(cam["fov_x"])), int(cam["width"]), int(cam["height"])
     )
     meshes: dict[str, edgegrad.Mesh] = {}
-    materials: dict[str, edgegrad.Material] = {}
-    lights: dict[str, edgegrad.PointLight | edgegrad.SunLight | edgegrad.AreaLight] = {}
+    materials: dict[str, edgegrad.Material | edgegrad.Mixture] = {}
+    images: dict[str, edgegrad.Image] = {}
     for k, mesh in enumerate(data["meshes"]):
         name = f"mesh{k}"
-        materials[name] = _material(name, mesh, int(data["max_depth"]))
+        faces = np.asarray(mesh["faces"], np.int32)
+        texture = mesh["bsdf"].get("texture")
+        if texture is not None:
+            images[name] = edgegrad.Image(np.asarray(texture, np.float32))
+        materials[name] = _material(name, mesh)
         meshes[name] = edgegrad.Mesh(
-            np.array(mesh["vertices"], np.float64), np.asarray(mesh["faces"], np.int32), (name,)
+            np.array(mesh["vertices"], np.float64),
+            faces,
+            (name,),
+            smoothing=faces.copy() if _smooth(mesh) else None,
+            attributes={"UVMap": np.asarray(mesh["uv"], np.float32)[faces]} if texture is not None else {},
         )
-    world = np.zeros(3)
+    lights: dict[str, edgegrad.Light] = {}
+    constant = np.zeros(3)
     for j, light in enumerate(data["lights"]):
         kind = str(light["type"])
-        if kind == "point":
-            # intensity = power color/(4 pi)
-            lights[f"light{j}"] = edgegrad.PointLight(
+        if kind == "constant":
+            constant += _colour(light["radiance"])
+        elif kind == "envmap":
+            images["environment"] = _environment(np.asarray(light["bitmap"], np.float64))
+        else:
+            lights[f"light{j}"] = _light(kind, light)
+    world = edgegrad.World(constant)
+    if "environment" in images:
+        if constant.any():
+            raise ValueError("the file has both a constant environment and a map; a world has one of them")
+        world = edgegrad.World(np.ones(3), image="environment", rotation=ENVIRONMENT_ROTATION)
+    return edgegrad.Scene(camera, meshes, materials, lights, world, images)
+
+
+def _smooth(mesh: dict[str, Any]) -> bool:
+    return bool(mesh.get("smooth", 0))
+
+
+def _material(name: str, mesh: dict[str, Any]) -> edgegrad.Material:
+    bsdf = mesh["bsdf"]
+    emission = _colour(mesh.get("emission", 0.0))
+    material = edgegrad.Material(emission=emission, emission_two_sided=False, multiscatter=False)
+    match str(bsdf["type"]):
+        case "diffuse" if "texture" in bsdf:
+            material.textures = {"base_color": ImageTexture(name, Attribute("UVMap"))}
+        case "diffuse":
+            material.base_color = _colour(bsdf["reflectance"])
+        case "conductor":  # a Fresnel term of 1; alpha = roughness^2
+            material.kind, material.base_color = "GLOSSY", _colour(bsdf["reflectance"])
+            material.roughness = float(np.sqrt(bsdf["alpha"]))
+        case "principled":
+            material.kind, material.base_color = "DISNEY", _colour(bsdf["base_color"])
+            material.roughness, material.metallic = float(bsdf["roughness"]), float(bsdf["metallic"])
+            material.specular_ior_level = float(bsdf["specular"])
+        case "dielectric":
+            material.kind, material.base_color = "GLASS", np.ones(3)
+            material.roughness, material.ior = 0.0, float(bsdf["ior"])
+        case kind:
+            raise ValueError(f"{name}: unknown bsdf '{kind}'")
+    return material
+
+
+def _light(kind: str, light: dict[str, Any]) -> edgegrad.Light:
+    match kind:
+        case "point":  # intensity = power color/(4 pi)
+            return edgegrad.PointLight(
                 np.asarray(light["position"], np.float64), 4.0 * np.pi, color=_colour(light["intensity"])
             )
-        elif kind == "directional":
-            lights[f"light{j}"] = edgegrad.SunLight(
+        case "directional":
+            return edgegrad.SunLight(
                 np.asarray(light["direction"], np.float64), 1.0, color=_colour(light["irradiance"])
             )
-        elif kind == "constant":
-            world = world + _colour(light["radiance"])
-        else:
-            raise UnsupportedFeature(f"light {j}: type '{kind}'")
-    return edgegrad.Scene(camera, meshes, materials, lights, edgegrad.World(world, 1.0))
+        case "spot":  # full intensity within `beam` of the axis, then linear in the angle to 0 at `cutoff`
+            position = np.asarray(light["position"], np.float64)
+            cutoff, beam = float(light["cutoff"]), float(light["beam"])
+            return edgegrad.SpotLight(
+                position, np.asarray(light["target"], np.float64) - position, 4.0 * np.pi,
+                angle=float(np.radians(2.0 * cutoff)), blend=1.0 - beam / cutoff, falloff="LINEAR",
+                color=_colour(light["intensity"]),
+            )  # fmt: skip
+    raise ValueError(f"unknown light '{kind}'")
 
 
-def _material(name: str, mesh: dict[str, Any], max_depth: int) -> edgegrad.Material:
-    bsdf = mesh["bsdf"]
-    if str(bsdf["type"]) != "diffuse":
-        raise UnsupportedFeature(f"{name}: bsdf '{bsdf['type']}'")
-    if "texture" in bsdf:
-        raise UnsupportedFeature(f"{name}: textured reflectance")
-    reflectance = _colour(bsdf["reflectance"])
-    # Shading normals show only in reflected light.
-    if int(mesh.get("smooth", 0)) and reflectance.any() and max_depth > 1:
-        raise UnsupportedFeature(f"{name}: smooth shading normals")
-    return edgegrad.Material(reflectance, _colour(mesh.get("emission", 0.0)), emission_two_sided=False)
+def _environment(bitmap: NDArray[np.float64]) -> edgegrad.Image:
+    """An environment map as an image.
+
+    The files' rows are nodes at the polar angles k pi/(h - 1), poles included, linear in between; an image's are
+    centres of h equal strips. So the rows are interpolated to strips that are much finer than the nodes' distance:
+    what differs is the rounding-off of the kink at each node. Columns are centres of strips in both.
+    """
+    height = len(bitmap)
+    rows = ENVIRONMENT_ROWS * (height - 1)
+    at = (np.arange(rows) + 0.5) / ENVIRONMENT_ROWS
+    below = np.minimum(at.astype(int), height - 2)
+    share = (at - below)[:, None, None]
+    return edgegrad.Image(((1.0 - share) * bitmap[below] + share * bitmap[below + 1]).astype(np.float32))
 
 
 def _colour(value: Any) -> NDArray[np.float64]:

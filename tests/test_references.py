@@ -18,10 +18,12 @@ from tests.block_statistics import ALARM, block_sums, compare, over_theta
 
 HERE = pathlib.Path(__file__).parent
 FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HERE.parent.parent / "shared" / "refs"))]
+# With derivatives.
 CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
 # Not in the repository (size); tested where the files exist. They are about moving shadows.
 MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
-UNSUPPORTED = {
+# Pictures alone: why they have no derivative yet.
+PICTURES = {
     "camera_move": "smooth shading|camera",
     "cornell_albedo": "max_depth 6",
     "glass_sphere": "max_depth 6",
@@ -40,6 +42,7 @@ RUNS = [
     pytest.param("tri_background", "reference", 8, id="reference-tri_background"),
     *[pytest.param(case, "reference", 16, id=f"reference-{case}", marks=SLOW) for case in CASES[2:] + MORE[:2]],
 ]
+PICTURE_RUNS = RUNS
 
 
 def find(case: str) -> pathlib.Path:
@@ -58,10 +61,10 @@ def need(engine: str) -> None:
         pytest.skip(str(error))
 
 
-@pytest.mark.parametrize(("case", "engine", "spp"), RUNS)
+@pytest.mark.parametrize(("case", "engine", "spp"), PICTURE_RUNS)
 def test_picture_agrees(case: str, engine: str, spp: int) -> None:
     need(engine)
-    scene, _, arrays = peer_scenes.load(find(case))
+    scene, arrays = peer_scenes.load_picture(find(case))
     renderer = Renderer(scene, engine=engine)
     depth = int(arrays["max_depth"])
     pictures = [renderer.render(spp=spp, seed=seed, max_depth=depth) for seed in range(8)]
@@ -108,11 +111,40 @@ def test_comparison_notices_a_missing_term(case: str, missing: str) -> None:
     assert compare(samples, arrays["grad_fd"], arrays["grad_fd_stderr"]).p_value < 1e-6
 
 
-@pytest.mark.parametrize("case", sorted(UNSUPPORTED))
-def test_unsupported_feature_is_named(case: str) -> None:
+@pytest.mark.parametrize("case", sorted(PICTURES))
+def test_missing_derivative_is_named(case: str) -> None:
     path = find(case)
-    with pytest.raises(peer_scenes.UnsupportedFeature, match=UNSUPPORTED[case]):
+    with pytest.raises(peer_scenes.UnsupportedFeature, match=PICTURES[case]):
         peer_scenes.load(path)
+
+
+def test_environment_map_is_that_of_the_file() -> None:
+    """The world's image, looked up as `World` says, is the file's map as its own definition says."""
+    rng = np.random.default_rng(5)
+    bitmap = rng.uniform(size=(6, 9, 3))
+    image = peer_scenes._environment(bitmap).pixels
+    d = rng.normal(size=(2000, 3))
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    ours = d @ peer_scenes.ENVIRONMENT_ROTATION.T
+    u, v = 0.5 - np.arctan2(ours[:, 1], ours[:, 0]) / (2 * np.pi), 0.5 - np.arcsin(ours[:, 2]) / np.pi
+    looked_up = bilinear(image, u * 9 - 0.5, v * len(image) - 0.5)
+    u, v = np.arctan2(d[:, 0], -d[:, 2]) / (2 * np.pi), np.arccos(d[:, 1]) / np.pi
+    wanted = bilinear(bitmap, u * 9 - 0.5, v * 5)
+    # A kink of values in [0, 1] is cut by at most a quarter strip times the change of slope, 2; elsewhere it is exact.
+    assert np.abs(looked_up - wanted).max() < 0.5 / peer_scenes.ENVIRONMENT_ROWS
+    assert np.mean(np.abs(looked_up - wanted) > 1e-5) < 2.0 / peer_scenes.ENVIRONMENT_ROWS
+
+
+def bilinear(image: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Image at columns x (periodic) and rows y (clamped); values are at whole numbers."""
+    height, width = image.shape[:2]
+    y = np.clip(y, 0, height - 1)
+    row, column = np.minimum(y.astype(int), height - 2), np.floor(x).astype(int)
+    fy, fx = (y - row)[:, None], (x - column)[:, None]
+    upper, lower = (
+        image[r, column % width] * (1 - fx) + image[r, (column + 1) % width] * fx for r in (row, row + 1)
+    )
+    return upper * (1 - fy) + lower * fy
 
 
 @pytest.mark.parametrize("case", CASES)

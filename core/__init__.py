@@ -1,6 +1,8 @@
 """Edgegrad: differentiable, physically based rendering of triangle scenes, boundary terms included."""
 
+from .bounces import Bounces
 from .camera import Camera
+from .differentiable import differentiable
 from .fit import FitResult, FitStep, fit
 from .image import Image
 from .light import AreaLight, PointLight, SpotLight, SunLight
@@ -15,6 +17,7 @@ from .targets import Target
 __all__ = [
     "TERMS",
     "AreaLight",
+    "Bounces",
     "Camera",
     "Cancelled",
     "FitResult",
@@ -31,6 +34,7 @@ __all__ = [
     "SunLight",
     "Target",
     "World",
+    "differentiable",
     "fit",
     "plan",
     "render",

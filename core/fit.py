@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from . import parameters, tables
 from ._check import number, whole
 from .losses import Loss, Pyramid
-from .renderer import MAX_DEPTH, Cancelled, Progress, Renderer
+from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Progress, Renderer
 from .scene import Scene
 from .targets import Targets, View, views
 from .unknowns import Unknown, unknown
@@ -188,7 +188,7 @@ def fit(
     iterations = whole("fit", "iterations", iterations, 1, 1_000_000)
     spp = whole("fit", "spp", spp, 1, 1 << 24)
     samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)
-    max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DEPTH)
+    max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH)
     per_iteration = len(seen)
     if views_per_iteration is not None:
         per_iteration = whole("fit", "views_per_iteration", views_per_iteration, 1, len(seen))

@@ -1,8 +1,16 @@
-"""Materials as a table of numbers: where each field of a shader stands in its row (native/scene/material_params.h)."""
+"""Materials as a table of numbers: one row for each shader of each material (native/scene/material_params.h)."""
 
 from __future__ import annotations
 
-# Field to (first place, number of values).
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .material import KINDS, Material, Mixture
+from .scene import Scene
+
+# Field to (first place in the row, number of values).
 COLUMNS = {
     "base_color": (0, 3),
     "emission": (3, 3),
@@ -29,3 +37,80 @@ COLUMNS = {
     "weight": (34, 1),
 }
 WIDTH = 36
+
+# Bits of `MaterialTable.flags`: what may occur in a shader.
+DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC = (
+    1 << k for k in range(10)
+)
+
+
+@dataclass
+class MaterialTable:
+    """L shaders ("leaves") of M materials, those of area lights last."""
+
+    first_leaf: NDArray[np.int32]  # (M + 1,) each material's leaves
+    kind: NDArray[np.int32]  # (L,) place in material.KINDS
+    flags: NDArray[np.int32]  # (L,) bits above
+    params: NDArray[np.float32]  # (L, WIDTH)
+
+
+def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> MaterialTable:
+    """The table of a scene's materials, and of one-sided emitters of the given radiances."""
+    leaves: list[tuple[Material, float, bool]] = []
+    first = [0]
+    for material in scene.materials.values():
+        if isinstance(material, Mixture):
+            for k, name in enumerate(material.parts):
+                part = scene.materials[name]
+                assert isinstance(part, Material)  # Scene.validate has seen to it
+                leaves.append((part, float(material.weights[k]), True))
+        else:
+            leaves.append((material, 1.0, False))
+        first.append(len(leaves))
+    for radiance in area_lights:
+        leaves.append((Material(np.zeros(3), radiance, False), 1.0, False))
+        first.append(len(leaves))
+    params = np.zeros((len(leaves), WIDTH), np.float32)
+    for row, (leaf, weight, _) in zip(params, leaves, strict=True):
+        for field, (place, count) in COLUMNS.items():
+            row[place : place + count] = weight if field == "weight" else getattr(leaf, field)
+    return MaterialTable(
+        np.array(first, np.int32),
+        np.array([KINDS.index(leaf.kind) for leaf, _, _ in leaves], np.int32),
+        np.array([flags(leaf) for leaf, _, _ in leaves], np.int32),
+        params,
+    )
+
+
+def flags(m: Material) -> int:
+    """Bits of what may occur in a shader: its kind's lobes whose weights are not zero everywhere."""
+
+    def may(field: str, zero: float = 0.0) -> bool:
+        return field in m.textures or bool(np.any(np.asarray(getattr(m, field)) != zero))
+
+    out = 0
+    principled = m.kind == "PRINCIPLED"
+    # A principled surface without specular level has no dielectric reflection; transmission keeps its own.
+    dielectric = principled and (may("specular_ior_level") or may("transmission") or may("metallic"))
+    coated = principled and (may("coat_weight") or may("sheen_weight"))
+    if dielectric or coated or m.kind in ("GLOSSY", "GLASS", "REFRACTION", "SHEEN", "DISNEY"):
+        out |= GLOSSY
+    if principled or m.kind in ("DIFFUSE", "TRANSLUCENT", "DISNEY"):
+        out |= DIFFUSE
+    if m.kind in ("GLASS", "REFRACTION") or (principled and may("transmission")):
+        out |= REFRACTION
+    if m.kind == "TRANSPARENT" or (principled and may("alpha", 1.0)):
+        out |= TRANSPARENCY
+    if may("emission"):
+        out |= EMISSION
+    if "normal" in m.textures:
+        out |= NORMAL_MAP
+    if m.multiscatter:
+        out |= MULTISCATTER
+    if m.emission_two_sided:
+        out |= TWO_SIDED
+    if may("anisotropy"):
+        out |= ANISOTROPIC
+    if m.kind in ("PRINCIPLED", "DIFFUSE") and not out & (GLOSSY | REFRACTION) and not may("diffuse_roughness"):
+        out |= LAMBERTIAN
+    return out

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
+from .bounces import Bounces
 from .tables import Asked, Derivative, Tables
 from .topology import Edges
 
@@ -56,16 +57,20 @@ class Engine:
 
     Parameters
     ----------
-    tables, edges
-        The scene and its edges (`Tables.edges`).
+    tables
+        The scene.
     threads
         Threads to use; 0: one per core. Results don't depend on it.
     instruction_set
         One of `instruction_sets`; empty: the fastest.
     """
 
-    def __init__(self, tables: Tables, edges: Edges, threads: int, instruction_set: str = "") -> None:
-        self._scene = _native.Scene(tables, edges, threads, instruction_set, str(embree_library()))
+    def __init__(self, tables: Tables, threads: int, instruction_set: str = "") -> None:
+        self._scene = _native.Scene(tables, threads, instruction_set, str(embree_library()))
+
+    def set_edges(self, edges: Edges) -> None:
+        """The scene's edges (`Tables.edges`), which derivatives need."""
+        self._scene.set_edges(edges)
 
     @property
     def instruction_set(self) -> str:
@@ -77,11 +82,18 @@ class Engine:
         self._scene.update(tables)
 
     def render(
-        self, tables: Tables, *, spp: int, seed: int, max_depth: int, progress: Callable[[float], None] | None = None
+        self,
+        tables: Tables,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces | None = None,
+        progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) picture seen by the camera of `tables`."""
         self._scene.set_camera(tables)
-        return np.asarray(self._scene.render(spp, seed, max_depth, progress))
+        return np.asarray(self._scene.render(spp, seed, max_depth, bounces or Bounces(), progress))
 
     def forward(
         self,

@@ -16,7 +16,7 @@ from . import parameters, tables, topology
 from ._check import whole
 from .light import AreaLight, PointLight, SunLight
 from .mesh import Mesh
-from .renderer import MAX_DEPTH, TERMS
+from .renderer import MAX_DERIVATIVE_DEPTH, TERMS
 from .scene import Scene
 from .shape import convex, face_normals, pierces
 
@@ -77,7 +77,7 @@ class Plan:
         return "\n".join(lines)
 
 
-def plan(scene: Scene, wrt: Sequence[str], *, max_depth: int = MAX_DEPTH) -> Plan:
+def plan(scene: Scene, wrt: Sequence[str], *, max_depth: int = MAX_DERIVATIVE_DEPTH) -> Plan:
     """Say what the derivatives with respect to some parameters need.
 
     Parameters
@@ -96,7 +96,7 @@ def plan(scene: Scene, wrt: Sequence[str], *, max_depth: int = MAX_DEPTH) -> Pla
     """
     if isinstance(wrt, str):
         raise ValueError("plan: wrt must be a list of parameter paths, not one string")
-    max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DEPTH)
+    max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH)
     tables.asked(scene, tables.flatten(scene), wrt)
     moving = [parameters.split(path)[1] for path in wrt if parameters.split(path)[2] == "vertices"]
     edges = {name: _MeshEdges.of(mesh) for name, mesh in scene.meshes.items()}

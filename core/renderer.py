@@ -12,14 +12,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import tables as flat
 from ._check import array, whole
+from .bounces import MAX_DEPTH, Bounces
 from .camera import Camera
+from .differentiable import obstacles
+from .material_table import LAMBERTIAN
 from .scene import Scene
 from .topology import Edges
 
 # Terms of a derivative (docs: README, "What is differentiated").
 TERMS = ("interior", "primary", "shadow")
-# Path segments this version follows: light seen directly, and direct illumination.
-MAX_DEPTH = 2
+# Path segments of which this version has derivatives: light seen directly, and direct illumination.
+MAX_DERIVATIVE_DEPTH = 2
+# Up to so many faces a lone mesh's edges are worth knowing for its picture alone: if it turns out to be a
+# convex body, its light needs no shadow rays.
+CONVEXITY_FACES = 20_000
 
 Progress = Callable[[float], None]
 
@@ -31,10 +37,18 @@ class Cancelled(RuntimeError):
 class EngineLike(Protocol):
     """What the native and the reference engine have in common."""
 
-    def __init__(self, tables: flat.Tables, edges: Edges, threads: int) -> None: ...
+    def __init__(self, tables: flat.Tables, threads: int) -> None: ...
+    def set_edges(self, edges: Edges) -> None: ...
     def update(self, tables: flat.Tables) -> None: ...
     def render(
-        self, tables: flat.Tables, *, spp: int, seed: int, max_depth: int, progress: Progress | None
+        self,
+        tables: flat.Tables,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces | None,
+        progress: Progress | None,
     ) -> NDArray[np.float32]: ...
     def forward(
         self,
@@ -122,8 +136,17 @@ class Renderer:
         self.scene = scene
         threads = whole("renderer", "threads", threads, 0, 4096)
         self._tables = flat.flatten(scene)
-        self.edges = self._tables.edges()
-        self._engine = engine_class(engine)(self._tables, self.edges, threads)
+        self._edges: Edges | None = None
+        self._obstacles: list[str] | None = None
+        self._engine = engine_class(engine)(self._tables, threads)
+
+    @property
+    def edges(self) -> Edges:
+        """The scene's edges; found when first needed."""
+        if self._edges is None:
+            self._edges = self._tables.edges()
+            self._engine.set_edges(self._edges)
+        return self._edges
 
     def adopt(self, scene: Scene) -> bool:
         """Go on with another scene if its geometry is the same to the bit; False (and no change) if it isn't."""
@@ -131,6 +154,7 @@ class Renderer:
         if not tables.same_geometry(self._tables):
             return False
         self.scene, self._tables = scene, tables
+        self._obstacles = None
         self._engine.update(tables)
         return True
 
@@ -141,6 +165,7 @@ class Renderer:
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
         self._tables = tables
+        self._obstacles = None
         self._engine.update(tables)
 
     def render(
@@ -149,12 +174,17 @@ class Renderer:
         spp: int,
         max_depth: int = 2,
         seed: int = 0,
+        bounces: Bounces | None = None,
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The picture; see `edgegrad.render`."""
         options = _options(spp, max_depth, seed)
-        return self._engine.render(self._view(camera), **options, progress=progress)
+        if bounces is not None:
+            bounces.validate()
+        if self._may_be_convex():
+            _ = self.edges
+        return self._engine.render(self._view(camera), **options, bounces=bounces, progress=progress)
 
     def render_forward(
         self,
@@ -168,7 +198,7 @@ class Renderer:
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
-        options = _options(spp, max_depth, seed)
+        options = self._derivative_options(spp, max_depth, seed)
         velocity = flat.push_forward(self.scene, self._tables, tangent)
         asked = flat.asked(self.scene, self._tables, tangent)
         return self._engine.forward(
@@ -188,7 +218,7 @@ class Renderer:
         progress: Progress | None = None,
     ) -> dict[str, NDArray[np.float64]]:
         """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
-        options = _options(spp, max_depth, seed)
+        options = self._derivative_options(spp, max_depth, seed)
         if isinstance(wrt, str):
             raise ValueError("wrt must be a list of parameter paths, not one string")
         asked = flat.asked(self.scene, self._tables, wrt)
@@ -197,6 +227,24 @@ class Renderer:
         gradient = self._engine.backward(view, image, asked, **options, terms=_terms(terms), progress=progress)
         return flat.pull_back(self.scene, self._tables, gradient, wrt)
 
+    def _derivative_options(self, spp: Any, max_depth: Any, seed: Any) -> dict[str, int]:
+        if self._obstacles is None:
+            self._obstacles = list(obstacles(self.scene))
+        if self._obstacles:
+            raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
+                             f"gives the nearest that has, where {'; '.join(self._obstacles)}")
+        _ = self.edges
+        return _options(spp, max_depth, seed, MAX_DERIVATIVE_DEPTH)
+
+    def _may_be_convex(self) -> bool:
+        faces = int(self._tables.mesh_first_face[-1])
+        return (
+            len(self._tables.mesh_names) == 1
+            and faces <= CONVEXITY_FACES
+            and not len(self._tables.corner_normal)
+            and bool((self._tables.materials.flags & LAMBERTIAN).all())
+        )
+
     def _view(self, camera: Camera | None) -> flat.Tables:
         if camera is None:
             return self._tables
@@ -204,10 +252,10 @@ class Renderer:
         return replace(self._tables, **flat.camera_fields(camera, self._tables.origin))
 
 
-def _options(spp: Any, max_depth: Any, seed: Any) -> dict[str, int]:
+def _options(spp: Any, max_depth: Any, seed: Any, deepest: int = MAX_DEPTH) -> dict[str, int]:
     return {
         "spp": whole("render", "spp", spp, 1, 1 << 24),
-        "max_depth": whole("render", "max_depth", max_depth, 1, MAX_DEPTH),
+        "max_depth": whole("render", "max_depth", max_depth, 1, deepest),
         "seed": whole("render", "seed", seed, 0, 0xFFFFFFFF),
     }
 

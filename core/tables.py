@@ -9,21 +9,27 @@ other's transpose.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters, topology
-from .camera import Camera
+from ._check import RAYS
+from .camera import FILTERS, Camera
+from .camera import KINDS as CAMERA_KINDS
 from .light import AreaLight, PointLight, SunLight
+from .material_table import MaterialTable, material_table
+from .mesh import Mesh
 from .scene import Scene
 
 F32 = NDArray[np.float32]
 
 # An elliptic light is a polygon of this many sides with the ellipse's area.
 ELLIPSE_SIDES = 64
+# In a mesh's mask, the bit of the first set of blockers (shadow linking); the kinds of rays come before.
+FIRST_BLOCKERS = len(RAYS)
 
 
 @dataclass
@@ -65,6 +71,19 @@ class Tables:
     mesh_first_face: NDArray[np.int64]  # (S + 1,)
     mesh_names: tuple[str, ...]  # of the scene's meshes; the area lights' meshes have none
     visible: NDArray[np.uint8]  # (S,) 1: rays hit it; 0: an area light, which only gives light
+    mesh_mask: NDArray[np.uint32]  # (S,) bits of what meets it: 1 << kind of ray, 1 << (FIRST_BLOCKERS + set)
+    mesh_receivers: NDArray[np.uint32]  # (S,) bits of the sets of receivers that it is in
+    mesh_terminator: F32  # (S,) Mesh.terminator_offset
+    corner_normal: NDArray[np.int32]  # (F, 3) into the shading normals, -1: flat; (0, 3): all is flat
+    mesh_first_normal: NDArray[np.int64]  # (S + 1,) each mesh's shading normals
+    mesh_custom: NDArray[np.uint8]  # (S,) 1: its shading normals are given, 0: they follow the vertices
+    custom_normals: F32  # (N, 3) the given ones, unit; (0, 3): none are
+    instance_mesh: NDArray[np.int32]  # (I,) the mesh that is placed
+    instance_to_world: F32  # (I, 3, 4) rows of its transform, relative to origin
+    materials: MaterialTable  # every shader of every material
+    environment_image: int  # index of the image, -1: none
+    environment_rotation: F32  # (3, 3) from world space to the image's
+    environment_mask: int  # bits of the kinds of rays that see it
     albedo: F32  # (M, 3)
     emission: F32  # (M, 3)
     emission_two_sided: NDArray[np.uint8]  # (M,)
@@ -75,9 +94,17 @@ class Tables:
     environment: F32  # (3,) radiance
     camera_position: F32  # (3,) relative to origin
     camera_axes: F32  # (3, 3) rows: right X, up Y, backwards Z
-    focal: float  # pixels
-    principal_point: F32  # (2,) pixels
-    width: int
+    camera_kind: int  # place in camera.KINDS
+    focal: float  # pixels; orthographic: pixels per metre
+    pixel_aspect: float
+    principal_point: F32  # (2,) pixels of the rendered window
+    panorama: F32  # (4,) longitude and latitude of the full picture's left, right, lower and upper edge
+    full_size: NDArray[np.int32]  # (2,) width and height of the full picture
+    window: NDArray[np.int32]  # (2,) the rendered window's first pixel
+    aperture: F32  # (5,) radius, focus distance, blades, rotation, ratio
+    filter_kind: int  # place in camera.FILTERS
+    filter_width: float  # pixels
+    width: int  # of the rendered window
     height: int
     clip_start: float
     clip_end: float
@@ -88,7 +115,11 @@ class Tables:
 
     def same_geometry(self, other: Tables) -> bool:
         """Whether meshes, their vertices and their materials' slots are the same as in other tables."""
-        names = ("origin", "vertices", "faces", "face_material", "mesh_first_vertex", "mesh_first_face", "visible")
+        names = (
+            "origin", "vertices", "faces", "face_material", "mesh_first_vertex", "mesh_first_face", "visible",
+            "mesh_mask", "corner_normal", "mesh_first_normal", "mesh_custom", "custom_normals", "instance_mesh",
+            "instance_to_world",
+        )
         return self.mesh_names == other.mesh_names and all(
             np.array_equal(getattr(self, name), getattr(other, name)) for name in names
         )
@@ -106,13 +137,24 @@ class Tables:
 
 def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]:
     """The fields of `Tables` that depend on the camera."""
+    x0, y0, _, _ = camera.window
+    height, width = camera.size
     return {
         "camera_position": (camera.to_world[:3, 3] - origin).astype(np.float32),
         "camera_axes": np.ascontiguousarray(camera.to_world[:3, :3].T, np.float32),
+        "camera_kind": CAMERA_KINDS.index(camera.kind),
         "focal": camera.focal,
-        "principal_point": camera.principal_point.astype(np.float32),
-        "width": camera.width,
-        "height": camera.height,
+        "pixel_aspect": camera.pixel_aspect,
+        "principal_point": (camera.principal_point - [x0, y0]).astype(np.float32),
+        "panorama": np.concatenate([camera.longitude, camera.latitude]).astype(np.float32),
+        "full_size": np.array([camera.width, camera.height], np.int32),
+        "window": np.array([x0, y0], np.int32),
+        "aperture": np.array([camera.aperture_radius, camera.focus_distance, camera.aperture_blades,
+                              camera.aperture_rotation, camera.aperture_ratio], np.float32),
+        "filter_kind": FILTERS.index(camera.filter),
+        "filter_width": camera.filter_width,
+        "width": width,
+        "height": height,
         "clip_start": camera.clip_start,
         "clip_end": camera.clip_end,
     }
@@ -129,35 +171,46 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
     points = [light for light in scene.lights.values() if isinstance(light, PointLight)]
     suns = [light for light in scene.lights.values() if isinstance(light, SunLight)]
 
-    vertices = [mesh.vertices for mesh in scene.meshes.values()]
-    faces = [mesh.faces for mesh in scene.meshes.values()]
+    meshes = [_placed(scene, mesh) for mesh in scene.meshes.values()]
     slots = []
-    for mesh in scene.meshes.values():
+    for mesh in meshes:
         slot = np.array([material_index[name] for name in mesh.materials], np.int32)
-        used = np.zeros(len(mesh.faces), np.int32) if mesh.face_material is None else mesh.face_material
-        slots.append(slot[used])
+        slots.append(np.full(len(mesh.faces), slot[0]) if mesh.face_material is None else slot[mesh.face_material])
     for k, light in enumerate(area_lights):
         light_vertices, light_faces = _area_light_mesh(light)
-        vertices.append(light_vertices)
-        faces.append(light_faces)
+        meshes.append(Mesh(light_vertices, light_faces, ()))
         slots.append(np.full(len(light_faces), len(scene.materials) + k, np.int32))
 
-    first_vertex = np.cumsum([0] + [len(v) for v in vertices])
-    first_face = np.cumsum([0] + [len(f) for f in faces])
-    stacked = np.concatenate(vertices) if vertices else np.zeros((0, 3))
+    first_vertex = np.cumsum([0] + [len(m.vertices) for m in meshes])
+    first_face = np.cumsum([0] + [len(m.faces) for m in meshes])
+    faces = np.empty((int(first_face[-1]), 3), np.uint32)
+    for mesh, v, f in zip(meshes, first_vertex, first_face, strict=False):
+        np.add(mesh.faces, v, out=faces[f : f + len(mesh.faces)], casting="unsafe")
     if origin is None:
-        origin = 0.5 * (stacked.min(axis=0) + stacked.max(axis=0)) if len(stacked) else np.zeros(3)
-    materials = list(scene.materials.values())
+        origin = _centre(meshes)
+    vertices = np.empty((int(first_vertex[-1]), 3), np.float32)
+    for mesh, v in zip(meshes, first_vertex, strict=False):
+        # An instanced mesh stays in its own space.
+        vertices[v : v + len(mesh.vertices)] = mesh.vertices if mesh.instances is not None else mesh.vertices - origin
+    materials = [scene.leaves(name)[0] for name in scene.materials]
     sun_directions = [light.direction / np.linalg.norm(light.direction) for light in suns]
     return Tables(
         origin=origin,
-        vertices=(stacked - origin).astype(np.float32),
-        faces=_rows([f.astype(np.int64) + v for f, v in zip(faces, first_vertex, strict=False)], np.uint32),
-        face_material=np.concatenate(slots) if slots else np.zeros(0, np.int32),
+        vertices=vertices,
+        faces=faces,
+        face_material=np.concatenate(slots).astype(np.int32) if slots else np.zeros(0, np.int32),
         mesh_first_vertex=first_vertex,
         mesh_first_face=first_face,
         mesh_names=tuple(scene.meshes),
         visible=np.array([1] * len(scene.meshes) + [0] * len(area_lights), np.uint8),
+        **_masks(scene, meshes),
+        mesh_terminator=np.array([m.terminator_offset for m in meshes], np.float32),
+        **_shading_normals(meshes, first_face),
+        **_instances(meshes, origin),
+        materials=material_table(scene, [_area_radiance(a) for a in area_lights]),
+        environment_image=-1 if scene.world.image is None else list(scene.images).index(scene.world.image),
+        environment_rotation=scene.world.rotation.astype(np.float32),
+        environment_mask=ray_bits(scene.world.visible_to),
         albedo=_rows([m.base_color for m in materials] + [np.zeros(3)] * len(area_lights)),
         emission=_rows([m.emission for m in materials] + [_area_radiance(a) for a in area_lights]),
         emission_two_sided=np.array([m.emission_two_sided for m in materials] + [False] * len(area_lights), np.uint8),
@@ -168,6 +221,124 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
         environment=(scene.world.color * scene.world.strength).astype(np.float32),
         **camera_fields(scene.camera, origin),
     )
+
+
+def ray_bits(kinds: Iterable[str]) -> int:
+    """A set of kinds of rays as bits, 1 << place in `RAYS`."""
+    return sum(1 << RAYS.index(kind) for kind in kinds)
+
+
+def link_sets(scene: Scene, field: str) -> list[tuple[str, ...]]:
+    """The different sets of meshes that lights name as their "receivers" or "blockers".
+
+    Raises ``ValueError`` if there are more than the bits of a mask have room for.
+    """
+    found = dict.fromkeys(
+        tuple(sorted(names)) for light in scene.lights.values() if (names := getattr(light, field)) is not None
+    )
+    most = 32 - (FIRST_BLOCKERS if field == "blockers" else 0)
+    if len(found) > most:
+        raise ValueError(f"lights: have {len(found)} different sets of {field}; {most} are the most")
+    return list(found)
+
+
+def _masks(scene: Scene, meshes: list[Mesh]) -> dict[str, Any]:
+    receivers, blockers = link_sets(scene, "receivers"), link_sets(scene, "blockers")
+    mask = np.array([ray_bits(mesh.visible_to) for mesh in meshes], np.uint32)
+    received = np.zeros(len(meshes), np.uint32)
+    shadow = np.uint32(ray_bits(["shadow"]))
+    for k, name in enumerate(scene.meshes):
+        for j, members in enumerate(receivers):
+            received[k] |= np.uint32(int(name in members) << j)
+        for j, members in enumerate(blockers):
+            if mask[k] & shadow:
+                mask[k] |= np.uint32(int(name in members) << (FIRST_BLOCKERS + j))
+    return {"mesh_mask": mask, "mesh_receivers": received}
+
+
+def _placed(scene: Scene, mesh: Mesh) -> Mesh:
+    """The mesh, or its copies in one mesh if it is instanced and gives light: emitters stand in the world."""
+    leaves = [leaf for name in mesh.materials for leaf in scene.leaves(name)]
+    emits = any("emission" in leaf.textures or np.any(leaf.emission > 0.0) for leaf in leaves)
+    return expanded(mesh) if mesh.instances is not None and emits else mesh
+
+
+def expanded(mesh: Mesh) -> Mesh:
+    """All instances of a mesh as one mesh."""
+    if mesh.instances is None:
+        return mesh
+    count, places = len(mesh.vertices), mesh.instances
+    vertices = np.einsum("kij,nj->kni", places[:, :3, :3], mesh.vertices) + places[:, None, :3, 3]
+    faces = np.concatenate([mesh.faces + k * count for k in range(len(places))])
+    # A mirrored copy is wound the other way round.
+    mirrored = np.linalg.det(places[:, :3, :3]) < 0.0
+    turn = np.repeat(mirrored, len(mesh.faces))
+    smoothing = normals = None
+    if mesh.smoothing is not None:
+        groups = int(mesh.smoothing.max(initial=-1)) + 1
+        smoothing = np.concatenate(
+            [np.where(mesh.smoothing < 0, -1, mesh.smoothing + k * groups) for k in range(len(places))]
+        ).astype(np.int32)
+        if mesh.normals is not None:
+            inverse = np.linalg.inv(places[:, :3, :3])
+            normals = np.einsum("kji,nj->kni", inverse, mesh.normals[:groups]).reshape(-1, 3)
+    attributes = {key: np.tile(value, (len(places), 1, 1)) for key, value in mesh.attributes.items()}
+    for corners in (faces, smoothing, *attributes.values()):
+        if corners is not None:
+            corners[turn] = corners[turn][:, ::-1]
+    return replace(
+        mesh, vertices=vertices.reshape(-1, 3), faces=faces, smoothing=smoothing, normals=normals,
+        attributes=attributes, instances=None,
+        face_material=None if mesh.face_material is None else np.tile(mesh.face_material, len(places)),
+    )
+
+
+def _centre(meshes: list[Mesh]) -> NDArray[np.float64]:
+    """Centre of the bounding box of what stands in the world."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for mesh in meshes:
+        if mesh.instances is None:
+            parts = mesh.vertices
+        else:
+            parts = mesh.instances[:, :3, 3]
+        low, high = np.minimum(low, parts.min(axis=0)), np.maximum(high, parts.max(axis=0))
+    return 0.5 * (low + high) if len(meshes) else np.zeros(3)
+
+
+def _shading_normals(meshes: list[Mesh], first_face: NDArray[np.int64]) -> dict[str, Any]:
+    counts = []
+    for mesh in meshes:
+        smooth = mesh.smoothing is not None
+        counts.append(int(mesh.smoothing.max(initial=-1)) + 1 if smooth else 0)  # type: ignore[union-attr]
+    first = np.cumsum([0, *counts])
+    custom = np.array([mesh.normals is not None for mesh in meshes], np.uint8)
+    corner = np.full((int(first_face[-1]) if first[-1] else 0, 3), -1, np.int32)
+    given = np.zeros((int(first[-1]) if custom.any() else 0, 3), np.float32)
+    for k, mesh in enumerate(meshes):
+        if mesh.smoothing is None:
+            continue
+        rows = corner[first_face[k] : first_face[k + 1]] if len(corner) else corner
+        rows[:] = np.where(mesh.smoothing < 0, -1, mesh.smoothing + first[k])
+        if mesh.normals is not None:
+            normals = mesh.normals[: counts[k]]
+            given[first[k] : first[k + 1]] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return {"corner_normal": corner, "mesh_first_normal": first, "mesh_custom": custom, "custom_normals": given}
+
+
+def _instances(meshes: list[Mesh], origin: NDArray[np.float64]) -> dict[str, Any]:
+    which: list[int] = []
+    places = [np.zeros((0, 3, 4))]
+    for k, mesh in enumerate(meshes):
+        if mesh.instances is None:
+            continue
+        place = mesh.instances[:, :3].copy()
+        place[:, :, 3] -= origin
+        which += [k] * len(place)
+        places.append(place)
+    return {
+        "instance_mesh": np.array(which, np.int32),
+        "instance_to_world": np.ascontiguousarray(np.concatenate(places), np.float32),
+    }
 
 
 def _rows(rows: list[Any], dtype: Any = np.float32) -> NDArray[Any]:

@@ -56,7 +56,17 @@ edgegrad::CameraView read_camera(nb::handle t) {
     fill(c.up, t, "camera_axes", 3);
     fill(c.back, t, "camera_axes", 6);
     fill(c.principal, t, "principal_point");
+    c.kind = static_cast<edgegrad::CameraKind>(nb::cast<int32_t>(t.attr("camera_kind")));
     c.focal = nb::cast<float>(t.attr("focal"));
+    c.pixel_aspect = nb::cast<float>(t.attr("pixel_aspect"));
+    fill(c.panorama, t, "panorama");
+    const auto full = column<int32_t>(t, "full_size"), window = column<int32_t>(t, "window");
+    c.full_width = full.at(0), c.full_height = full.at(1);
+    c.window_x = window.at(0), c.window_y = window.at(1);
+    const auto aperture = column<float>(t, "aperture");
+    c.aperture_radius = aperture.at(0), c.focus_distance = aperture.at(1);
+    c.aperture_blades = static_cast<int32_t>(aperture.at(2));
+    c.aperture_rotation = aperture.at(3), c.aperture_ratio = aperture.at(4);
     c.width = nb::cast<int32_t>(t.attr("width"));
     c.height = nb::cast<int32_t>(t.attr("height"));
     c.clip_start = nb::cast<float>(t.attr("clip_start"));
@@ -72,6 +82,25 @@ SceneTables read_tables(nb::handle t) {
     s.mesh_first_vertex = column<int64_t, int32_t>(t, "mesh_first_vertex");
     s.mesh_first_face = column<int64_t, int32_t>(t, "mesh_first_face");
     for (uint8_t v : column<uint8_t>(t, "visible")) s.visible_meshes += v;
+    s.mesh_mask = column<uint32_t, int32_t>(t, "mesh_mask");
+    s.mesh_receivers = column<uint32_t, int32_t>(t, "mesh_receivers");
+    s.mesh_terminator = column<float>(t, "mesh_terminator");
+    s.corner_normal = column<int32_t>(t, "corner_normal");
+    s.mesh_first_normal = column<int64_t, int32_t>(t, "mesh_first_normal");
+    s.mesh_custom = column<uint8_t>(t, "mesh_custom");
+    s.custom_normals = column<float>(t, "custom_normals");
+    s.instance_mesh = column<int32_t>(t, "instance_mesh");
+    s.instance_to_world = column<float>(t, "instance_to_world");
+    const nb::object materials = t.attr("materials");
+    s.material_first_leaf = column<int32_t>(materials, "first_leaf");
+    s.leaf_kind = column<int32_t>(materials, "kind");
+    s.leaf_flags = column<int32_t>(materials, "flags");
+    s.leaf_params = column<float>(materials, "params");
+    s.environment_image = nb::cast<int32_t>(t.attr("environment_image"));
+    fill(s.environment_rotation, t, "environment_rotation");
+    s.environment_mask = nb::cast<int32_t>(t.attr("environment_mask"));
+    s.filter_kind = nb::cast<int32_t>(t.attr("filter_kind"));
+    s.filter_width = nb::cast<float>(t.attr("filter_width"));
     s.albedo = column<float>(t, "albedo");
     s.emission = column<float>(t, "emission");
     s.emission_two_sided = column<uint8_t, int32_t>(t, "emission_two_sided");
@@ -83,6 +112,10 @@ SceneTables read_tables(nb::handle t) {
     s.camera = read_camera(t);
     check_indices(s.faces, s.vertices.size() / 3, "faces");
     check_indices(s.face_material, s.albedo.size() / 3, "face materials");
+    check_indices(s.instance_mesh, static_cast<size_t>(s.visible_meshes), "instances");
+    if (s.leaf_params.size() != edgegrad::kMaterialParams * s.leaf_kind.size() ||
+        s.instance_to_world.size() != 12 * s.instance_mesh.size())
+        throw std::invalid_argument("the tables' sizes disagree");
     return s;
 }
 
@@ -128,17 +161,17 @@ Image make_image(std::vector<float>&& pixels, const edgegrad::CameraView& c) {
 // The engine together with its copy of the tables.
 class Scene {
  public:
-    Scene(nb::handle tables, nb::handle edges, int threads, const std::string& instruction_set,
-          const std::string& embree)
+    Scene(nb::handle tables, int threads, const std::string& instruction_set, const std::string& embree)
         : kernels_(edgegrad::kernels(instruction_set)) {
         SceneTables s = read_tables(tables);
-        s.edge_vertices = column<uint32_t>(edges, "vertices");
-        s.edge_face_first = column<uint32_t>(edges, "face_first");
-        s.edge_faces = column<uint32_t>(edges, "faces");
-        s.edge_opposite = column<uint32_t>(edges, "opposite");
         const edgegrad::embree::Api& api = edgegrad::embree::load(embree);
         const nb::gil_scoped_release release;
         engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
+    }
+
+    void set_edges(nb::handle edges) {
+        engine_->set_edges(column<uint32_t>(edges, "vertices"), column<uint32_t>(edges, "face_first"),
+                           column<uint32_t>(edges, "faces"), column<uint32_t>(edges, "opposite"));
     }
 
     void update(nb::handle tables) {
@@ -149,10 +182,13 @@ class Scene {
 
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
 
-    Image render(int samples, uint32_t seed, int max_depth, nb::object progress) {
+    Image render(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
-        const RenderOptions options = make_options(samples, seed, max_depth);
+        RenderOptions options = make_options(samples, seed, max_depth);
+        options.limits = {
+            nb::cast<int32_t>(bounces.attr("diffuse")), nb::cast<int32_t>(bounces.attr("glossy")),
+            nb::cast<int32_t>(bounces.attr("transmission")), nb::cast<int32_t>(bounces.attr("transparent"))};
         const Progress report = make_progress(std::move(progress));
         {
             const nb::gil_scoped_release release;
@@ -248,11 +284,12 @@ NB_MODULE(_native, m) {
         },
         "path"_a, "Version of the Embree library at `path`, loading it if need be.");
     nb::class_<Scene>(m, "Scene", "A scene's tables with their BVH; see edgegrad.renderer.Renderer.")
-        .def(nb::init<nb::handle, nb::handle, int, const std::string&, const std::string&>(), "tables"_a,
-             "edges"_a, "threads"_a, "instruction_set"_a, "embree"_a)
+        .def(nb::init<nb::handle, int, const std::string&, const std::string&>(), "tables"_a, "threads"_a,
+             "instruction_set"_a, "embree"_a)
+        .def("set_edges", &Scene::set_edges, "edges"_a)
         .def("update", &Scene::update, "tables"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
-        .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "progress"_a.none())
+        .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "progress"_a.none())
         .def("forward", &Scene::forward, "tangent"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
              "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a,

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <stdexcept>
 
 #include "boundary/candidates.h"
 #include "boundary/solids.h"
+#include "film/pixel_filter.h"
 #include "sampling_plan.h"
 #include "scene/prepared.h"
+#include "scene/shading_normals.h"
 #include "workspace.h"
 
 namespace edgegrad {
@@ -45,26 +48,60 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
     return terms;
 }
 
+// Whether light can only leave surfaces above their triangles.
+bool lambertian_and_flat(const SceneTables& tables) {
+    return tables.corner_normal.empty() && tables.instance_mesh.empty() &&
+           std::all_of(tables.leaf_flags.begin(), tables.leaf_flags.end(), [](int32_t flags) {
+               return (flags & kLambertian) && !(flags & (kHasTransparency | kHasNormalMap));
+           });
+}
+
 }  // namespace
 
 Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads)
     : api_(api), kernels_(kernels), tables_(std::move(tables)), threads_(thread_count(threads)) {
     tables_.vertices.reserve(tables_.vertices.size() + 4);  // padding, see Bvh
+    tables_.filter = inverted_filter(static_cast<PixelFilter>(tables_.filter_kind), tables_.filter_width);
+    update_shading_normals(tables_, threads_);
     bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
+    built_vertices_ = tables_.vertices;
+}
+
+void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
+                       std::vector<uint32_t> faces, std::vector<uint32_t> opposite) {
+    tables_.edge_vertices = std::move(vertices);
+    tables_.edge_face_first = std::move(face_first);
+    tables_.edge_faces = std::move(faces);
+    tables_.edge_opposite = std::move(opposite);
     closed_ = closed_meshes(tables_);
     connected_ = closed_.size() == 1 && closed_[0] && connected(tables_);
+    has_edges_ = true;
 }
 
 void Engine::update(SceneTables next) {
     if (next.vertices.size() != tables_.vertices.size() || next.mesh_first_face != tables_.mesh_first_face)
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
+    // A mesh that has moved by more than this share of its size since its BVH was built is built anew:
+    // refitted boxes of far-moved triangles overlap, and traversal slows down.
+    constexpr double kRebuildMotion = 0.05;
     std::vector<int32_t> moved;
+    bool far = false;
     for (int32_t m = 0; m < tables_.visible_meshes; ++m) {
-        const auto first = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m]);
-        const auto last = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m + 1]);
-        if (!std::equal(next.vertices.begin() + first, next.vertices.begin() + last,
-                        tables_.vertices.begin() + first))
-            moved.push_back(m);
+        const size_t first = 3 * static_cast<size_t>(tables_.mesh_first_vertex[m]);
+        const size_t last = 3 * static_cast<size_t>(tables_.mesh_first_vertex[m + 1]);
+        if (std::equal(next.vertices.begin() + static_cast<ptrdiff_t>(first),
+                       next.vertices.begin() + static_cast<ptrdiff_t>(last),
+                       tables_.vertices.begin() + static_cast<ptrdiff_t>(first)))
+            continue;
+        moved.push_back(m);
+        float motion = 0.0f, low = 3e38f, high = -3e38f;
+        for (size_t k = first; k < last; ++k) {
+            const float x = next.vertices[k];
+            motion = std::max(motion, std::abs(x - built_vertices_[k]));
+            low = std::min(low, x);
+            high = std::max(high, x);
+        }
+        far = far || static_cast<double>(motion) > kRebuildMotion * static_cast<double>(high - low);
     }
     // The buffers that Embree shares stay where they are; edges and faces are the topology's.
     std::copy(next.vertices.begin(), next.vertices.end(), tables_.vertices.begin());
@@ -74,13 +111,18 @@ void Engine::update(SceneTables next) {
     next.edge_face_first.swap(tables_.edge_face_first);
     next.edge_faces.swap(tables_.edge_faces);
     next.edge_opposite.swap(tables_.edge_opposite);
+    next.normals.swap(tables_.normals);
+    next.filter = inverted_filter(static_cast<PixelFilter>(next.filter_kind), next.filter_width);
     tables_ = std::move(next);
-    bvh_->update(tables_, moved);
+    if (far) built_vertices_ = tables_.vertices;
+    update_shading_normals(tables_, threads_);
+    bvh_->update(tables_, moved, far);
 }
 
 void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
     // Only a body that is alone may be convex; what else the sides tell concerns derivatives.
-    const bool convex = connected_ && convex_alone(tables_, solid_sides(tables_, closed_), connected_);
+    const bool convex = lambertian_and_flat(tables_) && connected_ &&
+                        convex_alone(tables_, solid_sides(tables_, closed_), connected_);
     const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex);
     const SceneView& scene = prepared.view();
     const ImagePlan plan(scene.camera, options);

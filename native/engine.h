@@ -17,6 +17,7 @@ struct RenderOptions {
     int32_t samples = 1;
     uint32_t seed = 0;
     int32_t max_depth = 2;
+    BounceLimits limits;
     bool interior = true, primary = true, shadow = true;
 };
 
@@ -26,6 +27,10 @@ class Engine {
 
     // Takes new values for the same topology; the BVH is refitted where vertices moved.
     void update(SceneTables tables);
+    // Edges of the visible meshes (core/topology.py): derivatives need them, pictures don't.
+    bool has_edges() const { return has_edges_; }
+    void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
+                   std::vector<uint32_t> faces, std::vector<uint32_t> opposite);
     void set_camera(const CameraView& camera) { tables_.camera = camera; }
     const SceneTables& tables() const { return tables_; }
 
@@ -42,7 +47,9 @@ class Engine {
     SceneTables tables_;
     int threads_;
     std::unique_ptr<Bvh> bvh_;
-    // What the topology alone says.
+    std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
+    bool has_edges_ = false;
+    // What the topology alone says, once the edges are known.
     std::vector<uint8_t> closed_;  // by mesh
     bool connected_ = false;
 };

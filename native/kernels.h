@@ -11,15 +11,35 @@ namespace edgegrad {
 constexpr int kBlockPaths = 8192;
 constexpr int kMaxWidth = 16;
 
+// Live paths of a task, one array for each value (path/path_queue.h).
+struct PathQueue {
+    float *origin[3], *direction[3], *throughput[3], *from[3], *from_normal[3], *pdf;
+    int32_t *path, *state, *bounces;
+};
+
+// What the rays of a queue met; face -1: nothing.
+struct HitQueue {
+    int32_t *face, *mesh, *instance;
+    float *b1, *b2, *distance;
+};
+
 // Scratch memory of one thread.
 struct Workspace {
     float* radiance[3];  // by path: L, or its derivative in forward mode
-    int32_t* path;       // queue of hits
+    PathQueue paths;
+    HitQueue hits;
+    // Of the derivatives' first hits:
+    int32_t* path;
     int32_t* face;
     float* b1;
     float* b2;
     float* screen_x;
     float* screen_y;
+};
+
+// Most scatterings of each kind; a ray beyond them brings light but isn't scattered again.
+struct BounceLimits {
+    int32_t diffuse = 255, glossy = 255, transmission = 255, transparent = 255;
 };
 
 // A run of pixels with some of their samples: pixel_count * samples <= kBlockPaths.
@@ -29,6 +49,7 @@ struct ImageTask {
     int32_t max_depth;
     uint32_t seed;
     float weight;  // 1 / samples per pixel
+    BounceLimits limits;
 };
 
 // Pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of `total`

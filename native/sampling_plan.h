@@ -31,6 +31,7 @@ struct ImagePlan {
         task.pixel_count = static_cast<int32_t>(std::min<int64_t>(per_chunk, pixels - first));
         task.max_depth = options.max_depth;
         task.seed = options.seed;
+        task.limits = options.limits;
         task.weight = 1.0f / static_cast<float>(options.samples);
         for (int sample = 0; sample < options.samples; sample += kBlockPaths) {
             task.first_sample = sample;

@@ -1,6 +1,7 @@
 // Scratch memory of one thread, allocated by the thread that uses it first.
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
 #include "kernels.h"
@@ -13,15 +14,24 @@ class ThreadWorkspace {
         if (memory_.empty()) {
             // Compacting writes whole packets behind the end.
             constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            memory_.resize(9 * row);
-            float* p = memory_.data();
-            view_ = {{p, p + row, p + 2 * row},
-                     reinterpret_cast<int32_t*>(p + 3 * row),
-                     reinterpret_cast<int32_t*>(p + 4 * row),
-                     p + 5 * row,
-                     p + 6 * row,
-                     p + 7 * row,
-                     p + 8 * row};
+            constexpr size_t rows = 3 + 16 + 3 + 6 + 2;
+            memory_.resize(rows * row);
+            float* next = memory_.data();
+            const auto take = [&](auto*& p) {
+                p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
+                next += row;
+            };
+            Workspace& w = view_;
+            for (float*& p : w.radiance) take(p);
+            for (auto* v : {&w.paths.origin, &w.paths.direction, &w.paths.throughput, &w.paths.from,
+                            &w.paths.from_normal})
+                for (float*& p : *v) take(p);
+            take(w.paths.pdf), take(w.paths.path), take(w.paths.state), take(w.paths.bounces);
+            take(w.hits.face), take(w.hits.mesh), take(w.hits.instance);
+            take(w.hits.b1), take(w.hits.b2), take(w.hits.distance);
+            // Derivatives follow no path beyond the first hit: they share that memory.
+            w.path = w.paths.path, w.face = w.hits.face, w.b1 = w.hits.b1, w.b2 = w.hits.b2;
+            take(w.screen_x), take(w.screen_y);
         }
         return view_;
     }

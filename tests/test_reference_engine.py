@@ -53,7 +53,9 @@ PATHS = [
 
 def make_engine(scene: edgegrad.Scene, threads: int = 2) -> tuple[Engine, flat.Tables]:
     tables = flat.flatten(scene)
-    return Engine(tables, tables.edges(), threads), tables
+    engine = Engine(tables, threads)
+    engine.set_edges(tables.edges())
+    return engine, tables
 
 
 def random_tangent(scene: edgegrad.Scene, paths: list[str]) -> dict[str, Floats]:

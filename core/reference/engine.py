@@ -8,6 +8,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bounces import Bounces
 from ..tables import Asked, Derivative, Tables
 from ..topology import Edges
 from .blocks import Forward, Reverse, Sink
@@ -31,25 +32,36 @@ class Engine:
     ----------
     tables
         The scene.
-    edges
-        `tables.edges()`.
     threads
         Threads for ray queries; 0: one per core. Results don't depend on it.
     """
 
-    def __init__(self, tables: Tables, edges: Edges, threads: int) -> None:
+    def __init__(self, tables: Tables, threads: int) -> None:
         self._threads = threads if threads > 0 else (os.cpu_count() or 1)
-        self._topology = edges
+        self._topology: Edges | None = None
         self.update(tables)
+
+    def set_edges(self, edges: Edges) -> None:
+        """The scene's edges (`Tables.edges`), which derivatives need."""
+        self._topology = edges
+        self._edges = EdgeTable.of(edges, self._surfaces)
 
     def update(self, tables: Tables) -> None:
         """Take over other values of the same topology."""
         self._surfaces = Surfaces.of(tables)
         self._lighting = Lighting(self._surfaces, Rays(tables, self._threads))
-        self._edges = EdgeTable.of(self._topology, self._surfaces)
+        if self._topology is not None:
+            self._edges = EdgeTable.of(self._topology, self._surfaces)
 
     def render(
-        self, tables: Tables, *, spp: int, seed: int, max_depth: int, progress: Progress | None = None
+        self,
+        tables: Tables,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces | None = None,
+        progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """(height, width, 3) picture seen by the camera of `tables`; scene values are those of the last `update`."""
         _check(spp, max_depth, ())

@@ -15,9 +15,9 @@ using Geometry = void*;
 constexpr uint32_t kInvalidId = 0xFFFFFFFFu;
 
 enum Property : int { kVersionMajor = 1, kVersionMinor = 2, kVersionPatch = 3, kRayMaskSupported = 64 };
-enum GeometryType : int { kTriangle = 0 };
+enum GeometryType : int { kTriangle = 0, kInstance = 121 };
 enum BufferType : int { kIndexBuffer = 0, kVertexBuffer = 1 };
-enum Format : int { kUInt3 = 0x5003, kFloat3 = 0x9003 };
+enum Format : int { kUInt3 = 0x5003, kFloat3 = 0x9003, kFloat3x4RowMajor = 0x9134 };
 enum Quality : int { kLow = 0, kMedium = 1, kHigh = 2, kRefit = 3 };
 enum SceneFlag : int { kDynamic = 1 << 0, kRobust = 1 << 2 };
 enum QueryFlag : int { kIncoherent = 0, kInvokeArgumentFilter = 1 << 1, kCoherent = 1 << 16 };
@@ -93,6 +93,9 @@ struct Api {
     void (*set_shared_buffer)(Geometry, int, unsigned, int, const void*, size_t, size_t, size_t);
     void (*update_buffer)(Geometry, int, unsigned);
     void (*enable_argument_filter)(Geometry, bool);
+    void (*set_geometry_mask)(Geometry, unsigned);
+    void (*set_instanced_scene)(Geometry, SceneHandle);
+    void (*set_transform)(Geometry, unsigned, int, const void*);
     void (*attach_geometry_by_id)(SceneHandle, Geometry, unsigned);
     void (*intersect1)(SceneHandle, void*, QueryArguments*);
     void (*intersect4)(const int*, SceneHandle, void*, QueryArguments*);

@@ -62,6 +62,9 @@ Api resolve_all(void* handle) {
     resolve(handle, "rtcSetSharedGeometryBuffer", api.set_shared_buffer);
     resolve(handle, "rtcUpdateGeometryBuffer", api.update_buffer);
     resolve(handle, "rtcSetGeometryEnableFilterFunctionFromArguments", api.enable_argument_filter);
+    resolve(handle, "rtcSetGeometryMask", api.set_geometry_mask);
+    resolve(handle, "rtcSetGeometryInstancedScene", api.set_instanced_scene);
+    resolve(handle, "rtcSetGeometryTransform", api.set_transform);
     resolve(handle, "rtcAttachGeometryByID", api.attach_geometry_by_id);
     resolve(handle, "rtcIntersect1", api.intersect1);
     resolve(handle, "rtcIntersect4", api.intersect4);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "kernels.h"
+#include "path/camera_rays.h"
 #include "shading/direct_light.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -10,14 +11,6 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Random stream of a pixel; the sampler scrambles and shuffles by it.
 EG_INLINE UInt pixel_stream(uint32_t seed, UInt pixel) {
     return hash(pixel ^ splat(hash(seed + 0x9e3779b9u)));
-}
-
-// Direction through the picture point s (pixels, row 0 on top); its length is such that ray
-// parameters are depths along the view axis.
-EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
-    const Float x = (sx - c.principal[0]) * (1.0f / c.focal);
-    const Float y = (c.principal[1] - sy) * (1.0f / c.focal);
-    return splat3(c.right) * x + splat3(c.up) * y - splat3(c.back);
 }
 
 // a / b for small non-negative a (< 2^20), exactly: vector units have no integer division.

@@ -11,7 +11,22 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // The pairs of one camera sample, by what they decide.
-enum Pair : uint32_t { kPairPixel = 1, kPairLight = 2, kPairEnvironment = 3, kPairStrategy = 4 };
+enum Pair : uint32_t {
+    kPairPixel = 1,
+    kPairLight = 2,
+    kPairEnvironment = 3,
+    kPairStrategy = 4,
+    kPairLens = 5
+};
+
+// The pairs at each vertex of a path.
+enum VertexPair : uint32_t {
+    kVertexDirection,  // the scattered direction
+    kVertexLight,      // point of an emitter
+    kVertexSky,        // direction to the environment's image
+    kVertexChoice,     // shader, lobe
+    kVertexSurvival    // transparency, Russian roulette
+};
 
 // lowbias32 (Wellons), of a number or of a packet.
 template <typename T>
@@ -55,12 +70,20 @@ EG_INLINE UInt sobol_second_reversed(UInt i) {
 
 EG_INLINE Float to_unit(UInt x) { return to_float(bits(x >> 8)) * 5.9604645e-8f; }  // [0, 1)
 
+// Number of a vertex's pair, behind those of the camera's.
+EG_INLINE UInt vertex_pair(Int vertex, VertexPair pair) {
+    return bits(vertex) * 8u + (8u + static_cast<uint32_t>(pair));
+}
+
 // Sample `index` of the pair `pair` for the stream `stream` (a hash of seed and pixel): [0, 1)^2.
-EG_INLINE void sobol_pair(UInt stream, UInt index, uint32_t pair, Float& u, Float& v) {
+EG_INLINE void sobol_pair(UInt stream, UInt index, UInt pair, Float& u, Float& v) {
     const UInt seed = hash(stream ^ (pair * 0x9e3779b9u));
     const UInt shuffled = reverse_bits(scramble_reversed(reverse_bits(index), seed));
     u = to_unit(reverse_bits(scramble_reversed(shuffled, hash(seed ^ 0x68bc21ebu))));
     v = to_unit(reverse_bits(scramble_reversed(sobol_second_reversed(shuffled), hash(seed ^ 0x02e5be93u))));
+}
+EG_INLINE void sobol_pair(UInt stream, UInt index, uint32_t pair, Float& u, Float& v) {
+    sobol_pair(stream, index, splat(pair), u, v);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

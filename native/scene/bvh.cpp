@@ -1,7 +1,6 @@
 #include "scene/bvh.h"
 
 #include <algorithm>
-#include <cmath>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -9,9 +8,6 @@
 namespace edgegrad {
 namespace {
 
-// A mesh that has moved by more than this share of its size since its BVH was built is built anew:
-// refitted boxes of far-moved triangles overlap, and traversal slows down.
-constexpr double kRebuildMotion = 0.05;
 constexpr int kErrorOutOfMemory = 4;  // RTC_ERROR_OUT_OF_MEMORY
 
 }  // namespace
@@ -29,8 +25,12 @@ Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(
 }
 
 void Bvh::release() {
+    for (embree::Geometry g : instances_) api_.release_geometry(g);
     for (embree::Geometry g : geometries_) api_.release_geometry(g);
+    for (const Instanced& i : instanced_) api_.release_scene(i.scene);
+    instances_.clear();
     geometries_.clear();
+    instanced_.clear();
     if (scene_) api_.release_scene(scene_);
     scene_ = nullptr;
     if (device_) api_.release_device(device_);
@@ -59,50 +59,69 @@ void Bvh::build(const SceneTables& tables) {
         api_.set_shared_buffer(g, embree::kIndexBuffer, 0, embree::kUInt3, tables.faces.data(), 12 * first,
                                12, faces);
         api_.enable_argument_filter(g, true);
+        api_.set_geometry_mask(g, static_cast<unsigned>(tables.mesh_mask[m]));
         api_.commit_geometry(g);
-        api_.attach_geometry_by_id(scene_, g, static_cast<unsigned>(m));
+        const bool placed = std::find(tables.instance_mesh.begin(), tables.instance_mesh.end(), m) !=
+                            tables.instance_mesh.end();
+        embree::SceneHandle parent = scene_;
+        if (placed) {
+            parent = api_.new_scene(device_);
+            instanced_.push_back({m, parent});
+        }
+        api_.attach_geometry_by_id(parent, g, static_cast<unsigned>(m));
     }
+    build_instances(tables);
     api_.commit_scene(scene_);
     check("building the BVH");
-    built_vertices_ = tables.vertices;
 }
 
-void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved) {
-    if (moved.empty()) return;
-    bool far = false;
-    for (int32_t m : moved) {
-        const size_t first = 3 * static_cast<size_t>(tables.mesh_first_vertex[m]);
-        const size_t last = 3 * static_cast<size_t>(tables.mesh_first_vertex[m + 1]);
-        double motion = 0.0, low = 1e300, high = -1e300;
-        for (size_t k = first; k < last; ++k) {
-            const double x = tables.vertices[k];
-            motion = std::max(motion, std::abs(x - built_vertices_[k]));
-            low = std::min(low, x);
-            high = std::max(high, x);
-        }
-        far = far || motion > kRebuildMotion * (high - low);
+void Bvh::build_instances(const SceneTables& tables) {
+    for (const Instanced& i : instanced_) api_.commit_scene(i.scene);
+    for (size_t k = 0; k < tables.instance_mesh.size(); ++k) {
+        const int32_t mesh = tables.instance_mesh[k];
+        const auto of = std::find_if(instanced_.begin(), instanced_.end(),
+                                     [&](const Instanced& i) { return i.mesh == mesh; });
+        embree::Geometry g = api_.new_geometry(device_, embree::kInstance);
+        instances_.push_back(g);
+        api_.set_instanced_scene(g, of->scene);
+        api_.set_transform(g, 0, embree::kFloat3x4RowMajor, &tables.instance_to_world[12 * k]);
+        api_.set_geometry_mask(g, static_cast<unsigned>(tables.mesh_mask[static_cast<size_t>(mesh)]));
+        api_.enable_argument_filter(g, true);
+        api_.commit_geometry(g);
+        api_.attach_geometry_by_id(scene_, g,
+                                   static_cast<unsigned>(tables.visible_meshes) + static_cast<unsigned>(k));
     }
+}
+
+void Bvh::make_dynamic() {
+    if (dynamic_) return;
+    api_.set_scene_flags(scene_, embree::kDynamic);
+    for (const Instanced& i : instanced_) api_.set_scene_flags(i.scene, embree::kDynamic);
+    dynamic_ = true;
+}
+
+void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far) {
+    if (moved.empty()) return;
     // A scene that never moves has one BVH over all meshes, which is the fastest to trace. From the
     // first motion on it is dynamic: one BVH per mesh, so that only what moved is refitted.
     const bool rebuild = far || !dynamic_;
-    if (!dynamic_) {
-        api_.set_scene_flags(scene_, embree::kDynamic);
-        dynamic_ = true;
-    }
+    make_dynamic();
+    const auto commit = [&](int32_t m, embree::Quality quality) {
+        embree::Geometry g = geometries_[static_cast<size_t>(m)];
+        api_.set_geometry_quality(g, quality);
+        api_.update_buffer(g, embree::kVertexBuffer, 0);
+        api_.commit_geometry(g);
+    };
     if (rebuild) {
-        built_vertices_ = tables.vertices;
-        for (embree::Geometry g : geometries_) {
-            api_.set_geometry_quality(g, embree::kMedium);
-            api_.update_buffer(g, embree::kVertexBuffer, 0);
-            api_.commit_geometry(g);
-        }
+        for (int32_t m = 0; m < tables.visible_meshes; ++m) commit(m, embree::kMedium);
     } else {
-        for (int32_t m : moved) {
-            api_.set_geometry_quality(geometries_[static_cast<size_t>(m)], embree::kRefit);
-            api_.update_buffer(geometries_[static_cast<size_t>(m)], embree::kVertexBuffer, 0);
-            api_.commit_geometry(geometries_[static_cast<size_t>(m)]);
-        }
+        for (int32_t m : moved) commit(m, embree::kRefit);
     }
+    for (const Instanced& i : instanced_)
+        if (rebuild || std::find(moved.begin(), moved.end(), i.mesh) != moved.end())
+            api_.commit_scene(i.scene);
+    if (rebuild || !instanced_.empty())
+        for (embree::Geometry g : instances_) api_.commit_geometry(g);
     api_.commit_scene(scene_);
     check("updating the BVH");
 }

@@ -14,21 +14,30 @@ class Bvh {
     Bvh(const Bvh&) = delete;
     Bvh& operator=(const Bvh&) = delete;
 
-    // After vertices of these meshes have moved in place.
-    void update(const SceneTables& tables, const std::vector<int32_t>& moved);
+    // After vertices of these meshes have moved in place; `far`: by so much that refitting won't do.
+    void update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far);
 
     embree::SceneHandle handle() const { return scene_; }
 
  private:
+    // Geometry m of `geometries_` is mesh m. An instanced mesh is alone in a scene of its own, of which
+    // instance i is geometry (number of meshes + i) of the main scene.
+    struct Instanced {
+        int32_t mesh;
+        embree::SceneHandle scene;
+    };
+
     void build(const SceneTables& tables);
+    void build_instances(const SceneTables& tables);
+    void make_dynamic();
     void release();
     void check(const char* doing) const;
 
     const embree::Api& api_;
     embree::Device device_ = nullptr;
     embree::SceneHandle scene_ = nullptr;
-    std::vector<embree::Geometry> geometries_;
-    std::vector<float> built_vertices_;  // where they were when built from scratch
+    std::vector<embree::Geometry> geometries_, instances_;
+    std::vector<Instanced> instanced_;
     bool dynamic_ = false;
 };
 

@@ -21,6 +21,27 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.face_material = tables.face_material.data();
     view_.face_moving = face_moving_.data();
     view_.mesh_first_face = tables.mesh_first_face.data();
+    view_.mesh_count = tables.visible_meshes;
+    view_.mesh_receivers = tables.mesh_receivers.data();
+    view_.mesh_terminator = tables.mesh_terminator.data();
+    view_.corner_normal = tables.corner_normal.empty() ? nullptr : tables.corner_normal.data();
+    view_.normals = tables.normals.data();
+    view_.instance_mesh = tables.instance_mesh.data();
+    view_.instance_to_world = tables.instance_to_world.data();
+    view_.material_first_leaf = tables.material_first_leaf.data();
+    view_.leaf_kind = tables.leaf_kind.data();
+    view_.leaf_flags = tables.leaf_flags.data();
+    view_.leaf_params = tables.leaf_params.data();
+    view_.all_flags = 0;
+    view_.common_flags = ~0;
+    for (int32_t flags : tables.leaf_flags) {
+        view_.all_flags |= flags;
+        view_.common_flags &= flags;
+    }
+    view_.any_mixture = tables.leaf_flags.size() + 1 != tables.material_first_leaf.size();
+    view_.environment_image = tables.environment_image;
+    std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
+    view_.environment_mask = tables.environment_mask;
     view_.albedo = tables.albedo.data();
     view_.emission = tables.emission.data();
     view_.emission_two_sided = tables.emission_two_sided.data();
@@ -30,6 +51,13 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.emitter_kind = emitters_.kind.data();
     view_.emitter_index = emitters_.index.data();
     view_.emitter_cdf = emitters_.cdf.data();
+    if (std::find(emitters_.kind.begin(), emitters_.kind.end(), kEmissiveTriangle) != emitters_.kind.end()) {
+        face_emitter_.assign(tables.face_material.size(), -1);
+        for (size_t k = 0; k < emitters_.kind.size(); ++k)
+            if (emitters_.kind[k] == kEmissiveTriangle)
+                face_emitter_[static_cast<size_t>(emitters_.index[k])] = static_cast<int32_t>(k);
+        view_.face_emitter = face_emitter_.data();
+    }
     view_.point_position = tables.point_position.data();
     view_.point_intensity = tables.point_intensity.data();
     view_.sun_direction = tables.sun_direction.data();
@@ -43,6 +71,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.edge_faces = tables.edge_faces.data();
     view_.edge_opposite = tables.edge_opposite.data();
     view_.camera = tables.camera;
+    view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();
 }
 
 }  // namespace edgegrad

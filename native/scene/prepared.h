@@ -17,7 +17,7 @@ class PreparedScene {
 
  private:
     EmitterTable emitters_;
-    std::vector<int32_t> face_moving_;
+    std::vector<int32_t> face_moving_, face_emitter_;
     int64_t edge_count_;
     SceneView view_{};
 };

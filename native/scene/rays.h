@@ -36,13 +36,13 @@ static void ignore_edge_faces(const embree::FilterArguments* args) {
     }
 }
 
-EG_INLINE void set_ray(Ray& ray, Vec3 origin, Vec3 direction, Float near, Float far) {
+EG_INLINE void set_ray(Ray& ray, Vec3 origin, Vec3 direction, Float near, Float far, Int mask) {
     store(ray.org_x, origin.x), store(ray.org_y, origin.y), store(ray.org_z, origin.z);
     store(ray.dir_x, direction.x), store(ray.dir_y, direction.y), store(ray.dir_z, direction.z);
     store(ray.tnear, near), store(ray.tfar, far);
     for (int i = 0; i < W; ++i) {
         ray.time[i] = 0.0f;
-        ray.mask[i] = 0xFFFFFFFFu;
+        ray.mask[i] = static_cast<uint32_t>(mask[i]);
         ray.id[i] = static_cast<uint32_t>(i);
         ray.flags[i] = 0;
     }
@@ -74,7 +74,8 @@ EG_INLINE void query_occluded(const SceneView& scene, const int32_t* valid, Ray&
 
 struct Closest {
     Mask hit;
-    Int face;  // 0 where there is no hit
+    Int face;            // 0 where there is no hit
+    Int mesh, instance;  // instance -1: the mesh itself
     Float b1, b2;
     Float distance;  // in units of the direction's length
 };
@@ -90,13 +91,21 @@ EG_INLINE void set_filter(const SceneView& scene, const Ignored& ignored, EdgeCo
     args.filter = ignore_edge_faces;
 }
 
-// Nearest hit.
+// What rays of a kind meet: a mask for Embree.
+EG_INLINE Int ray_mask(Int kind) {
+    Int mask;
+    for (int i = 0; i < W; ++i) mask[i] = 1 << kind[i];
+    return mask;
+}
+
+// Nearest hit, of the meshes that have a bit of `mask`.
 EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float near,
-                            Float far, const Ignored& ignored, int coherence) {
+                            Float far, const Ignored& ignored, int coherence,
+                            Int mask = splat(1 << kCameraRay)) {
     alignas(64) int32_t valid[W];
     store(valid, active);
     RayHit rays;
-    set_ray(rays.ray, origin, direction, near, far);
+    set_ray(rays.ray, origin, direction, near, far, mask);
     for (int i = 0; i < W; ++i) {
         rays.hit.geom_id[i] = embree::kInvalidId;
         rays.hit.inst_id[i] = embree::kInvalidId;
@@ -110,8 +119,12 @@ EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Ve
     for (int i = 0; i < W; ++i) {
         const bool hit = valid[i] && rays.hit.geom_id[i] != embree::kInvalidId;
         closest.hit[i] = hit ? -1 : 0;
+        closest.mesh[i] = hit ? static_cast<int32_t>(rays.hit.geom_id[i]) : 0;
+        closest.instance[i] = hit && rays.hit.inst_id[i] != embree::kInvalidId
+                                  ? static_cast<int32_t>(rays.hit.inst_id[i]) - scene.mesh_count
+                                  : -1;
         closest.face[i] =
-            hit ? scene.mesh_first_face[rays.hit.geom_id[i]] + static_cast<int32_t>(rays.hit.prim_id[i]) : 0;
+            hit ? scene.mesh_first_face[closest.mesh[i]] + static_cast<int32_t>(rays.hit.prim_id[i]) : 0;
         closest.b1[i] = hit ? rays.hit.u[i] : 0.0f;
         closest.b2[i] = hit ? rays.hit.v[i] : 0.0f;
         closest.distance[i] = hit ? rays.ray.tfar[i] : far[i];
@@ -124,12 +137,12 @@ EG_INLINE Vec3 leave_surface(const SurfacePoint& x) { return x.position + x.norm
 
 // Whether something is hit within `far` times the direction's length.
 EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
-                        const Ignored& ignored) {
+                        const Ignored& ignored, Int mask = splat(1 << kShadowRay)) {
     if (!any(active)) return active;
     alignas(64) int32_t valid[W];
     store(valid, active);
     Ray ray;
-    set_ray(ray, origin, direction, splat(0.0f), far);
+    set_ray(ray, origin, direction, splat(0.0f), far, mask);
     EdgeContext context;
     embree::QueryArguments args;
     set_filter(scene, ignored, context, args);

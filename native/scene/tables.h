@@ -12,6 +12,22 @@ struct SceneTables {
     std::vector<float> vertices;
     std::vector<int32_t> faces, face_material, mesh_first_vertex, mesh_first_face;
     int32_t visible_meshes = 0;  // these come first; the rest are area lights
+    std::vector<int32_t> mesh_mask, mesh_receivers;
+    std::vector<float> mesh_terminator;
+    std::vector<int32_t> corner_normal, mesh_first_normal;
+    std::vector<uint8_t> mesh_custom;
+    std::vector<float> custom_normals;
+    std::vector<float> normals;  // all shading normals (scene/shading_normals.h)
+    std::vector<int32_t> instance_mesh;
+    std::vector<float> instance_to_world;
+    std::vector<int32_t> material_first_leaf, leaf_kind, leaf_flags;
+    std::vector<float> leaf_params;
+    int32_t environment_image = -1;
+    float environment_rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    int32_t environment_mask = 0;
+    int32_t filter_kind = 0;
+    float filter_width = 1.0f;  // pixels
+    std::vector<float> filter;  // film/pixel_filter.h
     std::vector<float> albedo, emission;
     std::vector<int32_t> emission_two_sided;
     std::vector<float> point_position, point_intensity, sun_direction, sun_irradiance;

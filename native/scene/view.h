@@ -4,30 +4,67 @@
 #include <cstdint>
 
 #include "embree/api.h"
+#include "scene/material_params.h"
 
 namespace edgegrad {
+
+// Kinds of rays, as bits 1 << kind of what meets them (core/_check.py, RAYS); above them in a mesh's mask the
+// sets of shadow casters that lights may name.
+enum RayKind : int32_t { kCameraRay, kDiffuseRay, kGlossyRay, kTransmissionRay, kShadowRay, kFirstBlockers };
+
+enum CameraKind : int32_t { kPerspective, kOrthographic, kEquirectangular };
 
 // Kinds of finite emitters.
 constexpr int32_t kEmissiveTriangle = 0, kPointLight = 1, kSunLight = 2;
 
+constexpr int kFilterSize = 1024;
+
 struct CameraView {
     float position[3];
     float right[3], up[3], back[3];  // axes X, Y, Z; it looks along -Z
-    float focal;                     // pixels
-    float principal[2];              // pixels
-    int32_t width, height;
+    CameraKind kind;
+    float focal;         // pixels; orthographic: pixels per metre
+    float pixel_aspect;  // height of a pixel by its width
+    float principal[2];  // pixels of the rendered window
+    float panorama[4];   // longitude and latitude of the full picture's left, right, lower and upper edge
+    int32_t full_width, full_height;
+    int32_t window_x, window_y;  // first pixel of the window in the full picture
+    float aperture_radius, focus_distance, aperture_rotation, aperture_ratio;
+    int32_t aperture_blades;
+    int32_t width, height;  // of the window
     float clip_start, clip_end;
+    const float*
+        filter;  // kFilterSize + 1 places of the pixel filter's inverted distribution; null: box of one pixel
 };
 
 struct SceneView {
     const embree::Api* api;
     embree::SceneHandle bvh;
 
-    const float* vertices;              // (V, 3)
-    const int32_t* faces;               // (F, 3)
-    const int32_t* face_material;       // (F)
-    const int32_t* face_moving;         // (F) 1: its vertices are parameters
-    const int32_t* mesh_first_face;     // by Embree's geomID
+    const float* vertices;           // (V, 3)
+    const int32_t* faces;            // (F, 3)
+    const int32_t* face_material;    // (F)
+    const int32_t* face_moving;      // (F) 1: its vertices are parameters
+    const int32_t* mesh_first_face;  // by Embree's geomID
+    int32_t mesh_count;              // that rays can hit; instances have the geomIDs from here on
+    const int32_t* mesh_receivers;   // (S) bits of the sets of receivers that a mesh is in
+    const float* mesh_terminator;    // (S) share of the shadow terminator's offset
+    const int32_t* corner_normal;    // (F, 3) shading normal of each corner, -1: flat; null: all is flat
+    const float* normals;            // (N, 3) unit
+    const int32_t* instance_mesh;    // (I)
+    const float* instance_to_world;  // (I, 3, 4) rows
+
+    const int32_t* material_first_leaf;  // (M + 1) its shaders
+    const int32_t* leaf_kind;            // (L) ShaderKind
+    const int32_t* leaf_flags;           // (L) LeafFlag bits
+    const float* leaf_params;            // (L, kMaterialParams)
+    int32_t all_flags, common_flags;     // bits that any, or every, shader has
+    bool any_mixture;
+
+    int32_t environment_image;  // -1: none
+    float environment_rotation[9];
+    int32_t environment_mask;
+
     const float* albedo;                // (M, 3)
     const float* emission;              // (M, 3)
     const int32_t* emission_two_sided;  // (M)
@@ -38,6 +75,7 @@ struct SceneView {
     const int32_t* emitter_kind;   // one of the kinds above
     const int32_t* emitter_index;  // face, point light or sun
     const float* emitter_cdf;      // (emitter_count + 1) from 0 to 1
+    const int32_t* face_emitter;   // (F) its place among the emitters, -1: none; null: no face emits
     const float* point_position;   // (P, 3)
     const float* point_intensity;  // (P, 3)
     const float* sun_direction;    // (D, 3)

@@ -1,0 +1,43 @@
+#include "film/pixel_filter.h"
+
+#include <cmath>
+
+namespace edgegrad {
+namespace {
+
+// Weight at offset x, as in Cycles: the Blackman-Harris window over [-width/2, width/2], and
+// exp(-2 (6 x / width)^2) cut off there.
+double weight(PixelFilter filter, double x, double width) {
+    if (filter == kBlackmanHarrisFilter) {
+        const double v = 2.0 * M_PI * (x / width + 0.5);
+        return 0.35875 - 0.48829 * std::cos(v) + 0.14128 * std::cos(2.0 * v) - 0.01168 * std::cos(3.0 * v);
+    }
+    if (filter == kGaussianFilter) {
+        const double v = 6.0 * x / width;
+        return std::exp(-2.0 * v * v);
+    }
+    return 1.0;
+}
+
+}  // namespace
+
+std::vector<float> inverted_filter(PixelFilter filter, float width) {
+    if (filter == kBoxFilter && width == 1.0f) return {};
+    constexpr int kSteps = 16 * kFilterSize;
+    const double half = 0.5 * static_cast<double>(width), step = 2.0 * half / kSteps;
+    std::vector<double> sum{0.0};
+    for (int k = 0; k < kSteps; ++k)
+        sum.push_back(sum.back() + weight(filter, -half + (k + 0.5) * step, static_cast<double>(width)));
+    std::vector<float> offsets;
+    size_t at = 0;
+    for (int k = 0; k <= kFilterSize; ++k) {
+        const double wanted = sum.back() * k / kFilterSize;
+        while (at + 2 < sum.size() && sum[at + 1] < wanted) ++at;
+        const double mass = sum[at + 1] - sum[at];
+        const double within = mass > 0.0 ? (wanted - sum[at]) / mass : 0.0;
+        offsets.push_back(static_cast<float>(-half + (static_cast<double>(at) + within) * step));
+    }
+    return offsets;
+}
+
+}  // namespace edgegrad

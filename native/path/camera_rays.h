@@ -1,0 +1,94 @@
+// Camera rays: from a point of the picture and of the lens to a ray in the scene.
+#pragma once
+
+#include "scene/geometry.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A ray; `direction` of a perspective or orthographic camera has unit depth, so that ray parameters are
+// depths along the view axis; of an equirectangular one unit length.
+struct CameraRay {
+    Vec3 origin, direction;
+};
+
+// Direction through the picture point s (pixels, row 0 on top) of a perspective camera, of unit depth.
+EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
+    const Float x = (sx - c.principal[0]) * (1.0f / c.focal);
+    const Float y = (c.principal[1] - sy) * (c.pixel_aspect / c.focal);
+    return splat3(c.right) * x + splat3(c.up) * y - splat3(c.back);
+}
+
+// Place on the unit aperture: a disk (concentric map, Shirley and Chiu 1997) or a regular polygon of
+// `blades` sides with its corners on the unit circle, stretched by the ratio.
+EG_INLINE void aperture_point(const CameraView& c, Float u, Float v, Float& x, Float& y) {
+    Float s, t;
+    if (c.aperture_blades >= 3) {
+        const float sides = static_cast<float>(c.aperture_blades);
+        const Float side = to_float(to_int(u * sides));
+        const Float r = sqrt(u * sides - side);  // the place within the triangle of one side
+        const Float a0 = side * (1.0f / sides), a1 = (side + 1.0f) * (1.0f / sides);
+        Float s0, c0, s1, c1;
+        sincos_turn(a0, s0, c0);
+        sincos_turn(select(a1 >= 1.0f, splat(0.0f), a1), s1, c1);
+        x = r * (c0 * (1.0f - v) + c1 * v);
+        y = r * (s0 * (1.0f - v) + s1 * v);
+        const float turn = c.aperture_rotation * 0.159154943f;
+        sincos_turn(splat(turn - __builtin_floorf(turn)), s, t);
+        const Float px = x;
+        x = t * px - s * y;
+        y = s * px + t * y;
+    } else {
+        sincos_turn(v, s, t);
+        const Float r = sqrt(u);
+        x = r * t;
+        y = r * s;
+    }
+    x = x * (1.0f / c.aperture_ratio);
+}
+
+EG_INLINE CameraRay camera_ray(const CameraView& c, Float sx, Float sy, Float lens_u, Float lens_v) {
+    CameraRay ray;
+    ray.origin = splat3(c.position);
+    if (c.kind == kEquirectangular) {
+        const Float fx = (sx + static_cast<float>(c.window_x)) * (1.0f / static_cast<float>(c.full_width));
+        const Float fy =
+            1.0f - (sy + static_cast<float>(c.window_y)) * (1.0f / static_cast<float>(c.full_height));
+        constexpr float kTurn = 0.159154943f;
+        const auto turns = [](Float angle) {
+            const Float t = angle * kTurn;
+            return t - to_float(to_int(t)) + select(t < to_float(to_int(t)), splat(1.0f), 0.0f);
+        };
+        Float s, t, sine, cosine;
+        sincos_turn(turns(c.panorama[0] + fx * (c.panorama[1] - c.panorama[0])), s, t);
+        sincos_turn(turns(c.panorama[2] + fy * (c.panorama[3] - c.panorama[2])), sine, cosine);
+        ray.direction = splat3(c.right) * (s * cosine) + splat3(c.up) * sine - splat3(c.back) * (t * cosine);
+        return ray;
+    }
+    const Vec3 through = camera_direction(c, sx, sy);
+    if (c.kind == kOrthographic) {
+        ray.origin = ray.origin + through + splat3(c.back);
+        ray.direction = -splat3(c.back);
+    } else {
+        ray.direction = through;
+    }
+    if (c.aperture_radius > 0.0f) {
+        // All rays of a picture point meet in the plane of focus.
+        Float x, y;
+        aperture_point(c, lens_u, lens_v, x, y);
+        const Vec3 lens = splat3(c.right) * (x * c.aperture_radius) + splat3(c.up) * (y * c.aperture_radius);
+        ray.origin = ray.origin + lens;
+        ray.direction = ray.direction - lens * splat(1.0f / c.focus_distance);
+    }
+    return ray;
+}
+
+// Offset of a sample within its pixel, from the pixel's corner, for the random number u.
+EG_INLINE Float filter_sample(const CameraView& c, Float u) {
+    if (!c.filter) return u;
+    const Float place = u * static_cast<float>(kFilterSize);
+    const Int cell = to_int(place);
+    const Float low = gather(c.filter, cell), high = gather(c.filter, cell + 1);
+    return low + (high - low) * (place - to_float(cell)) + 0.5f;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

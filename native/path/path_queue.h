@@ -1,0 +1,89 @@
+// The queue of a task's live paths: what a ray carries from one surface to the next.
+#pragma once
+
+#include "kernels.h"
+#include "simd/vector.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A packet of paths on their way along a ray.
+struct PathPacket {
+    Mask active;
+    Int path;         // within the task
+    Vec3 origin;      // where the ray starts
+    Vec3 direction;   // unit
+    Vec3 throughput;  // product of f |cos| / pdf so far
+    Float pdf;  // solid-angle density with which the ray was sampled; 0: by no density (camera, specular)
+    Vec3 from;  // the surface point that scattered last, and its normal: a ray may pass surfaces between
+    Vec3 from_normal;
+    Int segment;     // number of this ray in its path, from 1
+    Int vertex;      // surfaces met, passed ones included: which random numbers come next
+    Int kind;        // RayKind
+    Mask final_ray;  // it brings light that it meets, and isn't scattered again
+    Int bounces;     // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
+};
+
+constexpr int kVertexBits = 11, kSegmentBits = 11;
+
+EG_INLINE Int pack_state(const PathPacket& p) {
+    return p.segment | (p.vertex << kSegmentBits) | (p.kind << (kSegmentBits + kVertexBits)) |
+           ((p.final_ray & 1) << (kSegmentBits + kVertexBits + 3));
+}
+
+EG_INLINE void unpack_state(Int state, PathPacket& p) {
+    p.segment = state & ((1 << kSegmentBits) - 1);
+    p.vertex = (state >> kSegmentBits) & ((1 << kVertexBits) - 1);
+    p.kind = (state >> (kSegmentBits + kVertexBits)) & 7;
+    p.final_ray = ((state >> (kSegmentBits + kVertexBits + 3)) & 1) != 0;
+}
+
+// Number of bounces of a kind (kDiffuseRay, kGlossyRay, kTransmissionRay, or 4: transparent) so far.
+EG_INLINE Int bounce_count(Int bounces, Int kind) {
+    Int n;
+    for (int i = 0; i < W; ++i) n[i] = (bounces[i] >> (8 * (kind[i] - 1))) & 255;
+    return n;
+}
+EG_INLINE Int add_bounce(Int bounces, Mask m, Int kind) {
+    for (int i = 0; i < W; ++i)
+        if (m[i]) bounces[i] += 1 << (8 * (kind[i] - 1));
+    return bounces;
+}
+
+EG_INLINE void load3(Vec3& v, float* const p[3], int at) {
+    v = {load(p[0] + at), load(p[1] + at), load(p[2] + at)};
+}
+EG_INLINE void append3(float* const p[3], int n, Mask m, Vec3 v) {
+    append(p[0], n, m, v.x);
+    append(p[1], n, m, v.y);
+    append(p[2], n, m, v.z);
+}
+
+EG_INLINE PathPacket load_paths(const PathQueue& q, int at, int count) {
+    PathPacket p;
+    p.active = first_lanes(count - at);
+    p.path = select(p.active, load(q.path + at), splat(0));
+    load3(p.origin, q.origin, at);
+    load3(p.direction, q.direction, at);
+    load3(p.throughput, q.throughput, at);
+    load3(p.from, q.from, at);
+    load3(p.from_normal, q.from_normal, at);
+    p.pdf = load(q.pdf + at);
+    p.bounces = load(q.bounces + at);
+    unpack_state(load(q.state + at), p);
+    p.kind = select(p.active, p.kind, splat(0));
+    return p;
+}
+
+EG_INLINE int append_paths(PathQueue& q, int n, const PathPacket& p) {
+    append3(q.origin, n, p.active, p.origin);
+    append3(q.direction, n, p.active, p.direction);
+    append3(q.throughput, n, p.active, p.throughput);
+    append3(q.from, n, p.active, p.from);
+    append3(q.from_normal, n, p.active, p.from_normal);
+    append(q.pdf, n, p.active, p.pdf);
+    append(q.bounces, n, p.active, p.bounces);
+    append(q.state, n, p.active, pack_state(p));
+    return append(q.path, n, p.active, p.path);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,125 @@
+// The path tracer: radiance along camera rays, for paths of up to `max_depth` segments,
+//   L(x, wo) = L_e + int f(wo, w) |n.w| L(x', -w) dw,
+// estimated per vertex by one emitter sample and one BSDF sample, combined by the power heuristic (Veach
+// 1997), with Russian roulette. A task's paths advance one segment at a time: all rays of the queue are
+// traced in packets, then all hits are shaded, and what lives on is compacted.
+//
+// What isn't sampled twice isn't traced twice. A constant environment is found by BSDF samples alone; on
+// Lambertian surfaces, whose emitter samples are good enough by themselves, the last segment of a path is
+// traced only to see the environment.
+#pragma once
+
+#include "path/scatter.h"
+#include "shading/surface_shader.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+EG_INLINE void store_hits(HitQueue& hits, int at, const Closest& hit) {
+    store(hits.face + at, select(hit.hit, hit.face, splat(-1)));
+    store(hits.mesh + at, hit.mesh);
+    store(hits.instance + at, hit.instance);
+    store(hits.b1 + at, hit.b1);
+    store(hits.b2 + at, hit.b2);
+    store(hits.distance + at, hit.distance);
+}
+
+// The task's camera rays and what they meet; the number of paths.
+EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspace& work) {
+    const CameraView& camera = scene.camera;
+    const int count = task.pixel_count * task.samples;
+    const int row = task.first_pixel / camera.width, column = task.first_pixel % camera.width;
+    PathPacket p;
+    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    p.pdf = splat(0.0f);
+    p.segment = splat(1);
+    p.vertex = p.bounces = splat(0);
+    p.kind = splat(static_cast<int>(kCameraRay));
+    p.final_ray = splat(task.max_depth <= 1 ? -1 : 0);
+    for (int at = 0; at < count; at += W) {
+        p.active = first_lanes(count - at);
+        p.path = lane_index() + at;
+        const PathIndex index = path_index(task, p.path);
+        Float u, v, lens_u = splat(0.5f), lens_v = lens_u;
+        sobol_pair(index.stream, index.sample, kPairPixel, u, v);
+        if (camera.aperture_radius > 0.0f) sobol_pair(index.stream, index.sample, kPairLens, lens_u, lens_v);
+        const Int rows = quotient(index.pixel + column, camera.width);
+        const CameraRay ray = camera_ray(
+            camera, to_float(index.pixel + column - rows * camera.width) + filter_sample(camera, u),
+            to_float(rows + row) + filter_sample(camera, v), lens_u, lens_v);
+        const Float length = sqrt(dot(ray.direction, ray.direction));
+        p.origin = p.from = ray.origin;
+        p.direction = p.from_normal = ray.direction * (1.0f / length);
+        const Closest hit =
+            intersect(scene, p.active, p.origin, p.direction, length * camera.clip_start,
+                      length * camera.clip_end, ignore_nothing(), embree::kCoherent, ray_mask(p.kind));
+        store_hits(work.hits, at, hit);
+        append_paths(work.paths, at, p);
+        for (int c = 0; c < 3; ++c) store(work.radiance[c] + at, splat(0.0f));
+    }
+    return count;
+}
+
+EG_INLINE void trace_paths(const SceneView& scene, Workspace& work, int count) {
+    for (int at = 0; at < count; at += W) {
+        const PathPacket p = load_paths(work.paths, at, count);
+        const Closest hit =
+            intersect(scene, p.active, p.origin, p.direction, splat(0.0f), splat(__builtin_inff()),
+                      ignore_nothing(), embree::kIncoherent, ray_mask(p.kind));
+        store_hits(work.hits, at, hit);
+    }
+}
+
+// Light from the environment along rays that meet nothing.
+EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const PathPacket& p, Mask missed) {
+    missed &= (splat(scene.environment_mask) & ray_mask(p.kind)) != 0;
+    if (!any(missed)) return;
+    add_radiance(work, p, missed, p.throughput * splat3(scene.environment));
+}
+
+// Light that the surface itself gives, against the chance that an emitter sample found it.
+EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathPacket& p,
+                            const SurfacePoint& x, const Shader& shader, Float distance) {
+    const Mask emits =
+        x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
+    if (!any(emits)) return;
+    Float weight = splat(1.0f);
+    const Mask sampled = emits & (p.pdf > 0.0f);
+    if (any(sampled))
+        weight = select(sampled,
+                        power_heuristic(p.pdf, emitter_pdf(scene, sampled, p.from, x, p.direction, distance)),
+                        splat(1.0f));
+    add_radiance(work, p, emits, p.throughput * shader.color(kEmission) * (shader.scale * weight));
+}
+
+// One segment: shades the hits of the queue's `count` paths; the number of those that go on.
+EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count) {
+    int alive = 0;
+    for (int at = 0; at < count; at += W) {
+        PathPacket p = load_paths(work.paths, at, count);
+        const Int face = load(work.hits.face + at);
+        const Mask hit = p.active & (face >= 0);
+        if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit);
+        if (!any(hit)) continue;
+        const Float distance = load(work.hits.distance + at);
+        SurfacePoint x = surface_point(scene, hit, face, load(work.hits.b1 + at), load(work.hits.b2 + at),
+                                       p.direction, select(hit, load(work.hits.instance + at), splat(-1)));
+        x.mesh = select(hit, load(work.hits.mesh + at), splat(0));
+        const PathIndex index = path_index(task, p.path);
+        Float choice_u = splat(0.5f), choice_v = choice_u;
+        if (scene.any_mixture || (scene.all_flags & kHasGlossy))
+            sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
+        const Shader shader = surface_shader(scene, x, choice_u);
+        if (scene.all_flags & kHasEmission) add_emission(scene, work, p, x, shader, distance);
+
+        p.active = x.active & ~p.final_ray;
+        p.throughput = p.throughput * shader.scale;
+        p.active &= largest_component(shader.color(kBaseColor) * p.throughput) > 0.0f;
+        if (!any(p.active)) continue;
+        x.active = p.active;
+        const Lambertian surface{shading_normal(scene, x), x.normal, shader.color(kBaseColor)};
+        alive = scatter(scene, task, work, p, x, surface, index, choice_v, alive);
+    }
+    return alive;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,121 @@
+// What a surface does with a path: light from an emitter sample, and the ray that goes on.
+#pragma once
+
+#include "path/path_queue.h"
+#include "path/stream.h"
+#include "shading/lambertian.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Segments after which Russian roulette may end a path, and the least probability of going on.
+constexpr int kRouletteSegment = 3;
+constexpr float kLeastSurvival = 0.05f;
+
+EG_INLINE Float power_heuristic(Float p, Float q) {
+    const Float p2 = p * p;
+    return p2 / max(p2 + q * q, 1e-38f);
+}
+
+EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 value) {
+    for (int i = 0; i < W; ++i) {
+        if (!m[i]) continue;
+        work.radiance[0][p.path[i]] += value.x[i];
+        work.radiance[1][p.path[i]] += value.y[i];
+        work.radiance[2][p.path[i]] += value.z[i];
+    }
+}
+
+// Where a ray towards w leaves the surface.
+EG_INLINE Vec3 leave_surface(const SurfacePoint& x, Vec3 w) {
+    return x.position + x.normal * select(dot(x.normal, w) < 0.0f, -x.offset, x.offset);
+}
+
+EG_INLINE Int limit(const BounceLimits& limits, Int kind) {
+    return select(kind == splat(static_cast<int>(kDiffuseRay)), splat(limits.diffuse),
+                  select(kind == splat(static_cast<int>(kGlossyRay)), splat(limits.glossy),
+                         splat(limits.transmission)));
+}
+
+// Whether the ray that leaves for the next surface by a bounce of `kind` is a path's last.
+EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kind) {
+    return (p.segment + 1 >= task.max_depth) | (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind));
+}
+
+// Light from one emitter sample, `weight` being that of this strategy alone where the next ray is final.
+template <typename Surface>
+EG_INLINE void add_emitter_light(const SceneView& scene, Workspace& work, const PathPacket& p,
+                                 const SurfacePoint& x, const Surface& surface, Mask alone,
+                                 const PathIndex& index) {
+    Float u, v;
+    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
+    EmitterSample s = sample_emitter(scene, p.active, x.position, u, v);
+    // Light that falls on the viewer's side of the shading normal through the triangle doesn't count.
+    if constexpr (Surface::kSmooth) s.active &= dot(x.normal, s.w) > 0.0f;
+    const BsdfValue f = surface.evaluate(s.active, s.w);
+    Vec3 light = s.radiance * f.value * s.geometry;
+    s.active &= largest_component(light) > 0.0f;
+    if (!any(s.active)) return;
+    const Mask shared = s.active & ~alone & (s.pdf > 0.0f);
+    if (any(shared)) light = light * select(shared, power_heuristic(s.pdf, f.pdf), 1.0f);
+    if (!scene.convex)
+        s.active &= ~emitter_hidden(scene, x.position, leave_surface(x, s.w), ignore_nothing(), s);
+    add_radiance(work, p, s.active, p.throughput * light);
+}
+
+// Light that a last ray finds in the environment: only whether it meets anything matters.
+EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, const PathPacket& p,
+                                     const SurfacePoint& x, Mask active, const BsdfSample& s) {
+    active &= (splat(scene.environment_mask) & ray_mask(s.ray_kind)) != 0;
+    if (!any(active)) return;
+    if (!scene.convex)
+        active &= ~occluded(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
+                            ignore_nothing(), ray_mask(s.ray_kind));
+    add_radiance(work, p, active, p.throughput * s.weight * splat3(scene.environment));
+}
+
+// Appends the rays that go on to the queue; its new length.
+template <typename Surface>
+EG_INLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
+                      const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
+                      int alive) {
+    // A Lambertian surface's last ray sees nothing but the environment.
+    Mask alone = splat(0);
+    if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));
+    if (scene.emitter_count > 0) add_emitter_light(scene, work, p, x, surface, alone, index);
+    if (!scene.has_environment) p.active &= ~alone;
+    if (!any(p.active)) return alive;
+
+    Float u, v;
+    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexDirection), u, v);
+    BsdfSample s = surface.sample(p.active, lobe_u, u, v);
+    p.active &= s.active;
+    const Mask last = p.active & alone;
+    if (any(last)) add_final_environment(scene, work, p, x, last, s);
+    p.active &= ~alone;
+    if (!any(p.active)) return alive;
+
+    p.final_ray = next_is_final(task, p, s.ray_kind);
+    p.throughput = p.throughput * s.weight;
+    const Float brightest = largest_component(p.throughput);
+    p.active &= brightest > 0.0f;
+    const Mask risky = p.active & (p.segment >= kRouletteSegment) & (brightest < 1.0f);
+    if (any(risky)) {
+        Float roulette, unused;
+        sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), roulette, unused);
+        const Float survival = select(risky, max(brightest, kLeastSurvival), splat(1.0f));
+        p.active &= roulette < survival;
+        p.throughput = p.throughput * (1.0f / survival);
+    }
+    p.origin = leave_surface(x, s.wi);
+    p.direction = s.wi;
+    p.from = x.position;
+    p.from_normal = x.normal;
+    p.pdf = select(s.specular, splat(0.0f), s.pdf);
+    p.bounces = add_bounce(p.bounces, p.active, s.ray_kind);
+    p.kind = s.ray_kind;
+    p.segment = p.segment + 1;
+    p.vertex = p.vertex + 1;
+    return append_paths(work.paths, alive, p);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,23 @@
+// What evaluating and sampling a BSDF give.
+#pragma once
+
+#include "simd/vector.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct BsdfValue {
+    Vec3 value;  // f |n.w|
+    Float pdf;   // solid-angle density with which `sample` finds w
+};
+
+struct BsdfSample {
+    Mask active;
+    Vec3 wi;      // unit, away from the surface
+    Vec3 weight;  // f |n.w| / pdf
+    Float pdf;
+    Mask specular;     // of a mirror or a smooth interface: no other strategy finds it
+    Mask transmitted;  // to the other side of the triangle
+    Int ray_kind;      // kDiffuseRay, kGlossyRay or kTransmissionRay
+};
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,33 @@
+// The Lambertian surface, f = albedo / pi: what most surfaces of a scene under reconstruction are.
+#pragma once
+
+#include "shading/bsdf/sample.h"
+#include "shading/direct_light.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct Lambertian {
+    Vec3 normal;  // shading normal, on the viewer's side
+    Vec3 ng;      // the triangle's
+    Vec3 albedo;
+
+    // Whether an emitter sample alone is good enough: f is as smooth as a cosine.
+    static constexpr bool kSmooth = true;
+
+    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
+        const Float pdf = select(active, max(dot(normal, w), 0.0f) * kInvPi, 0.0f);
+        return {albedo * pdf, pdf};
+    }
+    EG_INLINE BsdfSample sample(Mask active, Float, Float u, Float v) const {
+        BsdfSample s;
+        s.wi = cosine_direction(normal, u, v);
+        s.active = active & (dot(ng, s.wi) > 0.0f);
+        s.weight = albedo;
+        s.pdf = max(dot(normal, s.wi), 0.0f) * kInvPi;
+        s.specular = s.transmitted = splat(0);
+        s.ray_kind = splat(static_cast<int>(kDiffuseRay));
+        return s;
+    }
+};
+
+}  // namespace edgegrad::EDGEGRAD_ISA

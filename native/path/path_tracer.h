@@ -78,17 +78,56 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
 
 // Light that the surface itself gives, against the chance that an emitter sample found it.
 EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathPacket& p,
-                            const SurfacePoint& x, const Shader& shader, Float distance) {
+                            const SurfacePoint& x, const Shader& shader) {
     const Mask emits =
         x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
     if (!any(emits)) return;
     Float weight = splat(1.0f);
     const Mask sampled = emits & (p.pdf > 0.0f);
-    if (any(sampled))
-        weight = select(sampled,
-                        power_heuristic(p.pdf, emitter_pdf(scene, sampled, p.from, x, p.direction, distance)),
-                        splat(1.0f));
+    if (any(sampled)) {
+        const Vec3 way = x.position - p.from;  // surfaces may have been passed on it
+        const Float pdf = emitter_pdf(scene, sampled, p.from, x, p.direction, sqrt(dot(way, way)));
+        weight = select(sampled, power_heuristic(p.pdf, pdf), splat(1.0f));
+    }
     add_radiance(work, p, emits, p.throughput * shader.color(kEmission) * (shader.scale * weight));
+}
+
+// Lets part of the paths pass a surface that isn't opaque, and takes them out of x.
+EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p, SurfacePoint& x,
+                           const Shader& shader, const PathIndex& index, int alive) {
+    const Mask may = x.active & has(shader, kHasTransparency);
+    if (!any(may)) return alive;
+    Float u, unused;
+    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), unused, u);
+    Vec3 color;
+    p.active = may & (u < passing_share(shader, color));
+    x.active &= ~p.active;
+    const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: passed surfaces
+    p.active &= bounce_count(p.bounces, kind) < task.limits.transparent;
+    p.bounces = add_bounce(p.bounces, p.active, kind);
+    p.throughput = p.throughput * color * shader.scale;
+    p.origin = leave_surface(x, p.direction);
+    p.vertex = p.vertex + 1;
+    return append_paths(work.paths, alive, p);
+}
+
+// Scatters the paths of a packet: Lambertian ones by themselves, as they need far less.
+EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
+                         const SurfacePoint& x, const TexturePoint& point, const Shader& shader,
+                         const PathIndex& index, Float lobe_u, int alive) {
+    Vec3 normal = point.normal;
+    if (scene.all_flags & kHasNormalMap)
+        normal = shading_normal(scene, x.active & has(shader, kHasNormalMap), shader.leaf, point,
+                                shader.color(kNormalMap), shader.row[kNormalStrength]);
+    const Mask lambertian = p.active & has(shader, kLambertian);
+    if (any(lambertian)) {
+        const Vec3 albedo = shader.color(kBaseColor);
+        PathPacket part = p;
+        part.active = lambertian & (largest_component(albedo) > 0.0f);
+        const Lambertian surface{normal, x.normal, albedo};
+        if (any(part.active)) alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive);
+    }
+    return alive;
 }
 
 // One segment: shades the hits of the queue's `count` paths; the number of those that go on.
@@ -100,24 +139,23 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         const Mask hit = p.active & (face >= 0);
         if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit);
         if (!any(hit)) continue;
-        const Float distance = load(work.hits.distance + at);
         SurfacePoint x = surface_point(scene, hit, face, load(work.hits.b1 + at), load(work.hits.b2 + at),
                                        p.direction, select(hit, load(work.hits.instance + at), splat(-1)));
         x.mesh = select(hit, load(work.hits.mesh + at), splat(0));
         const PathIndex index = path_index(task, p.path);
         Float choice_u = splat(0.5f), choice_v = choice_u;
-        if (scene.any_mixture || (scene.all_flags & kHasGlossy))
+        if (scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
-        const Shader shader = surface_shader(scene, x, choice_u);
-        if (scene.all_flags & kHasEmission) add_emission(scene, work, p, x, shader, distance);
+        const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
+        const Shader shader = surface_shader(scene, x, point, choice_u);
+        if (scene.all_flags & kHasTransparency) alive = pass_through(task, work, p, x, shader, index, alive);
+        if (!any(x.active)) continue;
+        if (scene.all_flags & kHasEmission) add_emission(scene, work, p, x, shader);
 
         p.active = x.active & ~p.final_ray;
         p.throughput = p.throughput * shader.scale;
-        p.active &= largest_component(shader.color(kBaseColor) * p.throughput) > 0.0f;
         if (!any(p.active)) continue;
-        x.active = p.active;
-        const Lambertian surface{shading_normal(scene, x), x.normal, shader.color(kBaseColor)};
-        alive = scatter(scene, task, work, p, x, surface, index, choice_v, alive);
+        alive = scatter_at(scene, task, work, p, x, point, shader, index, choice_v, alive);
     }
     return alive;
 }

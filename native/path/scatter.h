@@ -4,6 +4,7 @@
 #include "path/path_queue.h"
 #include "path/stream.h"
 #include "shading/lambertian.h"
+#include "shading/transmittance.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -57,8 +58,11 @@ EG_INLINE void add_emitter_light(const SceneView& scene, Workspace& work, const 
     if (!any(s.active)) return;
     const Mask shared = s.active & ~alone & (s.pdf > 0.0f);
     if (any(shared)) light = light * select(shared, power_heuristic(s.pdf, f.pdf), 1.0f);
-    if (!scene.convex)
-        s.active &= ~emitter_hidden(scene, x.position, leave_surface(x, s.w), ignore_nothing(), s);
+    if (!scene.convex) {
+        const Vec3 start = leave_surface(x, s.w);
+        const ShadowRay ray = shadow_ray(x.position, start, s);
+        light = light * transmittance(scene, s.active, start, ray.direction, ray.far, splat(1 << kShadowRay));
+    }
     add_radiance(work, p, s.active, p.throughput * light);
 }
 
@@ -67,10 +71,11 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
                                      const SurfacePoint& x, Mask active, const BsdfSample& s) {
     active &= (splat(scene.environment_mask) & ray_mask(s.ray_kind)) != 0;
     if (!any(active)) return;
+    Vec3 light = p.throughput * s.weight * splat3(scene.environment);
     if (!scene.convex)
-        active &= ~occluded(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
-                            ignore_nothing(), ray_mask(s.ray_kind));
-    add_radiance(work, p, active, p.throughput * s.weight * splat3(scene.environment));
+        light = light * transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
+                                      ray_mask(s.ray_kind));
+    add_radiance(work, p, active, light);
 }
 
 // Appends the rays that go on to the queue; its new length.

@@ -113,7 +113,7 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
 // Smooth normal at a surface point, unit, on the viewer's side of the triangle; the triangle's own where the
 // surface is flat. An instance's normals go by the inverse transpose of its transform, whose columns are the
 // cross products of the transform's rows, up to a factor.
-EG_INLINE Vec3 shading_normal(const SceneView& scene, const SurfacePoint& s) {
+EG_INLINE Vec3 smooth_normal(const SceneView& scene, const SurfacePoint& s) {
     if (!scene.corner_normal) return s.normal;
     Vec3 n = zero3();
     Mask smooth = splat(0);

@@ -5,6 +5,7 @@
 
 #include "embree/api.h"
 #include "scene/material_params.h"
+#include "texture/view.h"
 
 namespace edgegrad {
 
@@ -60,6 +61,8 @@ struct SceneView {
     const float* leaf_params;            // (L, kMaterialParams)
     int32_t all_flags, common_flags;     // bits that any, or every, shader has
     bool any_mixture;
+
+    TextureView textures;
 
     int32_t environment_image;  // -1: none
     float environment_rotation[9];

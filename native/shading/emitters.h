@@ -131,9 +131,14 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, cons
     return s;
 }
 
-// Whether something stands between the point `x` and the emitter; rays start at `start`, off x's surface.
-EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, const Ignored& ignored,
-                              const EmitterSample& s) {
+// The ray from `start`, off the surface of the point `x`, to the emitter: what it meets within `far` times
+// its direction's length stands between.
+struct ShadowRay {
+    Vec3 direction;
+    Float far;
+};
+
+EG_INLINE ShadowRay shadow_ray(Vec3 x, Vec3 start, const EmitterSample& s) {
     const Mask is_sun = s.kind == kSunLight;
     // The far end leaves its surface too: the ray stops short of the emitter's own triangle.
     Vec3 end = x + s.w * select(is_sun, splat(1.0f), s.r);
@@ -142,9 +147,14 @@ EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, const 
         const Float length = sqrt(dot(s.m, s.m));
         end = select(is_triangle, end + s.m * (ray_offset(s.triangle) / max(length, 1e-30f)), end);
     }
-    const Vec3 direction = select(is_sun, s.w, end - start);
-    return occluded(scene, s.active, start, direction, select(is_sun, splat(__builtin_inff()), 0.99999f),
-                    ignored);
+    return {select(is_sun, s.w, end - start), select(is_sun, splat(__builtin_inff()), 0.99999f)};
+}
+
+// Whether something stands between the point `x` and the emitter; rays start at `start`, off x's surface.
+EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, const Ignored& ignored,
+                              const EmitterSample& s) {
+    const ShadowRay ray = shadow_ray(x, start, s);
+    return occluded(scene, s.active, start, ray.direction, ray.far, ignored);
 }
 
 EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {

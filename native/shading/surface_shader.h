@@ -3,6 +3,8 @@
 
 #include "sampling/sobol.h"
 #include "scene/geometry.h"
+#include "texture/normal_map.h"
+#include "texture/program.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -23,37 +25,88 @@ EG_INLINE void load_row(const SceneView& scene, Shader& s, int place, int count)
         s.row[k] = gather(scene.leaf_params + k, s.leaf * static_cast<int32_t>(kMaterialParams));
 }
 
-EG_INLINE Int pick_leaf(const SceneView& scene, const SurfacePoint& x, Float u, Float& scale) {
-    Int leaf = gather(scene.material_first_leaf, x.material);
+EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint& x, Vec3 view, Int ray_kind) {
+    return {x.face, x.instance,    x.b1,     x.b2,    x.position, smooth_normal(scene, x),
+            view,   x.side < 0.0f, ray_kind, x.normal};
+}
+
+// Weight of the leaf in its mixture.
+EG_INLINE Float leaf_weight(const SceneView& scene, Mask active, Int leaf, const TexturePoint& point) {
+    Float row[kMaterialParams];
+    row[kWeight] = gather(scene.leaf_params + kWeight, leaf * static_cast<int32_t>(kMaterialParams));
+    if (scene.textures.leaf_weight_program)
+        run_program(scene, active, gather(scene.textures.leaf_weight_program, leaf), point, row);
+    return max(row[kWeight], 0.0f);
+}
+
+// The leaf of x's material for the random number u, and the sum of its leaves' weights.
+EG_INLINE Int pick_leaf(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point, Float u,
+                        Float& scale) {
+    const Int first = gather(scene.material_first_leaf, x.material);
     scale = splat(1.0f);
-    if (!scene.any_mixture) return leaf;
-    for (int i = 0; i < W; ++i) {
-        if (!x.active[i]) continue;
-        const int32_t first = leaf[i], last = scene.material_first_leaf[x.material[i] + 1];
-        if (last - first == 1) continue;
-        float sum = 0.0f;
-        for (int32_t k = first; k < last; ++k) sum += scene.leaf_params[k * kMaterialParams + kWeight];
-        float left = u[i] * sum;
-        int32_t k = first;
-        while (k + 1 < last && left >= scene.leaf_params[k * kMaterialParams + kWeight])
-            left -= scene.leaf_params[k++ * kMaterialParams + kWeight];
-        leaf[i] = k;
-        scale[i] = sum;
+    if (!scene.any_mixture) return first;
+    const Int count = gather(scene.material_first_leaf + 1, x.material) - first;
+    const Mask mixed = x.active & (count > 1);
+    if (!any(mixed)) return first;
+    // One pass over the weights: each leaf takes the place of those before it with the probability that its
+    // weight has of their sum (reservoir sampling, Chao 1982), reusing what is left of u.
+    Float sum = splat(0.0f);
+    Int leaf = first;
+    for (Int k = splat(0); any(mixed & (k < count)); k = k + 1) {
+        const Mask here = mixed & (k < count);
+        const Int candidate = select(here, first + k, first);
+        const Float weight = select(here, leaf_weight(scene, here, candidate, point), splat(0.0f));
+        sum = sum + weight;
+        const Float share = weight / max(sum, 1e-30f);
+        const Mask taken = here & (u < share);
+        leaf = select(taken, candidate, leaf);
+        u = select(here,
+                   min(select(taken, u / max(share, 1e-30f), (u - share) / max(1.0f - share, 1e-30f)),
+                       splat(0.99999994f)),
+                   u);
     }
+    scale = select(mixed, sum, scale);
     return leaf;
 }
 
 // The shader at x for the random number u.
-EG_INLINE Shader surface_shader(const SceneView& scene, const SurfacePoint& x, Float u) {
+EG_INLINE Shader leaf_shader(const SceneView& scene, const SurfacePoint& x, Int leaf,
+                             const TexturePoint& point) {
     Shader s;
-    s.leaf = pick_leaf(scene, x, u, s.scale);
+    s.leaf = leaf;
+    s.scale = splat(1.0f);
     s.kind = gather(scene.leaf_kind, s.leaf);
     s.flags = gather(scene.leaf_flags, s.leaf);
-    load_row(scene, s, kBaseColor, 3);
-    if (scene.all_flags & kHasEmission) load_row(scene, s, kEmission, 3);
+    if (scene.common_flags & kLambertian) {
+        load_row(scene, s, kBaseColor, 3);
+        if (scene.all_flags & kHasEmission) load_row(scene, s, kEmission, 3);
+        if (scene.all_flags & kHasTransparency) load_row(scene, s, kAlpha, 1);
+        if (scene.all_flags & kHasNormalMap) load_row(scene, s, kNormalMap, 4);
+    } else {
+        load_row(scene, s, 0, kMaterialParams);
+    }
+    if (scene.textures.leaf_program)
+        run_program(scene, x.active, gather(scene.textures.leaf_program, s.leaf), point, s.row);
+    return s;
+}
+
+EG_INLINE Shader surface_shader(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
+                                Float u) {
+    Float scale;
+    const Int leaf = pick_leaf(scene, x, point, u, scale);
+    Shader s = leaf_shader(scene, x, leaf, point);
+    s.scale = scale;
     return s;
 }
 
 EG_INLINE Mask has(const Shader& s, int32_t flag) { return (s.flags & flag) != 0; }
+
+// The share of light that passes a shader's surface unscattered; `color` filters it.
+EG_INLINE Float passing_share(const Shader& s, Vec3& color) {
+    const Mask clear = s.kind == splat(static_cast<int>(kTransparent));
+    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    color = select(clear, s.color(kBaseColor), white);
+    return select(clear, splat(1.0f), select(has(s, kHasTransparency), 1.0f - s.row[kAlpha], 0.0f));
+}
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -52,6 +52,9 @@ struct TextureView {
     const int32_t* face_mesh;  // by face of the scene's meshes
     int32_t mesh_count;
 
+    // By leaf: its program and that of its weight; -1: none. Null where no leaf has one.
+    const int32_t* leaf_program;
+    const int32_t* leaf_weight_program;
     // By leaf: the attributes its normal map and anisotropy are relative to; -1: none.
     const int32_t* leaf_uv;
     const int32_t* leaf_tangent;

@@ -1,0 +1,110 @@
+// Light that surfaces between two points let through: the product of their transparent shares.
+#pragma once
+
+#include "scene/rays.h"
+#include "shading/surface_shader.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Context of a shadow query whose filter multiplies transmittances (Embree calls it once for each triangle
+// that the ray meets, in any order: the product doesn't care).
+struct ShadowContext {
+    embree::QueryContext base;  // first: Embree passes its address to the filter
+    const SceneView* scene;
+    float through[3][W];
+    float direction[3][W];
+};
+
+// The share of each channel that passes a surface point: over its leaves, the weighted sum.
+EG_INLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint& x,
+                                     const TexturePoint& point) {
+    Vec3 sum = zero3();
+    const Int first = gather(scene.material_first_leaf, x.material);
+    const Int count = gather(scene.material_first_leaf + 1, x.material) - first;
+    for (Int k = splat(0); any(x.active & (k < count)); k = k + 1) {
+        const Mask here = x.active & (k < count);
+        const Int leaf = select(here, first + k, first);
+        SurfacePoint part = x;
+        part.active = here & ((gather(scene.leaf_flags, leaf) & static_cast<int32_t>(kHasTransparency)) != 0);
+        if (!any(part.active)) continue;
+        const Shader shader = leaf_shader(scene, part, leaf, point);
+        Vec3 color;
+        const Float share = passing_share(shader, color) * leaf_weight(scene, part.active, leaf, point);
+        sum = sum + select(part.active, color * share, zero3());
+    }
+    return sum;
+}
+
+static void filter_transparent(const embree::FilterArguments* args) {
+    auto* context = reinterpret_cast<ShadowContext*>(args->context);
+    const SceneView& scene = *context->scene;
+    const auto* ray = static_cast<const uint32_t*>(args->ray);
+    const auto* hit = static_cast<const uint32_t*>(args->hit);
+    const uint32_t n = args->n;
+    Mask active = splat(0);
+    Int face = splat(0), instance = splat(-1);
+    Float b1 = splat(0.0f), b2 = b1;
+    Vec3 direction = {splat(0.0f), splat(0.0f), splat(1.0f)};
+    uint32_t slot[W] = {};
+    // By lane, so that a lane's numbers are its own whatever part of the packet Embree traverses.
+    for (uint32_t i = 0; i < n; ++i) {
+        if (!args->valid[i]) continue;
+        const uint32_t lane = ray[10 * n + i];
+        slot[lane] = i;
+        active[lane] = -1;
+        const auto real = [&](uint32_t field) {
+            float value;
+            __builtin_memcpy(&value, hit + field * n + i, 4);
+            return value;
+        };
+        b1[lane] = real(3), b2[lane] = real(4);
+        face[lane] = scene.mesh_first_face[hit[6 * n + i]] + static_cast<int32_t>(hit[5 * n + i]);
+        const uint32_t inst = hit[7 * n + i];
+        instance[lane] = inst == embree::kInvalidId ? -1 : static_cast<int32_t>(inst) - scene.mesh_count;
+        direction.x[lane] = context->direction[0][lane];
+        direction.y[lane] = context->direction[1][lane];
+        direction.z[lane] = context->direction[2][lane];
+    }
+    const SurfacePoint x = surface_point(scene, active, face, b1, b2, direction, instance);
+    const Float length = sqrt(dot(direction, direction));
+    const TexturePoint point = texture_point(scene, x, direction * (-1.0f / max(length, 1e-30f)),
+                                             splat(static_cast<int>(kShadowRay)));
+    const Vec3 through = surface_transmittance(scene, x, point);
+    for (int lane = 0; lane < W; ++lane) {
+        if (!active[lane]) continue;
+        const float t[3] = {through.x[lane], through.y[lane], through.z[lane]};
+        if (!(t[0] > 0.0f || t[1] > 0.0f || t[2] > 0.0f)) continue;  // opaque: the query ends here
+        for (int c = 0; c < 3; ++c) context->through[c][lane] *= t[c];
+        args->valid[slot[lane]] = 0;
+    }
+}
+
+// What passes along rays within `far` times their direction's length, of meshes that have a bit of `mask`.
+EG_INLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
+                             Int mask) {
+    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    if (!(scene.all_flags & kHasTransparency)) {
+        const Mask hidden = occluded(scene, active, origin, direction, far, ignore_nothing(), mask);
+        return select(hidden, zero3(), white);
+    }
+    if (!any(active)) return zero3();
+    alignas(64) int32_t valid[W];
+    store(valid, active);
+    Ray ray;
+    set_ray(ray, origin, direction, splat(0.0f), far, mask);
+    ShadowContext context;
+    context.scene = &scene;
+    store(context.direction[0], direction.x), store(context.direction[1], direction.y);
+    store(context.direction[2], direction.z);
+    for (auto& channel : context.through) store(channel, splat(1.0f));
+    embree::QueryArguments args;
+    args.context = &context.base;
+    args.flags |= embree::kInvokeArgumentFilter;
+    args.filter = filter_transparent;
+    query_occluded(scene, valid, ray, args);
+    const Mask open = active & ~(load(ray.tfar) < 0.0f);
+    const Vec3 through = {load(context.through[0]), load(context.through[1]), load(context.through[2])};
+    return select(open, through, zero3());
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

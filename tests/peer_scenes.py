@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad.expression import Attribute, ImageTexture
+from edgegrad.light import Light
 
 Tangent = dict[str, NDArray[np.float64]]
 
@@ -42,9 +43,9 @@ class UnsupportedFeature(NotImplementedError):
 
 def load_picture(path: str | pathlib.Path) -> tuple[edgegrad.Scene, dict[str, NDArray[Any]]]:
     """Scene at theta = 0 and the reference arrays of any file, with ``max_depth`` as a 0-d array beside them."""
-    data, arrays = _read(path)
+    data, arrays = read(path)
     arrays["max_depth"] = np.asarray(int(data["max_depth"]))
-    return _scene(data), arrays
+    return to_edgegrad(data), arrays
 
 
 def load(path: str | pathlib.Path) -> tuple[edgegrad.Scene, Tangent, dict[str, NDArray[Any]]]:
@@ -60,8 +61,8 @@ def load(path: str | pathlib.Path) -> tuple[edgegrad.Scene, Tangent, dict[str, N
     UnsupportedFeature
         Naming the first feature that has no derivative yet.
     """
-    data, arrays = _read(path)
-    scene, tangent = _at(data, 0.0)
+    data, arrays = read(path)
+    scene, tangent = at_theta(data, 0.0)
     arrays["max_depth"] = np.asarray(int(data["max_depth"]))
     arrays["eps"] = np.asarray(float(data["parameter"]["eps"]))
     return scene, tangent, arrays
@@ -69,11 +70,12 @@ def load(path: str | pathlib.Path) -> tuple[edgegrad.Scene, Tangent, dict[str, N
 
 def load_at(path: str | pathlib.Path, theta: float) -> tuple[edgegrad.Scene, Tangent]:
     """Scene and tangent with the file's parameter at `theta`."""
-    return _at(_read(path)[0], theta)
+    return at_theta(read(path)[0], theta)
 
 
 # ---------------------------------------------------------------- the file
-def _read(path: str | pathlib.Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+def read(path: str | pathlib.Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """A file's nested description and its reference arrays."""
     with np.load(path, allow_pickle=False) as file:
         flat = {key.removeprefix("scene/"): file[key] for key in file.files if key.startswith("scene/")}
         arrays = {key: file[key] for key in file.files if not key.startswith("scene/")}
@@ -102,7 +104,7 @@ def _lists(node: Any) -> Any:
 
 
 # ---------------------------------------------------------------- the parameter theta
-def _at(data: dict[str, Any], theta: float) -> tuple[edgegrad.Scene, Tangent]:
+def at_theta(data: dict[str, Any], theta: float) -> tuple[edgegrad.Scene, Tangent]:
     """Scene and tangent at theta. Each kind's motion and its derivative stand side by side."""
     data = copy.deepcopy(data)
     _check_derivatives(data)
@@ -134,7 +136,7 @@ def _at(data: dict[str, Any], theta: float) -> tuple[edgegrad.Scene, Tangent]:
         tangent = _added(data, str(p["path"]), np.asarray(p["direction"], np.float64), theta)
     else:
         raise UnsupportedFeature(f"parameter kind '{kind}'")
-    return _scene(data), tangent
+    return to_edgegrad(data), tangent
 
 
 def _added(data: dict[str, Any], path: str, direction: NDArray[np.float64], theta: float) -> Tangent:
@@ -181,7 +183,8 @@ def _check_derivatives(data: dict[str, Any]) -> None:
 
 
 # ---------------------------------------------------------------- the scene
-def _scene(data: dict[str, Any]) -> edgegrad.Scene:
+def to_edgegrad(data: dict[str, Any]) -> edgegrad.Scene:
+    """The scene of a nested description."""
     cam = data["camera"]
     camera = edgegrad.Camera(
         np.asarray(cam["to_world"], np.float64), float(np.radians(cam["fov_x"])), int(cam["width"]), int(cam["height"])
@@ -203,7 +206,7 @@ def _scene(data: dict[str, Any]) -> edgegrad.Scene:
             smoothing=faces.copy() if _smooth(mesh) else None,
             attributes={"UVMap": np.asarray(mesh["uv"], np.float32)[faces]} if texture is not None else {},
         )
-    lights: dict[str, edgegrad.Light] = {}
+    lights: dict[str, Light] = {}
     constant = np.zeros(3)
     for j, light in enumerate(data["lights"]):
         kind = str(light["type"])
@@ -249,7 +252,7 @@ def _material(name: str, mesh: dict[str, Any]) -> edgegrad.Material:
     return material
 
 
-def _light(kind: str, light: dict[str, Any]) -> edgegrad.Light:
+def _light(kind: str, light: dict[str, Any]) -> Light:
     match kind:
         case "point":  # intensity = power color/(4 pi)
             return edgegrad.PointLight(

@@ -30,6 +30,8 @@ BACKWARD: dict[str, dict[str, Any]] = {
     "primary only": {"sppi": 0},
 }
 _LOADED_AS_PROPERTY = ("guiding", "sppi")
+# Pixel samplers; each renders through a sensor of its own.
+SAMPLERS = ("independent", "multijitter", "ldsampler")
 
 
 def find_llvm() -> str | None:
@@ -43,13 +45,35 @@ def find_llvm() -> str | None:
     return max(candidates)[1] if candidates else None
 
 
+def load_mitsuba(threads: int) -> tuple[Any, Any]:
+    """The modules mitsuba and drjit, on the processor and with so many threads.
+
+    Raises
+    ------
+    ImportError
+        If Mitsuba or LLVM is missing.
+    """
+    if "DRJIT_LIBLLVM_PATH" not in os.environ:
+        llvm = find_llvm()
+        if llvm is None:
+            raise ImportError(f"Mitsuba needs LLVM {OLDEST_LLVM} or newer (Debian: apt-get install libllvm19)")
+        os.environ["DRJIT_LIBLLVM_PATH"] = llvm
+    import drjit
+    import mitsuba
+
+    mitsuba.set_variant("llvm_ad_rgb")
+    mitsuba.set_log_level(mitsuba.LogLevel.Error)
+    drjit.set_thread_count(threads)
+    return mitsuba, drjit
+
+
 class MitsubaPeer:
     """One benchmark scene in Mitsuba (variant ``llvm_ad_rgb``).
 
     Parameters
     ----------
     scene
-        A scene of `tests.benchmarks.scenes`: diffuse meshes, some emissive, and constant environments.
+        A scene of `tests.benchmarks.scenes`.
     threads
         Threads that Dr.Jit may use.
 
@@ -60,60 +84,88 @@ class MitsubaPeer:
     """
 
     def __init__(self, scene: dict[str, Any], threads: int) -> None:
-        if "DRJIT_LIBLLVM_PATH" not in os.environ:
-            llvm = find_llvm()
-            if llvm is None:
-                raise ImportError(f"Mitsuba needs LLVM {OLDEST_LLVM} or newer (Debian: apt-get install libllvm19)")
-            os.environ["DRJIT_LIBLLVM_PATH"] = llvm
-        import drjit
-        import mitsuba
-
-        mitsuba.set_variant("llvm_ad_rgb")
-        mitsuba.set_log_level(mitsuba.LogLevel.Error)
-        drjit.set_thread_count(threads)
-        self._mi, self._dr = mitsuba, drjit
-        self.version: str = mitsuba.__version__
-        camera = scene["camera"]
-        film = {"type": "hdrfilm", "width": int(camera["width"]), "height": int(camera["height"]),
-                "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32"}
-        description: dict[str, Any] = {
-            "type": "scene",
-            "sensor": {
-                "type": "perspective",
-                "fov": float(camera["fov_x"]),
-                "fov_axis": "x",
-                "near_clip": 0.01,
-                "far_clip": 1e4,
-                "to_world": mitsuba.ScalarTransform4f(np.asarray(camera["to_world"]) @ _TURNED),
-                "film": film,
-                "sampler": {"type": "independent"},
-            },
-        }
+        self._mi, self._dr = load_mitsuba(threads)
+        self.version: str = self._mi.__version__
+        self._depth = int(scene["max_depth"])
+        description: dict[str, Any] = {"type": "scene"}
+        description |= {f"sensor{k}": self._sensor(scene["camera"], sampler) for k, sampler in enumerate(SAMPLERS)}
         description |= {f"mesh{k}": self._mesh(f"mesh{k}", m) for k, m in enumerate(scene["meshes"])}
-        for k, light in enumerate(scene["lights"]):
-            description[f"light{k}"] = {"type": "constant", "radiance": self._rgb(light["radiance"])}
-        self._scene = mitsuba.load_dict(description)
-        self._params = mitsuba.traverse(self._scene)
-        self._keys = [f"mesh{int(k)}.vertex_positions" for k in scene["parameter"]["meshes"]]
+        description |= {f"light{k}": self._light(light) for k, light in enumerate(scene["lights"])}
+        self._scene = self._mi.load_dict(description)
+        self._params = self._mi.traverse(self._scene)
+        moving = [f"mesh{int(k)}.vertex_positions" for k in np.atleast_1d(scene["parameter"].get("meshes", []))]
+        self._keys = moving
         self._params.keep(self._keys)
         self._integrators: dict[str, Any] = {}
 
     def _rgb(self, value: Any) -> dict[str, Any]:
         return {"type": "rgb", "value": [float(c) for c in value]}
 
+    def _sensor(self, camera: dict[str, Any], sampler: str) -> dict[str, Any]:
+        film = {"type": "hdrfilm", "width": int(camera["width"]), "height": int(camera["height"]),
+                "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32"}
+        return {
+            "type": "perspective",
+            "fov": float(camera["fov_x"]),
+            "fov_axis": "x",
+            "near_clip": 0.01,
+            "far_clip": 1e4,
+            "to_world": self._mi.ScalarTransform4f(np.asarray(camera["to_world"]) @ _TURNED),
+            "film": film,
+            "sampler": {"type": sampler},
+        }
+
     def _mesh(self, name: str, data: dict[str, Any]) -> Any:
         mi = self._mi
-        bsdf: dict[str, Any] = {"type": "diffuse", "reflectance": self._rgb(data["bsdf"]["reflectance"])}
         properties = mi.Properties()
-        properties["mesh_bsdf"] = mi.load_dict({"type": "twosided", "bsdf": bsdf})
+        properties["mesh_bsdf"] = mi.load_dict(self._bsdf(data["bsdf"]))
         if "emission" in data:
             properties["emitter"] = mi.load_dict({"type": "area", "radiance": self._rgb(data["emission"])})
-        mesh = mi.Mesh(name, len(data["vertices"]), len(data["faces"]), props=properties)
+        mesh = mi.Mesh(name, len(data["vertices"]), len(data["faces"]), props=properties,
+                       has_vertex_normals=bool(data.get("smooth", 0)), has_vertex_texcoords="uv" in data)
         values = mi.traverse(mesh)
         values["vertex_positions"] = np.asarray(data["vertices"], np.float32).ravel()
         values["faces"] = np.asarray(data["faces"], np.uint32).ravel()
+        if "uv" in data:
+            values["vertex_texcoords"] = np.asarray(data["uv"], np.float32).ravel()
         values.update()
         return mesh
+
+    def _bsdf(self, data: dict[str, Any]) -> dict[str, Any]:
+        kind = str(data["type"])
+        if kind == "dielectric":
+            return {"type": "dielectric", "int_ior": float(data["ior"])}
+        if kind == "conductor":
+            bsdf = {"type": "roughconductor", "material": "none", "distribution": "ggx", "alpha": float(data["alpha"]),
+                    "specular_reflectance": self._rgb(data["reflectance"])}
+        elif kind == "principled":
+            bsdf = {"type": "principled", "base_color": self._rgb(data["base_color"])}
+            bsdf |= {key: float(data[key]) for key in ("roughness", "metallic", "specular")}
+        elif "texture" in data:
+            pixels = self._mi.TensorXf(np.asarray(data["texture"], np.float32))
+            bitmap = {"type": "bitmap", "data": pixels, "raw": True, "filter_type": "bilinear"}
+            bsdf = {"type": "diffuse", "reflectance": bitmap}
+        else:
+            bsdf = {"type": "diffuse", "reflectance": self._rgb(data["reflectance"])}
+        return {"type": "twosided", "bsdf": bsdf}
+
+    def _light(self, data: dict[str, Any]) -> dict[str, Any]:
+        kind = str(data["type"])
+        if kind == "point":
+            return {"type": kind, "position": [float(x) for x in data["position"]],
+                    "intensity": self._rgb(data["intensity"])}
+        if kind == "directional":
+            return {"type": kind, "direction": [float(x) for x in data["direction"]],
+                    "irradiance": self._rgb(data["irradiance"])}
+        if kind == "spot":
+            pose = self._mi.ScalarTransform4f().look_at(
+                origin=[float(x) for x in data["position"]], target=[float(x) for x in data["target"]], up=[0, 0.6, 0.8]
+            )
+            return {"type": kind, "to_world": pose, "intensity": self._rgb(data["intensity"]),
+                    "cutoff_angle": float(data["cutoff"]), "beam_width": float(data["beam"])}
+        if kind == "constant":
+            return {"type": kind, "radiance": self._rgb(data["radiance"])}
+        return {"type": "envmap", "bitmap": self._mi.Bitmap(np.asarray(data["bitmap"], np.float32))}
 
     def _integrator(self, kind: str) -> Any:
         if kind not in self._integrators:
@@ -126,15 +178,20 @@ class MitsubaPeer:
                     if name not in properties:
                         setattr(integrator, name, value)
             else:
-                limit: dict[str, Any] = {"max_depth": 2, "rr_depth": 1000} if kind == "path" else {}
-                integrator = self._mi.load_dict({"type": kind} | limit)
+                limit = {"max_depth": self._depth} if kind == "path" else {}
+                integrator = self._mi.load_dict({"type": kind, **limit})
             self._integrators[kind] = integrator
         return self._integrators[kind]
 
-    def render(self, *, spp: int, seed: int, integrator: str = "path") -> F32:
-        """(H, W, 3) image; `integrator` is "path" (of depth 2) or "direct"."""
-        image = self._integrator(integrator).render(self._scene, seed=seed, spp=spp)
-        return np.array(image)
+    def configurations(self) -> list[tuple[str, str]]:
+        """(integrator, sampler) that render this scene: "path", and "direct" where that is the same."""
+        kinds = ("path", "direct") if self._depth == 2 else ("path",)
+        return [(kind, sampler) for kind in kinds for sampler in SAMPLERS]
+
+    def render(self, *, spp: int, seed: int, integrator: str = "path", sampler: str = "independent") -> F32:
+        """(H, W, 3) image; Russian roulette as Mitsuba has it by default."""
+        sensor = SAMPLERS.index(sampler)
+        return np.array(self._integrator(integrator).render(self._scene, sensor=sensor, seed=seed, spp=spp))
 
     def backward(self, adjoint: F32, *, spp: int, seed: int, setting: str) -> NDArray[np.float64]:
         """(V, 3) gradient of sum(adjoint * image) with respect to the moving meshes' vertices, one after the other."""

@@ -1,7 +1,9 @@
-"""Edgegrad beside Mitsuba 3 in one run: time per sample and per gradient, noise, and whether the two agree.
+"""Edgegrad beside Mitsuba 3 in one run: time, noise, first picture, memory and gradients.
 
 ``python -m tests.benchmarks.versus_mitsuba`` prints a report and writes it as Markdown and JSON. The two renderers
-take turns call by call, so that a machine that slows down slows both; each number is the median of warm calls.
+take turns call by call, so that a machine that slows down slows both; each time is the median of warm calls, each
+variance the seed-to-seed variance of the same pictures, averaged over pixels and channels. Mitsuba renders with each of
+its integrators and samplers that give the same picture, and is judged by its best, for each number by itself.
 """
 
 from __future__ import annotations
@@ -13,7 +15,6 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,29 +23,64 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad.native_engine import instruction_sets
+from tests import peer_scenes
+from tests.benchmarks import scenes
+from tests.benchmarks.fresh_process import FirstPicture
+from tests.benchmarks.fresh_process import measure as first_picture
 from tests.benchmarks.mitsuba_peer import BACKWARD, MitsubaPeer
-from tests.benchmarks.scenes import SCENES, save
-from tests.peer_scenes import load
+from tests.benchmarks.report import markdown
 
-RENDER_SPP = (16, 64)
+SPP = (16, 64)
 BACKWARD_SPP = 16
 BACKWARD_SCENE = "sphere_env"
+FIRST_SPP = 16
 WARM_UP = 2
-AGREEMENT_SEEDS, AGREEMENT_SPP, BLOCK = 8, 64, 8
+BLOCK = 8
 
 Call = Callable[[int], Any]
 
 
 @dataclass
+class Side:
+    """Median seconds of a picture, and its variance."""
+
+    seconds: float
+    variance: float
+
+    @property
+    def cost(self) -> float:
+        """Seconds for a variance of 1."""
+        return self.seconds * self.variance
+
+
+@dataclass
 class RenderRow:
-    """Median seconds of one render; ratios are Edgegrad's seconds / the faster of Mitsuba's two integrators."""
+    """One scene and number of samples.
+
+    `mitsuba` is by "integrator, sampler". `time_ratio` is Edgegrad's seconds / the fastest of Mitsuba's; `cost_ratio`
+    is (seconds x variance) of the cheapest of Mitsuba's / Edgegrad's, and `cost_ratio_default` that of Mitsuba's
+    default sampler. `difference` is the relative RMS difference of block averages, `expected` what noise alone gives.
+    """
 
     scene: str
     spp: int
-    edgegrad: float
-    mitsuba_path: float
-    mitsuba_direct: float
-    ratio: float
+    edgegrad: Side
+    mitsuba: dict[str, Side]
+    time_ratio: float
+    cost_ratio: float
+    cost_ratio_default: float
+    difference: float
+    expected: float
+
+
+@dataclass
+class FirstRow:
+    """First picture in a fresh process; Mitsuba with an empty cache of compiled kernels, and with a filled one."""
+
+    scene: str
+    edgegrad: FirstPicture
+    mitsuba_empty_cache: FirstPicture
+    mitsuba: FirstPicture
 
 
 @dataclass
@@ -60,22 +96,13 @@ class BackwardRow:
 
 
 @dataclass
-class AgreementRow:
-    """Relative RMS difference of the two renderers' block averages, and what their noise alone would give."""
-
-    scene: str
-    difference: float
-    expected: float
-
-
-@dataclass
 class Report:
     """One run."""
 
     machine: dict[str, Any]
     render: list[RenderRow] = field(default_factory=list)
+    first: list[FirstRow] = field(default_factory=list)
     backward: list[BackwardRow] = field(default_factory=list)
-    agreement: list[AgreementRow] = field(default_factory=list)
 
 
 def take_turns(calls: dict[str, Call], runs: int) -> dict[str, tuple[float, list[Any]]]:
@@ -107,41 +134,49 @@ def mean_and_error(samples: Sequence[NDArray[np.float64]]) -> tuple[NDArray[np.f
     return stacked.mean(axis=0), stacked.std(axis=0, ddof=1) / np.sqrt(len(stacked))
 
 
-def _render(renderer: edgegrad.Renderer, spp: int, seed: int) -> NDArray[np.float32]:
-    return renderer.render(spp=spp, seed=seed)
-
-
-def _mitsuba_render(peer: MitsubaPeer, integrator: str, spp: int, seed: int) -> NDArray[np.float32]:
-    return peer.render(spp=spp, seed=seed, integrator=integrator)
-
-
-def compare_renders(name: str, renderer: edgegrad.Renderer, peer: MitsubaPeer, spp: int, runs: int) -> RenderRow:
-    """Time of one image."""
-    calls: dict[str, Call] = {
-        "edgegrad": partial(_render, renderer, spp),
-        "path": partial(_mitsuba_render, peer, "path", spp),
-        "direct": partial(_mitsuba_render, peer, "direct", spp),
+def compare_renders(name: str, renderer: edgegrad.Renderer, peer: MitsubaPeer, depth: int, spp: int, runs: int,
+                    deadline: float) -> RenderRow:
+    """Time, noise and agreement of one picture; fewer runs than asked where they would take longer than `deadline`."""
+    calls: dict[str, Call] = {"edgegrad": lambda seed: renderer.render(spp=spp, seed=seed, max_depth=depth)}
+    for integrator, sampler in peer.configurations():
+        calls[f"{integrator}, {sampler}"] = lambda seed, i=integrator, s=sampler: peer.render(  # type: ignore[misc]
+            spp=spp, seed=seed, integrator=i, sampler=s
+        )
+    once = sum(seconds for seconds, _ in take_turns(calls, 1).values())
+    measured = take_turns(calls, int(np.clip(deadline / once, 5, runs)))
+    sides = {
+        key: Side(seconds, float(np.var(np.asarray(pictures, np.float64), axis=0, ddof=1).mean()))
+        for key, (seconds, pictures) in measured.items()
     }
-    seconds = {key: median for key, (median, _) in take_turns(calls, runs).items()}
-    ratio = seconds["edgegrad"] / min(seconds["path"], seconds["direct"])
-    return RenderRow(name, spp, seconds["edgegrad"], seconds["path"], seconds["direct"], ratio)
-
-
-def compare_images(name: str, ours: Call, theirs: Call) -> AgreementRow:
-    """Agreement of two renderers' mean images."""
+    ours = sides.pop("edgegrad")
     (a, a_error), (b, b_error) = (
-        mean_and_error([block_averages(render(seed)) for seed in range(AGREEMENT_SEEDS)]) for render in (ours, theirs)
+        mean_and_error([block_averages(picture) for picture in measured[key][1]])
+        for key in ("edgegrad", "path, independent")
     )
     size = np.linalg.norm(b)
-    expected = np.sqrt(np.sum(a_error**2 + b_error**2)) / size
-    return AgreementRow(name, float(np.linalg.norm(a - b) / size), float(expected))
+    return RenderRow(
+        name, spp, ours, sides,
+        time_ratio=ours.seconds / min(side.seconds for side in sides.values()),
+        cost_ratio=min(side.cost for side in sides.values()) / ours.cost,
+        cost_ratio_default=min(side.cost for key, side in sides.items() if "independent" in key) / ours.cost,
+        difference=float(np.linalg.norm(a - b) / size),
+        expected=float(np.sqrt(np.sum(a_error**2 + b_error**2)) / size),
+    )  # fmt: skip
+
+
+def compare_first(data: scenes.Neutral, threads: int) -> FirstRow:
+    """First pictures in fresh processes."""
+    ours = first_picture("edgegrad", data, FIRST_SPP, threads)
+    with tempfile.TemporaryDirectory() as home:
+        empty, filled = (first_picture("mitsuba", data, FIRST_SPP, threads, Path(home)) for _ in range(2))
+    return FirstRow(data["name"], ours, empty, filled)
 
 
 def compare_gradients(
     renderer: edgegrad.Renderer, peer: MitsubaPeer, tangent: dict[str, NDArray[np.float64]], runs: int
 ) -> list[BackwardRow]:
     """Time and noise of the gradient of an image loss with respect to all vertices; Edgegrad's row comes first."""
-    image = np.mean([renderer.render(spp=AGREEMENT_SPP, seed=seed) for seed in range(4)], axis=0)
+    image = np.mean([renderer.render(spp=64, seed=seed) for seed in range(4)], axis=0)
     adjoint = (2.0 * (image - image.mean()) / image.size).astype(np.float32)
     paths = list(tangent)
 
@@ -170,7 +205,7 @@ def compare_gradients(
     return rows
 
 
-def measure(names: Sequence[str], threads: int, runs: int) -> Report:
+def measure(names: Sequence[str], threads: int, runs: int, deadline: float) -> Report:
     """Run everything."""
     report = Report({
         "processor": processor(),
@@ -180,24 +215,19 @@ def measure(names: Sequence[str], threads: int, runs: int) -> Report:
         "python": platform.python_version(),
         "numpy": np.__version__,
     })
-    with tempfile.TemporaryDirectory() as folder:
-        for name in names:
-            neutral = SCENES[name]()
-            stored = Path(folder) / f"{name}.npz"
-            save(stored, neutral)
-            scene, tangent, _ = load(stored)
-            renderer = edgegrad.Renderer(scene, threads=threads, engine="native")
-            peer = MitsubaPeer(neutral, threads)
-            report.machine["mitsuba"] = peer.version
-            for spp in RENDER_SPP:
-                report.render.append(compare_renders(name, renderer, peer, spp, runs))
-            report.agreement.append(compare_images(
-                name,
-                partial(_render, renderer, AGREEMENT_SPP),
-                partial(_mitsuba_render, peer, "path", AGREEMENT_SPP),
-            ))
-            if name == BACKWARD_SCENE:
-                report.backward = compare_gradients(renderer, peer, tangent, runs)
+    for name in names:
+        data = scenes.neutral(name)
+        renderer = edgegrad.Renderer(peer_scenes.to_edgegrad(data), threads=threads, engine="native")
+        peer = MitsubaPeer(data, threads)
+        report.machine["mitsuba"] = peer.version
+        depth = int(data["max_depth"])
+        for spp in SPP:
+            report.render.append(compare_renders(name, renderer, peer, depth, spp, runs, deadline))
+            print(name, spp, f"{report.render[-1].time_ratio:.2f} {report.render[-1].cost_ratio:.2f}", flush=True)
+        report.first.append(compare_first(data, threads))
+        if name == BACKWARD_SCENE:
+            tangent = peer_scenes.at_theta(data, 0.0)[1]
+            report.backward = compare_gradients(renderer, peer, tangent, max(runs, 5))
     return report
 
 
@@ -210,44 +240,19 @@ def processor() -> str:
     return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
-def markdown(report: Report) -> str:
-    """The report as text."""
-    about = ", ".join(f"{key} {value}" for key, value in report.machine.items())
-    lines = [f"# Edgegrad beside Mitsuba 3\n\n{about}. Seconds are medians of warm calls; 128 × 128 pixels, depth 2.\n",
-             "## render\n",
-             "| scene | spp | Edgegrad s | Mitsuba path s | Mitsuba direct s | Edgegrad / faster of the two |",
-             "|---|---|---|---|---|---|"]
-    lines += [f"| {r.scene} | {r.spp} | {r.edgegrad:.4f} | {r.mitsuba_path:.4f} | {r.mitsuba_direct:.4f} | "
-              f"**{r.ratio:.2f}** |" for r in report.render]
-    if report.backward:
-        lines += [f"\n## render_backward, all vertices, {BACKWARD_SCENE}, {BACKWARD_SPP} spp\n",
-                  "Noise: seed-to-seed, relative to the gradient's norm. Along θ: the gradient times the case's "
-                  "tangent, a number both must agree on.\n",
-                  "| renderer | s | noise | along θ | Edgegrad is faster by |", "|---|---|---|---|---|"]
-        for b in report.backward:
-            faster = "" if b.renderer == "Edgegrad" else f"**{b.speed_up:.1f}×**"
-            lines.append(f"| {b.renderer} | {b.seconds:.4f} | {b.noise:.3f} | {b.along_theta:.5g} ± "
-                         f"{b.along_theta_error:.1g} | {faster} |")
-        cheapest = min(report.backward[1:], key=lambda b: b.seconds)
-        lines.append(f"\nAgainst Mitsuba's cheapest setting ({cheapest.renderer.removeprefix('Mitsuba, ')}): "
-                     f"**{cheapest.speed_up:.1f}×** faster.")
-    lines += [f"\n## Agreement of the images ({AGREEMENT_SEEDS} × {AGREEMENT_SPP} spp, {BLOCK} × {BLOCK} blocks)\n",
-              "| scene | relative difference | expected from noise alone |", "|---|---|---|"]
-    lines += [f"| {a.scene} | {a.difference:.2e} | {a.expected:.2e} |" for a in report.agreement]
-    return "\n".join(lines) + "\n"
-
-
 def main() -> None:
     """Command line."""
+    known = scenes.names()
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", help=f"some of {', '.join(SCENES)} (default: all)")
+    parser.add_argument("scenes", nargs="*", help=f"some of {', '.join(known)} (default: all)")
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--runs", type=int, default=7, help="timed calls per number (at least 5)")
+    parser.add_argument("--runs", type=int, default=9, help="timed calls per number (at least 5)")
+    parser.add_argument("--deadline", type=float, default=15.0, help="seconds after which a row's runs end (after 5)")
     parser.add_argument("--output", type=Path, default=Path("build/benchmarks"), help="folder of the report")
     arguments = parser.parse_args()
-    if unknown := [name for name in arguments.scenes if name not in SCENES]:
-        parser.error(f"unknown scene {unknown[0]}; there are {', '.join(SCENES)}")
-    report = measure(arguments.scenes or list(SCENES), arguments.threads, max(arguments.runs, 5))
+    if unknown := [name for name in arguments.scenes if name not in known]:
+        parser.error(f"unknown scene {unknown[0]}; there are {', '.join(known)}")
+    report = measure(arguments.scenes or known, arguments.threads, max(arguments.runs, 5), arguments.deadline)
     text = markdown(report)
     print(text)
     arguments.output.mkdir(parents=True, exist_ok=True)

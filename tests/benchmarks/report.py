@@ -1,0 +1,104 @@
+"""The report of `versus_mitsuba` as Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from tests.benchmarks.versus_mitsuba import Report
+
+
+def geometric_mean(values: Iterable[float]) -> float:
+    """exp of the mean logarithm."""
+    return float(np.exp(np.mean(np.log(list(values)))))
+
+
+def markdown(report: Report) -> str:
+    """The report as text."""
+    about = ", ".join(f"{key} {value}" for key, value in report.machine.items())
+    lines = [f"# Edgegrad beside Mitsuba 3\n\n{about}. Seconds are medians of warm calls.\n", *_render(report)]
+    if report.first:
+        lines += _first(report)
+    if report.backward:
+        lines += _backward(report)
+    return "\n".join(lines) + "\n"
+
+
+def _render(report: Report) -> list[str]:
+    lines = [
+        "## Pictures\n",
+        "Time: Edgegrad's seconds / those of the fastest of Mitsuba's integrators and samplers (smaller is better). "
+        "Seconds × variance: that of the best of Mitsuba's / Edgegrad's (larger is better); *default* is against the "
+        "better of Mitsuba's integrators with its default sampler. Difference: of the block averages, and what noise "
+        "alone gives.\n",
+        "| scene | spp | Edgegrad s | Mitsuba s | time | variance | best of Mitsuba's | seconds × variance | default "
+        "| difference (noise) |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
+    for r in report.render:
+        fastest = min(r.mitsuba.values(), key=lambda side: side.seconds)
+        best = min(r.mitsuba, key=lambda key: r.mitsuba[key].cost)
+        lines.append(
+            f"| {r.scene} | {r.spp} | {r.edgegrad.seconds:.4f} | {fastest.seconds:.4f} | **{r.time_ratio:.2f}** | "
+            f"{r.edgegrad.variance:.2e} | {r.mitsuba[best].variance:.2e} ({best}) | **{r.cost_ratio:.2f}** | "
+            f"{r.cost_ratio_default:.2f} | {r.difference:.1e} ({r.expected:.1e}) |"
+        )
+    for spp in sorted({r.spp for r in report.render}):
+        rows = [r for r in report.render if r.spp == spp]
+        time, cost, default = (
+            [getattr(r, key) for r in rows] for key in ("time_ratio", "cost_ratio", "cost_ratio_default")
+        )
+        lines.append(
+            f"\n{spp} spp, geometric means: time **{geometric_mean(time):.2f}** (worst {max(time):.2f}), "
+            f"seconds × variance **{geometric_mean(cost):.2f}** (worst {min(cost):.2f}), against the default sampler "
+            f"{geometric_mean(default):.2f} (worst {min(default):.2f})."
+        )
+    return lines
+
+
+def _first(report: Report) -> list[str]:
+    lines = [
+        "\n## First picture in a fresh process\n",
+        "Scene construction and first render at 16 spp, after the import; Mitsuba with an empty and with a filled "
+        "cache of compiled kernels. Memory is the peak of the process.\n",
+        "| scene | Edgegrad s (import) | Mitsuba s (import) | cache filled | Mitsuba / Edgegrad | Edgegrad MiB "
+        "| Mitsuba MiB |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for r in report.first:
+        a, b, c = r.edgegrad, r.mitsuba_empty_cache, r.mitsuba
+        lines.append(
+            f"| {r.scene} | {a.seconds:.3f} ({a.import_seconds:.2f}) | {b.seconds:.2f} ({b.import_seconds:.2f}) | "
+            f"{c.seconds:.3f} | **{b.seconds / a.seconds:.1f}**, {c.seconds / a.seconds:.1f} | {a.peak_mib:.0f} | "
+            f"{b.peak_mib:.0f} |"
+        )
+    empty, filled = ([getattr(r, key).seconds / r.edgegrad.seconds for r in report.first]
+                     for key in ("mitsuba_empty_cache", "mitsuba"))
+    memory = [r.edgegrad.peak_mib / r.mitsuba_empty_cache.peak_mib for r in report.first]
+    lines.append(
+        f"\nGeometric means: **{geometric_mean(empty):.1f}×** sooner with an empty cache (worst {min(empty):.1f}), and "
+        f"{geometric_mean(filled):.1f}× with a filled one (worst {min(filled):.1f}); memory "
+        f"{geometric_mean(memory):.2f}× (worst {max(memory):.2f})."
+    )
+    return lines
+
+
+def _backward(report: Report) -> list[str]:
+    lines = [
+        "\n## render_backward, all vertices, sphere_env, 16 spp\n",
+        "Noise: seed-to-seed, relative to the gradient's norm. Along θ: the gradient times the case's "
+        "tangent, a number both must agree on.\n",
+        "| renderer | s | noise | along θ | Edgegrad is faster by |",
+        "|---|---|---|---|---|",
+    ]
+    for b in report.backward:
+        faster = "" if b.renderer == "Edgegrad" else f"**{b.speed_up:.1f}×**"
+        lines.append(f"| {b.renderer} | {b.seconds:.4f} | {b.noise:.3f} | {b.along_theta:.5g} ± "
+                     f"{b.along_theta_error:.1g} | {faster} |")
+    cheapest = min(report.backward[1:], key=lambda b: b.seconds)
+    lines.append(f"\nAgainst Mitsuba's cheapest setting ({cheapest.renderer.removeprefix('Mitsuba, ')}): "
+                 f"**{cheapest.speed_up:.1f}×** faster.")
+    return lines

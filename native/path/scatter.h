@@ -4,6 +4,7 @@
 #include "path/path_queue.h"
 #include "path/stream.h"
 #include "shading/lambertian.h"
+#include "shading/terminator.h"
 #include "shading/transmittance.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -59,7 +60,7 @@ EG_INLINE void add_emitter_light(const SceneView& scene, Workspace& work, const 
     const Mask shared = s.active & ~alone & (s.pdf > 0.0f);
     if (any(shared)) light = light * select(shared, power_heuristic(s.pdf, f.pdf), 1.0f);
     if (!scene.convex) {
-        const Vec3 start = leave_surface(x, s.w);
+        const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
         const ShadowRay ray = shadow_ray(x.position, start, s);
         light = light * transmittance(scene, s.active, start, ray.direction, ray.far, splat(1 << kShadowRay));
     }

@@ -24,6 +24,9 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.mesh_count = tables.visible_meshes;
     view_.mesh_receivers = tables.mesh_receivers.data();
     view_.mesh_terminator = tables.mesh_terminator.data();
+    view_.any_terminator = !tables.corner_normal.empty() &&
+                           std::any_of(tables.mesh_terminator.begin(), tables.mesh_terminator.end(),
+                                       [](float t) { return t > 0.0f; });
     view_.corner_normal = tables.corner_normal.empty() ? nullptr : tables.corner_normal.data();
     view_.normals = tables.normals.data();
     view_.instance_mesh = tables.instance_mesh.data();

@@ -50,6 +50,7 @@ struct SceneView {
     int32_t mesh_count;              // that rays can hit; instances have the geomIDs from here on
     const int32_t* mesh_receivers;   // (S) bits of the sets of receivers that a mesh is in
     const float* mesh_terminator;    // (S) share of the shadow terminator's offset
+    bool any_terminator;
     const int32_t* corner_normal;    // (F, 3) shading normal of each corner, -1: flat; null: all is flat
     const float* normals;            // (N, 3) unit
     const int32_t* instance_mesh;    // (I)

@@ -9,9 +9,11 @@
 #include <memory>
 #include <stdexcept>
 
+#include "column.h"
 #include "dispatch.h"
 #include "embree/library.h"
 #include "engine.h"
+#include "texture/bindings.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -19,21 +21,12 @@ using namespace nb::literals;
 namespace {
 
 using edgegrad::Asked;
+using edgegrad::column;
 using edgegrad::Derivative;
 using edgegrad::Engine;
 using edgegrad::Progress;
 using edgegrad::RenderOptions;
 using edgegrad::SceneTables;
-
-// A field of a Python object as a flat vector of T; the array must hold exactly S.
-template <typename S, typename T = S>
-std::vector<T> column(nb::handle object, const char* name) {
-    using Array = nb::ndarray<const S, nb::c_contig, nb::device::cpu>;
-    Array array;
-    if (!nb::try_cast<Array>(object.attr(name), array))
-        throw std::invalid_argument(std::string("the table '") + name + "' has the wrong type or layout");
-    return std::vector<T>(array.data(), array.data() + array.size());
-}
 
 template <size_t N>
 void fill(float (&out)[N], nb::handle object, const char* name, size_t first = 0) {
@@ -109,6 +102,7 @@ SceneTables read_tables(nb::handle t) {
     s.sun_direction = column<float>(t, "sun_direction");
     s.sun_irradiance = column<float>(t, "sun_irradiance");
     fill(s.environment, t, "environment");
+    if (nb::hasattr(t, "textures")) s.textures = edgegrad::read_textures(t.attr("textures"));
     s.camera = read_camera(t);
     check_indices(s.faces, s.vertices.size() / 3, "faces");
     check_indices(s.face_material, s.albedo.size() / 3, "face materials");
@@ -274,6 +268,7 @@ class Scene {
 
 NB_MODULE(_native, m) {
     m.doc() = "Edgegrad's native engine.";
+    edgegrad::bind_textures(m);
     m.def("instruction_sets", &edgegrad::instruction_sets,
           "Instruction sets that this build has and this processor can run, the fastest first.");
     m.def(

@@ -6,6 +6,7 @@
 #include "boundary/shadow.h"
 #include "path/interior.h"
 #include "path/radiance.h"
+#include "texture/kernel.h"
 
 #define EG_STRING2(x) #x
 #define EG_STRING(x) EG_STRING2(x)
@@ -18,7 +19,7 @@ const KernelTable kernel_table = {
     radiance_kernel,          interior_forward_kernel,
     interior_backward_kernel, primary_forward_kernel,
     primary_backward_kernel,  shadow_forward_kernel,
-    shadow_backward_kernel,
+    shadow_backward_kernel,   texture_kernel,
 };
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -72,6 +72,13 @@ struct Splats {
     float* value[3];
 };
 
+// Points to evaluate a texture program at, one after the other; vectors are (count, 3).
+struct TextureTask {
+    int64_t count;
+    const int32_t *program, *face, *ray_kind, *backside;
+    const float *b1, *b2, *position, *normal, *true_normal, *view;
+};
+
 struct KernelTable {
     const char* name;
     int width;
@@ -88,6 +95,7 @@ struct KernelTable {
                            Splats& splats);
     void (*shadow_backward)(const SceneView&, const BoundaryTask&, const float* adjoint,
                             DerivativeView& gradient);
+    void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
 };
 
 }  // namespace edgegrad

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scene/view.h"
+#include "texture/tables.h"
 
 namespace edgegrad {
 
@@ -32,6 +33,7 @@ struct SceneTables {
     std::vector<int32_t> emission_two_sided;
     std::vector<float> point_position, point_intensity, sun_direction, sun_irradiance;
     float environment[3] = {0, 0, 0};
+    TextureTables textures;
     CameraView camera{};
     std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;
 };

@@ -43,6 +43,7 @@ struct TextureView {
     const TextureInstruction* code;
     const int32_t* program_first;  // (programs + 1)
     const float* constants;
+
     const TextureImage* images;
     const float* pixels;
     const TextureLookup* tables;
@@ -58,7 +59,7 @@ struct TextureView {
     // By leaf: the attributes its normal map and anisotropy are relative to; -1: none.
     const int32_t* leaf_uv;
     const int32_t* leaf_tangent;
-    const float* mesh_centre;  // (meshes, 3): of the tangents of meshes that have neither
+    const float* mesh_box;  // (meshes, 2, 3) centre and size, for tangents of meshes that have no UV map
 };
 
 }  // namespace edgegrad

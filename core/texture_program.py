@@ -1,0 +1,288 @@
+"""Compiles the expressions of a scene's materials into flat tables for native/texture.
+
+Each leaf (shader) with textures gets one program, which writes their values over the leaf's parameters
+(core/material_table.py); a textured weight of a mixture gets another. A program is a list of instructions on
+scalar registers: what is constant has been computed, what occurs twice is computed once, and what nobody
+reads is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import color_steps, image_steps, procedural_steps  # noqa: F401  (their rules are registered)
+from .expression import EXTENSIONS, INTERPOLATIONS, Expression
+from .expression_steps import Lowering, Resources
+from .image import Image
+from .light import AreaLight
+from .material import Material, Mixture
+from .material_table import COLUMNS
+from .mesh import Mesh
+from .scene import Scene
+from .texture_ops import OPCODES, Builder, Output, Value
+
+REGISTERS = 128  # kTextureRegisters in native/texture/view.h
+_OUTPUTS, _INPUTS = 4, 10
+
+I32 = NDArray[np.int32]
+I64 = NDArray[np.int64]
+F32 = NDArray[np.float32]
+
+
+@dataclass
+class TextureTables:
+    """What native/texture/view.h points to. P programs, L leaves, S meshes of the scene.
+
+    Leaves are the shaders of `scene.materials` in order, each material's parts after each other; area lights
+    follow, which have no textures (core/material_table.py).
+    """
+
+    code: I32  # (n, 16) op, data, out[4], in[10]
+    program_first: I32  # (P + 1)
+    constants: F32
+    leaf_program: I32  # (L) -1: none
+    leaf_weight_program: I32  # (L) -1: none
+    leaf_uv: I32  # (L) attribute that the normal map is relative to, -1: none
+    leaf_tangent: I32  # (L) attribute that has its tangents, -1: none
+    image_offset: I64  # (I) first float in `pixels`
+    image_shape: I32  # (I, 3) width, height, channels
+    image_mode: I32  # (I, 3) interpolation, extension, whether the result is divided by alpha
+    pixels: F32
+    table_shape: I32  # (T, 5) offset, rows, columns, interpolate, extrapolate
+    lookups: F32
+    attribute_offset: I64  # (A * S) where the data of face 0 would be in `attributes`
+    attribute_components: I32  # (A * S) 0: the mesh has no such attribute
+    attributes: F32
+    face_mesh: I32  # (F) mesh of each face
+    mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
+    world_image: int  # number of the world's image, -1: none
+
+
+def compile_textures(
+    scene: Scene, meshes: Sequence[Mesh] | None = None, origin: NDArray[np.float64] | None = None
+) -> TextureTables:
+    """Tables of all textures of a validated scene.
+
+    Parameters
+    ----------
+    meshes
+        The scene's meshes in order, as they are flattened; None: as they are in the scene.
+    origin
+        (3,) what positions are relative to; None: the world's origin.
+
+    Raises
+    ------
+    ValueError
+        Naming the material and the field whose expression can't be compiled.
+    """
+    placed = list(scene.meshes.values()) if meshes is None else meshes[: len(scene.meshes)]
+    start = np.zeros(3) if origin is None else np.asarray(origin, np.float64)
+    resources = Resources(origin=(float(start[0]), float(start[1]), float(start[2])))
+    world_image = -1 if scene.world.image is None else resources.image(scene.world.image, "LINEAR", "REPEAT", "NONE")
+    programs = _Programs(resources)
+    leaf_program, leaf_weight_program, leaf_uv, leaf_tangent = [], [], [], []
+    for name, material in scene.materials.items():
+        for k, leaf in enumerate(scene.leaves(name)):
+            part = material.parts[k] if isinstance(material, Mixture) else name
+            leaf_program.append(programs.of_leaf(part, leaf))
+            weight = material.textures.get(str(k)) if isinstance(material, Mixture) else None
+            leaf_weight_program.append(-1 if weight is None else programs.of_weight(name, k, weight))
+            uv, tangent = _tangent_attributes(leaf, resources)
+            leaf_uv.append(uv)
+            leaf_tangent.append(tangent)
+    for light in scene.lights.values():
+        if isinstance(light, AreaLight):
+            for column in (leaf_program, leaf_weight_program, leaf_uv, leaf_tangent):
+                column.append(-1)
+    return TextureTables(
+        code=np.array(programs.code, np.int32).reshape(-1, 2 + _OUTPUTS + _INPUTS),
+        program_first=np.array(programs.first, np.int32),
+        constants=np.array(list(programs.constants), np.float32),
+        leaf_program=np.array(leaf_program, np.int32),
+        leaf_weight_program=np.array(leaf_weight_program, np.int32),
+        leaf_uv=np.array(leaf_uv, np.int32),
+        leaf_tangent=np.array(leaf_tangent, np.int32),
+        **_images(scene.images, resources),
+        **_lookup_tables(resources),
+        **_attributes(placed, resources),
+        mesh_box=_boxes(placed, start),
+        world_image=world_image,
+    )
+
+
+def _tangent_attributes(leaf: Material, resources: Resources) -> tuple[int, int]:
+    if "normal" not in leaf.textures and "anisotropy" not in leaf.textures and leaf.anisotropy == 0.0:
+        return -1, -1
+    return resources.attribute(leaf.normal_uv), resources.attribute(f"{leaf.normal_uv}.tangent")
+
+
+class _Programs:
+    """All programs, and the constants that they share."""
+
+    def __init__(self, resources: Resources) -> None:
+        self.resources = resources
+        self.code: list[list[int]] = []
+        self.first = [0]
+        self.constants: dict[float, int] = {}
+        self._of_leaf: dict[int, int] = {}
+
+    def of_leaf(self, name: str, leaf: Material) -> int:
+        """Number of a leaf's program, -1 if it has no textures."""
+        if not leaf.textures:
+            return -1
+        if id(leaf) not in self._of_leaf:
+            self._of_leaf[id(leaf)] = self._compile(f"material '{name}'", leaf.textures)
+        return self._of_leaf[id(leaf)]
+
+    def of_weight(self, name: str, part: int, weight: Expression) -> int:
+        """Number of the program of a part's weight in a mixture."""
+        return self._compile(f"material '{name}', part {part}", {"weight": weight})
+
+    def _compile(self, where: str, textures: Mapping[str, Expression]) -> int:
+        build = Builder()
+        lowering = Lowering(build, self.resources)
+        for field, expression in textures.items():
+            try:
+                values = lowering.components(expression)
+            except ValueError as error:
+                raise ValueError(f"{where}: textures['{field}']: {error}") from None
+            column, count = COLUMNS[field]
+            for k in range(count):
+                build.emit("OUTPUT", values[k], data=column + k)
+        try:
+            self._write(build)
+        except _TooManyRegisters:
+            raise ValueError(f"{where}: its textures need more than {REGISTERS} values at once; "
+                             "bake some of them to an image") from None
+        self.first.append(len(self.code))
+        return len(self.first) - 2
+
+    def _operand(self, value: Value, register: Mapping[Output, int]) -> int:
+        if isinstance(value, Output):
+            return register[value]
+        return ~self.constants.setdefault(value, len(self.constants))
+
+    def _write(self, build: Builder) -> None:
+        """Appends the steps that an output needs; each value has a register until it is read last."""
+        last: dict[Output, int] = {}
+        needed = [False] * len(build.steps)
+        for at in range(len(build.steps) - 1, -1, -1):
+            step = build.steps[at]
+            needed[at] = needed[at] or step.op == "OUTPUT"
+            if needed[at]:
+                for value in step.inputs:
+                    if isinstance(value, Output):
+                        needed[value.step] = True
+                        last.setdefault(value, at)
+        free = list(range(REGISTERS))[::-1]
+        register: dict[Output, int] = {}
+        ends: dict[int, list[Output]] = {}
+        for value, at in last.items():
+            ends.setdefault(at, []).append(value)
+        for at, step in enumerate(build.steps):
+            if not needed[at]:
+                continue
+            inputs = [self._operand(v, register) for v in step.inputs]
+            # An output may take the place of an input that ends here: operations read all before they write.
+            free.extend(register[value] for value in ends.get(at, ()))
+            outputs = []
+            for k in range(_OUTPUTS):
+                value = Output(at, k)
+                if value not in last:
+                    outputs.append(REGISTERS)
+                    continue
+                if not free:
+                    raise _TooManyRegisters
+                register[value] = free.pop()
+                outputs.append(register[value])
+            none = self._operand(0.0, register)
+            self.code.append([OPCODES.index(step.op), step.data, *outputs, *inputs,
+                              *[none] * (_INPUTS - len(inputs))])
+
+
+class _TooManyRegisters(Exception):
+    pass
+
+
+def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, NDArray[np.generic]]:
+    """Each picture's pixels once; twice only if nodes read them both with and without their alpha."""
+    parts: list[F32] = []
+    held: dict[tuple[str, int, bool], int] = {}
+    end = 0
+    offsets, shapes, modes = [], [], []
+    for name, interpolation, extension, alpha in resources.images:
+        pixels = images[name].pixels
+        # An alpha that is 1 everywhere, or that nobody wants, takes no memory.
+        opaque = pixels.shape[2] == 4 and (alpha == "NONE" or bool(np.all(pixels[..., 3] == 1.0)))
+        multiply = pixels.shape[2] == 4 and not opaque and alpha in ("STRAIGHT", "PREMULTIPLIED")
+        if opaque:
+            pixels = pixels[..., :3]
+        key = (name, pixels.shape[2], multiply)
+        if key not in held:
+            if multiply:
+                pixels = np.concatenate([pixels[..., :3] * pixels[..., 3:], pixels[..., 3:]], axis=2)
+            held[key] = end
+            parts.append(np.ascontiguousarray(pixels, np.float32).reshape(-1))
+            end += parts[-1].size
+        offsets.append(held[key])
+        shapes.append((pixels.shape[1], pixels.shape[0], pixels.shape[2]))
+        modes.append((INTERPOLATIONS.index(interpolation), EXTENSIONS.index(extension),
+                      int(multiply and alpha == "STRAIGHT")))
+    return {
+        "image_offset": np.array(offsets, np.int64),
+        "image_shape": np.array(shapes, np.int32).reshape(-1, 3),
+        "image_mode": np.array(modes, np.int32).reshape(-1, 3),
+        # Lookups read four floats at once: a few behind the last pixel.
+        "pixels": np.concatenate([*parts, np.zeros(4, np.float32)]),
+    }
+
+
+def _lookup_tables(resources: Resources) -> dict[str, NDArray[np.generic]]:
+    shapes, rows = [], []
+    end = 0
+    for (table, interpolate, extrapolate) in resources.tables:
+        values = np.array(table, np.float32)
+        shapes.append((end, *values.shape, int(interpolate), int(extrapolate)))
+        rows.append(values.reshape(-1))
+        end += values.size
+    return {
+        "table_shape": np.array(shapes, np.int32).reshape(-1, 5),
+        "lookups": np.concatenate([*rows, np.zeros(4, np.float32)]),
+    }
+
+
+def _boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
+    """Centre and size of each mesh's bounding box; sizes of flat meshes count as 1."""
+    boxes = np.zeros((len(meshes), 2, 3), np.float32)
+    for box, mesh in zip(boxes, meshes, strict=True):
+        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+        box[0] = 0.5 * (low + high) - (0.0 if mesh.instances is not None else origin)
+        box[1] = np.where(high > low, high - low, 1.0)
+    return boxes
+
+
+def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, NDArray[np.generic]]:
+    parts: list[F32] = []
+    end = 0
+    first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes])
+    offsets, components = [], []
+    for name in resources.attributes:
+        for mesh, first in zip(meshes, first_face, strict=False):
+            values = mesh.attributes.get(name)
+            count = 0 if values is None else values.shape[2]
+            offsets.append(end - int(first) * 3 * count)
+            components.append(count)
+            if values is not None:
+                parts.append(np.ascontiguousarray(values, np.float32).reshape(-1))
+                end += parts[-1].size
+    used = np.repeat(np.arange(len(meshes)), np.diff(first_face)) if resources.attributes else np.zeros(0)
+    return {
+        "attribute_offset": np.array(offsets, np.int64),
+        "attribute_components": np.array(components, np.int32),
+        "attributes": np.concatenate([*parts, np.zeros(4, np.float32)]),
+        "face_mesh": used.astype(np.int32),
+    }

@@ -1,0 +1,47 @@
+// The textures' tables by value (core/texture_program.py, TextureTables).
+#pragma once
+
+#include <vector>
+
+#include "texture/view.h"
+
+namespace edgegrad {
+
+struct TextureTables {
+    std::vector<TextureInstruction> code;
+    std::vector<int32_t> program_first;
+    std::vector<float> constants;
+    std::vector<int32_t> leaf_program, leaf_weight_program, leaf_uv, leaf_tangent;
+    std::vector<TextureImage> images;
+    std::vector<float> pixels;
+    std::vector<TextureLookup> tables;
+    std::vector<float> lookups;
+    std::vector<TextureAttribute> mesh_attributes;
+    std::vector<float> attributes;
+    std::vector<int32_t> face_mesh;
+    std::vector<float> mesh_box;
+
+    TextureView view() const {
+        TextureView v{};
+        v.code = code.data();
+        v.program_first = program_first.data();
+        v.constants = constants.data();
+        const bool any = program_first.size() > 1;
+        v.leaf_program = any ? leaf_program.data() : nullptr;
+        v.leaf_weight_program = any ? leaf_weight_program.data() : nullptr;
+        v.images = images.data();
+        v.pixels = pixels.data();
+        v.tables = tables.data();
+        v.lookups = lookups.data();
+        v.mesh_attributes = mesh_attributes.data();
+        v.attributes = attributes.data();
+        v.face_mesh = face_mesh.data();
+        v.mesh_count = static_cast<int32_t>(mesh_box.size() / 6);
+        v.leaf_uv = leaf_uv.data();
+        v.leaf_tangent = leaf_tangent.data();
+        v.mesh_box = mesh_box.data();
+        return v;
+    }
+};
+
+}  // namespace edgegrad

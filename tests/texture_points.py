@@ -1,0 +1,88 @@
+"""Expressions evaluated natively at points of a surface."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from edgegrad import Camera, Image, Material, Mesh, Scene, World, _native
+from edgegrad.expression import Channel, Combine, Expression
+from edgegrad.material_table import COLUMNS, WIDTH
+from edgegrad.texture_program import compile_textures
+from numpy.typing import NDArray
+
+
+@dataclass
+class Points:
+    """Points of the first mesh: face and barycentrics of its second and third corner, and the ray's frame."""
+
+    face: NDArray[np.int32]
+    b1: NDArray[np.float32]
+    b2: NDArray[np.float32]
+    position: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    true_normal: NDArray[np.float32]
+    view: NDArray[np.float32]
+    ray_kind: NDArray[np.int32]
+    backside: NDArray[np.int32]
+    program: NDArray[np.int32]
+
+
+def points(count: int, **given: NDArray[np.generic]) -> Points:
+    """Points with what is given, and zeros."""
+    values = {
+        f.name: np.zeros((count, 3) if f.name in ("position", "normal", "true_normal", "view") else count,
+                         np.int32 if f.name in ("face", "ray_kind", "backside", "program") else np.float32)
+        for f in fields(Points)
+    }
+    for name, value in given.items():
+        values[name] = np.ascontiguousarray(np.broadcast_to(value, values[name].shape), values[name].dtype)
+    return Points(**values)
+
+
+def corners_mesh(coordinates: NDArray[np.float64]) -> Mesh:
+    """Triangles all of whose corners have one coordinate each: attribute "P", (n, c)."""
+    n = len(coordinates)
+    vertices = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    values = np.repeat(coordinates[:, None, :], 3, axis=1).astype(np.float32)
+    return Mesh(vertices, np.tile(np.arange(3, dtype=np.int32), (n, 1)), ("m0",), attributes={"P": values})
+
+
+def scene_of(
+    expressions: Sequence[Expression], meshes: Mapping[str, Mesh], images: Mapping[str, Image] | None = None
+) -> Scene:
+    """Materials "m0", "m1", ..., each with an expression as emission, and its alpha as roughness."""
+    materials = {
+        f"m{k}": Material(textures={"emission": node, "roughness": Combine(*[Channel(node, 3)] * 3)})
+        for k, node in enumerate(expressions)
+    }
+    scene = Scene(Camera(np.eye(4)), meshes, materials, {}, World(), images or {})
+    scene.validate()
+    return scene
+
+
+def evaluate(scene: Scene, where: Points, instruction_set: str = "") -> NDArray[np.float32]:
+    """(materials, points, 4) colour and alpha of each material's expression at each point."""
+    tables = compile_textures(scene)
+    out = np.zeros((len(tables.leaf_program), len(where.face), 4), np.float32)
+    for k, program in enumerate(tables.leaf_program):
+        where.program[:] = program
+        rows = np.zeros((len(where.face), WIDTH), np.float32)
+        _native.evaluate_textures(tables, where, rows, instruction_set)
+        first = COLUMNS["emission"][0]
+        out[k, :, :3] = rows[:, first : first + 3]
+        out[k, :, 3] = rows[:, COLUMNS["roughness"][0]]
+    return out
+
+
+def at_coordinates(
+    expressions: Sequence[Expression],
+    coordinates: NDArray[np.float64],
+    images: Mapping[str, Image] | None = None,
+    instruction_set: str = "",
+) -> NDArray[np.float32]:
+    """(expressions, n, 4): expressions of Attribute("P") at coordinates (n, c)."""
+    where = points(len(coordinates), face=np.arange(len(coordinates)), normal=np.array([0.0, 0.0, 1.0]),
+                   view=np.array([0.0, 0.0, 1.0]))
+    return evaluate(scene_of(expressions, {"mesh": corners_mesh(coordinates)}, images), where, instruction_set)

@@ -20,7 +20,9 @@ from ._check import RAYS
 from .camera import FILTERS, Camera
 from .camera import KINDS as CAMERA_KINDS
 from .light import AreaLight, PointLight, SunLight
+from .material import Mixture
 from .material_table import MaterialTable, material_table
+from .mean_color import mean_expression
 from .mesh import Mesh
 from .scene import Scene
 
@@ -212,7 +214,7 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
         environment_rotation=scene.world.rotation.astype(np.float32),
         environment_mask=ray_bits(scene.world.visible_to),
         albedo=_rows([m.base_color for m in materials] + [np.zeros(3)] * len(area_lights)),
-        emission=_rows([m.emission for m in materials] + [_area_radiance(a) for a in area_lights]),
+        emission=_rows([mean_emission(scene, name) for name in scene.materials] + [_area_radiance(a) for a in area_lights]),
         emission_two_sided=np.array([m.emission_two_sided for m in materials] + [False] * len(area_lights), np.uint8),
         point_position=_rows([p.position - origin for p in points]),
         point_intensity=_rows([p.power * p.color / (4.0 * np.pi) for p in points]),
@@ -221,6 +223,17 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
         environment=(scene.world.color * scene.world.strength).astype(np.float32),
         **camera_fields(scene.camera, origin),
     )
+
+
+def mean_emission(scene: Scene, name: str) -> NDArray[np.float64]:
+    """(3,) emission of a material: of a mixture the weighted sum, of textures their mean."""
+    material = scene.materials[name]
+    weights = material.weights if isinstance(material, Mixture) else np.ones(1)
+    total = np.zeros(3)
+    for leaf, weight in zip(scene.leaves(name), weights, strict=True):
+        expression = leaf.textures.get("emission")
+        total += weight * (leaf.emission if expression is None else mean_expression(scene, expression))
+    return total
 
 
 def ray_bits(kinds: Iterable[str]) -> int:

@@ -10,7 +10,7 @@
 #pragma once
 
 #include "path/scatter.h"
-#include "shading/surface_shader.h"
+#include "shading/emission.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -79,8 +79,7 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
 // Light that the surface itself gives, against the chance that an emitter sample found it.
 EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathPacket& p,
                             const SurfacePoint& x, const Shader& shader) {
-    const Mask emits =
-        x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
+    const Mask emits = x.active & has(shader, kHasEmission);
     if (!any(emits)) return;
     Float weight = splat(1.0f);
     const Mask sampled = emits & (p.pdf > 0.0f);
@@ -89,7 +88,7 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
         const Float pdf = emitter_pdf(scene, sampled, p.from, x, p.direction, sqrt(dot(way, way)));
         weight = select(sampled, power_heuristic(p.pdf, pdf), splat(1.0f));
     }
-    add_radiance(work, p, emits, p.throughput * shader.color(kEmission) * (shader.scale * weight));
+    add_radiance(work, p, emits, p.throughput * leaf_emission(x, shader) * weight);
 }
 
 // Lets part of the paths pass a surface that isn't opaque, and takes them out of x.

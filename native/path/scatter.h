@@ -3,6 +3,7 @@
 
 #include "path/path_queue.h"
 #include "path/stream.h"
+#include "shading/emission.h"
 #include "shading/lambertian.h"
 #include "shading/terminator.h"
 #include "shading/transmittance.h"
@@ -53,6 +54,12 @@ EG_INLINE void add_emitter_light(const SceneView& scene, Workspace& work, const 
     EmitterSample s = sample_emitter(scene, p.active, x.position, u, v);
     // Light that falls on the viewer's side of the shading normal through the triangle doesn't count.
     if constexpr (Surface::kSmooth) s.active &= dot(x.normal, s.w) > 0.0f;
+    if (scene.emission_varies) {
+        const Mask on_surface = s.active & (s.kind == kEmissiveTriangle);
+        const SurfacePoint y = surface_point(scene, on_surface, s.index, s.b1, s.b2, s.w);
+        const TexturePoint point = texture_point(scene, y, -s.w, p.kind);
+        s.radiance = select(on_surface, emitted_radiance(scene, y, point), s.radiance);
+    }
     const BsdfValue f = surface.evaluate(s.active, s.w);
     Vec3 light = s.radiance * f.value * s.geometry;
     s.active &= largest_component(light) > 0.0f;

@@ -42,6 +42,15 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
         view_.common_flags &= flags;
     }
     view_.any_mixture = tables.leaf_flags.size() + 1 != tables.material_first_leaf.size();
+    for (size_t m = 0; m + 1 < tables.material_first_leaf.size(); ++m) {
+        const int32_t first = tables.material_first_leaf[m], last = tables.material_first_leaf[m + 1];
+        for (int32_t leaf = first; leaf < last; ++leaf) {
+            const int32_t flags = tables.leaf_flags[static_cast<size_t>(leaf)];
+            const bool textured = view_.textures.leaf_program && view_.textures.leaf_program[leaf] >= 0;
+            if ((flags & kHasEmission) && (last - first > 1 || textured || (flags & kHasTransparency)))
+                view_.emission_varies = true;
+        }
+    }
     view_.environment_image = tables.environment_image;
     std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
     view_.environment_mask = tables.environment_mask;

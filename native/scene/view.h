@@ -62,6 +62,7 @@ struct SceneView {
     const float* leaf_params;            // (L, kMaterialParams)
     int32_t all_flags, common_flags;     // bits that any, or every, shader has
     bool any_mixture;
+    bool emission_varies;  // some emitting surface's radiance isn't one constant
 
     TextureView textures;
 

@@ -1,0 +1,33 @@
+// Light that a surface gives by itself.
+#pragma once
+
+#include "shading/surface_shader.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Emission of one shader on the viewer's side. What the surface lets pass isn't there to emit.
+EG_INLINE Vec3 leaf_emission(const SurfacePoint& x, const Shader& shader) {
+    const Mask emits =
+        x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
+    return select(emits, shader.color(kEmission) * shader.scale, zero3());
+}
+
+// Emission of all shaders of the point's material, opacity included: what a ray from there sees on average.
+EG_INLINE Vec3 emitted_radiance(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point) {
+    Vec3 sum = zero3();
+    const Int first = gather(scene.material_first_leaf, x.material);
+    const Int count = gather(scene.material_first_leaf + 1, x.material) - first;
+    for (Int k = splat(0); any(x.active & (k < count)); k = k + 1) {
+        SurfacePoint part = x;
+        part.active = x.active & (k < count);
+        const Int leaf = select(part.active, first + k, first);
+        const Shader shader = leaf_shader(scene, part, leaf, point);
+        Vec3 color;
+        const Float opacity = 1.0f - passing_share(shader, color);
+        const Float weight = select(count > 1, leaf_weight(scene, part.active, leaf, point), 1.0f);
+        sum = sum + leaf_emission(part, shader) * (opacity * weight);
+    }
+    return sum;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

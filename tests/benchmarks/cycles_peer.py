@@ -1,0 +1,66 @@
+"""Pictures by Cycles of the scene that is open in Blender's module, several seeds each, kept in a cache."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from edgegrad import images
+
+F32 = NDArray[np.float32]
+
+
+def prepare(scene: Any, bounces: int, samples: int) -> None:
+    """Settings with which Cycles estimates the same integral as Edgegrad, without bias.
+
+    Its defaults clamp indirect light at 10, blur glossy paths, skip lights that add less than 1 %, and stop where
+    the noise is low; none of these has a counterpart in Edgegrad. Bounces of all kinds are as many, and transparent
+    surfaces don't count.
+    """
+    scene.render.engine = "CYCLES"
+    scene.render.use_persistent_data = True  # the scene is not converted anew for each seed
+    scene.render.use_compositing = scene.render.use_sequencer = False
+    file = scene.render.image_settings
+    file.file_format, file.color_mode, file.color_depth = "OPEN_EXR", "RGB", "32"
+    cycles = scene.cycles
+    cycles.device, cycles.samples = "CPU", samples
+    cycles.use_adaptive_sampling = cycles.use_denoising = cycles.use_fast_gi = False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0  # off
+    cycles.blur_glossy = cycles.light_sampling_threshold = 0.0
+    cycles.caustics_reflective = cycles.caustics_refractive = True
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = bounces
+    cycles.transparent_max_bounces = 64
+
+
+def render(folder: Path, seeds: int) -> tuple[F32, float]:
+    """(seeds, H, W, 3) linear pictures of the open scene, and the median of their seconds."""
+    scene = bpy.context.scene
+    path = folder / "cycles.exr"
+    scene.render.filepath = str(path)
+    pictures, seconds = [], []
+    for seed in range(seeds):
+        scene.cycles.seed = seed
+        start = time.perf_counter()
+        bpy.ops.render.render(write_still=True)
+        seconds.append(time.perf_counter() - start)
+        pictures.append(images.read_image(path)[..., :3])
+    path.unlink()
+    return np.stack(pictures), float(np.median(seconds))
+
+
+def cached(file: Path, key: str) -> tuple[F32, float] | None:
+    """What `keep` stored in the file, if it was for the same key."""
+    if not file.is_file():
+        return None
+    with np.load(file) as stored:
+        return (stored["pictures"], float(stored["seconds"])) if str(stored["key"]) == key else None
+
+
+def keep(file: Path, key: str, pictures: F32, seconds: float) -> None:
+    """Store pictures under a key."""
+    np.savez_compressed(file, key=np.array(key), pictures=pictures, seconds=seconds)

@@ -1,0 +1,79 @@
+"""What a comparison's scene is: a builder, how deep and how finely it is rendered, and what is known to differ."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from . import stage
+
+Builder = Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene of the comparison.
+
+    Attributes
+    ----------
+    name, title
+        Key, and what it shows in a few words.
+    build
+        Makes it in an empty scene.
+    bounces
+        Cycles' max_bounces, for every kind of bounce; Edgegrad's max_depth is 2 more (camera and light segments).
+    samples
+        Per pixel and seed, for Cycles; Edgegrad takes as many.
+    differs
+        Reasons for which the two pictures are known not to be the same; empty: they must agree.
+    source
+        Code of the builder's file and of the stage, as it was when they were imported.
+    """
+
+    name: str
+    title: str
+    build: Builder
+    bounces: int
+    samples: int
+    differs: tuple[str, ...]
+    source: str
+
+    @property
+    def max_depth(self) -> int:
+        """Path segments that Cycles' bounces make."""
+        return self.bounces + 2
+
+    def fingerprint(self, *settings: object) -> str:
+        """Hash of what decides Cycles' picture: the builder's file, the stage, these settings, Blender's version."""
+        parts = [self.source, self.name, bpy.app.version_string, repr((self.bounces, *settings))]
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
+
+
+CASES: dict[str, Case] = {}
+
+
+def _code(file: str) -> str:
+    """A module's code without comments and layout."""
+    return ast.dump(ast.parse(Path(file).read_text()))
+
+
+_STAGE = _code(stage.__file__)
+
+
+def case(
+    title: str, *, bounces: int = 3, samples: int = 64, differs: Sequence[str] = ()
+) -> Callable[[Builder], Builder]:
+    """Register the decorated builder under its own name."""
+
+    def register(build: Builder) -> Builder:
+        name = build.__name__
+        source = _STAGE + _code(build.__code__.co_filename)
+        CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), source)
+        return build
+
+    return register

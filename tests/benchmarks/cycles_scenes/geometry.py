@@ -1,0 +1,98 @@
+"""Geometry: normals, instances, modifiers, what is made into meshes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+
+from . import stage
+from .case import case
+
+
+@case("Smooth, flat, sharp and custom normals; material slots per face; mirrored objects")
+def normals() -> None:
+    """Coarse bodies that show their normals."""
+    stage.studio()
+    plastic = stage.principled("Plastic", (0.3, 0.5, 0.7), Roughness=0.35)
+    stage.add("Smooth", stage.sphere("Smooth", plastic, radius=0.6, segments=12), (-2.4, -0.6, 0.6))
+    stage.add("Flat", stage.sphere("Flat", plastic, radius=0.6, segments=12, smooth=False), (-0.8, -0.6, 0.6))
+    sharp = stage.cylinder("Sharp", plastic, radius=0.55, depth=1.2, segments=12, smooth=True)
+    edges = sharp.attributes.new("sharp_edge", "BOOLEAN", "EDGE")
+    caps = [{tuple(sorted(pair)) for pair in face.edge_keys} for face in sharp.polygons if len(face.vertices) > 4]
+    for edge in sharp.edges:
+        edges.data[edge.index].value = any(tuple(sorted(edge.vertices)) in cap for cap in caps)
+    stage.add("Sharp", sharp, (0.8, -0.6, 0.6), (0.4, 0, 0))
+    stage.add("Custom", _bent_normals(plastic), (2.4, -0.6, 0.6), (0.9, 0, 0))
+    slots = stage.cube(
+        "Slots", plastic, stage.diffuse("Red", (0.7, 0.1, 0.1)), stage.diffuse("Green", (0.1, 0.6, 0.2)), size=0.9
+    )
+    slots.polygons.foreach_set("material_index", np.arange(6) % 3)
+    stage.add("Slots", slots, (-1.6, 1.0, 0.6), (0.3, 0.2, 0.5))
+    stage.add("Mirrored", stage.monkey("Mirrored", plastic), (0.2, 1.0, 0.75), (0, 0, 0.5), (-0.7, 0.7, 0.7))
+    stage.add("Inside out", stage.monkey("Inside out", plastic), (1.9, 1.0, 0.75), (0, 0, -0.4), (0.5, 0.9, 0.7))
+
+
+def _bent_normals(one: Any) -> Any:
+    """A flat board that looks like a bowl."""
+    board = stage.grid("Custom", one, size=1.2)
+    board.polygons.foreach_set("use_smooth", np.ones(len(board.polygons), bool))
+    points = np.array([v.co for v in board.vertices])
+    board.normals_split_custom_set_from_vertices(np.column_stack([0.8 * points[:, :2], np.ones(len(points))]).tolist())
+    return board
+
+
+@case("Instances: collections, geometry nodes-free parenting on faces, mirrored and scaled")
+def instances() -> None:
+    """A collection that is placed many times, and an object on the vertices of another."""
+    stage.studio()
+    group = bpy.data.collections.new("Group")
+    one = stage.add("Part", stage.monkey("Part", stage.principled("Part", (0.7, 0.4, 0.2), Roughness=0.4)), scale=0.35)
+    two = stage.add("Foot", stage.cube("Foot", stage.diffuse("Foot", (0.2, 0.5, 0.4)), size=0.5), (0, 0, -0.4))
+    for ob in (one, two):
+        bpy.context.scene.collection.objects.unlink(ob)
+        group.objects.link(ob)
+    for k in range(7):
+        empty = stage.add(f"Place {k}", None, (0.95 * (k - 3), -0.4 - 0.1 * k, 0.65), (0, 0, 0.4 * k), 0.6 + 0.08 * k)
+        empty.instance_type, empty.instance_collection = "COLLECTION", group
+    bpy.data.objects["Place 3"].scale = (-0.9, 0.9, 1.2)
+    carrier = stage.add("Carrier", stage.grid("Carrier", size=5.0, cells=6), (0, 1.4, 0.3))
+    carrier.instance_type = "VERTS"
+    carrier.show_instancer_for_render = False
+    child = stage.add(
+        "Bead", stage.sphere("Bead", stage.principled("Bead", (0.2, 0.3, 0.7), Roughness=0.2), radius=0.2)
+    )
+    child.parent = carrier
+
+
+@case("Curves, text, surfaces and metaballs, and modifiers as they render")
+def converted() -> None:
+    """What Blender turns into meshes."""
+    stage.studio()
+    paint = stage.principled("Paint", (0.6, 0.2, 0.3), Roughness=0.4)
+    path = bpy.data.curves.new("Path", "CURVE")
+    path.dimensions, path.bevel_depth, path.bevel_resolution = "3D", 0.12, 4
+    spline = path.splines.new("BEZIER")
+    spline.bezier_points.add(3)
+    for k, point in enumerate(spline.bezier_points):
+        point.co = (0.7 * (k - 1.5), 0.3 * (-1) ** k, 0.4 * (k % 2))
+        point.handle_left_type = point.handle_right_type = "AUTO"
+    path.materials.append(paint)
+    stage.add("Path", path, (-1.8, -0.5, 0.3))
+    text = bpy.data.curves.new("Text", "FONT")
+    text.body, text.extrude, text.bevel_depth, text.align_x = "edge", 0.1, 0.02, "CENTER"
+    text.materials.append(stage.diffuse("Ink", (0.1, 0.3, 0.6)))
+    stage.add("Text", text, (0.9, -0.7, 0.3), (1.3, 0, 0))
+    ball = bpy.data.metaballs.new("Meta")
+    ball.render_resolution = ball.resolution = 0.12
+    for x in (-0.35, 0.35):
+        ball.elements.new().co = (x, 0, 0)
+    ball.materials.append(paint)
+    stage.add("Meta", ball, (-1.4, 1.2, 0.7), scale=0.6)
+    box = stage.add("Rounded", stage.cube("Rounded", paint, size=0.9), (0.7, 1.2, 0.6), (0, 0, 0.4))
+    divide = box.modifiers.new("Subdivision", "SUBSURF")
+    divide.levels, divide.render_levels = 2, 2
+    strip = stage.add("Array", stage.cube("Array", stage.diffuse("Strip", (0.3, 0.6, 0.3)), size=0.3), (1.8, 1.2, 0.4))
+    array = strip.modifiers.new("Array", "ARRAY")
+    array.count, array.relative_offset_displace = 4, (0.3, 0.2, 1.1)

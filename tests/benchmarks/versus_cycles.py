@@ -1,0 +1,172 @@
+"""Edgegrad beside Cycles: the same .blend files, rendered by both, their difference beside the noise of both.
+
+``python -m tests.benchmarks.versus_cycles`` builds each scene, saves it, opens it as a user would, renders it with
+Cycles (CPU) and, through the add-on's export, with Edgegrad, and writes a table (Markdown and JSON) and pictures.
+Cycles' pictures are kept in the output folder and used again while the scene's script stays the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import time
+import traceback
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+import edgegrad
+from edgegrad_addon.export import export_scene
+from tests.benchmarks import agreement, cycles_peer, side_by_side
+from tests.benchmarks.cycles_scenes import CASES, Case, stage
+from tests.benchmarks.versus_mitsuba import processor
+
+SEEDS = 6
+
+
+@dataclass
+class Row:
+    """One scene's outcome; `figures` is None if Edgegrad could not render it, and `error` says why."""
+
+    scene: str
+    title: str
+    bounces: int
+    samples: int
+    cycles_seconds: float
+    edgegrad_seconds: float = 0.0
+    figures: agreement.Agreement | None = None
+    differs: tuple[str, ...] = ()
+    notes: list[str] = field(default_factory=list)
+    error: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """"agrees", "known", "differs" or "fails"."""
+        if self.figures is None:
+            return "fails"
+        if self.figures.agrees:
+            return "agrees"
+        return "known" if self.differs else "differs"
+
+
+def build(case: Case, folder: Path, samples: int) -> Path:
+    """Build a case's scene and save it; it is open afterwards as read from the file."""
+    scene = stage.empty()
+    case.build()
+    cycles_peer.prepare(scene, case.bounces, samples)
+    path = folder / f"{case.name}.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, check_existing=False)
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    return path
+
+
+def by_edgegrad(case: Case, samples: int, seeds: int) -> tuple[NDArray[np.float32], float, list[str]]:
+    """(seeds, H, W, 3) pictures of the open scene, the median of their seconds, and the export's lines."""
+    export = export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
+    renderer = edgegrad.Renderer(export.scene)
+    pictures, seconds = [], []
+    for seed in range(seeds):
+        start = time.perf_counter()
+        pictures.append(renderer.render(spp=samples, max_depth=case.max_depth, seed=seed))
+        seconds.append(time.perf_counter() - start)
+    return np.stack(pictures), float(np.median(seconds)), export.report.lines
+
+
+def compare(case: Case, output: Path, samples: int | None = None, seeds: int = SEEDS) -> Row:
+    """Render a case with both and compare; writes its pictures."""
+    samples = samples or case.samples
+    output.mkdir(parents=True, exist_ok=True)
+    build(case, output, samples)
+    key, file = case.fingerprint(samples, seeds, Path(cycles_peer.__file__).read_text()), output / f"{case.name}.npz"
+    known = cycles_peer.cached(file, key)
+    if known is None:
+        known = cycles_peer.render(output, seeds)
+        cycles_peer.keep(file, key, *known)
+    theirs, cycles_seconds = known
+    row = Row(case.name, case.title, case.bounces, samples, cycles_seconds, differs=case.differs)
+    try:
+        ours, row.edgegrad_seconds, row.notes = by_edgegrad(case, samples, seeds)
+        row.figures, _ = agreement.compare(ours, theirs)
+    except Exception as error:  # a scene that fails is a row of the report, not its end
+        row.error = f"{type(error).__name__}: {error}"
+        traceback.print_exc()
+        return row
+    means = (x.mean(axis=0, dtype=np.float64) for x in (ours, theirs))
+    side_by_side.write(output / f"{case.name}.png", *means)
+    return row
+
+
+HEADER = """| scene | shows | mean difference | blocks beyond 3 sigma | block RMSE (noise) | pixel RMSE (noise) | \
+seconds Cycles / Edgegrad | outcome |
+|---|---|---|---|---|---|---|---|"""
+
+
+def line(row: Row) -> str:
+    """A row of the table."""
+    figures = row.figures
+    if figures is None:
+        return f"| {row.scene} | {row.title} | | | | | {row.cycles_seconds:.1f} / | **fails** |"
+    return (f"| {row.scene} | {row.title} | {figures.mean:+.2%} ± {figures.mean_error:.2%} | {figures.beyond:.1%} | "
+            f"{figures.rmse:.2%} ({figures.noise:.2%}) | {figures.pixel_rmse:.1%} ({figures.pixel_noise:.1%}) | "
+            f"{row.cycles_seconds:.2f} / {row.edgegrad_seconds:.2f} | "
+            f"{row.verdict if row.verdict in ('agrees', 'known') else f'**{row.verdict}**'} |")
+
+
+def markdown(rows: Sequence[Row], machine: dict[str, Any]) -> str:
+    """The report as text."""
+    about = ", ".join(f"{key} {value}" for key, value in machine.items())
+    agreeing = sum(row.verdict == "agrees" for row in rows)
+    lines = [
+        "# Edgegrad beside Cycles\n",
+        f"{about}. {agreeing} of {len(rows)} scenes agree.\n",
+        f"Mean difference: (Edgegrad - Cycles) / Cycles, with its standard error. A picture agrees if that is within "
+        f"{agreement.MEAN_LIMIT:.0%} and at most {agreement.BEYOND_LIMIT:.0%} of its blocks of {agreement.BLOCK} x "
+        f"{agreement.BLOCK} pixels are beyond three standard errors (0.3 % are by chance), or their difference beyond "
+        f"the noise is at most {agreement.EXCESS_LIMIT:.0%} of the picture's mean. RMSE relative to the mean, in "
+        "brackets what the noise alone would give. Seconds are of one picture of one seed.\n",
+        HEADER,
+        *map(line, rows),
+        "\n## Known differences\n",
+    ]
+    lines += [f"- **{row.scene}**: {reason}" for row in rows for reason in row.differs] or ["none"]
+    lines.append("\n## What the export reported\n")
+    lines += [f"- **{row.scene}**: {note}" for row in rows for note in row.notes] or ["nothing"]
+    if failed := [row for row in rows if row.error]:
+        lines.append("\n## Failures\n")
+        lines += [f"- **{row.scene}**: {row.error}" for row in failed]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", help=f"some of {', '.join(CASES)} (default: all)")
+    parser.add_argument("--output", type=Path, default=Path("build/compare-cycles"), help="folder of the report")
+    parser.add_argument("--samples", type=int, help="samples per pixel and seed (default: each scene's own)")
+    parser.add_argument("--seeds", type=int, default=SEEDS)
+    arguments = parser.parse_args()
+    if unknown := [name for name in arguments.scenes if name not in CASES]:
+        parser.error(f"unknown scene {unknown[0]}; there are {', '.join(CASES)}")
+    start = time.perf_counter()
+    rows = []
+    output = arguments.output.resolve()  # Blender's paths must not be relative
+    for name in arguments.scenes or list(CASES):
+        rows.append(compare(CASES[name], output, arguments.samples, arguments.seeds))
+        print(line(rows[-1]), rows[-1].error, flush=True)
+    machine = {"Blender": bpy.app.version_string, "processor": processor(), "Python": platform.python_version(),
+               "seeds": arguments.seeds, "minutes": round((time.perf_counter() - start) / 60.0, 1)}  # fmt: skip
+    text = markdown(rows, machine)
+    print(text)
+    (output / "versus_cycles.md").write_text(text)
+    report = {"machine": machine, "rows": [asdict(row) | {"verdict": row.verdict} for row in rows]}
+    (output / "versus_cycles.json").write_text(json.dumps(report, indent=1))
+
+
+if __name__ == "__main__":
+    main()

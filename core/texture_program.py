@@ -63,16 +63,16 @@ class TextureTables:
 
 
 def compile_textures(
-    scene: Scene, meshes: Sequence[Mesh] | None = None, origin: NDArray[np.float64] | None = None
+    scene: Scene, origin: NDArray[np.float64] | None = None, meshes: Sequence[Mesh] | None = None
 ) -> TextureTables:
     """Tables of all textures of a validated scene.
 
     Parameters
     ----------
-    meshes
-        The scene's meshes in order, as they are flattened; None: as they are in the scene.
     origin
         (3,) what positions are relative to; None: the world's origin.
+    meshes
+        The scene's meshes in order, as they are flattened; None: as they are in the scene.
 
     Raises
     ------

@@ -255,7 +255,7 @@ class _Run:
             factor = LAST_STEP + (1.0 - LAST_STEP) * 0.5 * (1.0 + np.cos(np.pi * k / self.iterations))
             for item in self.unknowns:
                 parameters.put(self.work, item.path, item.take_step(gradient[item.path], factor))
-            self.renderer.update()
+            self.renderer.update([item.path for item in self.unknowns])
             if k == full_turn - 1:
                 self._warn_of_untouched()
             if callback is not None:

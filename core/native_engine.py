@@ -81,6 +81,14 @@ class Engine:
         """Take other values of the same topology; moved meshes are refitted."""
         self._scene.update(tables)
 
+    def update_values(self, tables: Tables) -> None:
+        """Take other materials, lights, environment and camera; the geometry is the same."""
+        self._scene.update_values(tables)
+
+    def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: Tables) -> None:
+        """Take other vertices (n, 3) of one mesh, in world space."""
+        self._scene.move_vertices(mesh, vertices, [float(x) for x in tables.origin])
+
     def render(
         self,
         tables: Tables,

@@ -10,11 +10,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import parameters
 from . import tables as flat
 from ._check import array, whole
 from .bounces import MAX_DEPTH, Bounces
 from .camera import Camera
 from .differentiable import obstacles
+from .light import AreaLight
 from .material_table import LAMBERTIAN
 from .scene import Scene
 from .topology import Edges
@@ -40,6 +42,8 @@ class EngineLike(Protocol):
     def __init__(self, tables: flat.Tables, threads: int) -> None: ...
     def set_edges(self, edges: Edges) -> None: ...
     def update(self, tables: flat.Tables) -> None: ...
+    def update_values(self, tables: flat.Tables) -> None: ...
+    def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: flat.Tables) -> None: ...
     def render(
         self,
         tables: flat.Tables,
@@ -138,6 +142,7 @@ class Renderer:
         self._tables = flat.flatten(scene)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
+        self._moved = False  # vertices have moved in the engine that the tables don't know of
         self._engine = engine_class(engine)(self._tables, threads)
 
     @property
@@ -151,22 +156,60 @@ class Renderer:
     def adopt(self, scene: Scene) -> bool:
         """Go on with another scene if its geometry is the same to the bit; False (and no change) if it isn't."""
         tables = flat.flatten(scene)
-        if not tables.same_geometry(self._tables):
+        if self._moved or not tables.same_geometry(self._tables):
             return False
         self.scene, self._tables = scene, tables
         self._obstacles = None
         self._engine.update(tables)
         return True
 
-    def update(self) -> None:
-        """Take over changed values of the scene: moved meshes are refitted, the rest is copied."""
+    def update(self, paths: Collection[str] | None = None) -> None:
+        """Take over changed values of the scene.
+
+        Parameters
+        ----------
+        paths
+            Parameter paths of what has changed; only that is looked at, and only meshes whose vertices
+            have moved get their BVH refitted. None: whatever has changed, which is found by comparing.
+
+        Raises
+        ------
+        ValueError
+            For wrong values, or if the topology has changed.
+        """
+        if paths is not None and self._update_named(paths):
+            return
         tables = flat.flatten(self.scene, origin=self._tables.origin)
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
         self._tables = tables
         self._obstacles = None
+        self._moved = False
         self._engine.update(tables)
+
+    def _update_named(self, paths: Collection[str]) -> bool:
+        """Take over the named changes by themselves; False if that can't be done."""
+        moved = [name for path in paths if (name := _vertices_of(path)) is not None]
+        values = [path for path in paths if _vertices_of(path) is None]
+        for path in paths:
+            parameters.get(self.scene, path)
+        whole_tables = any(self.scene.meshes[name].instances is not None for name in moved) or any(
+            path.startswith(("meshes.", "images.")) or isinstance(_held(self.scene, path), AreaLight) for path in values
+        )
+        if whole_tables or self._tables.textures is not None:
+            return False
+        for name in moved:
+            mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
+            count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
+            mesh.vertices = array(f"mesh '{name}'", "vertices", mesh.vertices, (count, 3), np.float64)
+            self._engine.move_vertices(k, mesh.vertices, self._tables)
+            self._moved = True
+        if values:
+            self._tables = flat.with_values(self.scene, self._tables)
+            self._obstacles = None
+            self._engine.update_values(self._tables)
+        return True
 
     def render(
         self,
@@ -250,6 +293,16 @@ class Renderer:
             return self._tables
         camera.validate()
         return replace(self._tables, **flat.camera_fields(camera, self._tables.origin))
+
+
+def _vertices_of(path: str) -> str | None:
+    """Name of the mesh whose vertices the path is, or None."""
+    collection, name, field = parameters.split(path)
+    return name if collection == "meshes" and field == "vertices" else None
+
+
+def _held(scene: Scene, path: str) -> Any:
+    return parameters.owner(scene, path)[0]
 
 
 def _options(spp: Any, max_depth: Any, seed: Any, deepest: int = MAX_DEPTH) -> dict[str, int]:

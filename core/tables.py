@@ -20,11 +20,12 @@ from ._check import RAYS
 from .camera import FILTERS, Camera
 from .camera import KINDS as CAMERA_KINDS
 from .light import AreaLight, PointLight, SunLight
-from .material import Mixture
+from .material import Material, Mixture
 from .material_table import MaterialTable, material_table
 from .mean_color import mean_expression
 from .mesh import Mesh
 from .scene import Scene
+from .texture_program import TextureTables, compile_textures
 
 F32 = NDArray[np.float32]
 
@@ -110,6 +111,7 @@ class Tables:
     height: int
     clip_start: float
     clip_end: float
+    textures: TextureTables | None  # None: nothing in the scene is textured
 
     def zero_derivative(self) -> Derivative:
         """A `Derivative` of zeros."""
@@ -168,11 +170,34 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
     Raises ``ValueError`` as `Scene.validate` does.
     """
     scene.validate()
+    geometry = _geometry(scene, origin)
+    origin = geometry["origin"]
+    textures = compile_textures(scene, origin) if _needs_textures(scene) else None
+    return Tables(**geometry, **_values(scene, origin), textures=textures)
+
+
+def with_values(scene: Scene, tables: Tables) -> Tables:
+    """The same geometry and textures with the scene's other materials, lights, world and camera."""
+    for name, material in scene.materials.items():
+        material.validate(name)
+    for name, light in scene.lights.items():
+        light.validate(name)
+    scene.world.validate()
+    scene.camera.validate()
+    return replace(tables, **_values(scene, tables.origin))
+
+
+def _needs_textures(scene: Scene) -> bool:
+    return scene.world.image is not None or any(
+        material.textures or (isinstance(material, Material) and material.anisotropy != 0.0)
+        for material in scene.materials.values()
+    )
+
+
+def _geometry(scene: Scene, origin: NDArray[np.float64] | None) -> dict[str, Any]:
+    """The fields of `Tables` that say where meshes are."""
     material_index = {name: k for k, name in enumerate(scene.materials)}
     area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
-    points = [light for light in scene.lights.values() if isinstance(light, PointLight)]
-    suns = [light for light in scene.lights.values() if isinstance(light, SunLight)]
-
     meshes = [_placed(scene, mesh) for mesh in scene.meshes.values()]
     slots = []
     for mesh in meshes:
@@ -194,35 +219,45 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
     for mesh, v in zip(meshes, first_vertex, strict=False):
         # An instanced mesh stays in its own space.
         vertices[v : v + len(mesh.vertices)] = mesh.vertices if mesh.instances is not None else mesh.vertices - origin
-    materials = [scene.leaves(name)[0] for name in scene.materials]
-    sun_directions = [light.direction / np.linalg.norm(light.direction) for light in suns]
-    return Tables(
-        origin=origin,
-        vertices=vertices,
-        faces=faces,
-        face_material=np.concatenate(slots).astype(np.int32) if slots else np.zeros(0, np.int32),
-        mesh_first_vertex=first_vertex,
-        mesh_first_face=first_face,
-        mesh_names=tuple(scene.meshes),
-        visible=np.array([1] * len(scene.meshes) + [0] * len(area_lights), np.uint8),
+    return {
+        "origin": origin,
+        "vertices": vertices,
+        "faces": faces,
+        "face_material": np.concatenate(slots).astype(np.int32) if slots else np.zeros(0, np.int32),
+        "mesh_first_vertex": first_vertex,
+        "mesh_first_face": first_face,
+        "mesh_names": tuple(scene.meshes),
+        "visible": np.array([1] * len(scene.meshes) + [0] * len(area_lights), np.uint8),
         **_masks(scene, meshes),
-        mesh_terminator=np.array([m.terminator_offset for m in meshes], np.float32),
+        "mesh_terminator": np.array([m.terminator_offset for m in meshes], np.float32),
         **_shading_normals(meshes, first_face),
         **_instances(meshes, origin),
-        materials=material_table(scene, [_area_radiance(a) for a in area_lights]),
-        environment_image=-1 if scene.world.image is None else list(scene.images).index(scene.world.image),
-        environment_rotation=scene.world.rotation.astype(np.float32),
-        environment_mask=ray_bits(scene.world.visible_to),
-        albedo=_rows([m.base_color for m in materials] + [np.zeros(3)] * len(area_lights)),
-        emission=_rows([mean_emission(scene, name) for name in scene.materials] + [_area_radiance(a) for a in area_lights]),
-        emission_two_sided=np.array([m.emission_two_sided for m in materials] + [False] * len(area_lights), np.uint8),
-        point_position=_rows([p.position - origin for p in points]),
-        point_intensity=_rows([p.power * p.color / (4.0 * np.pi) for p in points]),
-        sun_direction=_rows(sun_directions),
-        sun_irradiance=_rows([s.strength * s.color for s in suns]),
-        environment=(scene.world.color * scene.world.strength).astype(np.float32),
+    }
+
+
+def _values(scene: Scene, origin: NDArray[np.float64]) -> dict[str, Any]:
+    """The fields of `Tables` that hold materials, lights, the environment and the camera."""
+    area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
+    points = [light for light in scene.lights.values() if isinstance(light, PointLight)]
+    suns = [light for light in scene.lights.values() if isinstance(light, SunLight)]
+    radiances = [_area_radiance(light) for light in area_lights]
+    first_leaves = [scene.leaves(name)[0] for name in scene.materials]
+    two_sided = [leaf.emission_two_sided for leaf in first_leaves]
+    return {
+        "materials": material_table(scene, radiances),
+        "environment_image": -1 if scene.world.image is None else list(scene.images).index(scene.world.image),
+        "environment_rotation": scene.world.rotation.astype(np.float32),
+        "environment_mask": ray_bits(scene.world.visible_to),
+        "albedo": _rows([leaf.base_color for leaf in first_leaves] + [np.zeros(3)] * len(area_lights)),
+        "emission": _rows([mean_emission(scene, name) for name in scene.materials] + radiances),
+        "emission_two_sided": np.array(two_sided + [False] * len(area_lights), np.uint8),
+        "point_position": _rows([p.position - origin for p in points]),
+        "point_intensity": _rows([p.power * p.color / (4.0 * np.pi) for p in points]),
+        "sun_direction": _rows([s.direction / np.linalg.norm(s.direction) for s in suns]),
+        "sun_irradiance": _rows([s.strength * s.color for s in suns]),
+        "environment": (scene.world.color * scene.world.strength).astype(np.float32),
         **camera_fields(scene.camera, origin),
-    )
+    }
 
 
 def mean_emission(scene: Scene, name: str) -> NDArray[np.float64]:

@@ -36,9 +36,9 @@ void fill(float (&out)[N], nb::handle object, const char* name, size_t first = 0
     std::copy_n(values.begin() + static_cast<ptrdiff_t>(first), N, out);
 }
 
-void check_indices(const std::vector<int32_t>& indices, size_t size, const char* what) {
+void check_indices(const std::vector<int32_t>& indices, size_t size, const char* what, int32_t least = 0) {
     for (int32_t i : indices)
-        if (i < 0 || static_cast<size_t>(i) >= size)
+        if (i < least || i >= static_cast<int64_t>(size))
             throw std::invalid_argument(std::string("the tables' ") + what + " are out of range");
 }
 
@@ -67,8 +67,7 @@ edgegrad::CameraView read_camera(nb::handle t) {
     return c;
 }
 
-SceneTables read_tables(nb::handle t) {
-    SceneTables s;
+void read_geometry(nb::handle t, edgegrad::GeometryTables& s) {
     s.vertices = column<float>(t, "vertices");
     s.faces = column<uint32_t, int32_t>(t, "faces");
     s.face_material = column<int32_t>(t, "face_material");
@@ -84,6 +83,14 @@ SceneTables read_tables(nb::handle t) {
     s.custom_normals = column<float>(t, "custom_normals");
     s.instance_mesh = column<int32_t>(t, "instance_mesh");
     s.instance_to_world = column<float>(t, "instance_to_world");
+    check_indices(s.faces, s.vertices.size() / 3, "faces");
+    check_indices(s.instance_mesh, static_cast<size_t>(s.visible_meshes), "instances");
+    check_indices(s.corner_normal, static_cast<size_t>(s.mesh_first_normal.back()), "shading normals", -1);
+    if (s.instance_to_world.size() != 12 * s.instance_mesh.size())
+        throw std::invalid_argument("the tables' sizes disagree");
+}
+
+void read_values(nb::handle t, edgegrad::ValueTables& s) {
     const nb::object materials = t.attr("materials");
     s.material_first_leaf = column<int32_t>(materials, "first_leaf");
     s.leaf_kind = column<int32_t>(materials, "kind");
@@ -102,14 +109,18 @@ SceneTables read_tables(nb::handle t) {
     s.sun_direction = column<float>(t, "sun_direction");
     s.sun_irradiance = column<float>(t, "sun_irradiance");
     fill(s.environment, t, "environment");
-    if (nb::hasattr(t, "textures")) s.textures = edgegrad::read_textures(t.attr("textures"));
     s.camera = read_camera(t);
-    check_indices(s.faces, s.vertices.size() / 3, "faces");
-    check_indices(s.face_material, s.albedo.size() / 3, "face materials");
-    check_indices(s.instance_mesh, static_cast<size_t>(s.visible_meshes), "instances");
-    if (s.leaf_params.size() != edgegrad::kMaterialParams * s.leaf_kind.size() ||
-        s.instance_to_world.size() != 12 * s.instance_mesh.size())
+    if (s.leaf_params.size() != edgegrad::kMaterialParams * s.leaf_kind.size())
         throw std::invalid_argument("the tables' sizes disagree");
+}
+
+SceneTables read_tables(nb::handle t) {
+    SceneTables s;
+    read_geometry(t, s);
+    read_values(t, s);
+    const nb::object textures = t.attr("textures");
+    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
+    check_indices(s.face_material, s.albedo.size() / 3, "face materials");
     return s;
 }
 
@@ -146,6 +157,7 @@ nb::ndarray<nb::numpy, T> to_numpy(std::vector<T>&& values, std::vector<size_t> 
 }
 
 using Image = nb::ndarray<nb::numpy, float>;
+using Vertices = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using AdjointImage = nb::ndarray<const float, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
 
 Image make_image(std::vector<float>&& pixels, const edgegrad::CameraView& c) {
@@ -172,6 +184,18 @@ class Scene {
         SceneTables s = read_tables(tables);
         const nb::gil_scoped_release release;
         engine_->update(std::move(s));
+    }
+
+    void update_values(nb::handle tables) {
+        edgegrad::ValueTables values;
+        read_values(tables, values);
+        engine_->update_values(std::move(values));
+    }
+
+    void move_vertices(int32_t mesh, Vertices vertices, const std::vector<double>& origin) {
+        if (origin.size() != 3) throw std::invalid_argument("origin must have three values");
+        const nb::gil_scoped_release release;
+        engine_->move_vertices(mesh, vertices.data(), vertices.shape(0), origin.data());
     }
 
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
@@ -283,6 +307,8 @@ NB_MODULE(_native, m) {
              "instruction_set"_a, "embree"_a)
         .def("set_edges", &Scene::set_edges, "edges"_a)
         .def("update", &Scene::update, "tables"_a)
+        .def("update_values", &Scene::update_values, "tables"_a)
+        .def("move_vertices", &Scene::move_vertices, "mesh"_a, "vertices"_a, "origin"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
         .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "progress"_a.none())
         .def("forward", &Scene::forward, "tangent"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,

@@ -81,39 +81,74 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
 void Engine::update(SceneTables next) {
     if (next.vertices.size() != tables_.vertices.size() || next.mesh_first_face != tables_.mesh_first_face)
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
-    // A mesh that has moved by more than this share of its size since its BVH was built is built anew:
-    // refitted boxes of far-moved triangles overlap, and traversal slows down.
-    constexpr double kRebuildMotion = 0.05;
     std::vector<int32_t> moved;
     bool far = false;
     for (int32_t m = 0; m < tables_.visible_meshes; ++m) {
-        const size_t first = 3 * static_cast<size_t>(tables_.mesh_first_vertex[m]);
-        const size_t last = 3 * static_cast<size_t>(tables_.mesh_first_vertex[m + 1]);
-        if (std::equal(next.vertices.begin() + static_cast<ptrdiff_t>(first),
-                       next.vertices.begin() + static_cast<ptrdiff_t>(last),
-                       tables_.vertices.begin() + static_cast<ptrdiff_t>(first)))
+        const auto first = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m]);
+        const auto last = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m + 1]);
+        if (std::equal(next.vertices.begin() + first, next.vertices.begin() + last,
+                       tables_.vertices.begin() + first))
             continue;
         moved.push_back(m);
-        float motion = 0.0f, low = 3e38f, high = -3e38f;
-        for (size_t k = first; k < last; ++k) {
-            const float x = next.vertices[k];
-            motion = std::max(motion, std::abs(x - built_vertices_[k]));
-            low = std::min(low, x);
-            high = std::max(high, x);
-        }
-        far = far || static_cast<double>(motion) > kRebuildMotion * static_cast<double>(high - low);
+        far = place_vertices(m, [&](size_t k) { return next.vertices[k]; }) || far;
     }
-    // The buffers that Embree shares stay where they are; edges and faces are the topology's.
-    std::copy(next.vertices.begin(), next.vertices.end(), tables_.vertices.begin());
-    next.vertices.swap(tables_.vertices);
-    next.faces.swap(tables_.faces);
-    next.edge_vertices.swap(tables_.edge_vertices);
-    next.edge_face_first.swap(tables_.edge_face_first);
-    next.edge_faces.swap(tables_.edge_faces);
-    next.edge_opposite.swap(tables_.edge_opposite);
-    next.normals.swap(tables_.normals);
-    next.filter = inverted_filter(static_cast<PixelFilter>(next.filter_kind), next.filter_width);
-    tables_ = std::move(next);
+    // Area lights' vertices, which no BVH holds.
+    const auto hidden = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[tables_.visible_meshes]);
+    std::copy(next.vertices.begin() + hidden, next.vertices.end(), tables_.vertices.begin() + hidden);
+    tables_.textures = std::move(next.textures);
+    update_values(std::move(next));
+    moved_vertices(moved, far);
+}
+
+void Engine::update_values(ValueTables values) {
+    values.filter = inverted_filter(static_cast<PixelFilter>(values.filter_kind), values.filter_width);
+    static_cast<ValueTables&>(tables_) = std::move(values);
+}
+
+void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin) {
+    if (mesh < 0 || mesh >= tables_.visible_meshes ||
+        count != static_cast<size_t>(tables_.mesh_first_vertex[mesh + 1] - tables_.mesh_first_vertex[mesh]))
+        throw std::runtime_error("the scene's topology has changed; make a new renderer");
+    const double* from = vertices - 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[mesh]);
+    const bool far =
+        place_vertices(mesh, [&](size_t k) { return static_cast<float>(from[k] - origin[k % 3]); });
+    moved_vertices({mesh}, far);
+}
+
+// The mesh's coordinates take the values of `coordinate`; whether they have moved so far from where they were
+// when the BVH was built that it must be built anew: refitted boxes of far-moved triangles overlap, and
+// traversal slows down. The buffers that Embree shares stay where they are.
+template <typename F>
+bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
+    constexpr double kRebuildMotion = 0.05;  // as a share of the mesh's size
+    constexpr int64_t kPart = 3 << 16;
+    const int64_t first = 3 * static_cast<int64_t>(tables_.mesh_first_vertex[mesh]);
+    const int64_t last = 3 * static_cast<int64_t>(tables_.mesh_first_vertex[mesh + 1]);
+    struct Range {
+        float motion = 0.0f, low = 3e38f, high = -3e38f;
+    };
+    std::vector<Range> ranges(static_cast<size_t>((last - first + kPart - 1) / kPart));
+    parallel_for(threads_, static_cast<int64_t>(ranges.size()), nullptr, [&](int, int64_t part) {
+        Range r;
+        const int64_t end = std::min(last, first + (part + 1) * kPart);
+        for (int64_t i = first + part * kPart; i < end; ++i) {
+            const size_t k = static_cast<size_t>(i);
+            const float x = coordinate(k);
+            r.motion = std::max(r.motion, std::abs(x - built_vertices_[k]));
+            r.low = std::min(r.low, x);
+            r.high = std::max(r.high, x);
+            tables_.vertices[k] = x;
+        }
+        ranges[static_cast<size_t>(part)] = r;
+    });
+    Range all;
+    for (const Range& r : ranges)
+        all = {std::max(all.motion, r.motion), std::min(all.low, r.low), std::max(all.high, r.high)};
+    return static_cast<double>(all.motion) > kRebuildMotion * static_cast<double>(all.high - all.low);
+}
+
+void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
+    if (moved.empty()) return;
     if (far) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);
     bvh_->update(tables_, moved, far);

@@ -27,6 +27,10 @@ class Engine {
 
     // Takes new values for the same topology; the BVH is refitted where vertices moved.
     void update(SceneTables tables);
+    // Only other materials, lights, environment and camera, of the same numbers.
+    void update_values(ValueTables values);
+    // Only other vertices (count, 3) of one mesh, of which `origin` is subtracted.
+    void move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin);
     // Edges of the visible meshes (core/topology.py): derivatives need them, pictures don't.
     bool has_edges() const { return has_edges_; }
     void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
@@ -42,6 +46,10 @@ class Engine {
                         const Progress& progress) const;
 
  private:
+    template <typename F>
+    bool place_vertices(int32_t mesh, const F& coordinate);
+    void moved_vertices(const std::vector<int32_t>& moved, bool far);
+
     const embree::Api& api_;
     const KernelTable& kernels_;
     SceneTables tables_;

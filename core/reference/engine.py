@@ -20,7 +20,7 @@ from .primary import primary
 from .radiance import Progress, render
 from .rays import Rays
 from .shadow import shadow
-from .surfaces import Surfaces
+from .surfaces import Floats, Surfaces
 
 TERMS = ("interior", "primary", "shadow")
 
@@ -39,6 +39,16 @@ class Engine:
     def __init__(self, tables: Tables, threads: int) -> None:
         self._threads = threads if threads > 0 else (os.cpu_count() or 1)
         self._topology: Edges | None = None
+        self.update(tables)
+
+    def update_values(self, tables: Tables) -> None:
+        """Take over other materials, lights and environment."""
+        self.update(tables)
+
+    def move_vertices(self, mesh: int, vertices: Floats, tables: Tables) -> None:
+        """Take over other vertices of one mesh, in world space."""
+        first = tables.mesh_first_vertex[mesh]
+        tables.vertices[first : first + len(vertices)] = vertices - tables.origin
         self.update(tables)
 
     def set_edges(self, edges: Edges) -> None:

@@ -35,6 +35,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.leaf_kind = tables.leaf_kind.data();
     view_.leaf_flags = tables.leaf_flags.data();
     view_.leaf_params = tables.leaf_params.data();
+    view_.textures = tables.textures.view();
     view_.all_flags = 0;
     view_.common_flags = ~0;
     for (int32_t flags : tables.leaf_flags) {

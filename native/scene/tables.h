@@ -9,7 +9,8 @@
 
 namespace edgegrad {
 
-struct SceneTables {
+// Meshes and where they stand: what BVHs are built over.
+struct GeometryTables {
     std::vector<float> vertices;
     std::vector<int32_t> faces, face_material, mesh_first_vertex, mesh_first_face;
     int32_t visible_meshes = 0;  // these come first; the rest are area lights
@@ -21,6 +22,11 @@ struct SceneTables {
     std::vector<float> normals;  // all shading normals (scene/shading_normals.h)
     std::vector<int32_t> instance_mesh;
     std::vector<float> instance_to_world;
+    std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;
+};
+
+// Materials, lights, environment and camera.
+struct ValueTables {
     std::vector<int32_t> material_first_leaf, leaf_kind, leaf_flags;
     std::vector<float> leaf_params;
     int32_t environment_image = -1;
@@ -33,9 +39,11 @@ struct SceneTables {
     std::vector<int32_t> emission_two_sided;
     std::vector<float> point_position, point_intensity, sun_direction, sun_irradiance;
     float environment[3] = {0, 0, 0};
-    TextureTables textures;
     CameraView camera{};
-    std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;
+};
+
+struct SceneTables : GeometryTables, ValueTables {
+    TextureTables textures;
 };
 
 // Which derivatives are asked for.

@@ -152,5 +152,5 @@ def _invert(low: Lowering, node: e.Invert) -> Components:
 
 @rule(e.Luminance)
 def _luminance(low: Lowering, node: e.Luminance) -> Components:
-    # Rec.709 primaries with D65 (IEC 61966-2-1), in Cycles' rounding.
-    return repeated(low.dot(low.components(node.color)[:3], (0.2126729, 0.7151522, 0.0721750)))
+    # The Y row of the matrix from Rec.709 with D65 to XYZ.
+    return repeated(low.dot(low.components(node.color)[:3], (0.21263901, 0.71516868, 0.07219232)))

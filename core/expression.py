@@ -175,7 +175,8 @@ class ImageTexture(Expression):
 
 @dataclass(frozen=True)
 class Ramp(Expression):
-    """A colour ramp, sampled: row i of the table is its colour at i / (n - 1). Cycles takes 256 rows.
+    """A colour ramp, sampled: row i of the table is its colour at i / (n - 1). Blender 5.0's
+    Cycles takes 257 rows.
 
     Attributes
     ----------
@@ -199,7 +200,7 @@ class Curves(Expression):
     Attributes
     ----------
     table
-        n >= 2 rows of three numbers, one for each component. Cycles takes 256 rows.
+        n >= 2 rows of three numbers, one for each component; 257 in Blender 5.0's Cycles.
     factor
         0: `value` itself, 1: the curve.
     extrapolate

@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import NDArray
+
 from edgegrad import Camera, Image, Material, Mesh, Scene, World, _native
 from edgegrad.expression import Channel, Combine, Expression
 from edgegrad.material_table import COLUMNS, WIDTH
 from edgegrad.texture_program import compile_textures
-from numpy.typing import NDArray
 
 
 @dataclass
@@ -41,12 +42,12 @@ def points(count: int, **given: NDArray[np.generic]) -> Points:
     return Points(**values)
 
 
-def corners_mesh(coordinates: NDArray[np.float64]) -> Mesh:
-    """Triangles all of whose corners have one coordinate each: attribute "P", (n, c)."""
-    n = len(coordinates)
+def corners_mesh(**attributes: NDArray[np.float64]) -> Mesh:
+    """Triangles all of whose corners have one value of each attribute, (n, c)."""
+    n = len(next(iter(attributes.values())))
     vertices = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    values = np.repeat(coordinates[:, None, :], 3, axis=1).astype(np.float32)
-    return Mesh(vertices, np.tile(np.arange(3, dtype=np.int32), (n, 1)), ("m0",), attributes={"P": values})
+    values = {name: np.repeat(v[:, None, :], 3, axis=1).astype(np.float32) for name, v in attributes.items()}
+    return Mesh(vertices, np.tile(np.arange(3, dtype=np.int32), (n, 1)), ("m0",), attributes=values)
 
 
 def scene_of(
@@ -76,13 +77,16 @@ def evaluate(scene: Scene, where: Points, instruction_set: str = "") -> NDArray[
     return out
 
 
-def at_coordinates(
+def at_values(
     expressions: Sequence[Expression],
-    coordinates: NDArray[np.float64],
+    p: NDArray[np.float64],
+    q: NDArray[np.float64] | None = None,
     images: Mapping[str, Image] | None = None,
     instruction_set: str = "",
 ) -> NDArray[np.float32]:
-    """(expressions, n, 4): expressions of Attribute("P") at coordinates (n, c)."""
-    where = points(len(coordinates), face=np.arange(len(coordinates)), normal=np.array([0.0, 0.0, 1.0]),
-                   view=np.array([0.0, 0.0, 1.0]))
-    return evaluate(scene_of(expressions, {"mesh": corners_mesh(coordinates)}, images), where, instruction_set)
+    """(expressions, n, 4): expressions of Attribute("P") and ("Q") where these have the values (n, c)."""
+    up = np.array([0.0, 0.0, 1.0])
+    where = points(len(p), face=np.arange(len(p)), b1=np.float32(0.25), b2=np.float32(0.5), normal=up,
+                   true_normal=up, view=up)
+    mesh = corners_mesh(P=p, Q=np.zeros_like(p) if q is None else q)
+    return evaluate(scene_of(expressions, {"mesh": mesh}, images), where, instruction_set)

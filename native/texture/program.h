@@ -34,7 +34,7 @@ EG_INLINE Float safe_power(Float a, Float b) {
 EG_INLINE Float checker(Vec3 p) {
     const auto cell = [](Float x) { return floor((x + 0.000001f) * 0.999999f); };
     const Float half = 0.5f * (cell(p.x) + cell(p.y) + cell(p.z));
-    return select(half == floor(half), splat(1.0f), 0.0f);
+    return select(half == floor(half), splat(0.0f), 1.0f);
 }
 
 template <int N>

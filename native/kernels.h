@@ -49,6 +49,10 @@ struct ImageTask {
     int32_t max_depth;
     uint32_t seed;
     float weight;  // 1 / samples per pixel
+    int32_t skipped_row,
+        skipped_all;      // pixels of the full picture left out per row, and before the window's first
+    int32_t row, column;  // of the first pixel in the window
+    int32_t width;        // of the window
     BounceLimits limits;
 };
 

@@ -19,6 +19,7 @@ struct ImagePlan {
     ImagePlan(const CameraView& camera, const RenderOptions& options)
         : pixels(static_cast<int64_t>(camera.width) * camera.height),
           options(options),
+          camera(camera),
           per_chunk(std::max(1, kBlockPaths / options.samples)),
           chunks((pixels + per_chunk - 1) / per_chunk) {}
 
@@ -32,6 +33,11 @@ struct ImagePlan {
         task.max_depth = options.max_depth;
         task.seed = options.seed;
         task.limits = options.limits;
+        task.width = camera.width;
+        task.row = task.first_pixel / camera.width;
+        task.column = task.first_pixel % camera.width;
+        task.skipped_row = camera.full_width - camera.width;
+        task.skipped_all = camera.window_y * camera.full_width + camera.window_x;
         task.weight = 1.0f / static_cast<float>(options.samples);
         for (int sample = 0; sample < options.samples; sample += kBlockPaths) {
             task.first_sample = sample;
@@ -48,6 +54,7 @@ struct ImagePlan {
 
     int64_t pixels;
     RenderOptions options;
+    CameraView camera;
     int per_chunk;
     int64_t chunks;
 };

@@ -27,7 +27,6 @@ EG_INLINE void store_hits(HitQueue& hits, int at, const Closest& hit) {
 EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspace& work) {
     const CameraView& camera = scene.camera;
     const int count = task.pixel_count * task.samples;
-    const int row = task.first_pixel / camera.width, column = task.first_pixel % camera.width;
     PathPacket p;
     p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
     p.pdf = splat(0.0f);
@@ -42,10 +41,10 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
         Float u, v, lens_u = splat(0.5f), lens_v = lens_u;
         sobol_pair(index.stream, index.sample, kPairPixel, u, v);
         if (camera.aperture_radius > 0.0f) sobol_pair(index.stream, index.sample, kPairLens, lens_u, lens_v);
-        const Int rows = quotient(index.pixel + column, camera.width);
+        const Int rows = quotient(index.pixel + task.column, camera.width);
         const CameraRay ray = camera_ray(
-            camera, to_float(index.pixel + column - rows * camera.width) + filter_sample(camera, u),
-            to_float(rows + row) + filter_sample(camera, v), lens_u, lens_v);
+            camera, to_float(index.pixel + task.column - rows * camera.width) + filter_sample(camera, u),
+            to_float(rows + task.row) + filter_sample(camera, v), lens_u, lens_v);
         const Float length = sqrt(dot(ray.direction, ray.direction));
         p.origin = p.from = ray.origin;
         p.direction = p.from_normal = ray.direction * (1.0f / length);

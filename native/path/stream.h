@@ -27,7 +27,11 @@ EG_INLINE PathIndex path_index(const ImageTask& task, Int path) {
     PathIndex index;
     index.pixel = quotient(path, task.samples);
     index.sample = bits(path - index.pixel * task.samples + task.first_sample);
-    index.stream = pixel_stream(task.seed, bits(index.pixel + task.first_pixel));
+    // A pixel's random numbers are those that it has in the full picture: a crop is a part of it.
+    Int number = index.pixel + (task.first_pixel + task.skipped_all);
+    if (task.skipped_row > 0)
+        number = number + (quotient(index.pixel + task.column, task.width) + task.row) * task.skipped_row;
+    index.stream = pixel_stream(task.seed, bits(number));
     return index;
 }
 
@@ -37,7 +41,6 @@ EG_INLINE int trace_camera_paths(const SceneView& scene, const ImageTask& task, 
                                  Workspace& work) {
     const CameraView& camera = scene.camera;
     const int paths = task.pixel_count * task.samples;
-    const int row = task.first_pixel / camera.width, column = task.first_pixel % camera.width;
     int queued = 0;
     for (int at = 0; at < paths; at += W) {
         const Mask active = first_lanes(paths - at);
@@ -45,9 +48,9 @@ EG_INLINE int trace_camera_paths(const SceneView& scene, const ImageTask& task, 
         const PathIndex index = path_index(task, path);
         Float u, v;
         sobol_pair(index.stream, index.sample, kPairPixel, u, v);
-        const Int rows = quotient(index.pixel + column, camera.width);
-        const Float sx = to_float(index.pixel + column - rows * camera.width) + u;
-        const Float sy = to_float(rows + row) + v;
+        const Int rows = quotient(index.pixel + task.column, camera.width);
+        const Float sx = to_float(index.pixel + task.column - rows * camera.width) + u;
+        const Float sy = to_float(rows + task.row) + v;
         const Vec3 direction = camera_direction(camera, sx, sy);
         const Closest closest =
             intersect(scene, active, splat3(camera.position), direction, splat(camera.clip_start),

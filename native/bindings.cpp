@@ -13,6 +13,7 @@
 #include "dispatch.h"
 #include "embree/library.h"
 #include "engine.h"
+#include "shading/bsdf/bindings.h"
 #include "texture/bindings.h"
 
 namespace nb = nanobind;
@@ -292,6 +293,7 @@ class Scene {
 
 NB_MODULE(_native, m) {
     m.doc() = "Edgegrad's native engine.";
+    edgegrad::bind_bsdfs(m);
     edgegrad::bind_textures(m);
     m.def("instruction_sets", &edgegrad::instruction_sets,
           "Instruction sets that this build has and this processor can run, the fastest first.");

@@ -6,6 +6,7 @@
 #include "boundary/shadow.h"
 #include "path/interior.h"
 #include "path/radiance.h"
+#include "shading/bsdf/kernel.h"
 #include "texture/kernel.h"
 
 #define EG_STRING2(x) #x
@@ -20,6 +21,7 @@ const KernelTable kernel_table = {
     interior_backward_kernel, primary_forward_kernel,
     primary_backward_kernel,  shadow_forward_kernel,
     shadow_backward_kernel,   texture_kernel,
+    bsdf_kernel,
 };
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -83,6 +83,20 @@ struct TextureTask {
     const float *b1, *b2, *position, *normal, *true_normal, *view;
 };
 
+// BSDFs to evaluate and sample, one after the other; `random` has (count) numbers each for lobe, u and v.
+struct BsdfTask {
+    int64_t count;
+    const int32_t *kind, *flags;  // of materials
+    const float* rows;            // (M, kMaterialParams)
+    const int32_t *material, *from_inside;
+    const float *normal, *true_normal, *tangent, *wo, *wi;
+    const float* random[3];
+};
+struct BsdfResult {
+    float *value, *pdf, *emission, *sample_wi, *sample_weight, *sample_pdf;
+    int32_t *sample_active, *sample_specular, *sample_transmitted, *sample_ray_kind;
+};
+
 struct KernelTable {
     const char* name;
     int width;
@@ -100,6 +114,7 @@ struct KernelTable {
     void (*shadow_backward)(const SceneView&, const BoundaryTask&, const float* adjoint,
                             DerivativeView& gradient);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
+    void (*bsdfs)(const BsdfTask&, const BsdfResult&);
 };
 
 }  // namespace edgegrad

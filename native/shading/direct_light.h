@@ -5,11 +5,10 @@
 #pragma once
 
 #include "boundary/edge_point.h"
+#include "sampling/hemisphere.h"
 #include "shading/emitters.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
-
-constexpr float kInvPi = 0.318309886f;
 
 struct LightRandom {
     Float emitter_u, emitter_v, environment_u, environment_v;
@@ -31,15 +30,6 @@ EG_INLINE Mask on_emitting_side(const SceneView& scene, const SurfacePoint& x) {
 EG_INLINE Vec3 emitted(const SceneView& scene, const SurfacePoint& x) {
     if (!scene.any_emission) return zero3();
     return select(on_emitting_side(scene, x), gather3(scene.emission, x.material), zero3());
-}
-
-EG_INLINE Vec3 cosine_direction(Vec3 n, Float u, Float v) {
-    Vec3 a, b;
-    basis(n, a, b);
-    Float s, c;
-    sincos_turn(v, s, c);
-    const Float sine = sqrt(u), cosine = sqrt(max(1.0f - u, 0.0f));
-    return a * (sine * c) + b * (sine * s) + n * cosine;
 }
 
 // Direct light at x through albedo/pi, the albedo left out.

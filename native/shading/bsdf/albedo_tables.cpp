@@ -1,0 +1,7 @@
+#include "shading/bsdf/albedo_tables.h"
+
+namespace edgegrad {
+
+#include "shading/bsdf/albedo_tables.inc"
+
+}  // namespace edgegrad

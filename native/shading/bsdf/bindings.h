@@ -1,0 +1,10 @@
+// BSDFs as Python may look at them.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace edgegrad {
+
+void bind_bsdfs(nanobind::module_& m);
+
+}  // namespace edgegrad

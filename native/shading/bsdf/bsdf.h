@@ -1,0 +1,228 @@
+// BSDFs of all shaders (scene/material_params.h): prepare once for a view, then evaluate and sample.
+//
+//   const Bsdf f = make_bsdf(active, kind, flags, material_values(row), n, ng, tangent, from_inside, wo);
+//   const BsdfValue e = evaluate(f, active, wi);
+//   const BsdfSample s = sample(f, active, u_lobe, u, v);
+//
+// `evaluate` gives the sum of all lobes but perfect mirrors and interfaces, and the density of `sample`, which
+// picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or an interface
+// above it, is lost.
+#pragma once
+
+#include "scene/view.h"
+#include "shading/bsdf/principled.h"
+#include "shading/bsdf/shading_normal.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+EG_INLINE Mask is_kind(Int kind, ShaderKind k) { return kind == splat(static_cast<int>(k)); }
+
+// The local frame of mirrors; `anisotropic` lanes have x along their tangents, turned about z.
+EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Vec3 tangent, Float turns) {
+    f.z = valid_mirror_normal(f.normal, f.ng, f.wo);
+    basis(f.z, f.x, f.y);
+    if (any(anisotropic)) {
+        const Vec3 across = cross(f.z, tangent);
+        const Float length = sqrt(dot(across, across));
+        const Vec3 y = across * (1.0f / max(length, 1e-20f)), x = cross(y, f.z);
+        Float s, c;
+        sincos_turn(fract(turns), s, c);
+        const Mask known = anisotropic & (length > 1e-10f);
+        f.x = select(known, x * c + y * s, f.x);
+        f.y = select(known, y * c - x * s, f.y);
+    }
+    f.view = to_local(f, f.wo);
+}
+
+// Shares of the lobes instead of albedos.
+EG_INLINE void normalize_probabilities(Bsdf& f) {
+    Float sum = splat(0.0f);
+    for (int k = 0; k < kLobes; ++k)
+        if (f.any_lobe[k]) sum = sum + f.probability[k];
+    const Float scale = select(sum > 0.0f, 1.0f / max(sum, 1e-30f), 0.0f);
+    for (int k = 0; k < kLobes; ++k)
+        if (f.any_lobe[k]) f.probability[k] = f.probability[k] * scale;
+}
+
+// Of active lanes; normals (unit) are on the viewer's side, `from_inside`: that is the triangle's back,
+// `tangent`: any vector along the surface, for anisotropy. wo: unit, towards the viewer.
+EG_INLINE Bsdf make_bsdf(Mask active, Int kind, Int flags, const MaterialValues& v, Vec3 n, Vec3 ng,
+                         Vec3 tangent, Mask from_inside, Vec3 wo) {
+    Bsdf f = no_bsdf(active, n, ng, wo);
+    f.emission = select(active, v.emission, zero3());
+    if (any(active & has_flag(flags, kHasGlossy | kHasRefraction))) {
+        const Mask anisotropic = active & has_flag(flags, kAnisotropic);
+        make_frame(f, anisotropic, tangent, v.anisotropy_rotation);
+        f.mirror = no_reflection();
+        f.mirror.ggx = make_ggx(splat(1.0f), splat(1.0f), f.view);
+        f.glass = no_interface();
+        f.glass.ggx = f.mirror.ggx;
+        const Mask principled = active & is_kind(kind, kPrincipled);
+        if (any(principled)) add_principled(f, principled, v, flags, from_inside);
+        const Mask glossy = active & is_kind(kind, kGlossy);
+        if (any(glossy)) add_glossy(f, glossy, v, flags);
+        const Mask glass = active & is_kind(kind, kGlass);
+        if (any(glass)) add_glass(f, glass, v, flags, from_inside);
+        const Mask refraction = active & is_kind(kind, kRefraction);
+        if (any(refraction)) add_refraction(f, refraction, v, from_inside);
+        const Mask sheen = active & is_kind(kind, kSheen);
+        if (any(sheen)) add_sheen(f, sheen, v);
+        const Mask disney = active & is_kind(kind, kDisney);
+        if (any(disney)) add_disney(f, disney, v);
+    } else {
+        const Mask principled = active & is_kind(kind, kPrincipled);
+        if (any(principled)) add_diffuse(f, principled, v, v.base_color);
+    }
+    const Mask diffuse = active & is_kind(kind, kDiffuse);
+    if (any(diffuse)) add_diffuse(f, diffuse, v, v.base_color);
+    const Mask translucent = active & is_kind(kind, kTranslucent);
+    if (any(translucent)) add_translucent(f, translucent, v);
+    normalize_probabilities(f);
+    return f;
+}
+
+// Radiance of the surface itself, after what lies above it.
+EG_INLINE Vec3 emitted(const Bsdf& f) { return f.emission; }
+
+// f |cos| of the diffuse lobe by its cosine density.
+EG_INLINE Vec3 diffuse_factor(const Bsdf& f, Vec3 wi, Float cosine) {
+    Vec3 value = f.diffuse;
+    if (f.any_oren_nayar) value = value * oren_nayar(f.oren_nayar, f.cosine, cosine, dot(f.wo, wi));
+    if (f.any_burley) {
+        const Vec3 sum = f.wo + wi;
+        const Float half = dot(sum, wi) / max(sqrt(dot(sum, sum)), 1e-20f);
+        value = select(f.burley >= 0.0f, value * burley(f.burley, f.cosine, cosine, half), value);
+    }
+    return value;
+}
+
+EG_INLINE void add(BsdfValue& sum, Mask m, const Scattered& s, Float probability) {
+    sum.value = sum.value + select(m, s.value, zero3());
+    sum.pdf = sum.pdf + select(m, s.pdf * probability, splat(0.0f));
+}
+
+EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
+    BsdfValue sum = {zero3(), splat(0.0f)};
+    const Float cosine = dot(f.normal, wi), side = dot(f.ng, wi);
+    const Mask above = active & (side > 0.0f), under = active & (side < 0.0f);
+    if (f.any_lobe[kDiffuseLobe]) {
+        const Float density = max(cosine, 0.0f) * kInvPi;
+        add(sum, above, {diffuse_factor(f, wi, max(cosine, 0.0f)) * density, density},
+            f.probability[kDiffuseLobe]);
+    }
+    if (f.any_lobe[kTranslucentLobe]) {
+        const Float density = max(-cosine, 0.0f) * kInvPi;
+        add(sum, under, {f.translucent * density, density}, f.probability[kTranslucentLobe]);
+    }
+    if (f.any_lobe[kSheenLobe]) {
+        const Float density = sheen_density(f.sheen, f.normal, wi);
+        add(sum, above, {f.sheen.weight * density, density}, f.probability[kSheenLobe]);
+    }
+    if (!(f.any_lobe[kMirrorLobe] | f.any_lobe[kCoatLobe] | f.any_lobe[kInterfaceLobe])) return sum;
+    const Vec3 w = to_local(f, wi);
+    if (any(above)) {
+        const Vec3 between = f.view + w;
+        const Vec3 h = between * (1.0f / max(sqrt(dot(between, between)), 1e-20f));
+        const Float half = dot(h, f.view);
+        if (f.any_lobe[kMirrorLobe])
+            add(sum, above, evaluate_reflection(f.mirror, f.view, w, h, half), f.probability[kMirrorLobe]);
+        if (f.any_lobe[kCoatLobe])
+            add(sum, above, evaluate_reflection(f.coat, f.view, w, h, half), f.probability[kCoatLobe]);
+        if (f.any_lobe[kInterfaceLobe])
+            add(sum, above, evaluate_interface_reflection(f.glass, f.view, w, h, half),
+                f.probability[kInterfaceLobe]);
+    }
+    if (f.any_lobe[kInterfaceLobe] && any(under))
+        add(sum, under, evaluate_refraction(f.glass, f.view, w), f.probability[kInterfaceLobe]);
+    return sum;
+}
+
+// Directions of one kind of lobe for the lanes that picked it; the rest of a sample follows from them.
+struct Direction {
+    Vec3 wi;
+    Mask perfect, transmitted;
+    Vec3 value;  // of a perfect one: f |cos| / probability, that of the lobe apart
+    Float probability;
+    Int ray_kind;
+};
+
+EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, Mask picked, Float u, Float v,
+                             Direction& d) {
+    const Vec3 h = sample_reflection(r, f.view, u, v);
+    const Float cosine = dot(h, f.view);
+    const Mask smooth = picked & is_smooth(r.ggx);
+    const Vec3 w = h * (2.0f * cosine) - f.view;
+    d.wi = select(picked, to_world(f, w), d.wi);
+    d.perfect |= smooth;
+    if (any(smooth)) d.value = select(smooth, reflectance(r, cosine), d.value);
+    d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
+}
+
+EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, Float v) {
+    Direction d;
+    d.wi = f.normal;
+    d.perfect = d.transmitted = splat(0);
+    d.value = zero3();
+    d.probability = splat(1.0f);
+    d.ray_kind = splat(static_cast<int>(kDiffuseRay));
+    Mask left = active;
+    Float share = splat(1.0f);  // probability of the lobe
+    Float passed = splat(0.0f);
+    Mask done = splat(0);
+    for (int k = 0; k < kLobes; ++k) {
+        if (!f.any_lobe[k]) continue;
+        const Float p = f.probability[k];
+        const Mask picked = left & (p > 0.0f) & (u_lobe < passed + p);
+        const Float rest = clamp((u_lobe - passed) / max(p, 1e-20f), splat(0.0f), splat(0.99999994f));
+        passed = passed + p;
+        if (!any(picked)) continue;
+        left &= ~picked;
+        done |= picked;
+        share = select(picked, p, share);
+        switch (k) {
+        case kDiffuseLobe:
+            d.wi = select(picked, cosine_direction(f.normal, u, v), d.wi);
+            break;
+        case kTranslucentLobe:
+            d.wi = select(picked, -cosine_direction(f.normal, u, v), d.wi);
+            d.transmitted |= picked;
+            break;
+        case kMirrorLobe: sample_mirror(f, f.mirror, picked, u, v, d); break;
+        case kCoatLobe: sample_mirror(f, f.coat, picked, u, v, d); break;
+        case kSheenLobe: d.wi = select(picked, sample_sheen(f.sheen, f.normal, u, v), d.wi); break;
+        case kInterfaceLobe: {
+            const InterfaceSample s = sample_interface(f.glass, f.view, rest, u, v);
+            d.wi = select(picked, to_world(f, s.w), d.wi);
+            d.perfect |= picked & s.perfect;
+            d.transmitted |= picked & s.refracted;
+            d.value = select(picked & s.perfect, s.value, d.value);
+            d.probability = select(picked, s.probability, d.probability);
+            d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
+            break;
+        }
+        default: break;
+        }
+    }
+    const Float side = dot(f.ng, d.wi);
+    BsdfSample s;
+    s.wi = d.wi;
+    s.transmitted = d.transmitted;
+    s.specular = d.perfect;
+    s.ray_kind = select(d.transmitted, splat(static_cast<int>(kTransmissionRay)), d.ray_kind);
+    s.active = done & select(d.transmitted, side < 0.0f, side > 0.0f);
+    const BsdfValue e = evaluate(f, s.active & ~d.perfect, d.wi);
+    s.active &= d.perfect | (e.pdf > 0.0f);
+    s.weight = select(d.perfect, d.value * (1.0f / max(share, 1e-20f)), e.value * (1.0f / max(e.pdf, 1e-30f)));
+    s.weight = select(s.active, s.weight, zero3());
+    s.pdf = select(s.active, select(d.perfect, share * d.probability, e.pdf), splat(0.0f));
+    return s;
+}
+
+EG_INLINE BsdfValue Bsdf::evaluate(Mask active, Vec3 wi) const {
+    return EDGEGRAD_ISA::evaluate(*this, active, wi);
+}
+EG_INLINE BsdfSample Bsdf::sample(Mask active, Float u_lobe, Float u, Float v) const {
+    return EDGEGRAD_ISA::sample(*this, active, u_lobe, u, v);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,69 @@
+// Share of light that a smooth interface reflects.
+#pragma once
+
+#include "simd/elementary.h"
+#include "simd/vector.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+EG_INLINE Vec3 splat3(Float s) { return {s, s, s}; }
+EG_INLINE Vec3 white() { return splat3(splat(1.0f)); }
+EG_INLINE Vec3 saturate(Vec3 v) { return {saturate(v.x), saturate(v.y), saturate(v.z)}; }
+EG_INLINE Float average(Vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3); }
+EG_INLINE Vec3 divide(Vec3 a, Vec3 b) { return {a.x / b.x, a.y / b.y, a.z / b.z}; }
+EG_INLINE Vec3 mix(Vec3 a, Vec3 b, Float t) { return a + (b - a) * t; }
+EG_INLINE Float pow5(Float x) { return x * x * x * x * x; }
+
+// Unpolarised reflectance of a dielectric of relative index eta for light at the given cosine on its outside
+// (Fresnel), and the cosine of the refracted direction; 1 and 0 beyond the critical angle.
+struct Dielectric {
+    Float reflectance, cosine;
+};
+
+EG_INLINE Dielectric dielectric(Float cosine, Float eta) {
+    const Float c = abs(cosine);
+    // eta cos(theta_t), by Snell's law.
+    const Float squared = eta * eta - (1.0f - c * c);
+    const Mask refracts = squared > 0.0f;
+    const Float g = sqrt(max(squared, 0.0f));
+    const Float s = (c - g) / (c + g);
+    const Float eta2c = eta * eta * c;
+    const Float p = (eta2c - g) / (eta2c + g);
+    return {select(refracts, 0.5f * (s * s + p * p), 1.0f), select(refracts, g / eta, 0.0f)};
+}
+
+// Reflectance at normal incidence, and its inverse for indices above 1.
+EG_INLINE Float f0_of_ior(Float eta) {
+    const Float r = (eta - 1.0f) / (eta + 1.0f);
+    return r * r;
+}
+EG_INLINE Float ior_of_f0(Float f0) {
+    const Float r = sqrt(clamp(f0, splat(0.0f), splat(0.99f)));
+    return (1.0f + r) / (1.0f - r);
+}
+
+// How far the reflectance has gone from normal incidence (0) to grazing (1): what Cycles mixes f0 and f90 by.
+EG_INLINE Float fresnel_share(Float reflectance, Float f0) {
+    return saturate((reflectance - f0) / max(1.0f - f0, 1e-6f));
+}
+
+// Mean of a dielectric's reflectance, weighted by the cosine (fit by Kulla and Conty 2017).
+EG_INLINE Float mean_dielectric(Float eta) {
+    return select(eta < 1.0f, 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f)),
+                  (eta - 1.0f) / (4.08567f + 1.00071f * eta));
+}
+
+// F82-tint (Kutz et al. 2021, "Novel aspects of the Adobe Standard Material"): Schlick's curve less
+// b c (1 - c)^6, which multiplies it by a tint at c = 1/7.
+EG_INLINE Vec3 f82_b(Vec3 f0, Vec3 tint) {
+    constexpr float k = 6.0f / 7, k5 = k * k * k * k * k;
+    return mix(f0, white(), splat(k5)) * (white() - tint) * splat(7.0f / (k5 * k));
+}
+EG_INLINE Vec3 f82(Float cosine, Vec3 f0, Vec3 b) {
+    const Float s = saturate(1.0f - cosine);
+    const Float s5 = pow5(s);
+    return saturate(mix(f0, white(), s5) - b * (cosine * s5 * s));
+}
+EG_INLINE Vec3 mean_f82(Vec3 f0, Vec3 b) { return mix(f0, white(), splat(1.0f / 21)) - b * splat(1.0f / 126); }
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,98 @@
+// A rough or smooth boundary of two media (Walter et al. 2007): reflection and refraction, or refraction alone.
+// Radiance isn't scaled by the squared index, as in Cycles.
+#pragma once
+
+#include "shading/bsdf/reflection.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct Interface {
+    Ggx ggx;
+    Vec3 reflection, transmission;  // weights, tints included
+    Vec3 f0;
+    Float eta;           // index of the other side by that of the viewer's
+    Mask refracts_only;  // transmits all that isn't totally reflected
+};
+
+EG_INLINE Interface no_interface() {
+    Interface g;
+    g.reflection = g.transmission = g.f0 = zero3();
+    g.eta = splat(1.5f);
+    g.refracts_only = splat(0);
+    return g;
+}
+
+// Light of equal indices on both sides goes straight on.
+EG_INLINE Mask refracts_smoothly(const Interface& g) { return is_smooth(g.ggx) | (abs(g.eta - 1.0f) < 1e-4f); }
+
+struct Split {
+    Vec3 reflected, transmitted;
+    Float cosine;  // of the refracted direction with the microfacet, > 0
+    Float reflect_probability;
+};
+
+EG_INLINE Split split_light(const Interface& g, Float cosine) {
+    const Dielectric d = dielectric(cosine, g.eta);
+    const Vec3 f = mapped_fresnel(d.reflectance, g.eta, g.f0);
+    const Mask total = d.reflectance >= 1.0f;
+    Split s;
+    s.reflected = g.reflection * select(g.refracts_only, zero3(), f);
+    s.transmitted = g.transmission * select(g.refracts_only, white(), white() - f);
+    s.transmitted = select(total, zero3(), s.transmitted);
+    s.cosine = d.cosine;
+    const Float r = average(s.reflected), t = average(s.transmitted);
+    s.reflect_probability = select(r + t > 0.0f, r / max(r + t, 1e-30f), 0.0f);
+    return s;
+}
+
+EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view, Vec3 w, Vec3 h,
+                                                  Float cosine) {
+    const Mask rough = ~is_smooth(g.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
+    const Split s = split_light(g, cosine);
+    const Float density = select(rough, ggx_density(g.ggx, h), 0.0f);
+    const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
+    return {s.reflected * (density / (4.0f * max(view.z, 1e-20f) * both)),
+            s.reflect_probability * density / (2.0f * max(view.z + g.ggx.stretched, 1e-20f))};
+}
+
+EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
+    const Vec3 sum = -(view + w * g.eta);
+    const Float inverse = 1.0f / max(sqrt(dot(sum, sum)), 1e-20f);
+    const Vec3 h = sum * inverse;
+    const Float ho = dot(h, view), hi = dot(h, w);
+    const Mask rough = ~refracts_smoothly(g) & (view.z > 0.0f) & (w.z < 0.0f) & (h.z > 0.0f) & (ho > 0.0f) &
+                       (hi < 0.0f);
+    if (!any(rough)) return {zero3(), splat(0.0f)};
+    const Split s = split_light(g, ho);
+    const Float jacobian = g.eta * g.eta * inverse * inverse * abs(hi);
+    const Float density = select(rough, ggx_density(g.ggx, h), 0.0f) * jacobian * ho;
+    const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
+    // The visible normals' density is 2 D (h.view) / (view.z + stretched).
+    return {s.transmitted * (density / (max(view.z, 1e-20f) * both)),
+            (1.0f - s.reflect_probability) * 2.0f * density / max(view.z + g.ggx.stretched, 1e-20f)};
+}
+
+struct InterfaceSample {
+    Vec3 w;
+    Mask refracted, perfect;
+    Vec3 value;         // of a perfect one: weight by the probability of its kind
+    Float probability;  // of the kind
+};
+
+EG_INLINE InterfaceSample sample_interface(const Interface& g, Vec3 view, Float choice, Float u, Float v) {
+    const Vec3 z = {splat(0.0f), splat(0.0f), splat(1.0f)};
+    const Mask smooth = is_smooth(g.ggx);
+    const Vec3 h = select(smooth, z, sample_normal(g.ggx, view, splat(1.0f), u, v));
+    const Float cosine = dot(h, view);
+    const Split s = split_light(g, cosine);
+    InterfaceSample r;
+    r.refracted = choice >= s.reflect_probability;
+    r.perfect = select(r.refracted, refracts_smoothly(g), smooth);
+    r.probability = select(r.refracted, 1.0f - s.reflect_probability, s.reflect_probability);
+    const Vec3 through = h * (cosine / g.eta - s.cosine) - view * (1.0f / g.eta);
+    r.w = select(r.refracted, through, h * (2.0f * cosine) - view);
+    r.value = select(r.refracted, s.transmitted, s.reflected) * (1.0f / max(r.probability, 1e-20f));
+    return r;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,50 @@
+// BSDFs at given points and directions: what tests look at.
+#pragma once
+
+#include "kernels.h"
+#include "shading/bsdf/bsdf.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+static void bsdf_kernel(const BsdfTask& task, const BsdfResult& result) {
+    for (int64_t first = 0; first < task.count; first += W) {
+        const Int lane = lane_index();
+        const int left = static_cast<int>(task.count - first < W ? task.count - first : W);
+        const Mask active = lane < left;
+        const Int at = select(active, lane, splat(0));
+        const Int material = gather(task.material + first, at);
+        const auto number = [&](const float* values) { return gather(values + first, at); };
+        const auto vector = [&](const float* values) { return gather3(values + 3 * first, at); };
+        Float row[kMaterialParams];
+        for (int k = 0; k < kMaterialParams; ++k)
+            row[k] = gather(task.rows + k, material * static_cast<int32_t>(kMaterialParams));
+        const Bsdf f = make_bsdf(active, gather(task.kind, material), gather(task.flags, material),
+                                 material_values(row), vector(task.normal), vector(task.true_normal),
+                                 vector(task.tangent), gather(task.from_inside + first, at) != 0,
+                                 vector(task.wo));
+        const auto write = [&](float* out, int stride, Float value) {
+            for (int i = 0; i < left; ++i) out[stride * (first + i)] = value[i];
+        };
+        const auto write3 = [&](float* out, Vec3 value) {
+            write(out, 3, value.x), write(out + 1, 3, value.y), write(out + 2, 3, value.z);
+        };
+        const auto write_index = [&](int32_t* out, Int value) {
+            for (int i = 0; i < left; ++i) out[first + i] = value[i];
+        };
+        const BsdfValue e = evaluate(f, active, vector(task.wi));
+        write3(result.value, e.value);
+        write(result.pdf, 1, e.pdf);
+        write3(result.emission, emitted(f));
+        const BsdfSample s =
+            sample(f, active, number(task.random[0]), number(task.random[1]), number(task.random[2]));
+        write3(result.sample_wi, s.wi);
+        write3(result.sample_weight, s.weight);
+        write(result.sample_pdf, 1, s.pdf);
+        write_index(result.sample_active, s.active & 1);
+        write_index(result.sample_specular, s.specular & 1);
+        write_index(result.sample_transmitted, s.transmitted & 1);
+        write_index(result.sample_ray_kind, s.ray_kind);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

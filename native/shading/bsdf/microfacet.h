@@ -1,0 +1,70 @@
+// The GGX distribution of microfacet normals (Trowbridge and Reitz 1975, Walter et al. 2007) with
+// height-correlated Smith masking (Heitz 2014), and sampling of the normals that the viewer sees (Dupuy and
+// Benyoub 2023), for reflection bounded to directions above the surface (Eto and Tokuyoshi 2023).
+// Vectors are in the local frame, whose z is the shading normal.
+#pragma once
+
+#include "simd/elementary.h"
+#include "simd/vector.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Below this product of alphas a surface is a perfect mirror (that of Cycles).
+constexpr float kSmoothAlpha2 = 2e-10f;
+
+// A rough surface seen from `view`.
+struct Ggx {
+    Float ax, ay;
+    Float stretched;  // |(ax x, ay y, z)| of the view
+    Float masking;    // Smith's lambda of the view
+    Float bound;      // of sampled reflections
+};
+
+EG_INLINE Float ggx_lambda(const Ggx& g, Vec3 w) {
+    const Float x = g.ax * w.x, y = g.ay * w.y;
+    return 0.5f * (sqrt(1.0f + (x * x + y * y) / max(w.z * w.z, 1e-20f)) - 1.0f);
+}
+
+EG_INLINE Ggx make_ggx(Float ax, Float ay, Vec3 view) {
+    Ggx g;
+    g.ax = ax, g.ay = ay;
+    const Float x = ax * view.x, y = ay * view.y;
+    g.stretched = sqrt(x * x + y * y + view.z * view.z);
+    g.masking = ggx_lambda(g, view);
+    const Float a = min(ax, ay), a2 = a * a;
+    const Float s = 1.0f + sqrt(view.x * view.x + view.y * view.y), s2 = s * s;
+    g.bound = (1.0f - a2) * s2 / (s2 + a2 * view.z * view.z);
+    return g;
+}
+
+EG_INLINE Mask is_smooth(const Ggx& g) { return g.ax * g.ay <= kSmoothAlpha2; }
+
+// Density of normals. Sines rather than 1 - cos^2 keep its precision on nearly smooth surfaces.
+EG_INLINE Float ggx_density(const Ggx& g, Vec3 h) {
+    const Float area = max(g.ax * g.ay, 1e-20f);
+    const Float x = h.x / max(g.ax, 1e-10f), y = h.y / max(g.ay, 1e-10f);
+    const Float r = x * x + y * y + h.z * h.z;
+    return 0.318309886f / (area * r * r);
+}
+
+// A visible normal; `bound` 1: any of them, g.bound: most of those whose reflection goes below are left out.
+EG_INLINE Vec3 sample_normal(const Ggx& g, Vec3 view, Float bound, Float u, Float v) {
+    const Float scale = 1.0f / max(g.stretched, 1e-20f);
+    const Vec3 stretched = {g.ax * view.x * scale, g.ay * view.y * scale, view.z * scale};
+    const Float low = bound * stretched.z;
+    const Float z = (1.0f - u) * (1.0f + low) - low;
+    const Float r = sqrt(max(1.0f - z * z, 0.0f));
+    Float s, c;
+    sincos_turn(v, s, c);
+    const Vec3 h = {g.ax * (r * c + stretched.x), g.ay * (r * s + stretched.y), max(z + stretched.z, 0.0f)};
+    const Float length = sqrt(dot(h, h));
+    return select(length > 1e-20f, h * (1.0f / max(length, 1e-20f)),
+                  Vec3{splat(0.0f), splat(0.0f), splat(1.0f)});
+}
+
+// Density of `sample_normal`'s reflections: D / (2 (bound z + stretched)).
+EG_INLINE Float reflection_pdf(const Ggx& g, Vec3 view, Float density) {
+    return density / (2.0f * max(g.bound * view.z + g.stretched, 1e-20f));
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,96 @@
+// Light that is scattered between microfacets more than once, as a factor on what is scattered once: Cycles'
+// albedo scaling, after Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks".
+#pragma once
+
+#include "shading/bsdf/albedo_tables.h"
+#include "shading/bsdf/fresnel.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A place between two neighbours of an axis with n entries, for x in [0, 1].
+struct TablePlace {
+    Int low;
+    Float share;
+};
+EG_INLINE TablePlace table_place(Float x, int n) {
+    const Float at = saturate(x) * static_cast<float>(n - 1);
+    Int low = to_int(at);
+    low = select(low > n - 2, splat(n - 2), low);
+    return {low, at - to_float(low)};
+}
+
+EG_INLINE Float table_row(const float* table, Int first, TablePlace x) {
+    const Float a = gather(table, first + x.low), b = gather(table + 1, first + x.low);
+    return a + (b - a) * x.share;
+}
+EG_INLINE Float table_plane(const float* table, Int first, TablePlace x, TablePlace y, int n) {
+    const Float a = table_row(table, first + y.low * n, x), b = table_row(table + n, first + y.low * n, x);
+    return a + (b - a) * y.share;
+}
+EG_INLINE Float table_volume(const float* table, TablePlace x, TablePlace y, TablePlace z, int n) {
+    const Float a = table_plane(table, z.low * (n * n), x, y, n);
+    const Float b = table_plane(table + n * n, z.low * (n * n), x, y, n);
+    return a + (b - a) * z.share;
+}
+
+struct Albedo {
+    Float toward, mean;  // for the view, and averaged over all directions
+};
+
+EG_INLINE Albedo reflection_albedo(Float rough, Float cosine) {
+    const TablePlace x = table_place(rough, kReflectionTable);
+    return {table_plane(kReflectionAlbedo, splat(0), x, table_place(cosine, kReflectionTable),
+                        kReflectionTable),
+            table_row(kReflectionMeanAlbedo, splat(0), x)};
+}
+
+// The tables' axis of relative indices.
+EG_INLINE TablePlace ior_place(Float eta) {
+    return table_place(sqrt(abs((eta - 1.0f) / (eta + 1.0f))), kInterfaceTable);
+}
+
+// Of an interface with reflection and refraction together.
+EG_INLINE Albedo interface_albedo(Float rough, Float cosine, Float eta) {
+    const TablePlace x = table_place(rough, kInterfaceTable), y = table_place(cosine, kInterfaceTable);
+    const TablePlace z = ior_place(eta);
+    Albedo a = {table_volume(kGlassAlbedo, x, y, z, kInterfaceTable),
+                table_plane(kGlassMeanAlbedo, splat(0), x, z, kInterfaceTable)};
+    const Mask inside = eta < 1.0f;
+    if (any(inside)) {
+        a.toward = select(inside, table_volume(kGlassInsideAlbedo, x, y, z, kInterfaceTable), a.toward);
+        a.mean = select(inside, table_plane(kGlassInsideMeanAlbedo, splat(0), x, z, kInterfaceTable), a.mean);
+    }
+    return a;
+}
+
+// Mean share of the way from f0 to 1 of what a rough dielectric reflects.
+EG_INLINE Float reflection_fresnel(Float rough, Float cosine, Float eta) {
+    return table_volume(kReflectionFresnel, table_place(rough, kInterfaceTable),
+                        table_place(cosine, kInterfaceTable), ior_place(eta), kInterfaceTable);
+}
+
+// The energy of a closure whose single scattering reflects the mean share `fresnel`:
+// scaled to an albedo of 1 and then darkened by the absorption of repeated reflections, of which Fss is the
+// part that is already in the single scattering.
+struct Compensation {
+    Float scale;
+    Vec3 darkening;
+};
+EG_INLINE Compensation compensation(Albedo a, Vec3 fresnel) {
+    const Float missing = (1.0f - a.toward) / max(a.toward, 1e-4f);
+    const Float scale = 1.0f + missing;
+    const Vec3 repeated = divide(fresnel * a.mean, white() - fresnel * (1.0f - a.mean));
+    return {scale, (white() + repeated * missing) * (1.0f / scale)};
+}
+
+// What is left below a layer that reflects `albedo` (Cycles' layering).
+EG_INLINE Float below_share(Float albedo, Float weight) {
+    return select(weight > 0.0f, albedo / max(weight, 1e-30f), 0.0f);
+}
+EG_INLINE Vec3 below(Vec3 weight, Vec3 albedo) {
+    const Float most = max(max(below_share(albedo.x, weight.x), below_share(albedo.y, weight.y)),
+                           below_share(albedo.z, weight.z));
+    return weight * saturate(1.0f - most);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

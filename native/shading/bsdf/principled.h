@@ -1,0 +1,169 @@
+// Blender's Principled BSDF as Cycles 4.2 to 5.2 layers it: sheen over coat over a mix of metal, dielectric
+// interface (transmission), and dielectric mirror over diffuse. Each layer takes its albedo from what is below.
+// Subsurface scattering is its diffuse limit: plain diffuse.
+#pragma once
+
+#include "shading/bsdf/shaders.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Weights below it are nothing (that of Cycles).
+constexpr float kLeastWeight = 1e-5f;
+
+// Whether a lane of the packet may have it: what doesn't occur costs nothing.
+struct Occurs {
+    bool sheen, coat, metal, transmission, dielectric;
+};
+
+EG_INLINE Occurs occurs(Mask m, const MaterialValues& v) {
+    return {any(m & (v.sheen_weight > kLeastWeight)), any(m & (v.coat_weight > kLeastWeight)),
+            any(m & (v.metallic > kLeastWeight)), any(m & (v.transmission > kLeastWeight)),
+            any(m & (v.specular_ior_level > 0.0f) & (v.metallic < 1.0f) & (v.transmission < 1.0f))};
+}
+
+// Share of light from below that goes through a coat's tint both ways. The tint is that of light along the
+// normal; elsewhere its way is longer by the refracted cosine.
+EG_INLINE Vec3 coat_filter(const MaterialValues& v, Float cosine) {
+    const Float inverse = 1.0f / max(v.coat_ior, 1.0f);
+    const Float depth = 1.0f / sqrt(max(1.0f - inverse * inverse * (1.0f - cosine * cosine), 1e-6f));
+    const auto power = [depth](Float t) {
+        return select(t > 0.0f, pow_positive(max(t, 1e-20f), depth), 0.0f);
+    };
+    const Vec3 tint = {power(v.coat_tint.x), power(v.coat_tint.y), power(v.coat_tint.z)};
+    return mix(white(), tint, v.coat_weight);
+}
+
+// Sheen and coat of a packet, and what they leave of light from below.
+struct Cover {
+    Vec3 below;
+    Sheen sheen;
+    Vec3 coat;         // weight of the coat's Fresnel reflectance
+    Float coat_albedo;
+};
+
+EG_INLINE Cover make_cover(const Occurs& has, Mask m, const MaterialValues& v, Vec3 n, Vec3 wo, Float cosine,
+                           Float mirror_cosine) {
+    Cover c;
+    c.below = white();
+    c.coat = zero3();
+    c.coat_albedo = splat(0.0f);
+    if (has.sheen) {
+        const Mask covered = m & (v.sheen_weight > kLeastWeight);
+        c.sheen = make_sheen(n, wo, cosine, saturate(v.sheen_roughness));
+        c.sheen.weight =
+            select(covered, c.sheen.weight * v.sheen_tint * v.sheen_weight, zero3());
+        c.below = below(c.below, c.sheen.weight);
+    }
+    if (has.coat) {
+        const Mask covered = m & (v.coat_weight > kLeastWeight);
+        const Float rough = saturate(v.coat_roughness), ior = max(v.coat_ior, 1.0f);
+        const Compensation more =
+            compensation(reflection_albedo(rough, mirror_cosine), splat3(mean_dielectric(ior)));
+        const Vec3 weight = c.below * more.darkening * select(covered, v.coat_weight, splat(0.0f));
+        const Float f0 = f0_of_ior(ior);
+        c.coat_albedo = f0 + (1.0f - f0) * reflection_fresnel(rough, mirror_cosine, ior);
+        c.coat = weight * more.scale;
+        c.below = below(c.below, weight * c.coat_albedo);
+        c.below = c.below * select(covered, coat_filter(v, mirror_cosine), white());
+    }
+    return c;
+}
+
+// Index and reflectance at normal incidence of the dielectric mirror.
+struct DielectricLevel {
+    Float eta, f0;
+};
+EG_INLINE DielectricLevel dielectric_level(const MaterialValues& v) {
+    const Float ior = max(v.ior, 1e-5f);
+    const Float f0 = f0_of_ior(ior);
+    const Mask changed = v.specular_ior_level != 0.5f;
+    const Float scaled = f0 * (2.0f * v.specular_ior_level);
+    const Float eta = ior_of_f0(scaled);
+    return {select(changed, select(ior < 1.0f, 1.0f / eta, eta), ior), select(changed, scaled, f0)};
+}
+
+EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
+    const Occurs has = occurs(m, v);
+    const Float rough = saturate(v.roughness), cosine = f.view.z;
+    const Float alpha = rough * rough;
+    Vec3 weight = white();
+    if (has.sheen || has.coat) {
+        const Cover cover = make_cover(has, m, v, f.normal, f.wo, f.cosine, cosine);
+        weight = cover.below;
+        if (has.sheen) {
+            f.sheen = f.any_lobe[kSheenLobe] ? select_sheen(m, cover.sheen, f.sheen) : cover.sheen;
+            f.any_lobe[kSheenLobe] = true;
+            f.probability[kSheenLobe] =
+                select(m, average(cover.sheen.weight), f.probability[kSheenLobe]);
+        }
+        if (has.coat) {
+            const Float coat_rough = saturate(v.coat_roughness), coat_alpha = coat_rough * coat_rough;
+            f.coat = no_reflection();
+            f.coat.ggx = make_ggx(coat_alpha, coat_alpha, f.view);
+            f.coat.dielectric = select(m, cover.coat, zero3());
+            f.coat.eta = max(v.coat_ior, 1.0f);
+            f.coat.f0 = splat3(f0_of_ior(f.coat.eta));
+            f.coat.any_dielectric = f.any_lobe[kCoatLobe] = true;
+            f.probability[kCoatLobe] = select(m, average(cover.coat) * cover.coat_albedo, 0.0f);
+        }
+    }
+    f.emission = select(m, v.emission * weight, f.emission);
+
+    const bool mirrors = has.metal || has.dielectric;
+    const Mask multiscatter = has_flag(flags, kMultiscatter);
+    Albedo albedo{};
+    if (mirrors) {
+        const Float aspect = sqrt(1.0f - 0.9f * saturate(v.anisotropy));
+        const Ggx ggx = make_ggx(min(alpha / aspect, splat(1.0f)), alpha * aspect, f.view);
+        f.mirror.ggx = select_ggx(m, ggx, f.mirror.ggx);
+        // Cycles looks up the roughness of the clamped alphas.
+        albedo = reflection_albedo(sqrt(sqrt(ggx.ax * ggx.ay)), cosine);
+        f.any_lobe[kMirrorLobe] = true;
+    }
+    if (has.metal) {
+        const Float metallic = select(v.metallic > kLeastWeight, saturate(v.metallic), splat(0.0f));
+        const Vec3 f0 = saturate(v.base_color);
+        const Vec3 tint = {min(v.specular_tint.x, splat(1.0f)), min(v.specular_tint.y, splat(1.0f)),
+                           min(v.specular_tint.z, splat(1.0f))};
+        const Vec3 b = f82_b(f0, tint);
+        const Compensation more = compensation(albedo, mean_f82(f0, b));
+        const Vec3 scaled = weight * metallic * select(multiscatter, more.darkening * more.scale, white());
+        f.mirror.metal = select(m, scaled, f.mirror.metal);
+        f.mirror.metal_f0 = select(m, f0, f.mirror.metal_f0);
+        f.mirror.b = select(m, b, f.mirror.b);
+        f.mirror.any_metal = true;
+        f.probability[kMirrorLobe] = select(
+            m, average(scaled * mix(f0, white(), pow5(1.0f - saturate(cosine)))), f.probability[kMirrorLobe]);
+        weight = weight * (1.0f - metallic);
+    }
+    if (has.transmission) {
+        const Float share = select(v.transmission > kLeastWeight, saturate(v.transmission), splat(0.0f));
+        const Float ior = max(v.ior, 1e-5f), eta = select(from_inside, 1.0f / ior, ior);
+        const Vec3 base = saturate(v.base_color);
+        const Vec3 tint = {sqrt(base.x), sqrt(base.y), sqrt(base.z)};
+        add_interface(f, m, alpha, rough, eta, saturate(v.specular_tint * f0_of_ior(ior)), white(), tint,
+                      weight * share, multiscatter);
+        weight = weight * (1.0f - share);
+    }
+    if (has.dielectric) {
+        const DielectricLevel level = dielectric_level(v);
+        const Mask there = m & (level.eta != 1.0f);
+        const Vec3 f0 = saturate(v.specular_tint * level.f0);
+        const Float share = fresnel_share(mean_dielectric(level.eta), f0_of_ior(level.eta));
+        const Compensation more = compensation(albedo, mix(f0, white(), share));
+        const Vec3 darkened = weight * select(multiscatter, more.darkening, white());
+        const Vec3 reflected =
+            darkened * mix(f0, white(),
+                           reflection_fresnel(sqrt(sqrt(f.mirror.ggx.ax * f.mirror.ggx.ay)), cosine, level.eta));
+        f.mirror.dielectric = select(there, darkened * select(multiscatter, more.scale, splat(1.0f)), zero3());
+        f.mirror.f0 = f0;
+        f.mirror.eta = level.eta;
+        f.mirror.any_dielectric = true;
+        f.probability[kMirrorLobe] =
+            f.probability[kMirrorLobe] + select(there, average(reflected), splat(0.0f));
+        weight = select(there, below(weight, reflected), weight);
+    }
+    add_diffuse(f, m, v, v.base_color * weight);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

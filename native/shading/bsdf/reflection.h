@@ -1,0 +1,64 @@
+// A rough or perfect mirror: f |cos| = F(h.wo) D / (4 |n.wo| (1 + lambda(wo) + lambda(wi))), F being the sum of
+// a metal's, a dielectric's and a constant reflectance, each with its weight.
+#pragma once
+
+#include "shading/bsdf/fresnel.h"
+#include "shading/bsdf/microfacet.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct Reflection {
+    Ggx ggx;
+    Vec3 constant;                // weight
+    Vec3 metal, metal_f0, b;      // weight, F82-tint
+    Vec3 dielectric, f0;          // weight, reflectance at normal incidence
+    Float eta;                    // of the dielectric, whose Fresnel term is mapped to [f0, 1]
+    bool any_metal, any_dielectric;
+    Mask separable;  // masking by the product of both directions'
+};
+
+EG_INLINE Reflection no_reflection() {
+    Reflection r;
+    r.constant = r.metal = r.metal_f0 = r.b = r.dielectric = r.f0 = zero3();
+    r.eta = splat(1.5f);
+    r.any_metal = r.any_dielectric = false;
+    r.separable = splat(0);
+    return r;
+}
+
+// Fresnel reflectance of a dielectric mapped to start from f0.
+EG_INLINE Vec3 mapped_fresnel(Float reflectance, Float eta, Vec3 f0) {
+    return mix(f0, white(), fresnel_share(reflectance, f0_of_ior(eta)));
+}
+
+EG_INLINE Vec3 reflectance(const Reflection& r, Float cosine) {
+    Vec3 f = r.constant;
+    if (r.any_metal) f = f + r.metal * f82(cosine, r.metal_f0, r.b);
+    if (r.any_dielectric)
+        f = f + r.dielectric * mapped_fresnel(dielectric(cosine, r.eta).reflectance, r.eta, r.f0);
+    return f;
+}
+
+struct Scattered {
+    Vec3 value;  // f |cos|
+    Float pdf;
+};
+
+// For directions above the surface in the local frame; 0 for perfect mirrors.
+EG_INLINE Scattered evaluate_reflection(const Reflection& r, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
+    const Mask rough = ~is_smooth(r.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
+    const Float density = select(rough, ggx_density(r.ggx, h), 0.0f);
+    const Float masking = ggx_lambda(r.ggx, w);
+    Float both = 1.0f + r.ggx.masking + masking;
+    if (any(r.separable)) both = both + select(r.separable, r.ggx.masking * masking, 0.0f);
+    return {reflectance(r, cosine) * (density / (4.0f * max(view.z, 1e-20f) * both)),
+            reflection_pdf(r.ggx, view, density)};
+}
+
+// The mirror's normal for a sample.
+EG_INLINE Vec3 sample_reflection(const Reflection& r, Vec3 view, Float u, Float v) {
+    const Vec3 h = sample_normal(r.ggx, view, r.ggx.bound, u, v);
+    return select(is_smooth(r.ggx), Vec3{splat(0.0f), splat(0.0f), splat(1.0f)}, h);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

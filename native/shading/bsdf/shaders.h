@@ -1,0 +1,132 @@
+// Blender's simple shaders, as lobes.
+#pragma once
+
+#include "shading/bsdf/closures.h"
+#include "shading/bsdf/material_values.h"
+#include "shading/bsdf/multiscatter.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+EG_INLINE Ggx select_ggx(Mask m, const Ggx& a, const Ggx& b) {
+    return {select(m, a.ax, b.ax), select(m, a.ay, b.ay), select(m, a.stretched, b.stretched),
+            select(m, a.masking, b.masking), select(m, a.bound, b.bound)};
+}
+EG_INLINE Sheen select_sheen(Mask m, const Sheen& a, const Sheen& b) {
+    return {select(m, a.weight, b.weight), select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.a, b.a),
+            select(m, a.b, b.b)};
+}
+
+EG_INLINE OrenNayar select_oren_nayar(Mask m, const OrenNayar& a, const OrenNayar& b) {
+    return {select(m, a.a, b.a), select(m, a.b, b.b), select(m, a.repeated, b.repeated)};
+}
+
+// A diffuse lobe of weight `color`; base_color is that of the light that scatters on it again.
+EG_INLINE void add_diffuse(Bsdf& f, Mask m, const MaterialValues& v, Vec3 color) {
+    f.diffuse = select(m, color, f.diffuse);
+    f.any_lobe[kDiffuseLobe] = true;
+    f.probability[kDiffuseLobe] = select(m, average(color), f.probability[kDiffuseLobe]);
+    const Mask rough = m & (v.diffuse_roughness > 1e-5f);
+    if (!any(rough)) return;
+    const Float sigma = select(rough, saturate(v.diffuse_roughness), splat(0.0f));
+    const OrenNayar o = make_oren_nayar(sigma, v.base_color, f.cosine);
+    f.oren_nayar = f.any_oren_nayar ? select_oren_nayar(m, o, f.oren_nayar) : o;
+    f.any_oren_nayar = true;
+}
+
+EG_INLINE void add_translucent(Bsdf& f, Mask m, const MaterialValues& v) {
+    f.translucent = select(m, v.base_color, zero3());
+    f.any_lobe[kTranslucentLobe] = true;
+    f.probability[kTranslucentLobe] = select(m, average(v.base_color), splat(0.0f));
+}
+
+EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
+    const Float rough = saturate(v.roughness), alpha = rough * rough;
+    // In range so that no alpha becomes 0.
+    const Float a = clamp(v.anisotropy, splat(-0.99f), splat(0.99f));
+    const Float narrow = 1.0f - abs(a);
+    const Float less = alpha * narrow, more = min(alpha / narrow, splat(1.0f));
+    const Ggx ggx = make_ggx(select(a < 0.0f, more, less), select(a < 0.0f, less, more), f.view);
+    f.mirror.ggx = select_ggx(m, ggx, f.mirror.ggx);
+    Vec3 weight = v.base_color;
+    const Mask multiscatter = m & has_flag(flags, kMultiscatter);
+    if (any(multiscatter)) {
+        const Compensation c =
+            compensation(reflection_albedo(sqrt(sqrt(ggx.ax * ggx.ay)), f.view.z), v.base_color);
+        weight = select(multiscatter, weight * c.darkening * c.scale, weight);
+    }
+    f.mirror.constant = select(m, weight, f.mirror.constant);
+    f.any_lobe[kMirrorLobe] = true;
+    f.probability[kMirrorLobe] = select(m, average(weight), f.probability[kMirrorLobe]);
+}
+
+// An interface of roughness `rough` = sqrt(alpha) with the tints of what it reflects and transmits.
+EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float eta, Vec3 f0, Vec3 reflection,
+                             Vec3 transmission, Vec3 weight, Mask multiscatter) {
+    Interface& g = f.glass;
+    if (any(multiscatter)) {
+        const Compensation c = compensation(interface_albedo(rough, f.view.z, eta), transmission);
+        weight = select(multiscatter, weight * c.darkening * c.scale, weight);
+    }
+    g.ggx = select_ggx(m, make_ggx(alpha, alpha, f.view), g.ggx);
+    g.eta = select(m, eta, g.eta);
+    g.f0 = select(m, f0, g.f0);
+    g.reflection = select(m, weight * reflection, g.reflection);
+    g.transmission = select(m, weight * transmission, g.transmission);
+    const Split s = split_light(g, f.view.z);
+    f.any_lobe[kInterfaceLobe] = true;
+    f.probability[kInterfaceLobe] =
+        select(m, average(s.reflected + s.transmitted), f.probability[kInterfaceLobe]);
+}
+
+EG_INLINE void add_glass(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
+    const Float rough = saturate(v.roughness), ior = max(v.ior, 1e-5f);
+    add_interface(f, m, rough * rough, rough, select(from_inside, 1.0f / ior, ior), splat3(f0_of_ior(ior)),
+                  v.base_color, v.base_color, white(), has_flag(flags, kMultiscatter));
+}
+
+EG_INLINE void add_refraction(Bsdf& f, Mask m, const MaterialValues& v, Mask from_inside) {
+    const Float rough = saturate(v.roughness), ior = max(v.ior, 1e-5f);
+    f.glass.refracts_only |= m;
+    add_interface(f, m, rough * rough, rough, select(from_inside, 1.0f / ior, ior), splat3(f0_of_ior(ior)),
+                  zero3(), v.base_color, white(), splat(0));
+}
+
+EG_INLINE void add_sheen(Bsdf& f, Mask m, const MaterialValues& v) {
+    Sheen s = make_sheen(f.normal, f.wo, f.cosine, saturate(v.roughness));
+    s.weight = s.weight * v.base_color;
+    if (f.any_lobe[kSheenLobe])
+        f.sheen = select_sheen(m, s, f.sheen);
+    else
+        f.sheen = s, f.sheen.weight = select(m, s.weight, zero3());
+    f.any_lobe[kSheenLobe] = true;
+    f.probability[kSheenLobe] = select(m, average(s.weight), f.probability[kSheenLobe]);
+}
+
+// Burley 2012 as in Mitsuba 3's `principled`, with the parameters base_color, roughness, metallic, and
+// specular in the place of specular_ior_level; the back is like the front.
+EG_INLINE void add_disney(Bsdf& f, Mask m, const MaterialValues& v) {
+    const Float alpha = max(v.roughness * v.roughness, 1e-3f);
+    f.mirror.ggx = select_ggx(m, make_ggx(alpha, alpha, f.view), f.mirror.ggx);
+    const Float dielectric_share = 1.0f - v.metallic;
+    const Float eta = 2.0f / (1.0f - sqrt(0.08f * max(v.specular_ior_level, 1e-3f))) - 1.0f;
+    const Float f0 = f0_of_ior(eta);
+    f.mirror.metal = select(m, splat3(v.metallic), f.mirror.metal);
+    f.mirror.metal_f0 = select(m, v.base_color, f.mirror.metal_f0);
+    f.mirror.b = select(m, zero3(), f.mirror.b);
+    f.mirror.dielectric = select(m, splat3(dielectric_share), f.mirror.dielectric);
+    f.mirror.f0 = select(m, splat3(f0), f.mirror.f0);
+    f.mirror.eta = select(m, eta, f.mirror.eta);
+    f.mirror.any_metal = f.mirror.any_dielectric = true;
+    f.mirror.separable |= m;
+    f.any_lobe[kMirrorLobe] = f.any_lobe[kDiffuseLobe] = true;
+    f.diffuse = select(m, v.base_color * dielectric_share, f.diffuse);
+    f.burley = select(m, v.roughness, f.any_burley ? f.burley : splat(-1.0f));
+    f.any_burley = true;
+    const Float cosine = saturate(f.view.z);
+    f.probability[kMirrorLobe] = select(m, max(average(reflectance(f.mirror, cosine)), 0.05f),
+                                        f.probability[kMirrorLobe]);
+    f.probability[kDiffuseLobe] =
+        select(m, average(f.diffuse) * (1.0f - 0.5f * pow5(1.0f - cosine)), f.probability[kDiffuseLobe]);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -16,11 +16,16 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 extern const KernelTable kernel_table;
 const KernelTable kernel_table = {
-    EG_STRING(EDGEGRAD_ISA),  W,
-    radiance_kernel,          interior_forward_kernel,
-    interior_backward_kernel, primary_forward_kernel,
-    primary_backward_kernel,  shadow_forward_kernel,
-    shadow_backward_kernel,   texture_kernel,
+    EG_STRING(EDGEGRAD_ISA),
+    W,
+    radiance_kernel,
+    interior_forward_kernel,
+    interior_backward_kernel,
+    primary_forward_kernel,
+    primary_backward_kernel,
+    shadow_forward_kernel,
+    shadow_backward_kernel,
+    texture_kernel,
     bsdf_kernel,
 };
 

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "path/scatter.h"
+#include "path/shaded_surface.h"
 #include "shading/emission.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -124,6 +125,12 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         part.active = lambertian & (largest_component(albedo) > 0.0f);
         const Lambertian surface{normal, x.normal, albedo};
         if (any(part.active)) alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive);
+    }
+    PathPacket part = p;
+    part.active = p.active & ~lambertian;
+    if (any(part.active)) {
+        const ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
+        alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive);
     }
     return alive;
 }

@@ -20,6 +20,7 @@ from ._check import RAYS
 from .camera import FILTERS, Camera
 from .camera import KINDS as CAMERA_KINDS
 from .light import AreaLight, PointLight, SunLight
+from .light_table import LightTable, light_table
 from .material import Material, Mixture
 from .material_table import MaterialTable, material_table
 from .mean_color import mean_expression
@@ -84,6 +85,7 @@ class Tables:
     instance_mesh: NDArray[np.int32]  # (I,) the mesh that is placed
     instance_to_world: F32  # (I, 3, 4) rows of its transform, relative to origin
     materials: MaterialTable  # every shader of every material
+    lights: LightTable  # every light that is no mesh, for pictures
     environment_image: int  # index of the image, -1: none
     environment_rotation: F32  # (3, 3) from world space to the image's
     environment_mask: int  # bits of the kinds of rays that see it
@@ -245,6 +247,7 @@ def _values(scene: Scene, origin: NDArray[np.float64]) -> dict[str, Any]:
     two_sided = [leaf.emission_two_sided for leaf in first_leaves]
     return {
         "materials": material_table(scene, radiances),
+        "lights": light_table(scene, origin),
         "environment_image": -1 if scene.world.image is None else list(scene.images).index(scene.world.image),
         "environment_rotation": scene.world.rotation.astype(np.float32),
         "environment_mask": ray_bits(scene.world.visible_to),

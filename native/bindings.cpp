@@ -12,6 +12,7 @@
 #include "column.h"
 #include "dispatch.h"
 #include "embree/library.h"
+#include "emitter_bindings.h"
 #include "engine.h"
 #include "shading/bsdf/bindings.h"
 #include "texture/bindings.h"
@@ -41,6 +42,17 @@ void check_indices(const std::vector<int32_t>& indices, size_t size, const char*
     for (int32_t i : indices)
         if (i < least || i >= static_cast<int64_t>(size))
             throw std::invalid_argument(std::string("the tables' ") + what + " are out of range");
+}
+
+void check_lights(const SceneTables::LightRows& lights) {
+    const size_t rows = lights.kind.size();
+    for (const auto* values : {&lights.flags, &lights.visible_to, &lights.receivers, &lights.blockers})
+        if (values->size() != rows) throw std::invalid_argument("the light table's sizes disagree");
+    if (lights.params.size() != edgegrad::kLightParams * rows)
+        throw std::invalid_argument("the light table's sizes disagree");
+    for (int32_t kind : lights.kind)
+        if (kind < edgegrad::kPointSource || kind > edgegrad::kConeLight)
+            throw std::invalid_argument("the light table has an unknown kind");
 }
 
 edgegrad::CameraView read_camera(nb::handle t) {
@@ -97,6 +109,13 @@ void read_values(nb::handle t, edgegrad::ValueTables& s) {
     s.leaf_kind = column<int32_t>(materials, "kind");
     s.leaf_flags = column<int32_t>(materials, "flags");
     s.leaf_params = column<float>(materials, "params");
+    const nb::object lights = t.attr("lights");
+    s.lights.params = column<float>(lights, "params");
+    s.lights.kind = column<int32_t>(lights, "kind");
+    s.lights.flags = column<int32_t>(lights, "flags");
+    s.lights.visible_to = column<int32_t>(lights, "visible_to");
+    s.lights.receivers = column<int32_t>(lights, "receivers");
+    s.lights.blockers = column<int32_t>(lights, "blockers");
     s.environment_image = nb::cast<int32_t>(t.attr("environment_image"));
     fill(s.environment_rotation, t, "environment_rotation");
     s.environment_mask = nb::cast<int32_t>(t.attr("environment_mask"));
@@ -113,6 +132,7 @@ void read_values(nb::handle t, edgegrad::ValueTables& s) {
     s.camera = read_camera(t);
     if (s.leaf_params.size() != edgegrad::kMaterialParams * s.leaf_kind.size())
         throw std::invalid_argument("the tables' sizes disagree");
+    check_lights(s.lights);
 }
 
 SceneTables read_tables(nb::handle t) {
@@ -270,6 +290,7 @@ class Scene {
         return out;
     }
 
+    const Engine& engine() const { return *engine_; }
     const char* instruction_set() const { return kernels_.name; }
 
  private:
@@ -317,5 +338,16 @@ NB_MODULE(_native, m) {
              "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a,
              "terms"_a, "progress"_a.none())
+        .def("sample_lights",
+             [](const Scene& s, nb::handle position, nb::handle normal, nb::handle u, nb::handle v,
+                bool both_sides) {
+                 return edgegrad::sample_lights(s.engine(), position, normal, u, v, both_sides);
+             })
+        .def("meet_lights",
+             [](const Scene& s, nb::handle position, nb::handle normal, nb::handle w, nb::handle face,
+                nb::handle r, nb::handle bsdf_pdf, int kind, bool both_sides) {
+                 return edgegrad::meet_lights(s.engine(), position, normal, w, face, r, bsdf_pdf, kind,
+                                              both_sides);
+             })
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

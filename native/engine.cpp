@@ -276,4 +276,12 @@ Derivative Engine::backward(const RenderOptions& options, const Asked& asked, co
     return groups.reduce(threads_);
 }
 
+void Engine::probe_lights(const LightProbes& probes) const {
+    kernels_.light_samples(PreparedScene(api_, *bvh_, tables_, nullptr, false).view(), probes);
+}
+
+void Engine::probe_directions(const DirectionProbes& probes) const {
+    kernels_.light_directions(PreparedScene(api_, *bvh_, tables_, nullptr, false).view(), probes);
+}
+
 }  // namespace edgegrad

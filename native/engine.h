@@ -45,6 +45,10 @@ class Engine {
     Derivative backward(const RenderOptions& options, const Asked& asked, const float* adjoint,
                         const Progress& progress) const;
 
+    // For tests: light sampling by itself.
+    void probe_lights(const LightProbes& probes) const;
+    void probe_directions(const DirectionProbes& probes) const;
+
  private:
     template <typename F>
     bool place_vertices(int32_t mesh, const F& coordinate);

@@ -7,6 +7,7 @@
 #include "path/interior.h"
 #include "path/radiance.h"
 #include "shading/bsdf/kernel.h"
+#include "shading/light_probes.h"
 #include "texture/kernel.h"
 
 #define EG_STRING2(x) #x
@@ -16,17 +17,13 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 extern const KernelTable kernel_table;
 const KernelTable kernel_table = {
-    EG_STRING(EDGEGRAD_ISA),
-    W,
-    radiance_kernel,
-    interior_forward_kernel,
-    interior_backward_kernel,
-    primary_forward_kernel,
-    primary_backward_kernel,
-    shadow_forward_kernel,
-    shadow_backward_kernel,
-    texture_kernel,
-    bsdf_kernel,
+    EG_STRING(EDGEGRAD_ISA),  W,
+    radiance_kernel,          interior_forward_kernel,
+    interior_backward_kernel, primary_forward_kernel,
+    primary_backward_kernel,  shadow_forward_kernel,
+    shadow_backward_kernel,   texture_kernel,
+    bsdf_kernel,              light_samples_kernel,
+    light_directions_kernel,
 };
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "light_probes.h"
 #include "scene/view.h"
 
 namespace edgegrad {
@@ -115,6 +116,8 @@ struct KernelTable {
                             DerivativeView& gradient);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
     void (*bsdfs)(const BsdfTask&, const BsdfResult&);
+    void (*light_samples)(const SceneView&, const LightProbes&);
+    void (*light_directions)(const SceneView&, const DirectionProbes&);
 };
 
 }  // namespace edgegrad

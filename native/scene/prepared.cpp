@@ -55,6 +55,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.environment_image = tables.environment_image;
     std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
     view_.environment_mask = tables.environment_mask;
+    if (!asked) view_.lights = lights_.emplace(tables).view();
     view_.albedo = tables.albedo.data();
     view_.emission = tables.emission.data();
     view_.emission_two_sided = tables.emission_two_sided.data();

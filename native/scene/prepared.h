@@ -1,8 +1,11 @@
 // The tables as kernels see them for one call, with what the call adds to them.
 #pragma once
 
+#include <optional>
+
 #include "scene/bvh.h"
 #include "scene/emitter_table.h"
+#include "scene/light_list.h"
 
 namespace edgegrad {
 
@@ -17,6 +20,7 @@ class PreparedScene {
 
  private:
     EmitterTable emitters_;
+    std::optional<LightList> lights_;  // of pictures
     std::vector<int32_t> face_moving_, face_emitter_;
     int64_t edge_count_;
     SceneView view_{};

@@ -29,6 +29,10 @@ struct GeometryTables {
 struct ValueTables {
     std::vector<int32_t> material_first_leaf, leaf_kind, leaf_flags;
     std::vector<float> leaf_params;
+    struct LightRows {  // core/light_table.py
+        std::vector<float> params;
+        std::vector<int32_t> kind, flags, visible_to, receivers, blockers;
+    } lights;
     int32_t environment_image = -1;
     float environment_rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     int32_t environment_mask = 0;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "embree/api.h"
+#include "scene/light_view.h"
 #include "scene/material_params.h"
 #include "texture/view.h"
 
@@ -69,6 +70,8 @@ struct SceneView {
     int32_t environment_image;  // -1: none
     float environment_rotation[9];
     int32_t environment_mask;
+
+    LightView lights;  // of pictures; derivatives pick among the emitters below
 
     const float* albedo;                // (M, 3)
     const float* emission;              // (M, 3)

@@ -39,9 +39,9 @@ struct Albedo {
 
 EG_INLINE Albedo reflection_albedo(Float rough, Float cosine) {
     const TablePlace x = table_place(rough, kReflectionTable);
-    return {
-        table_plane(kReflectionAlbedo, splat(0), x, table_place(cosine, kReflectionTable), kReflectionTable),
-        table_row(kReflectionMeanAlbedo, splat(0), x)};
+    return {table_plane(kReflectionAlbedo, splat(0), x, table_place(cosine, kReflectionTable),
+                        kReflectionTable),
+            table_row(kReflectionMeanAlbedo, splat(0), x)};
 }
 
 // The tables' axis of relative indices.

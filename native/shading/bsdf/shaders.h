@@ -123,8 +123,8 @@ EG_INLINE void add_disney(Bsdf& f, Mask m, const MaterialValues& v) {
     f.burley = select(m, v.roughness, f.any_burley ? f.burley : splat(-1.0f));
     f.any_burley = true;
     const Float cosine = saturate(f.view.z);
-    f.probability[kMirrorLobe] =
-        select(m, max(average(reflectance(f.mirror, cosine)), 0.05f), f.probability[kMirrorLobe]);
+    f.probability[kMirrorLobe] = select(m, max(average(reflectance(f.mirror, cosine)), 0.05f),
+                                        f.probability[kMirrorLobe]);
     f.probability[kDiffuseLobe] =
         select(m, average(f.diffuse) * (1.0f - 0.5f * pow5(1.0f - cosine)), f.probability[kDiffuseLobe]);
 }

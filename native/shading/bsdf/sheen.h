@@ -16,8 +16,10 @@ struct Sheen {
 
 EG_INLINE Float sheen_albedo(Float cosine, Float r) {
     const Float s = r * (0.0206607f + 1.58491f * r) / (0.0379424f + r * (1.32227f + r));
-    const Float m = r * (-0.193854f + r * (-1.14885f + r * (1.7932f - 0.95943f * r * r))) / (0.046391f + r);
-    const Float o = r * (0.000654023f + (-0.0207818f + 0.119681f * r) * r) / (1.26264f + r * (-1.92021f + r));
+    const Float m =
+        r * (-0.193854f + r * (-1.14885f + r * (1.7932f - 0.95943f * r * r))) / (0.046391f + r);
+    const Float o =
+        r * (0.000654023f + (-0.0207818f + 0.119681f * r) * r) / (1.26264f + r * (-1.92021f + r));
     const Float t = (cosine - m) / s;
     return saturate(exp(-0.5f * t * t) / (s * 2.50662827f) + o);
 }

@@ -1,0 +1,145 @@
+"""Lights that are no meshes as rows of floats (native/scene/light_params.h has the same places)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._check import RAYS
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .scene import Scene
+
+# Kinds, as the natively named LightKind; emissive triangles come first and have no rows.
+POINT, SPHERE, DISK, RECTANGLE, ELLIPSE, DIRECTION, CONE = range(1, 8)
+# Bits of `flags`.
+SMOOTH_CONE, LINEAR_CONE, SPREAD, CASTS_SHADOW = 1, 2, 4, 8
+
+# Places of the fields in a row.
+RADIANCE = slice(0, 3)
+POSITION = slice(3, 6)
+AXIS_X = slice(6, 9)
+AXIS_Y = slice(9, 12)
+SHINES_TO = slice(12, 15)
+EXTENT_X, EXTENT_Y, RADIUS, AREA, ONE_MINUS_COS, EDGE, EDGE_SCALE = range(15, 22)
+WIDTH = 24
+
+# An edge this sharp is a step in float32.
+_STEP = 1e12
+# Sizes below these are none: their solid angles and areas would vanish in float32.
+_LEAST_SUN_ANGLE = 1e-5
+_LEAST_RADIUS = 1e-6
+
+
+@dataclass
+class LightTable:
+    """All point, spot, sun and area lights of a scene, in its order; L rows.
+
+    Attributes
+    ----------
+    params
+        (L, WIDTH) float32, the fields of each light at the places named above; positions relative to the
+        tables' origin.
+    kind, flags
+        (L,) int32.
+    visible_to
+        (L,) int32 bits 1 << place in `RAYS` of the rays that see it, and that it lights surfaces through.
+    receivers, blockers
+        (L,) int32 number of the set of meshes that it lights, or that cast its shadow (`tables.link_sets`);
+        -1: all do.
+    """
+
+    params: NDArray[np.float32]
+    kind: NDArray[np.int32]
+    flags: NDArray[np.int32]
+    visible_to: NDArray[np.int32]
+    receivers: NDArray[np.int32]
+    blockers: NDArray[np.int32]
+
+
+def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
+    """The table of a validated scene's lights, positions relative to `origin` (3,)."""
+    lights = list(scene.lights.values())
+    rows = [_row(light, origin) for light in lights]
+    return LightTable(
+        params=np.array([row for _, _, row in rows], np.float32).reshape(-1, WIDTH),
+        kind=np.array([kind for kind, _, _ in rows], np.int32),
+        flags=np.array([flags | (CASTS_SHADOW if light.casts_shadow else 0)
+                        for (_, flags, _), light in zip(rows, lights, strict=True)], np.int32),
+        visible_to=np.array([sum(1 << RAYS.index(ray) for ray in light.visible_to) for light in lights], np.int32),
+        receivers=_sets([light.receivers for light in lights]),
+        blockers=_sets([light.blockers for light in lights]),
+    )
+
+
+def _sets(named: list[tuple[str, ...] | None]) -> NDArray[np.int32]:
+    """Each light's set as its number among the different ones, in order of appearance."""
+    different = list(dict.fromkeys(tuple(sorted(names)) for names in named if names is not None))
+    return np.array([-1 if names is None else different.index(tuple(sorted(names))) for names in named], np.int32)
+
+
+def _row(light: Light, origin: NDArray[np.float64]) -> tuple[int, int, NDArray[np.float64]]:
+    row = np.zeros(WIDTH)
+    row[ONE_MINUS_COS] = 2.0
+    if isinstance(light, AreaLight):
+        return *_area(light, origin, row), row
+    if isinstance(light, SunLight):
+        return _sun(light, row), 0, row
+    return *_point(light, origin, row), row
+
+
+def _point(light: PointLight | SpotLight, origin: NDArray[np.float64], row: NDArray[np.float64]) -> tuple[int, int]:
+    intensity = light.power * light.color / (4.0 * np.pi)
+    row[POSITION] = light.position - origin
+    row[RADIUS] = light.radius
+    flags = 0
+    if isinstance(light, SpotLight):
+        row[SHINES_TO] = light.direction / np.linalg.norm(light.direction)
+        half = 0.5 * light.angle
+        row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * half) ** 2
+        linear = light.falloff == "LINEAR"
+        flags = LINEAR_CONE if linear else SMOOTH_CONE
+        row[EDGE] = half if linear else row[ONE_MINUS_COS]
+        width = row[EDGE] * light.blend
+        row[EDGE_SCALE] = min(1.0 / width, _STEP) if width > 0.0 else _STEP
+    if light.radius < _LEAST_RADIUS:
+        row[RADIANCE] = intensity
+        return POINT, flags
+    # A sphere of radiance L has the intensity pi r^2 L towards every side, as has the disk that faces there.
+    row[RADIANCE] = intensity / (np.pi * light.radius**2)
+    return (SPHERE if light.sphere else DISK), flags
+
+
+def _sun(light: SunLight, row: NDArray[np.float64]) -> int:
+    row[SHINES_TO] = light.direction / np.linalg.norm(light.direction)
+    irradiance = light.strength * light.color
+    half = 0.5 * light.angle
+    if light.angle < _LEAST_SUN_ANGLE:
+        row[RADIANCE] = irradiance
+        row[ONE_MINUS_COS] = 0.0
+        return DIRECTION
+    # The cosine over the cone integrates to pi sin^2 of half its angle.
+    row[RADIANCE] = irradiance / (np.pi * np.sin(half) ** 2)
+    row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * half) ** 2
+    row[AREA] = 2.0 * np.pi * row[ONE_MINUS_COS]
+    return CONE
+
+
+def _area(light: AreaLight, origin: NDArray[np.float64], row: NDArray[np.float64]) -> tuple[int, int]:
+    rectangle = light.shape == "RECTANGLE"
+    area = float(light.size[0] * light.size[1]) * (1.0 if rectangle else 0.25 * np.pi)
+    row[RADIANCE] = light.power * light.color / (np.pi * area)
+    row[POSITION] = light.to_world[:3, 3] - origin
+    row[AXIS_X], row[AXIS_Y], row[SHINES_TO] = light.to_world[:3, 0], light.to_world[:3, 1], -light.to_world[:3, 2]
+    row[EXTENT_X], row[EXTENT_Y] = 0.5 * light.size
+    row[AREA] = area
+    flags = 0
+    if light.spread < np.pi:
+        # A soft box's grid of slats lets the share 1 - tan(t)/tan(s) through, s half the spread; the power stays:
+        # 2 int_0^s cos t sin t (1 - tan t / tan s) dt = 1 - s / tan s.
+        half = 0.5 * light.spread
+        flags = SPREAD
+        row[EDGE] = np.tan(half)
+        row[EDGE_SCALE] = 1.0 / (row[EDGE] - half) if half > 0.01 else 3.0 / half**3
+    return (RECTANGLE if rectangle else ELLIPSE), flags

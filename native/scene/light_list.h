@@ -1,0 +1,36 @@
+// Everything that gives light, in the form that kernels pick from: emissive faces and the light table's rows.
+#pragma once
+
+#include <vector>
+
+#include "scene/light_view.h"
+#include "scene/tables.h"
+
+namespace edgegrad {
+
+// Beyond this many lights of finite distance a hierarchy finds one faster than a look at each.
+constexpr size_t kMostFlatLights = 16;
+
+class LightList {
+ public:
+    explicit LightList(const SceneTables& tables);
+
+    // Points into the list and the tables: both must outlive it.
+    const LightView& view() const { return view_; }
+
+ private:
+    void add_faces(const SceneTables& tables);
+    void add_rows(const SceneTables& tables);
+    void arrange();
+
+    struct Light {
+        int32_t kind, index;
+        LightNode node;
+    };
+    std::vector<Light> near_, distant_;
+    std::vector<int32_t> kind_, index_, node_of_, face_light_, light_of_row_, sized_;
+    std::vector<LightNode> nodes_;
+    LightView view_{};
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,34 @@
+// Directions within a cone, uniform in solid angle: to spheres and to suns.
+#pragma once
+
+#include "simd/vector.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// `one_minus_cos` of half the opening angle: the cosine itself has no digits left for narrow cones.
+EG_INLINE Vec3 sample_cone(Vec3 axis, Float one_minus_cos, Float u, Float v) {
+    Vec3 a, b;
+    basis(axis, a, b);
+    const Float rise = u * one_minus_cos;
+    const Float sine = sqrt(max(rise * (2.0f - rise), 0.0f));
+    Float s, c;
+    sincos_turn(v, s, c);
+    return a * (sine * c) + b * (sine * s) + axis * (1.0f - rise);
+}
+
+// A point of the unit disk by concentric squares (Shirley and Chiu 1997).
+EG_INLINE void sample_disk(Float u, Float v, Float& x, Float& y) {
+    const Float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
+    const Mask wide = abs(a) > abs(b);
+    const Float radius = select(wide, a, b);
+    const Float ratio = select(wide, b, a) / select(radius != 0.0f, radius, 1.0f);
+    // Angle pi/4 ratio from the axis of the larger one, in turns: 1/8 ratio.
+    Float turn = select(wide, 0.125f * ratio, 0.25f - 0.125f * ratio);
+    turn = select(turn < 0.0f, turn + 1.0f, turn);
+    Float s, c;
+    sincos_turn(turn, s, c);
+    x = radius * c;
+    y = radius * s;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,171 @@
+// Choice of one light for a point: in proportion to a bound of the irradiance that each can give there, over
+// all of them where they are few, down a hierarchy of bounds where they are many (Conty Estevez and Kulla
+// 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"; the bound of a node as in
+// pbrt-v4).
+#pragma once
+
+#include "scene/view.h"
+#include "simd/vector.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A point that is lit: lights below its horizon can't matter, unless it also passes light from there.
+struct Receiver {
+    Vec3 position;
+    Vec3 normal;      // geometric, on the viewer's side
+    Mask both_sides;  // its surface transmits
+};
+
+struct NodePacket {
+    Vec3 center, axis;
+    Float radius, cos_o, sin_o, cos_e, power;
+    Mask two_sided;
+};
+
+EG_INLINE NodePacket broadcast_node(const LightNode& n) {
+    return {splat3(n.center), splat3(n.axis), splat(n.radius), splat(n.cos_o),
+            splat(n.sin_o),   splat(n.cos_e), splat(n.power),  splat(n.two_sided ? -1 : 0)};
+}
+
+EG_INLINE NodePacket gather_node(const LightNode* nodes, Int at) {
+    NodePacket r;
+    for (int i = 0; i < W; ++i) {
+        const LightNode& n = nodes[at[i]];
+        r.center.x[i] = n.center[0], r.center.y[i] = n.center[1], r.center.z[i] = n.center[2];
+        r.axis.x[i] = n.axis[0], r.axis.y[i] = n.axis[1], r.axis.z[i] = n.axis[2];
+        r.radius[i] = n.radius, r.cos_o[i] = n.cos_o, r.sin_o[i] = n.sin_o, r.cos_e[i] = n.cos_e;
+        r.power[i] = n.power;
+        r.two_sided[i] = n.two_sided ? -1 : 0;
+    }
+    return r;
+}
+
+// Cosine of the angle a - b, or 1 where that is negative.
+EG_INLINE Float cos_difference(Float cos_a, Float sin_a, Float cos_b, Float sin_b) {
+    return select(cos_a > cos_b, splat(1.0f), cos_a * cos_b + sin_a * sin_b);
+}
+EG_INLINE Float sin_difference(Float cos_a, Float sin_a, Float cos_b, Float sin_b) {
+    return select(cos_a > cos_b, splat(0.0f), sin_a * cos_b - cos_a * sin_b);
+}
+
+EG_INLINE Float sine_of(Float cosine) { return sqrt(max(1.0f - cosine * cosine, 0.0f)); }
+
+// Bound of the irradiance that a node's lights give at x.
+EG_INLINE Float importance(const NodePacket& n, const Receiver& x) {
+    const Mask distant = n.radius < 0.0f;
+    const Vec3 d = n.center - x.position;
+    const Float d2 = dot(d, d), radius2 = n.radius * n.radius;
+    const Vec3 w = select(distant, -n.axis, d * (1.0f / sqrt(max(d2, 1e-30f))));
+    // Angle b of the sphere around the lights, seen from x.
+    const Float sin2_b = radius2 / max(d2, 1e-30f);
+    const Mask inside = ~distant & (sin2_b >= 1.0f);
+    const Float cos_b =
+        select(distant, n.cos_o, select(inside, splat(-1.0f), sqrt(max(1.0f - sin2_b, 0.0f))));
+    const Float sin_b = select(distant, n.sin_o, select(inside, splat(0.0f), sqrt(max(sin2_b, 0.0f))));
+
+    const Float cosine_x = dot(w, x.normal);
+    const Float cos_x = select(x.both_sides, abs(cosine_x), cosine_x);
+    Float bound = n.power * max(cos_difference(cos_x, sine_of(cos_x), cos_b, sin_b), 0.0f);
+    if (any(~distant)) {
+        // Angle between the direction to x and the nearest direction of emission.
+        const Float cosine = -dot(w, n.axis);
+        const Float cos_w = select(n.two_sided, abs(cosine), cosine), sin_w = sine_of(cos_w);
+        const Float cos_1 = cos_difference(cos_w, sin_w, n.cos_o, n.sin_o);
+        const Float sin_1 = sin_difference(cos_w, sin_w, n.cos_o, n.sin_o);
+        const Float cos_2 = cos_difference(cos_1, sin_1, cos_b, sin_b);
+        const Float near = bound * select(cos_2 > n.cos_e, cos_2, 0.0f) / max(max(d2, radius2), 1e-30f);
+        bound = select(distant, bound, near);
+    }
+    return bound;
+}
+
+struct LightChoice {
+    Mask active;
+    Int light;
+    Float probability;
+    Float u;  // a fresh number: the place within the choice's interval
+};
+
+// Picks a light for x; inactive where none can matter.
+EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const Receiver& x, Float u) {
+    LightChoice choice{active, splat(0), splat(1.0f), u};
+    if (lights.top == 1 && !lights.any_group) return choice;
+    Int node = splat(0);
+    if (lights.top > 1) {
+        Float total = splat(0.0f);
+        for (int k = 0; k < lights.top; ++k) total = total + importance(broadcast_node(lights.nodes[k]), x);
+        choice.active &= total > 0.0f;
+        const Float scale = 1.0f / select(choice.active, total, 1.0f);
+        // Where rounding leaves u beyond the last interval, the last one that isn't empty is taken.
+        Float sum = splat(0.0f), low = sum, share = splat(1.0f);
+        Mask open = choice.active;
+        for (int k = 0; k < lights.top; ++k) {
+            const Float p = importance(broadcast_node(lights.nodes[k]), x) * scale;
+            const Mask here = open & (p > 0.0f);
+            node = select(here, splat(k), node);
+            low = select(here, sum, low);
+            share = select(here, p, share);
+            sum = sum + p;
+            open &= u >= sum;
+            if (!any(open)) break;
+        }
+        choice.probability = share;
+        choice.u = min(max((u - low) / share, 0.0f), splat(0.99999994f));
+    }
+    Int child;
+    for (int i = 0; i < W; ++i) child[i] = lights.nodes[node[i]].child;
+    if (lights.any_group) {
+        for (Mask inner = choice.active & (child >= 0); any(inner); inner = choice.active & (child >= 0)) {
+            const Int first = select(inner, child, splat(0));
+            const Float a = importance(gather_node(lights.nodes, first), x);
+            const Float b = importance(gather_node(lights.nodes, select(inner, first + 1, splat(0))), x);
+            choice.active &= ~inner | (a + b > 0.0f);
+            const Float p = a / max(a + b, 1e-38f);
+            const Mask left = choice.u < p;
+            const Float share = select(left, p, 1.0f - p);
+            choice.probability = select(inner, choice.probability * share, choice.probability);
+            const Float within = select(left, choice.u, choice.u - p) / max(share, 1e-30f);
+            choice.u = select(inner, min(within, splat(0.99999994f)), choice.u);
+            const Int next = first + select(left, splat(0), splat(1));
+            for (int i = 0; i < W; ++i)
+                if (inner[i]) child[i] = lights.nodes[next[i]].child;
+        }
+    }
+    choice.light = select(choice.active & (child < 0), -1 - child, splat(0));
+    return choice;
+}
+
+// Probability with which `choose_light` picks a light.
+EG_INLINE Float light_probability(const LightView& lights, Mask active, const Receiver& x, Int light) {
+    Float probability = select(active, splat(1.0f), 0.0f);
+    if (lights.top == 1 && !lights.any_group) return probability;
+    Int node = gather(lights.node_of, select(active, light, splat(0)));
+    if (lights.any_group) {
+        for (;;) {
+            Int parent;
+            for (int i = 0; i < W; ++i) parent[i] = lights.nodes[node[i]].parent;
+            const Mask inner = active & (parent >= 0);
+            if (!any(inner)) break;
+            Int first;
+            for (int i = 0; i < W; ++i) first[i] = inner[i] ? lights.nodes[parent[i]].child : 0;
+            const Float a = importance(gather_node(lights.nodes, first), x);
+            const Float b = importance(gather_node(lights.nodes, select(inner, first + 1, splat(0))), x);
+            const Float p = a / max(a + b, 1e-38f);
+            const Float share = select(a + b > 0.0f, select(node == first, p, 1.0f - p), 0.0f);
+            probability = select(inner, probability * share, probability);
+            node = select(inner, parent, node);
+        }
+    }
+    if (lights.top > 1) {
+        Float total = splat(0.0f), own = splat(0.0f);
+        for (int k = 0; k < lights.top; ++k) {
+            const Float bound = importance(broadcast_node(lights.nodes[k]), x);
+            total = total + bound;
+            own = select(node == splat(k), bound, own);
+        }
+        probability = select(total > 0.0f, probability * own / select(total > 0.0f, total, 1.0f), 0.0f);
+    }
+    return probability;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

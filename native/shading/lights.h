@@ -1,0 +1,277 @@
+// Light that reaches a point: samples of all lights but the environment (shading/environment.h), and the
+// density of such samples where a ray meets a light by itself. What the path tracer combines by multiple
+// importance sampling (Veach 1997).
+#pragma once
+
+#include "scene/rays.h"
+#include "shading/light_choice.h"
+#include "shading/light_shapes.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct LightSample {
+    Mask active;
+    Vec3 w;          // unit, towards the light
+    Float r;         // distance; infinite for suns
+    Vec3 radiance;   // that arrives along w; of lights without size intensity or irradiance
+    Float geometry;  // what radiance * f |cos| is multiplied with: 1/pdf, without size 1/(r^2 P) or 1/P
+    Float pdf;       // per solid angle, choice included; 0: a light without size, no ray meets it
+    Vec3 end;        // where the shadow ray ends: off the light's own surface
+    Mask distant;
+    Mask casts_shadow;
+    Int blockers;    // what shadow rays meet: a mask for Embree
+    Int visible_to;  // bits 1 << RayKind of the scattering that it lights surfaces through
+    // Where it is a surface (its radiance is then that of a constant emission): face -1: it is none.
+    Int face;
+    Float b1, b2;
+};
+
+// A row of the light table; the axes have the length of half the extents.
+struct LightRow {
+    Vec3 radiance, position, axis_x, axis_y, direction;
+    Float radius, area, one_minus_cos, edge, edge_scale;
+    Int flags;
+};
+
+EG_INLINE LightRow gather_row(const LightView& lights, Int row) {
+    LightRow r;
+    Float* const fields[] = {&r.radius, &r.area, &r.one_minus_cos, &r.edge, &r.edge_scale};
+    Vec3* const vectors[] = {&r.radiance, &r.position, &r.axis_x, &r.axis_y, &r.direction};
+    for (int i = 0; i < W; ++i) {
+        const float* p = lights.params + kLightParams * static_cast<int64_t>(row[i]);
+        for (int k = 0; k < 5; ++k) {
+            vectors[k]->x[i] = p[3 * k], vectors[k]->y[i] = p[3 * k + 1], vectors[k]->z[i] = p[3 * k + 2];
+            (*fields[k])[i] = p[kLightRadius + k];
+        }
+        const float x = p[kLightExtentX], y = p[kLightExtentY];
+        r.axis_x.x[i] *= x, r.axis_x.y[i] *= x, r.axis_x.z[i] *= x;
+        r.axis_y.x[i] *= y, r.axis_y.y[i] *= y, r.axis_y.z[i] *= y;
+        r.flags[i] = lights.flags[row[i]];
+    }
+    return r;
+}
+
+// What a spot's cone or an area light's grid lets through towards the side that -w comes from.
+EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
+    Float factor = splat(1.0f);
+    const auto has = [&](LightFlag flag) { return (l.flags & static_cast<int>(flag)) != 0; };
+    const Mask cone = has(kLightCone), linear = has(kLightLinearCone), spread = has(kLightSpread);
+    if (!any(cone | linear | spread)) return factor;
+    const Vec3 chord = w + l.direction;
+    const Float chord2 = dot(chord, chord);  // 2 (1 - cos)
+    if (any(cone)) {
+        const Float t = min(max((l.edge - 0.5f * chord2) * l.edge_scale, 0.0f), splat(1.0f));
+        factor = select(cone, t * t * (3.0f - 2.0f * t), factor);
+    }
+    if (any(linear)) {
+        const Vec3 sum = l.direction - w;
+        const Float angle = 2.0f * upper_angle(sqrt(chord2), sqrt(dot(sum, sum)));
+        factor = select(linear, min(max((l.edge - angle) * l.edge_scale, 0.0f), splat(1.0f)), factor);
+    }
+    if (any(spread)) {
+        const Float cosine = 1.0f - 0.5f * chord2;
+        const Float tangent = sqrt(max(1.0f - cosine * cosine, 0.0f)) / max(cosine, 1e-6f);
+        factor = select(spread, max((l.edge - tangent) * l.edge_scale, 0.0f), factor);
+    }
+    return factor;
+}
+
+EG_INLINE AreaShape area_shape(const LightRow& l, Vec3 from) {
+    return {l.position - from, l.axis_x, l.axis_y, l.area};
+}
+
+// One light, and a direction to it, for the point x. Only what may light it is active: in front of it, unless
+// `both_sides`, which say where light that falls on the back matters too.
+EG_INLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
+                                   Mask both_sides, Float u, Float v) {
+    const LightView& lights = scene.lights;
+    const Receiver receiver{x.position, x.normal, both_sides};
+    const LightChoice choice = choose_light(lights, active, receiver, u);
+    LightSample s;
+    s.active = choice.active;
+    const Int kind = gather(lights.kind, choice.light), index = gather(lights.index, choice.light);
+    const Mask is_triangle = s.active & (kind == static_cast<int>(kTriangleLight));
+    s.distant = s.active & (kind >= static_cast<int>(kDirectionLight));
+    const Mask is_row = s.active & ~is_triangle;
+    s.radiance = zero3();
+    s.casts_shadow = splat(-1);
+    s.blockers = splat(1 << kShadowRay);
+    s.visible_to = splat(-1);
+    Vec3 offset{splat(0.0f), splat(0.0f), splat(1.0f)}, lift = zero3();
+    Float density = splat(0.0f);
+    Mask sized = is_triangle;
+    s.face = select(is_triangle, index, splat(-1));
+    s.b1 = s.b2 = splat(0.0f);
+
+    if (any(is_triangle)) {
+        const Int face = select(is_triangle, index, splat(0));
+        Triangle t = gather_triangle(scene, face);
+        const Float clearance = ray_offset(t);
+        const Vec3 m = area_normal(t);
+        t.p0 = t.p0 - x.position, t.p1 = t.p1 - x.position, t.p2 = t.p2 - x.position;
+        const ShapeSample shape = sample_triangle_light(t, m, choice.u, v, s.b1, s.b2);
+        const Mask front = dot(t.p0, m) < 0.0f;
+        offset = select(is_triangle, shape.offset, offset);
+        density = select(is_triangle, shape.pdf, density);
+        const Int material = gather(scene.face_material, face);
+        s.radiance = select(is_triangle, gather3(scene.emission, material), s.radiance);
+        s.active &= ~is_triangle | front | (gather(scene.emission_two_sided, material) != 0);
+        const Float step = clearance / max(sqrt(dot(m, m)), 1e-30f);
+        lift = select(is_triangle, m * select(front, step, -step), lift);
+    }
+    if (any(is_row)) {
+        const Int row = select(is_row, index, splat(0));
+        const LightRow l = gather_row(lights, row);
+        const Vec3 center = l.position - x.position;
+        const auto take = [&](Mask m, const ShapeSample& shape) {
+            offset = select(m, shape.offset, offset);
+            density = select(m, shape.pdf, density);
+            sized |= m;
+        };
+        const auto is = [&](int k) { return is_row & (kind == k); };
+        const auto occurs = [&](int k) { return (lights.kinds >> k & 1) && any(is(k)); };
+        if (occurs(kPointSource)) offset = select(is(kPointSource), center, offset);
+        if (occurs(kDirectionLight)) offset = select(is(kDirectionLight), -l.direction, offset);
+        if (occurs(kSphereLight)) take(is(kSphereLight), sample_sphere(center, l.radius, choice.u, v));
+        if (occurs(kDiskLight)) take(is(kDiskLight), sample_facing_disk(center, l.radius, choice.u, v));
+        if (occurs(kRectangleLight))
+            take(is(kRectangleLight), sample_rectangle(area_shape(l, x.position), choice.u, v));
+        if (occurs(kEllipseLight))
+            take(is(kEllipseLight), sample_ellipse(area_shape(l, x.position), choice.u, v));
+        if (occurs(kConeLight))
+            take(is(kConeLight), {sample_cone(-l.direction, l.one_minus_cos, choice.u, v), 1.0f / l.area});
+        // Area lights shine to one side.
+        const Mask flat = is(kRectangleLight) | is(kEllipseLight);
+        s.active &= ~flat | (dot(center, l.direction) < 0.0f);
+        s.radiance = select(is_row, l.radiance, s.radiance);
+        if (lights.any_linked) {
+            const Int receivers = gather(lights.receivers, row), blockers = gather(lights.blockers, row);
+            const Int sets = gather(scene.mesh_receivers, x.mesh);
+            for (int i = 0; i < W; ++i) {
+                if (!is_row[i]) continue;
+                if (receivers[i] >= 0 && !(sets[i] >> receivers[i] & 1)) s.active[i] = 0;
+                if (blockers[i] >= 0) s.blockers[i] = 1 << (kFirstBlockers + blockers[i]);
+                if (!(l.flags[i] & kLightCastsShadow)) s.casts_shadow[i] = 0;
+            }
+        }
+        if (lights.any_hidden) s.visible_to = select(is_row, gather(lights.visible_to, row), s.visible_to);
+        const Float r = sqrt(max(dot(offset, offset), 1e-37f));
+        const Float factor = light_factor(l, offset * (1.0f / r));
+        s.radiance = select(is_row, s.radiance * factor, s.radiance);
+    }
+
+    const Float r2 = max(dot(offset, offset), 1e-37f);
+    s.r = select(s.distant, splat(__builtin_inff()), sqrt(r2));
+    s.w = select(s.distant, offset, offset * (1.0f / sqrt(r2)));
+    s.end = x.position + offset + lift;
+    s.pdf = select(sized, density * choice.probability, 0.0f);
+    const Float flux = select(s.distant, choice.probability, choice.probability * r2);
+    s.geometry = 1.0f / max(select(sized, s.pdf, flux), 1e-37f);
+    s.active &= (both_sides | (dot(x.normal, s.w) > 0.0f)) & (largest_component(s.radiance) > 0.0f);
+    return s;
+}
+
+// Whether something stands between a point and the light sample; the ray starts at `start`, off its surface.
+EG_INLINE Mask light_hidden(const SceneView& scene, Vec3 start, const LightSample& s) {
+    const Vec3 direction = select(s.distant, s.w, s.end - start);
+    return occluded(scene, s.active & s.casts_shadow, start, direction,
+                    select(s.distant, splat(__builtin_inff()), 0.99999f), ignore_nothing(), s.blockers);
+}
+
+// Solid-angle density with which `sample_light` from `from` finds the direction w, in which an emissive face
+// is met at the distance r; 0 for faces that aren't sampled.
+EG_INLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& from, Int face, Vec3 w,
+                          Float r) {
+    const LightView& lights = scene.lights;
+    if (!lights.face_light) return splat(0.0f);
+    const Int light = select(active, gather(lights.face_light, select(active, face, splat(0))), splat(-1));
+    active &= light >= 0;
+    if (!any(active)) return splat(0.0f);
+    const Int at = select(active, face, splat(0));
+    Triangle t = gather_triangle(scene, at);
+    const Vec3 m = area_normal(t);
+    t.p0 = t.p0 - from.position, t.p1 = t.p1 - from.position, t.p2 = t.p2 - from.position;
+    const Float density = triangle_light_pdf(t, m, w * r);
+    return select(active, density * light_probability(lights, active, from, select(active, light, splat(0))),
+                  0.0f);
+}
+
+// Where a ray along w meets a sized light of the table, and the density of samples there: the distance from
+// `from`, negative where it is missed, infinite of suns.
+EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float& pdf) {
+    const Vec3 center = l.position - from;
+    switch (kind) {
+        case kSphereLight:
+            pdf = sphere_pdf(center, l.radius);
+            return sphere_distance(center, l.radius, w);
+        case kDiskLight: {
+            const Float d2 = dot(center, center);
+            const Float distance = d2 / dot(center, w);
+            const Vec3 offset = w * distance, across = offset - center;
+            pdf = area_pdf(offset, center, l.radius * l.radius * 3.14159265f);
+            return select(dot(across, across) <= l.radius * l.radius, distance, splat(-1.0f));
+        }
+        case kRectangleLight:
+        case kEllipseLight: {
+            const Float facing = -dot(w, l.direction);
+            const Float distance = -dot(center, l.direction) / select(facing > 0.0f, facing, 1.0f);
+            const Vec3 offset = w * distance, across = offset - center;
+            const Float x = dot(across, l.axis_x) / dot(l.axis_x, l.axis_x);
+            const Float y = dot(across, l.axis_y) / dot(l.axis_y, l.axis_y);
+            const Mask within =
+                kind == kRectangleLight ? (abs(x) <= 1.0f) & (abs(y) <= 1.0f) : x * x + y * y <= 1.0f;
+            const Mask hit = within & (facing > 0.0f);
+            const AreaShape shape = area_shape(l, from);
+            if (any(hit))
+                pdf = kind == kRectangleLight ? rectangle_pdf(shape, offset)
+                                              : area_pdf(offset, l.direction, l.area);
+            return select(hit, distance, splat(-1.0f));
+        }
+        default: {
+            const Vec3 chord = w + l.direction;
+            pdf = 1.0f / l.area;
+            return select(0.5f * dot(chord, chord) <= l.one_minus_cos, splat(__builtin_inff()), splat(-1.0f));
+        }
+    }
+}
+
+// Radiance of all sized lights of the table that a ray of `kind` along w meets between the distances near and
+// far from the surface point `from` that scattered it (they don't block it), weighted by the power heuristic
+// against `sample_light`; `bsdf_pdf` 0: the ray wasn't sampled by a density, all of it counts.
+EG_INLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
+                            Float near, Float far, Float bsdf_pdf, Int kind) {
+    const LightView& lights = scene.lights;
+    Vec3 sum = zero3();
+    const Mask missed = active & (far == __builtin_inff());
+    const int count = lights.sized_count + (lights.sized_distant && any(missed) ? lights.sized_distant : 0);
+    for (int k = 0; k < count; ++k) {
+        const int row = lights.sized[k];
+        Mask seen = active;
+        const int visible_to = lights.visible_to[row], receivers = lights.receivers[row];
+        for (int i = 0; i < W; ++i) seen[i] &= visible_to >> kind[i] & 1 ? -1 : 0;
+        if (receivers >= 0)
+            for (int i = 0; i < W; ++i)
+                if (kind[i] != kCameraRay && !(scene.mesh_receivers[from_mesh[i]] >> receivers & 1))
+                    seen[i] = 0;
+        if (!any(seen)) continue;
+        const int light_kind = lights.kind[lights.light_of_row[row]];
+        const LightRow l = gather_row(lights, splat(row));
+        Float pdf = splat(0.0f);
+        const Float distance = meet_light(l, light_kind, from.position, w, pdf);
+        seen &= (distance > near) & (distance <= far);
+        if (light_kind >= kDirectionLight) seen &= missed;
+        if (!any(seen)) continue;
+        Float weight = light_factor(l, w);
+        const Mask shared = seen & (bsdf_pdf > 0.0f);
+        if (any(shared)) {
+            const Float other =
+                pdf * light_probability(lights, shared, from, splat(lights.light_of_row[row]));
+            const Float p2 = bsdf_pdf * bsdf_pdf;
+            weight = weight * select(shared, p2 / max(p2 + other * other, 1e-37f), 1.0f);
+        }
+        sum = sum + select(seen, l.radiance * weight, zero3());
+    }
+    return sum;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

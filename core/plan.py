@@ -1,4 +1,4 @@
-"""What a derivative consists of in a given scene: which terms are computed, which are zero and why.
+"""What a picture and its derivative consist of in a given scene: what is computed, what is skipped and why.
 
 Reading the plan costs a pass over the vertices and edges and no ray. It is written for people: the
 engines follow the same rules by themselves.
@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from . import parameters, tables, topology
 from ._check import whole
+from .bounces import MAX_DEPTH
 from .light import AreaLight, PointLight, SunLight
 from .mesh import Mesh
+from .picture_plan import picture_plan
 from .renderer import MAX_DERIVATIVE_DEPTH, TERMS
 from .scene import Scene
 from .shape import convex, face_normals, pierces
@@ -56,8 +58,9 @@ class Term:
 
 @dataclass(frozen=True)
 class Plan:
-    """The terms of a derivative, and what this version leaves out though it may not be zero."""
+    """The picture's needs, the terms of a derivative, and what is left out of it though it may not be zero."""
 
+    picture: tuple[str, ...]
     terms: tuple[Term, ...]
     missing: tuple[str, ...]
 
@@ -67,27 +70,29 @@ class Plan:
         return tuple(term.name for term in self.terms if term.computed)
 
     def __str__(self) -> str:
-        lines = []
+        lines = ["Picture", *(f"  - {sentence}" for sentence in self.picture)]
         for term in self.terms:
             count = f": {term.edges:,} of {term.of:,} edges" if term.computed and term.of else ""
             lines.append(f"{_WORDS[term.name]}{count}{'' if term.computed else ': skipped, it is zero'}")
             lines += [f"  - {reason}" for reason in term.why]
+        if not self.terms:
+            return "\n".join(lines)
         lines.append("Not computed by this version" + ("" if self.missing else ": nothing that matters here"))
         lines += [f"  - {reason}" for reason in self.missing]
         return "\n".join(lines)
 
 
-def plan(scene: Scene, wrt: Sequence[str], *, max_depth: int = MAX_DERIVATIVE_DEPTH) -> Plan:
-    """Say what the derivatives with respect to some parameters need.
+def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH) -> Plan:
+    """Say what the picture, and its derivatives with respect to some parameters, need.
 
     Parameters
     ----------
     scene
         The scene.
     wrt
-        Parameter paths.
+        Parameter paths; none: of the picture alone.
     max_depth
-        Path segments, as for `edgegrad.render`.
+        Path segments, as for `edgegrad.render`; derivatives have at most two.
 
     Raises
     ------
@@ -96,7 +101,11 @@ def plan(scene: Scene, wrt: Sequence[str], *, max_depth: int = MAX_DERIVATIVE_DE
     """
     if isinstance(wrt, str):
         raise ValueError("plan: wrt must be a list of parameter paths, not one string")
-    max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH)
+    max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt else MAX_DEPTH)
+    scene.validate()
+    picture = picture_plan(scene, max_depth)
+    if not wrt:
+        return Plan(picture, (), ())
     tables.asked(scene, tables.flatten(scene), wrt)
     moving = [parameters.split(path)[1] for path in wrt if parameters.split(path)[2] == "vertices"]
     edges = {name: _MeshEdges.of(mesh) for name, mesh in scene.meshes.items()}
@@ -105,7 +114,7 @@ def plan(scene: Scene, wrt: Sequence[str], *, max_depth: int = MAX_DERIVATIVE_DE
         "primary": _primary(moving, edges),
         "shadow": _shadow(scene, moving, edges, max_depth),
     }
-    return Plan(tuple(made[name] for name in TERMS), _missing(scene, moving, max_depth))
+    return Plan(picture, tuple(made[name] for name in TERMS), _missing(scene, moving, max_depth))
 
 
 @dataclass(frozen=True)

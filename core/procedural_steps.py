@@ -82,6 +82,48 @@ def _noise(low: Lowering, node: p.Noise) -> Components:
     return vector(*out) if color else repeated(out[0])
 
 
+# What the native texture gives, by output.
+_VORONOI_OUTPUTS = {"DISTANCE": 0, "RADIUS": 0, "COLOR": 1, "POSITION": 2, "W": 2}
+
+
+@rule(p.Voronoi)
+def _voronoi(low: Lowering, node: p.Voronoi) -> Components:
+    dimensions, scale = _dimensions(node), low.number(node.scale)
+    place = _used(_scaled(low, node.vector, node.scale), low.mul(low.number(node.w), scale), dimensions)
+    shape = (low.clamp(low.number(node.detail), 0.0, 15.0), low.clamp(low.number(node.roughness)),
+             low.number(node.lacunarity), low.clamp(low.mul(low.number(node.smoothness), 0.5), 0.0, 0.5),
+             low.number(node.exponent), low.clamp(low.number(node.randomness)))
+    # Two features have one output of their own, and are the only ones that do; others are 0 in Blender.
+    own = {"DISTANCE_TO_EDGE": ("DISTANCE",), "N_SPHERE_RADIUS": ("RADIUS",)}
+    if node.output not in own.get(node.feature, ("DISTANCE", "COLOR", "POSITION", "W")):
+        return repeated(0.0)
+    data = (dimensions | p.VORONOI_FEATURES.index(node.feature) << 2 | p.VORONOI_METRICS.index(node.metric) << 5
+            | node.normalize << 7 | _VORONOI_OUTPUTS[node.output] << 8)
+    out = low.build.emit_all("VORONOI", *place, *shape, data=data)
+    if _VORONOI_OUTPUTS[node.output] == 0:
+        return repeated(out[0])
+    if node.output == "COLOR":
+        return vector(*out[:3])
+    x, y, z, w = (low.div(c, scale) for c in out)
+    return repeated(w) if node.output == "W" else vector(x, y, z)
+
+
+@rule(p.Brick)
+def _brick(low: Lowering, node: p.Brick) -> Components:
+    for name in ("offset_frequency", "squash_frequency"):
+        if not 1 <= getattr(node, name) <= 99:
+            raise ValueError(f"expression Brick: {name} must be between 1 and 99, not {getattr(node, name)}")
+    x, y, _ = _scaled(low, node.vector, node.scale)
+    numbers = (low.number(v) for v in (node.mortar_size, node.mortar_smooth, node.bias, node.brick_width,
+                                       node.row_height))
+    tint, share = low.build.emit_all("BRICK", x, y, *numbers, node.offset, node.squash,
+                                     data=node.offset_frequency | node.squash_frequency << 16, count=2)
+    if node.output == "FAC":
+        return repeated(share)
+    columns = zip(*(low.components(v)[:3] for v in (node.color1, node.color2, node.mortar)), strict=True)
+    return vector(*(low.lerp(low.lerp(a, b, tint), mortar, share) for a, b, mortar in columns))
+
+
 @rule(p.Wave)
 def _wave(low: Lowering, node: p.Wave) -> Components:
     # Slightly off the unit grid, where coordinates like to lie.

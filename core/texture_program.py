@@ -231,7 +231,7 @@ def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, NDAr
         offsets.append(held[key])
         shapes.append((pixels.shape[1], pixels.shape[0], pixels.shape[2]))
         modes.append((INTERPOLATIONS.index(interpolation), EXTENSIONS.index(extension),
-                      int(multiply and alpha == "STRAIGHT")))
+                      int(alpha == "STRAIGHT" and (multiply or extension == "CLIP"))))
     return {
         "image_offset": np.array(offsets, np.int64),
         "image_shape": np.array(shapes, np.int32).reshape(-1, 3),

@@ -257,7 +257,7 @@ def textures() -> Cases:
                 return made.outputs["Value" if output == "VALUE" else "Color"]
 
             out[f"white noise {d} {output}"] = (white, t.WhiteNoise(P, QX, d, output))
-    return out | _noises() | _waves()
+    return out | _noises() | _waves() | _voronois() | _bricks()
 
 
 def _noises() -> Cases:
@@ -303,4 +303,112 @@ def _waves() -> Cases:
         out[f"magic {depth}"] = (
             lambda n, depth=depth: n.node("TexMagic", {0: n.p, 1: 1.3, 2: 0.9}, turbulence_depth=depth).outputs[0],
             t.Magic(P, 1.3, 0.9, depth))
+    return out
+
+
+def _voronois() -> Cases:
+    sockets = {"DISTANCE": "Distance", "COLOR": "Color", "POSITION": "Position", "W": "W", "RADIUS": "Radius"}
+
+    def case(d: str, feature: str, metric: str, output: str, detail: float, normalize: bool) -> Any:
+        values = {"scale": 1.7, "detail": detail, "roughness": 0.6, "lacunarity": 2.1, "smoothness": 0.7,
+                  "exponent": 0.8, "randomness": 0.9}
+
+        def node(n: Nodes) -> Any:
+            named = {key.capitalize(): value for key, value in values.items()}
+            made = n.node("TexVoronoi", {**named, "Vector": n.p, "W": n.component(n.q, 0)}, voronoi_dimensions=d,
+                          feature=feature, distance=metric, normalize=normalize)
+            return {socket.name: socket for socket in made.outputs}[sockets[output]]
+
+        return node, t.Voronoi(P, QX, **values, dimensions=d, feature=feature, metric=metric, normalize=normalize,
+                               output=output)
+
+    out: Cases = {}
+    for d in t.DIMENSIONS:
+        for feature in ("F1", "F2", "SMOOTH_F1"):
+            for output in ("DISTANCE", "COLOR", "W" if d == "1D" else "POSITION"):
+                out[f"voronoi {d} {feature} {output}"] = case(d, feature, "EUCLIDEAN", output, 1.4, True)
+            out[f"voronoi {d} {feature} one octave"] = case(d, feature, "EUCLIDEAN", "COLOR", 0.0, False)
+        for metric in t.VORONOI_METRICS[1:]:
+            out[f"voronoi {d} {metric}"] = case(d, "F1", metric, "DISTANCE", 0.0, True)
+        out[f"voronoi {d} edge"] = case(d, "DISTANCE_TO_EDGE", "EUCLIDEAN", "DISTANCE", 0.0, False)
+        out[f"voronoi {d} edge octaves"] = case(d, "DISTANCE_TO_EDGE", "EUCLIDEAN", "DISTANCE", 1.4, True)
+        out[f"voronoi {d} radius"] = case(d, "N_SPHERE_RADIUS", "EUCLIDEAN", "RADIUS", 0.0, False)
+    return out
+
+
+def _bricks() -> Cases:
+    colors = {"Color1": (0.8, 0.1, 0.2, 1), "Color2": (0.2, 0.6, 0.1, 1), "Mortar": (0.9, 0.9, 0.3, 1)}
+
+    def case(output: str, smooth: float) -> Any:
+        values = {"Scale": 3.0, "Mortar Size": 0.1, "Mortar Smooth": smooth, "Bias": 0.1, "Brick Width": 0.6,
+                  "Row Height": 0.3}
+
+        def node(n: Nodes) -> Any:
+            made = n.node("TexBrick", {"Vector": n.p, **colors, **values}, offset=0.4, offset_frequency=3,
+                          squash=1.3, squash_frequency=2)
+            return made.outputs[0 if output == "COLOR" else 1]
+
+        c = [tuple(float(x) for x in color[:3]) for color in colors.values()]
+        return node, t.Brick(P, *c, *values.values(), offset=0.4, offset_frequency=3, squash=1.3, squash_frequency=2,
+                             output=output)
+
+    return {"brick": case("COLOR", 0.2), "brick mortar": case("FAC", 0.0)}
+
+
+def image_pixels() -> dict[str, Any]:
+    """Small pictures, (height, width, channels) rows from the top; the colours of "clear" are straight."""
+    rng = np.random.default_rng(5)
+    opaque = rng.uniform(0.0, 1.0, (4, 5, 4)).astype(np.float32)
+    opaque[..., 3] = 1.0
+    clear = rng.uniform(0.0, 1.0, (3, 7, 4)).astype(np.float32)
+    clear[1, 2, 3] = 0.0
+    return {"opaque": opaque, "clear": clear}
+
+
+def images() -> Cases:
+    """Image and environment textures."""
+    import bpy
+
+    pictures = {}
+    for name, pixels in image_pixels().items():
+        height, width, _ = pixels.shape
+        made = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True, is_data=False)
+        made.colorspace_settings.name = "Linear Rec.709"
+        made.alpha_mode = "STRAIGHT"
+        stored = pixels.copy()
+        stored[..., :3] *= pixels[..., 3:]  # buffers of floats are premultiplied
+        made.pixels.foreach_set(stored[::-1].ravel())
+        made.update()
+        pictures[name] = made
+
+    def image(name: str, alpha: bool, **settings: Any) -> Any:
+        def node(n: Nodes) -> Any:
+            made = n.node("TexImage", {0: n.p}, image=pictures[name], **settings)
+            return (made.outputs[0], made.outputs[1]) if alpha else made.outputs[0]
+
+        return node
+
+    words = {"LINEAR": "Linear", "CLOSEST": "Closest", "CUBIC": "Cubic"}
+    out: Cases = {}
+    for interpolation in e.INTERPOLATIONS:
+        for extension in e.EXTENSIONS:
+            out[f"image {interpolation} {extension}"] = (
+                image("opaque", True, interpolation=words[interpolation], extension=extension),
+                e.ImageTexture("opaque", P, interpolation, extension))
+        for alpha, mode in ((True, "STRAIGHT"), (False, "PREMULTIPLIED")):
+            out[f"image {interpolation} {mode}"] = (
+                image("clear", alpha, interpolation=words[interpolation]),
+                e.ImageTexture("clear", P, interpolation, alpha=mode))
+    for projection in ("SPHERE", "TUBE"):
+        out[f"image {projection}"] = (image("opaque", True, projection=projection),
+                                      e.ImageTexture("opaque", P, projection=projection))
+    for blend in (0.0, 0.4):
+        out[f"image BOX {blend}"] = (
+            image("opaque", True, projection="BOX", projection_blend=blend),
+            e.ImageTexture("opaque", P, projection="BOX", blend=blend, normal=(0.0, 0.0, 1.0)))
+    for projection in ("EQUIRECTANGULAR", "MIRROR_BALL"):
+        out[f"environment {projection}"] = (
+            lambda n, projection=projection: n.node("TexEnvironment", {0: n.p}, image=pictures["opaque"],
+                                                    projection=projection).outputs[0],
+            e.ImageTexture("opaque", P, projection=projection))
     return out

@@ -1,21 +1,18 @@
 // Operations of texture programs, in the order of core/texture_ops.py. What each computes stands at its case
-// in interpreter.h.
+// in interpreter.cpp.
 #pragma once
 
 #include <cstdint>
 
-#define EDGEGRAD_TEXTURE_OPS(X)                                                                        \
-    X(OUTPUT)                                                                                          \
-    X(POSITION)                                                                                        \
-    X(NORMAL)                                                                                          \
-    X(TRUE_NORMAL)                                                                                     \
-    X(INCOMING)                                                                                        \
-    X(BACKFACING) X(RAY_KIND) X(ATTRIBUTE) X(IMAGE) X(LOOKUP) X(ADD) X(SUBTRACT) X(MULTIPLY) X(DIVIDE) \
-        X(MULTIPLY_ADD) X(AFFINE) X(MINIMUM) X(MAXIMUM) X(CLAMP) X(LESS_THAN) X(GREATER_THAN) X(EQUAL) \
-            X(SELECT) X(ABSOLUTE) X(SIGN) X(FLOOR) X(CEIL) X(SQRT) X(INVERSE_SQRT) X(POWER) X(LOG)     \
-                X(EXPONENT) X(MODULO) X(SINE) X(COSINE) X(TANGENT) X(ARCSINE) X(ARCCOSINE) X(ARCTAN2)  \
-                    X(SINH) X(COSH) X(TANH) X(FRESNEL) X(RGB_TO_HSV) X(HSV_TO_RGB) X(RGB_TO_HSL)       \
-                        X(HSL_TO_RGB) X(CHECKER) X(BRICK) X(WHITE_NOISE) X(NOISE) X(VORONOI)
+// clang-format off
+#define EDGEGRAD_TEXTURE_OPS(X)                                                                             \
+    X(OUTPUT) X(POSITION) X(NORMAL) X(TRUE_NORMAL) X(INCOMING) X(BACKFACING) X(RAY_KIND) X(ATTRIBUTE)       \
+    X(IMAGE) X(LOOKUP) X(ADD) X(SUBTRACT) X(MULTIPLY) X(DIVIDE) X(MULTIPLY_ADD) X(AFFINE) X(MINIMUM)        \
+    X(MAXIMUM) X(CLAMP) X(LESS_THAN) X(GREATER_THAN) X(EQUAL) X(SELECT) X(ABSOLUTE) X(SIGN) X(FLOOR)        \
+    X(CEIL) X(SQRT) X(INVERSE_SQRT) X(POWER) X(LOG) X(EXPONENT) X(MODULO) X(SINE) X(COSINE) X(TANGENT)      \
+    X(ARCSINE) X(ARCCOSINE) X(ARCTAN2) X(SINH) X(COSH) X(TANH) X(FRESNEL) X(RGB_TO_HSV) X(HSV_TO_RGB)       \
+    X(RGB_TO_HSL) X(HSL_TO_RGB) X(CHECKER) X(BRICK) X(WHITE_NOISE) X(NOISE) X(VORONOI)
+// clang-format on
 
 namespace edgegrad {
 

@@ -8,6 +8,7 @@
 #include "texture/noise.h"
 #include "texture/opcodes.h"
 #include "texture/point.h"
+#include "texture/voronoi.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -116,6 +117,57 @@ EG_INLINE void run_noise(TextureRegisters& r) {
             noise_texture<4>(kind, noise_point<4>(x), shape, distortion, color, out);
     }
     r.out(Vec3{out[0], out[1], out[2]});
+}
+
+EG_INLINE void run_voronoi(TextureRegisters& r) {
+    const int32_t data = r.at->data;
+    const Float x[4] = {r.in(0), r.in(1), r.in(2), r.in(3)};
+    const VoronoiShape shape = {(data >> 2) & 7, (data >> 5) & 3, (data >> 8) & 3, (data & 128) != 0,
+                                r.in(4),         r.in(5),         r.in(6),         r.in(7),
+                                r.in(8),         r.in(9)};
+    Color4 out{};
+    switch (data & 3) {
+        case 0:
+            voronoi_texture<1>(shape, noise_point<1>(x), out.c);
+            break;
+        case 1:
+            voronoi_texture<2>(shape, noise_point<2>(x), out.c);
+            break;
+        case 2:
+            voronoi_texture<3>(shape, noise_point<3>(x), out.c);
+            break;
+        default:
+            voronoi_texture<4>(shape, noise_point<4>(x), out.c);
+    }
+    r.out(out);
+}
+
+// Blender's Brick Texture: the shade of the brick, and 1 in the mortar. `data`: rows after which bricks are
+// shifted, and squashed (in the upper half).
+EG_INLINE void run_brick(TextureRegisters& r) {
+    const int32_t offset_rows = r.at->data & 0xffff, squash_rows = r.at->data >> 16;
+    const Float x = r.in(0), y = r.in(1), mortar_size = r.in(2), mortar_smooth = r.in(3), bias = r.in(4);
+    const Float height = r.in(6), shift = r.in(7), squash = r.in(8);
+    Float width = r.in(5);
+    const Float row = floor(y / height);
+    const auto every = [&](int32_t n) { return wrap_index(to_int(row), n) == 0; };
+    Float offset = splat(0.0f);
+    if (offset_rows && squash_rows) {
+        width = select(every(squash_rows), width * squash, width);
+        offset = select(every(offset_rows), width * shift, 0.0f);
+    }
+    const Float brick = floor((x + offset) / width);
+    const Float in_x = x + offset - width * brick, in_y = y - height * row;
+    // A fast integer noise of row and brick.
+    UInt n = (bits(to_int(row)) << 16) + (bits(to_int(brick)) & 0xffffu);
+    n = (n + 1013u) & 0x7fffffffu;
+    n = (n >> 13) ^ n;
+    n = (n * (n * n * 60493u + 19990303u) + 1376312589u) & 0x7fffffffu;
+    const Float tint = saturate(0.5f * (to_float(bits(n)) * (1.0f / 1073741824.0f)) + bias);
+    const Float border = min(min(in_x, in_y), min(width - in_x, height - in_y));
+    const Float t = saturate(safe_divide(1.0f - safe_divide(border, mortar_size), mortar_smooth));
+    const Float soft = select(mortar_smooth == 0.0f, splat(1.0f), t * t * (3.0f - 2.0f * t));
+    r.out(Vec3{tint, select(border >= mortar_size, splat(0.0f), soft), splat(0.0f)});
 }
 
 // One program for the lanes of the mask.
@@ -291,7 +343,10 @@ static __attribute__((noinline)) void interpret(const TextureView& textures, Mas
                 run_noise(r);
                 break;
             case TextureOp::BRICK:
+                run_brick(r);
+                break;
             case TextureOp::VORONOI:
+                run_voronoi(r);
                 break;
         }
     }

@@ -11,8 +11,8 @@ import edgegrad
 from edgegrad import parameters as values
 from edgegrad.unknowns import vertex_normals
 
-from .export import export_scene
-from .export.scene import Export
+from .differentiable import simplify
+from .export import Export, export_scene
 from .parameters import Names
 
 DIRECTIONS = ("NORMAL", "X", "Y", "Z")
@@ -37,9 +37,11 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
     """
     names.check_objects(context.evaluated_depsgraph_get(), in_place=True)
     export = export_scene(context.scene, context.evaluated_depsgraph_get(), camera)
+    paths = names.paths(export)
+    simplify(export)
     scene = export.scene
     tangent = {}
-    for path in names.paths(export):
+    for path in paths:
         value = values.get(scene, path)
         _, name, fieldname = values.split(path)
         if fieldname == "vertices":

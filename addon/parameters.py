@@ -71,7 +71,7 @@ class Names:
 
     @staticmethod
     def _mesh_path(name: str, export: Export) -> str:
-        exported = [key for key, source in export.meshes.items() if source.object == name]
+        exported = [key for key, source in export.meshes.items() if name in source.objects]
         if not exported:
             raise Problem(f"object '{name}': isn't rendered (hidden, without faces, or outside the view layer)")
         if len(exported) > 1 or export.meshes[exported[0]].instance:

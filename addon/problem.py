@@ -1,4 +1,4 @@
-"""What goes wrong or is approximated, said once and by name."""
+"""What goes wrong, is approximated or was read, said once and by name."""
 
 from __future__ import annotations
 
@@ -11,13 +11,30 @@ class Problem(RuntimeError):
 
 @dataclass
 class Report:
-    """Warnings of an export: one per object, light or node, each saying what was done instead."""
+    """What an export has to say.
+
+    Attributes
+    ----------
+    lines
+        Warnings: one per object, light or node, each saying what was done instead.
+    readings
+        One per material and world, saying what was read, baked or approximated, and per scene, of settings that
+        renders here don't have.
+    """
 
     lines: list[str] = field(default_factory=list)
+    readings: list[str] = field(default_factory=list)
     _seen: set[tuple[str, str]] = field(default_factory=set, repr=False)
 
     def warn(self, where: str, what: str) -> None:
-        """Note `what` about `where` ("light 'Sun'"), once."""
+        """Note that `what` differs about `where` ("light 'Sun'"), once."""
+        self._add(self.lines, where, what)
+
+    def tell(self, where: str, what: str) -> None:
+        """Note how `where` was read, once."""
+        self._add(self.readings, where, what)
+
+    def _add(self, lines: list[str], where: str, what: str) -> None:
         if (where, what) not in self._seen:
             self._seen.add((where, what))
-            self.lines.append(f"{where}: {what}")
+            lines.append(f"{where}: {what}")

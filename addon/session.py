@@ -16,6 +16,7 @@ from edgegrad import images
 from edgegrad import parameters as values
 
 from . import parameters
+from .differentiable import simplified_camera, simplify
 from .export import Export, export_camera, export_scene
 from .problem import Problem
 
@@ -90,9 +91,10 @@ class Session:
         request.names.check_objects(depsgraph, request.in_place)
         export = export_scene(scene, context.evaluated_depsgraph_get(), cameras[0])
         wrt = request.names.paths(export)
+        simplify(export)
         targets = []
         for picture, camera in zip(request.pictures, cameras, strict=True):
-            view = export_camera(camera.evaluated_get(depsgraph), scene, export.report)
+            view = simplified_camera(export_camera(camera.evaluated_get(depsgraph), scene, export.report))
             image = images.read_image(absolute(picture.image))
             _check_size(picture.image, image, view, camera.name)
             mask = None
@@ -160,6 +162,7 @@ def absolute(path: str) -> Path:
 
 def _check_size(path: str, image: NDArray[Any], view: edgegrad.Camera, camera: str) -> None:
     height, width = image.shape[:2]
-    if (width, height) != (view.width, view.height):
+    rendered = view.size
+    if (height, width) != rendered:
         raise Problem(f"image '{path}': is {width} x {height} pixels, but camera '{camera}' renders "
-                      f"{view.width} x {view.height}; make the scene's resolution equal to the picture's")  # fmt: skip
+                      f"{rendered[1]} x {rendered[0]}; make the scene's resolution equal to the picture's")  # fmt: skip

@@ -189,7 +189,7 @@ def check_light(name: str) -> Any:
     if sharing:
         raise Problem(f"light '{name}': is shared with object '{sharing[0]}', which would change too; "
                       "make it single-user first")  # fmt: skip
-    if ob.data.type == "AREA" and not getattr(ob.data, "normalize", True):
+    if not getattr(ob.data, "normalize", True):
         raise Problem(f"light '{name}': its power can't be fitted while its 'Normalize' option is off")
     return ob.data
 

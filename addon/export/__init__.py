@@ -2,5 +2,6 @@
 
 from .camera import export_camera
 from .scene import Export, export_scene
+from .settings import RenderSettings
 
-__all__ = ["Export", "export_camera", "export_scene"]
+__all__ = ["Export", "RenderSettings", "export_camera", "export_scene"]

@@ -5,14 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import edgegrad
 
 from ..problem import Problem, Report
 
+KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": "EQUIRECTANGULAR"}
+MILLIMETRE = 1e-3
+
 
 def picture_size(scene: Any) -> tuple[int, int]:
-    """Width and height of the scene's render, pixels, its percentage applied as Blender does."""
+    """Width and height of the scene's full picture, pixels, its percentage applied as Blender does."""
     render = scene.render
     return (max(1, render.resolution_x * render.resolution_percentage // 100),
             max(1, render.resolution_y * render.resolution_percentage // 100))  # fmt: skip
@@ -26,43 +30,108 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
     camera
         Object of type CAMERA.
     scene
-        Blender's scene, for the render size.
+        Blender's scene, for the render size, the region and the pixel filter.
     report
         Takes one warning per setting that isn't modelled.
 
     Raises
     ------
     Problem
-        If it is no perspective camera, or pixels aren't square.
+        If it is no camera, or one of a kind that can't be rendered.
     """
     where = f"camera '{camera.name}'"
-    lens = camera.data
-    render = scene.render
     if camera.type != "CAMERA":
         raise Problem(f"object '{camera.name}': is no camera")
-    if lens.type != "PERSP":
-        raise Problem(f"{where}: its type is {lens.type}, but only perspective cameras can be rendered in this version")
-    if not np.isclose(render.pixel_aspect_x, render.pixel_aspect_y):
-        raise Problem(f"scene '{scene.name}': its pixel aspect isn't 1:1; only square pixels can be rendered")
-    if lens.dof.use_dof:
-        report.warn(where, "depth of field is ignored; everything is in focus")
-    if render.use_border:
-        report.warn(f"scene '{scene.name}'", "the render region is ignored; the full picture is rendered")
-
+    lens = camera.data
+    if lens.type not in KINDS:
+        raise Problem(f"{where}: its type is {lens.type}, which can't be rendered; choose another in its settings")
+    if lens.type == "PANO" and _panorama(lens, "panorama_type") != "EQUIRECTANGULAR":
+        raise Problem(f"{where}: its panorama is {_panorama(lens, 'panorama_type')}; "
+                      "only equirectangular ones can be rendered")  # fmt: skip
     width, height = picture_size(scene)
-    # The sensor's size belongs to the side it is fitted to, and the shift is a fraction of that side's pixels.
-    horizontal = lens.sensor_fit == "HORIZONTAL" or (lens.sensor_fit == "AUTO" and width >= height)
-    sensor = lens.sensor_height if lens.sensor_fit == "VERTICAL" else lens.sensor_width
-    fitted = width if horizontal else height
-    sensor_x = sensor * width / fitted
+    render = scene.render
     matrix = np.array(camera.matrix_world, np.float64)
     matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)  # a camera's scale doesn't change its picture
-    return edgegrad.Camera(
+    out = edgegrad.Camera(
         to_world=matrix,
-        fov_x=2.0 * float(np.arctan(0.5 * sensor_x / lens.lens)),
         width=width,
         height=height,
-        shift=np.array([lens.shift_x, lens.shift_y]) * fitted / width,
         clip_start=lens.clip_start,
         clip_end=lens.clip_end,
+        kind=KINDS[lens.type],
+        pixel_aspect=render.pixel_aspect_y / render.pixel_aspect_x,
+        crop=_region(render, width, height, f"scene '{scene.name}'", report),
     )
+    _projection(out, lens)
+    if lens.type != "PANO":
+        _depth_of_field(out, lens, matrix)
+    elif lens.dof.use_dof:
+        report.warn(where, "depth of field is left out of panoramas; everything is in focus")
+    out.filter, out.filter_width = _pixel_filter(scene)
+    return out
+
+
+def _projection(out: edgegrad.Camera, lens: Any) -> None:
+    if out.kind == "EQUIRECTANGULAR":
+        out.longitude = np.array([_panorama(lens, "longitude_min"), _panorama(lens, "longitude_max")])
+        out.latitude = np.array([_panorama(lens, "latitude_min"), _panorama(lens, "latitude_max")])
+        return
+    # The sensor's size, or an orthographic camera's scale, belongs to the side it is fitted to, measured in
+    # widths of a pixel, and the shift is a fraction of that side.
+    high = out.height * out.pixel_aspect
+    horizontal = lens.sensor_fit == "HORIZONTAL" or (lens.sensor_fit == "AUTO" and out.width >= high)
+    fitted = out.width if horizontal else high
+    sensor = lens.sensor_height if lens.sensor_fit == "VERTICAL" else lens.sensor_width
+    out.fov_x = 2.0 * float(np.arctan(0.5 * sensor * out.width / fitted / lens.lens))
+    out.ortho_width = lens.ortho_scale * out.width / fitted
+    out.shift = np.array([lens.shift_x, lens.shift_y]) * fitted / out.width
+
+
+def _depth_of_field(out: edgegrad.Camera, lens: Any, matrix: NDArray[np.float64]) -> None:
+    dof = lens.dof
+    if not dof.use_dof:
+        return
+    f_number = max(dof.aperture_fstop, 1e-5)
+    # Cycles takes an orthographic camera's focal length to be 1 m.
+    length = 1.0 if lens.type == "ORTHO" else lens.lens * MILLIMETRE
+    out.aperture_radius = length / (2.0 * f_number)
+    distance = float(dof.focus_distance)
+    if dof.focus_object is not None:
+        target = dof.focus_object.matrix_world
+        bone = dof.focus_object.pose.bones.get(dof.focus_subtarget) if dof.focus_object.pose else None
+        if bone is not None:
+            target = target @ bone.matrix
+        distance = abs(float((np.array(target, np.float64)[:3, 3] - matrix[:3, 3]) @ matrix[:3, 2]))
+    out.focus_distance = max(distance, 1e-6)
+    out.aperture_blades = dof.aperture_blades if dof.aperture_blades > 2 else 0
+    out.aperture_rotation = dof.aperture_rotation
+    out.aperture_ratio = max(dof.aperture_ratio, 1e-5)
+
+
+def _panorama(lens: Any, name: str) -> Any:
+    """A panorama's setting: the camera's own from Blender 5.0 on, Cycles' before."""
+    return getattr(lens, name) if hasattr(lens, name) else getattr(lens.cycles, name)
+
+
+def _region(render: Any, width: int, height: int, where: str, report: Report) -> tuple[int, int, int, int] | None:
+    """The render region in pixels, rounded as Blender does; None: the full picture."""
+    if not render.use_border:
+        return None
+    # Blender multiplies in float32 and truncates.
+    edges = np.clip([render.border_min_x, render.border_max_x, render.border_min_y, render.border_max_y], 0.0, 1.0)
+    x0, x1, y0, y1 = (int(np.float32(edge) * np.float32(size))
+                      for edge, size in zip(edges, (width, width, height, height), strict=True))  # fmt: skip
+    if x0 >= x1 or y0 >= y1:
+        report.warn(where, "its render region is empty; the full picture is rendered")
+        return None
+    if not render.use_crop_to_border:
+        report.warn(where, "only the render region is in the picture, as with 'Crop to Render Region'")
+    return x0, height - y1, x1, height - y0
+
+
+def _pixel_filter(scene: Any) -> tuple[str, float]:
+    cycles = getattr(scene, "cycles", None)
+    kind = getattr(cycles, "pixel_filter_type", "BLACKMAN_HARRIS")
+    if kind == "BOX":
+        return kind, 1.0  # Cycles ignores the width then
+    return kind, max(float(getattr(cycles, "filter_width", scene.render.filter_size)), 0.01)

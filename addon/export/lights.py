@@ -1,12 +1,13 @@
 """Blender's lights in Blender's units, as measured against Cycles.
 
 Measured: an area light's radiance is P / (pi A), A scaled with the object, P not; a point light's intensity
-P / (4 pi); a sun's strength is its irradiance. New lights are neither seen by the camera nor cast shadows.
+P / (4 pi); a sun's strength is its irradiance. Without 'Normalize' the first is P / pi, the second P r^2
+(P / pi for radius 0), the third's disc has the radiance P. New lights aren't seen by the camera, none casts shadows.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias
 
 import bpy
 import numpy as np
@@ -15,8 +16,11 @@ from numpy.typing import NDArray
 import edgegrad
 
 from ..problem import Report
+from .expressions import constant
+from .nodes import feed
 
-Light = edgegrad.PointLight | edgegrad.SunLight | edgegrad.AreaLight
+Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
+F64 = NDArray[np.float64]
 
 
 def power_factor(light: Any) -> float:
@@ -24,8 +28,8 @@ def power_factor(light: Any) -> float:
     return float(2.0 ** getattr(light, "exposure", 0.0))
 
 
-def export_light(light_object: Any, matrix: NDArray[np.float64], report: Report) -> Light | None:
-    """The light, or None with a warning if its kind can't be read.
+def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report: Report) -> Light | None:
+    """The light, or None with a warning if it can't be rendered.
 
     Parameters
     ----------
@@ -33,30 +37,65 @@ def export_light(light_object: Any, matrix: NDArray[np.float64], report: Report)
         Object of type LIGHT (evaluated).
     matrix
         (4, 4) its world transform (that of the instance).
+    visible
+        Kinds of rays that see it, its instancer's settings applied.
     """
     light = light_object.data
     where = f"light '{light_object.name}'"
-    if light.type not in ("POINT", "SUN", "AREA"):
-        report.warn(where, f"{light.type.lower()} lights aren't read in this version; it is left out")
+    if light.type == "AREA" and getattr(getattr(light, "cycles", None), "is_portal", False):
+        report.warn(where, "is a portal, which only guides samples; it is left out")
         return None
-    _warn_about_settings(light_object, where, report)
     color = np.array(light.color, np.float64)
     if getattr(light, "use_temperature", False):
         color = color * np.array(light.temperature_color, np.float64)
+    color = color * _emission(light, where, report)
     power = float(light.energy) * power_factor(light)
-    if power < 0.0:
+    if power < 0.0 or color.min() < 0.0:
         report.warn(where, "negative light can't be rendered; it is left out")
         return None
-    position = matrix[:3, 3].copy()
+    if light.type == "AREA":
+        out = _area_light(light, matrix, where, power, report)
+    elif light.type == "SUN":
+        out = _sun(light, matrix, power)
+    else:
+        out = _point_or_spot(light, matrix, where, power, report)
+    if out is None:
+        return None
+    out.color = color
+    # The camera never sees a sun.
+    out.visible_to = (visible | {"shadow"}) - ({"camera"} if light.type == "SUN" else set())
+    cycles = getattr(light, "cycles", None)
+    out.casts_shadow = bool(getattr(cycles, "cast_shadow", light.use_shadow))  # Cycles' own before Blender 4.3
+    return out
+
+
+def _sun(light: Any, matrix: F64, power: float) -> edgegrad.SunLight:
+    angle = float(light.angle)
+    if not getattr(light, "normalize", True) and angle > 0.0:
+        power *= np.pi * np.sin(0.5 * angle) ** 2
+    return edgegrad.SunLight(-matrix[:3, 2] / np.linalg.norm(matrix[:3, 2]), power, min(angle, np.pi))
+
+
+def _point_or_spot(light: Any, matrix: F64, where: str, power: float, report: Report) -> Light:
+    radius = float(light.shadow_soft_size)
+    if not getattr(light, "normalize", True):
+        power *= 4.0 * np.pi * radius**2 if radius > 0.0 else 4.0
+    position, sphere = matrix[:3, 3].copy(), not getattr(light, "use_soft_falloff", True)
     if light.type == "POINT":
-        return edgegrad.PointLight(position, power, color=color)
-    if light.type == "SUN":
-        return edgegrad.SunLight(-matrix[:3, 2] / np.linalg.norm(matrix[:3, 2]), power, color=color)
-    return _area_light(light, matrix, where, power, color, report)
+        return edgegrad.PointLight(position, power, radius, sphere)
+    scale = np.linalg.norm(matrix[:3, :3], axis=0)
+    wide = 0.5 * (scale[0] + scale[1]) / max(scale[2], 1e-20)  # Blender scales the cone with the object
+    half = float(np.arctan(wide * np.tan(0.5 * min(light.spot_size, np.pi - 1e-4))))
+    if not np.isclose(scale[0], scale[1], rtol=1e-3):
+        report.warn(where, "its cone is scaled to an ellipse; a circle of the mean width stands for it")
+    elif not np.isclose(wide, 1.0, rtol=1e-3) and light.spot_blend > 0.0:
+        report.warn(where, "its cone is scaled; the soft edge is that of an unscaled cone of the same width")
+    if getattr(light, "use_square", False):
+        report.warn(where, "its cone is square in the viewport only; it is round, as in Cycles")
+    return edgegrad.SpotLight(position, -matrix[:3, 2] / scale[2], power, 2.0 * half, light.spot_blend, radius, sphere)
 
 
-def _area_light(light: Any, matrix: NDArray[np.float64], where: str, power: float, color: NDArray[np.float64],
-                report: Report) -> edgegrad.AreaLight | None:  # fmt: skip
+def _area_light(light: Any, matrix: F64, where: str, power: float, report: Report) -> edgegrad.AreaLight | None:
     scale = np.linalg.norm(matrix[:3, :3], axis=0)
     size = np.array([light.size, light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size])
     size = size * scale[:2]
@@ -70,39 +109,28 @@ def _area_light(light: Any, matrix: NDArray[np.float64], where: str, power: floa
     shape = "RECTANGLE" if light.shape in ("SQUARE", "RECTANGLE") else "ELLIPSE"
     if not getattr(light, "normalize", True):  # then energy is per square metre
         power *= float(size.prod()) * (1.0 if shape == "RECTANGLE" else np.pi / 4.0)
-    return edgegrad.AreaLight(to_world, size, shape, power, color=color)
+    # Blender's slider ends at 180 degrees rounded to float32.
+    spread = min(float(light.spread), float(np.pi))
+    return edgegrad.AreaLight(to_world, size, shape, power, spread if spread < np.pi - 1e-6 else float(np.pi))
 
 
-def _warn_about_settings(light_object: Any, where: str, report: Report) -> None:
-    light = light_object.data
-    if light.type == "POINT" and light.shadow_soft_size > 0.0:
-        report.warn(where, f"its radius of {light.shadow_soft_size:g} m is treated as zero; shadows are sharp")
-    if light.type == "SUN" and light.angle > 0.0:
-        report.warn(where, f"its angle of {np.degrees(light.angle):.3g} degrees is treated as zero; shadows are sharp")
-    if light.type == "POINT" and not getattr(light, "normalize", True):
-        report.warn(where, "its 'Normalize' option is treated as switched on")
-    if light.type == "AREA" and light.spread < np.pi - 1e-4:
-        report.warn(where, "its spread is ignored; it shines over the whole half space")
-    if light.type == "AREA" and light_object.visible_camera:
-        report.warn(where, "is visible to the camera in Cycles, but not here")
-    if not getattr(light, "use_shadow", True):
-        report.warn(where, "casts shadows here, although its shadows are switched off")
-    if _has_own_nodes(light):
-        report.warn(where, "its shader nodes are ignored; power and colour are used")
-
-
-def _has_own_nodes(light: Any) -> bool:
-    """Whether nodes change the light: anything but the default, a white Emission of strength 1."""
+def _emission(light: Any, where: str, report: Report) -> F64:
+    """(3,) what the light's nodes multiply it with: constant Emission is read, anything else reported."""
     tree = light.node_tree
     # From 5.1 on lights always have nodes, and asking for `use_nodes` is deprecated.
     if tree is None or (bpy.app.version < (5, 1, 0) and not light.use_nodes):
-        return False
-    for node in tree.nodes:
-        if node.type == "EMISSION":
-            color, strength = node.inputs["Color"], node.inputs["Strength"]
-            plain = np.allclose(color.default_value[:3], 1.0) and np.isclose(strength.default_value, 1.0)
-            if color.is_linked or strength.is_linked or not plain:
-                return True
-        elif node.type != "OUTPUT_LIGHT":
-            return True
-    return False
+        return np.ones(3)
+    output = tree.get_output_node("CYCLES")
+    if output is None:
+        return np.zeros(3)
+    shader = feed(output.inputs["Surface"])
+    if shader.output is None:
+        return np.zeros(3)
+    node = shader.output.node
+    if node.type != "EMISSION":
+        report.warn(where, f"its shader node '{node.name}' can't be read; power and colour are used")
+        return np.ones(3)
+    color, strength = (constant(node.inputs[name], shader.groups) for name in ("Color", "Strength"))
+    if color is None or strength is None:
+        report.warn(where, "its shader nodes vary with place or direction; power and colour are used")
+    return (np.ones(3) if color is None else color) * (1.0 if strength is None else strength[0])

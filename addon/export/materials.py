@@ -1,33 +1,30 @@
-"""Base colour and emission from Principled, Diffuse and Emission nodes."""
+"""Blender's materials as `edgegrad.Material`s and sums of them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad import expression as e
+from edgegrad.expression import Expression, images_of, nodes_of
 
 from ..problem import Report
-from . import nodes
+from . import attributes, nodes
+from .expressions import Reader, number
+from .images import Images
+from .shader_nodes import read_shader
+from .shaders import Leaf, Part, parts
 
 # Cycles' colour of faces without a material.
 DEFAULT_COLOR = 0.8
-# Sockets of the Principled node with the value at which the node is a diffuse surface.
-NOT_DIFFUSE = {
-    "Metallic": 0.0,
-    "Specular IOR Level": 0.0,
-    "Transmission Weight": 0.0,
-    "Subsurface Weight": 0.0,
-    "Coat Weight": 0.0,
-    "Sheen Weight": 0.0,
-    "Thin Film Thickness": 0.0,
-    "Diffuse Roughness": 0.0,
-    "Alpha": 1.0,
-}
+# Inputs that a fit may write, by the shader node's type.
+WRITABLE = {"BSDF_PRINCIPLED": ("Base Color", "Emission Color", "Emission Strength"), "BSDF_DIFFUSE": ("Color", "", ""),
+            "EMISSION": ("", "Color", "Strength")}  # fmt: skip
 
 
 @dataclass
@@ -42,6 +39,26 @@ class SocketPath:
         return material.node_tree.nodes[self.node].inputs[self.socket]
 
 
+@dataclass(frozen=True)
+class BakedOutput:
+    """An output of a node that has to be baked, by names.
+
+    Attributes
+    ----------
+    groups
+        Names of the group nodes around the node.
+    node, output
+        Its name, and the output's identifier.
+    normal
+        Whether it is a normal, to be baked as a normal map.
+    """
+
+    groups: tuple[str, ...]
+    node: str
+    output: str
+    normal: bool
+
+
 @dataclass
 class MaterialReading:
     """A material as it was read, and the sockets that its values came from.
@@ -50,39 +67,83 @@ class MaterialReading:
     ----------
     value
         What is rendered.
+    parts
+        The shaders that a mixture sums, by name.
     material
         Name of Blender's material; None for faces without one.
     base_color, emission_color, emission_strength
         Sockets to write to; None: the material has no such socket.
     fed
-        Sockets' names -> the node that feeds them and can't be read.
+        Fields -> the node that feeds their sockets.
+    baked
+        What has to be baked before it can be rendered.
     """
 
-    value: edgegrad.Material
+    value: edgegrad.Material | edgegrad.Mixture
+    parts: dict[str, edgegrad.Material] = field(default_factory=dict)
     material: str | None = None
     base_color: SocketPath | None = None
     emission_color: SocketPath | None = None
     emission_strength: SocketPath | None = None
     fed: dict[str, str] = field(default_factory=dict)
+    baked: list[BakedOutput] = field(default_factory=list)
+
+    def stand_in(self, baked: BakedOutput) -> str:
+        """Name of the image that its expressions read for what has to be baked."""
+        return f"{self.material} (baked {self.baked.index(baked)})"
+
+    def with_images(self, names: Mapping[str, str]) -> MaterialReading:
+        """A copy whose expressions read images by other names; those that read one that isn't named are dropped."""
+        known = {self.stand_in(one) for one in self.baked} - set(names)
+
+        def kept(one: Any) -> Any:
+            textures = {key: renamed(value, names) for key, value in one.textures.items()
+                        if not images_of(value) & known}  # fmt: skip
+            return replace(one, textures=textures)
+
+        return replace(self, value=kept(self.value), parts={name: kept(one) for name, one in self.parts.items()})
+
+    def shaders(self) -> list[edgegrad.Material]:
+        """The shaders that it consists of."""
+        return [self.value] if isinstance(self.value, edgegrad.Material) else list(self.parts.values())
+
+    def expressions(self) -> Iterator[Expression]:
+        """All its expressions."""
+        for one in (self.value, *self.parts.values()):
+            yield from one.textures.values()
+
+    def attributes(self) -> set[str]:
+        """Names of the attributes that it asks of its meshes."""
+        names = {n.name for expression in self.expressions() for n in nodes_of(expression)
+                 if isinstance(n, e.Attribute)}  # fmt: skip
+        for one in self.shaders():
+            turned = "anisotropy" in one.textures or one.anisotropy != 0.0
+            if "normal" in one.textures or (turned and one.normal_uv != attributes.NO_UV):
+                names |= {one.normal_uv, one.normal_uv + attributes.TANGENT}
+        return names
 
 
-def read_material(material: Any, report: Report) -> MaterialReading:
-    """What this version can render of a material; a warning for each node that can't be read.
+def read_material(material: Any, images: Images, report: Report, world_to_camera: Any = None) -> MaterialReading:
+    """Read a material; a warning for each thing that is approximated, and a line on how it was read.
 
     Parameters
     ----------
     material
         Blender's material (original), or None for faces without one.
+    images
+        Takes the images that it reads.
+    world_to_camera
+        As in `Reader`.
     """
     if material is None:
         return MaterialReading(edgegrad.Material(np.full(3, DEFAULT_COLOR)))
+    where = f"material '{material.name}'"
     tree = material.node_tree
     # From 5.0 on materials always have nodes, and asking for `use_nodes` is deprecated.
     if tree is None or (bpy.app.version < (5, 0, 0) and not material.use_nodes):
-        return MaterialReading(edgegrad.Material(_reflectance(material.diffuse_color[:3], f"material '{material.name}'",
-                                                              report)), material.name)  # fmt: skip
-    reading = MaterialReading(edgegrad.Material(np.zeros(3)), material.name)
-    where = f"material '{material.name}'"
+        color = np.clip(np.array(material.diffuse_color[:3], np.float64), 0.0, 1.0)
+        return MaterialReading(edgegrad.Material(color), material=material.name)
+    reading = MaterialReading(_black(), material=material.name)
     output = tree.get_output_node("CYCLES")
     if output is None:
         report.warn(where, "has no active output; it is rendered black")
@@ -90,84 +151,127 @@ def read_material(material: Any, report: Report) -> MaterialReading:
     for name in ("Volume", "Displacement"):
         if name in output.inputs and nodes.source(output.inputs[name]) is not None:
             report.warn(where, f"what is linked to '{name}' of its output is ignored")
-    _read_shader(nodes.source(output.inputs["Surface"]), reading, where, report)
+    _Reading(material, images, world_to_camera, reading).read(output, report)
     return reading
 
 
-def _read_shader(fed_by: Any, reading: MaterialReading, where: str, report: Report) -> None:
-    """Add what one shader node contributes."""
-    if fed_by is None:
-        return
-    node = fed_by.node
-    at = f"{where}, node '{node.name}'"
-    if node.type == "BSDF_PRINCIPLED":
-        _read_principled(node, reading, at, report)
-    elif node.type == "BSDF_DIFFUSE":
-        if node.inputs["Roughness"].default_value > 0.0:
-            report.warn(at, "its roughness is ignored")
-        _add_base_color(node, "Color", reading, at, report)
-    elif node.type == "EMISSION":
-        _add_emission(node, "Color", "Strength", reading, at, report)
-    elif node.type == "ADD_SHADER":
-        for socket in node.inputs:
-            _read_shader(nodes.source(socket), reading, where, report)
-    elif node.type == "MIX_SHADER":
-        shaders = [s for s in (nodes.source(node.inputs[1]), nodes.source(node.inputs[2])) if s is not None]
-        used = f"node '{shaders[0].node.name}' alone is used" if shaders else "it is rendered black"
-        report.warn(at, f"a mix of shaders can't be read; {used}")
-        _read_shader(shaders[0] if shaders else None, reading, where, report)
-    else:
-        report.warn(at, f"nodes of type '{node.bl_label or node.type}' can't be read; it is rendered black")
+def renamed(value: Expression, names: Mapping[str, str]) -> Expression:
+    """An expression that reads images by other names."""
+    done: dict[int, Expression] = {}
+    for node in nodes_of(value):
+        changes: dict[str, Any] = {f.name: done[id(operand)] for f in fields(node)  # type: ignore[arg-type]
+                                   if isinstance(operand := getattr(node, f.name), Expression)}  # fmt: skip
+        if isinstance(node, e.ImageTexture):
+            changes["image"] = names.get(node.image, node.image)
+        changed = any(getattr(node, key) is not new and getattr(node, key) != new for key, new in changes.items())
+        done[id(node)] = replace(node, **changes) if changed else node  # type: ignore[type-var]
+    return done[id(value)]
 
 
-def _read_principled(node: Any, reading: MaterialReading, at: str, report: Report) -> None:
-    ignored = [name for name, plain in NOT_DIFFUSE.items() if name in node.inputs
-               and (node.inputs[name].is_linked or not np.isclose(node.inputs[name].default_value, plain))]  # fmt: skip
-    if ignored:
-        report.warn(at, f"{', '.join(ignored)}: ignored in this version; it is rendered as a diffuse surface")
-    if "Normal" in node.inputs and nodes.source(node.inputs["Normal"]) is not None:
-        report.warn(at, "what is linked to 'Normal' is ignored")
-    _add_base_color(node, "Base Color", reading, at, report)
-    _add_emission(node, "Emission Color", "Emission Strength", reading, at, report)
+def _black() -> edgegrad.Material:
+    return edgegrad.Material(np.zeros(3), kind="DIFFUSE")
 
 
-def _add_base_color(node: Any, name: str, reading: MaterialReading, at: str, report: Report) -> None:
-    socket = node.inputs[name]
-    if reading.base_color is not None:
-        report.warn(at, "a second surface shader can't be added; it is ignored")
-        return
-    reading.base_color = SocketPath(node.name, name)
-    reading.value.base_color = _reflectance(nodes.color(socket, at, report), at, report)
-    _note_feed(reading, "base_color", socket)
+class _Reading:
+    """The reading of one material."""
+
+    def __init__(self, material: Any, images: Images, world_to_camera: Any, reading: MaterialReading) -> None:
+        self.material = material
+        self.reading = reading
+        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera)
+
+    def read(self, output: Any, report: Report) -> None:
+        found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
+        leaves = [(part, self._leaf(part)) for part in found]
+        merged = _merge_emission(leaves)
+        name = self.material.name_full
+        if len(merged) == 1 and merged[0][0].weight == 1.0:
+            self.reading.value = merged[0][1]
+            self._note_sockets([part for part in found if not part.groups])
+        elif merged:
+            weights = np.array([number(part.weight) or 0.0 if not isinstance(part.weight, Expression) else 0.5
+                                for part, _ in merged])  # fmt: skip
+            keys = [f"{name}/{k}: {nodes.label(part.node, part.groups)}" for k, (part, _) in enumerate(merged)]
+            textures = {str(k): part.weight for k, (part, _) in enumerate(merged)
+                        if isinstance(part.weight, Expression)}  # fmt: skip
+            self.reading.parts = dict(zip(keys, (leaf for _, leaf in merged), strict=True))
+            self.reading.value = edgegrad.Mixture(tuple(keys), weights, textures)
+        where = f"material '{self.material.name}'"
+        for note in self.reader.notes:
+            report.warn(where, note)
+        report.tell(where, self._summary([part for part, _ in merged]))
+
+    def _leaf(self, part: Part) -> edgegrad.Material:
+        return read_shader(Leaf(self.reader, part.node, part.groups, edgegrad.Material(), self._bake_normal))
+
+    def _bake(self, output: Any, groups: nodes.Groups, normal: bool = False) -> Expression | None:
+        if output.type not in ("VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA"):
+            return None
+        path = tuple(group.name for group in groups)
+        wanted = BakedOutput(path, output.node.name, output.identifier, normal)
+        if wanted not in self.reading.baked:
+            self.reading.baked.append(wanted)
+        image = self.reading.stand_in(wanted)
+        value = e.ImageTexture(image, e.Attribute(attributes.BAKED_UV), extension="EXTEND", alpha="NONE")
+        return e.Channel(value, 0) if output.type in ("VALUE", "INT", "BOOLEAN") else value
+
+    def _bake_normal(self, feed: nodes.Feed) -> Expression | None:
+        return self._bake(feed.output, feed.groups, normal=True)
+
+    def _note_sockets(self, found: list[Part]) -> None:
+        """Remember the sockets of the outermost tree that a fit may write."""
+        for part in found:
+            color, emission, strength = WRITABLE.get(part.node.type, ("", "", ""))
+            if color:
+                self.reading.base_color = SocketPath(part.node.name, color)
+                self._note_feed("base_color", part.node.inputs[color])
+            taken = self.reading.emission_color is not None and not self._emits(part)
+            if emission and not taken:
+                self.reading.emission_color = SocketPath(part.node.name, emission)
+                self.reading.emission_strength = SocketPath(part.node.name, strength)
+                for name in (emission, strength):
+                    self._note_feed("emission", part.node.inputs[name])
+
+    def _emits(self, part: Part) -> bool:
+        return part.node.type == "EMISSION"
+
+    def _note_feed(self, fieldname: str, socket: Any) -> None:
+        fed_by = nodes.source(socket)
+        if fed_by is not None:
+            self.reading.fed.setdefault(fieldname, fed_by.node.name)
+
+    def _summary(self, merged: list[Part]) -> str:
+        kinds = " + ".join(dict.fromkeys(part.node.bl_label for part in merged)) or "black"
+        textured = sorted({key for one in self.reading.shaders() for key in one.textures})
+        if isinstance(self.reading.value, edgegrad.Mixture) and self.reading.value.textures:
+            textured.append("mix")
+        out = [f"read as {kinds}"]
+        if textured:
+            out.append(f"varying {', '.join(textured).replace('_', ' ')}")
+        if self.reading.baked:
+            out.append("baked " + ", ".join(f"'{' / '.join([*b.groups, b.node])}'" for b in self.reading.baked))
+        if self.reader.notes:
+            out.append("approximated as warned")
+        return "; ".join(out)
 
 
-def _add_emission(node: Any, color_name: str, strength_name: str, reading: MaterialReading, at: str,
-                  report: Report) -> None:  # fmt: skip
-    color, strength = node.inputs[color_name], node.inputs[strength_name]
-    emission = nodes.color(color, at, report) * nodes.number(strength, at, report)
-    if reading.emission_color is not None:
-        if not np.any(emission != 0.0):
-            return
-        if np.any(reading.value.emission > 0.0):
-            report.warn(at, "a second emission can't be added; it is ignored")
-            return
-    reading.emission_color = SocketPath(node.name, color_name)
-    reading.emission_strength = SocketPath(node.name, strength_name)
-    if emission.min() < 0.0:
-        report.warn(at, "negative emission is treated as zero")
-    reading.value.emission = np.maximum(emission, 0.0)
-    _note_feed(reading, "emission", color)
-    _note_feed(reading, "emission", strength)
+def _merge_emission(leaves: list[tuple[Part, edgegrad.Material]]) -> list[tuple[Part, edgegrad.Material]]:
+    """Emission nodes that are simply added to one other shader become its emission: one shader instead of two."""
+    glowing = [(part, leaf) for part, leaf in leaves if part.node.type == "EMISSION"]
+    rest = [(part, leaf) for part, leaf in leaves if part.node.type != "EMISSION"]
+    if len(rest) > 1 or any(part.weight != 1.0 for part, _ in leaves) or (rest and not _takes_emission(rest[0][1])):
+        return leaves
+    textured = any("emission" in leaf.textures for _, leaf in leaves)
+    if not glowing or (textured and len(leaves) > 1):
+        return leaves
+    part, first = rest[0] if rest else glowing[0]
+    total = np.sum([leaf.emission for _, leaf in leaves], axis=0)
+    return [(part, replace(first, emission=total))]
 
 
-def _note_feed(reading: MaterialReading, fieldname: str, socket: Any) -> None:
-    fed_by = nodes.source(socket)
-    if fed_by is not None:
-        reading.fed[fieldname] = fed_by.node.name
-
-
-def _reflectance(color: Any, at: str, report: Report) -> NDArray[np.float64]:
-    value = np.array(color, np.float64)
-    if value.min() < 0.0 or value.max() > 1.0:
-        report.warn(at, "its base colour is clipped to the range 0 to 1")
-    return np.clip(value, 0.0, 1.0)
+def _takes_emission(leaf: edgegrad.Material) -> bool:
+    """Whether light that is added to a shader is that which it emits: nothing lies above its emission."""
+    covered = ("coat_weight", "sheen_weight")
+    plain = all(getattr(leaf, key) == 0.0 and key not in leaf.textures for key in covered)
+    opaque = leaf.alpha == 1.0 and "alpha" not in leaf.textures and leaf.kind in ("PRINCIPLED", "DIFFUSE", "GLOSSY")
+    return plain and opaque

@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .normals import read_normals
+
 
 @dataclass
 class MeshArrays:
-    """A mesh in its own space.
+    """A mesh in its own space: n vertices, m triangles, c corners of Blender's polygons.
 
     Attributes
     ----------
@@ -19,16 +21,28 @@ class MeshArrays:
         (n, 3) float32.
     faces
         (m, 3) vertex indices, triangles.
+    corners
+        (m, 3) the corner of Blender's mesh that each triangle's corner is.
+    polygons
+        (m,) the polygon that each triangle is a part of.
     slots
         (m,) material index of each triangle.
-    smooth
-        Whether Blender shades it differently from its flat faces.
+    smoothing
+        (m, 3) as `edgegrad.Mesh.smoothing`; None: flat.
+    normals
+        (k, 3) Blender's normals by that index; None: flat.
+    exact
+        Whether those normals are certainly the angle-weighted ones of the triangles.
     """
 
     positions: NDArray[np.float32]
     faces: NDArray[np.int32]
+    corners: NDArray[np.int32]
+    polygons: NDArray[np.int32]
     slots: NDArray[np.int32]
-    smooth: bool
+    smoothing: NDArray[np.int32] | None = None
+    normals: NDArray[np.float32] | None = None
+    exact: bool = True
 
 
 def positions(mesh: Any) -> NDArray[np.float32]:
@@ -48,14 +62,14 @@ def corner_vertices(mesh: Any) -> NDArray[np.int32]:
 
 
 def read_mesh(mesh: Any) -> MeshArrays:
-    """Positions and triangles of a mesh; triangulated as Blender and Cycles do."""
+    """Positions, triangles and shading normals of a mesh; triangulated as Blender and Cycles do."""
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
-    corners = np.empty(3 * count, np.int32)
+    corners = np.empty((count, 3), np.int32)
     polygon = np.empty(count, np.int32)
     slots = np.zeros(count, np.int32)
     if count:
-        mesh.loop_triangles.foreach_get("loops", corners)
+        mesh.loop_triangles.foreach_get("loops", corners.ravel())
         mesh.loop_triangle_polygons.foreach_get("value", polygon)
     # The attribute is absent when all faces use the first material.
     attribute = mesh.attributes.get("material_index")
@@ -63,13 +77,10 @@ def read_mesh(mesh: Any) -> MeshArrays:
         of_polygon = np.empty(len(mesh.polygons), np.int32)
         attribute.data.foreach_get("value", of_polygon)
         slots = of_polygon[polygon]
-    faces = corner_vertices(mesh)[corners].reshape(-1, 3)
-    return MeshArrays(positions(mesh), faces, slots, _is_smooth(mesh))
-
-
-def _is_smooth(mesh: Any) -> bool:
-    if mesh.normals_domain == "FACE" or not len(mesh.polygons):
-        return False
-    normals = np.empty((len(mesh.polygons), 3), np.float32)
-    mesh.polygon_normals.foreach_get("vector", normals.ravel())
-    return bool(np.ptp(normals, axis=0).max() > 1e-5)  # a smooth plane is flat
+    vertex = corner_vertices(mesh)
+    out = MeshArrays(positions(mesh), vertex[corners], corners, polygon, slots)
+    if count:
+        shading = read_normals(mesh, vertex, corners, polygon)
+        if shading is not None:
+            out.smoothing, out.normals, out.exact = shading
+    return out

@@ -1,10 +1,11 @@
-"""The whole scene: walks the evaluated instances once."""
+"""The whole scene: walks the evaluated instances, and puts together what the readers find."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,33 +13,42 @@ import edgegrad
 
 from ..problem import Problem, Report
 from .camera import export_camera
+from .images import Images
 from .lights import export_light
+from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
-from .mesh import MeshArrays, read_mesh
-from .visibility import not_evaluated, rendered_objects, warn_about_modifiers
-from .world import export_world
+from .meshes import Placed, PlacedMeshes
+from .settings import RenderSettings, read_settings
+from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers, warn_about_visibility
+from .world import read_world
 
 NO_MATERIAL = "(no material)"
 
 
 @dataclass
-class MeshSource:
-    """Where an exported mesh comes from.
+class Source:
+    """Where an exported mesh or light comes from.
 
     Attributes
     ----------
     object, data
-        Names of Blender's object and of its original mesh.
+        Names of Blender's object and of its original data.
     matrix
         (4, 4) from the object's space to the world's.
     instance
-        Whether it was made by an instancer.
+        Whether it was made by an instancer, or stands for several objects.
+    objects
+        Names of all objects that it stands for.
+    holder
+        Full name of the object, or of its instancer.
     """
 
     object: str
     data: str
     matrix: NDArray[np.float64]
     instance: bool
+    objects: tuple[str, ...] = ()
+    holder: str = ""
 
 
 @dataclass
@@ -46,9 +56,10 @@ class Export:
     """An exported scene and where its parts come from; keys are the scene's own."""
 
     scene: edgegrad.Scene
-    meshes: dict[str, MeshSource] = field(default_factory=dict)
+    settings: RenderSettings = field(default_factory=RenderSettings)
+    meshes: dict[str, Source] = field(default_factory=dict)
     materials: dict[str, MaterialReading] = field(default_factory=dict)
-    lights: dict[str, MeshSource] = field(default_factory=dict)
+    lights: dict[str, Source] = field(default_factory=dict)
     report: Report = field(default_factory=Report)
 
 
@@ -74,78 +85,126 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None) -> Export:
         raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
     report = Report()
     view = export_camera(camera.evaluated_get(depsgraph), scene, report)
-    out = Export(edgegrad.Scene(camera=view, world=export_world(scene, report)), report=report)
-    meshes: dict[str, edgegrad.Mesh] = {}
-    lights: dict[str, Any] = {}
-    cache: dict[int, MeshArrays] = {}
+    out = Export(edgegrad.Scene(camera=view), read_settings(scene, report), report=report)
+    images = Images()
     shown = rendered_objects(depsgraph.view_layer)
-    for instance in depsgraph.object_instances:
-        ob = instance.object  # valid in this turn of the loop only
-        if ob.type not in ("MESH", "LIGHT"):
-            continue
-        holder = instance.parent if instance.is_instance else ob
-        if holder.original.name_full not in shown or ob.hide_render:
-            continue
-        if not instance.is_instance and ob.is_instancer and not ob.show_instancer_for_render:
-            continue
-        matrix = np.array(instance.matrix_world, np.float64)
-        origin = MeshSource(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
-                            instance.is_instance)  # fmt: skip
-        if ob.type == "LIGHT":
-            light = export_light(ob, matrix, report)
-            if light is not None:
-                name = _unused(origin, holder.name, lights)
-                lights[name], out.lights[name] = light, origin
-            continue
-        mesh = _mesh(ob, matrix, cache, out)
-        if mesh is not None:
-            name = _unused(origin, holder.name, meshes)
-            meshes[name], out.meshes[name] = mesh, origin
+    walk = _Walk(depsgraph, shown, out)
+    # Materials are read before meshes, as they say which attributes these need, and not while Blender's
+    # iterator lives, as reading may make data of its own.
+    for material in walk.materials():
+        out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
+    world = read_world(scene, images, report)
+    meshes = walk.meshes_and_lights()
     for name in not_evaluated(depsgraph, shown):
         report.warn(f"object '{name}'", "is hidden in the viewport, so it isn't evaluated; it is left out")
-    out.scene.meshes, out.scene.lights = meshes, lights
-    out.scene.materials = {name: reading.value for name, reading in out.materials.items()}
+    out.scene.meshes = meshes.build(out.meshes)
+    _link_lights(out)
+    out.scene.world = world.value
+    out.scene.lights = {**out.scene.lights, **world.suns}
+    out.scene.materials = {}
+    for name, reading in out.materials.items():
+        for baked in reading.baked:
+            report.warn(f"material '{name}'", f"node '{baked.node}' isn't baked; the sockets' own values are used")
+        out.materials[name] = reading.with_images({})
+        out.scene.materials[name] = out.materials[name].value
+        out.scene.materials |= out.materials[name].parts
+    out.scene.images = images.found
     return out
 
 
-def _mesh(ob: Any, matrix: NDArray[np.float64], cache: dict[int, MeshArrays], out: Export) -> edgegrad.Mesh | None:
-    """The evaluated object's mesh in world space, its materials read on the way."""
-    where = f"object '{ob.original.name}'"
-    data = ob.data
-    key = data.as_pointer()
-    if key not in cache:
-        cache[key] = read_mesh(data)
-    arrays = cache[key]
-    if arrays.smooth:
-        out.report.warn(where, "is shaded smooth; this version renders its faces flat")
-    warn_about_modifiers(ob.original, out.report)
-    if not len(arrays.faces):
-        out.report.warn(where, "has no faces; it is left out")
-        return None
-    # Slots may be linked to the object or to its data; the evaluated object knows which counts.
-    names = [_material(slot.material, out) for slot in ob.material_slots] or [_material(None, out)]
-    world = arrays.positions @ matrix[:3, :3].T + matrix[:3, 3]
-    return edgegrad.Mesh(
-        vertices=np.ascontiguousarray(world, np.float64),
-        faces=arrays.faces.copy(),
-        materials=tuple(names),
-        face_material=np.clip(arrays.slots, 0, len(names) - 1),  # as Cycles does with indices beyond the last slot
-    )
+def _world_to_camera(view: edgegrad.Camera) -> NDArray[np.float64]:
+    # In Cycles' camera space Z is the depth.
+    flip = np.diag(np.array([1.0, 1.0, -1.0, 1.0]))
+    return np.asarray(flip @ np.linalg.inv(view.to_world), np.float64)
 
 
-def _material(material: Any, out: Export) -> str:
-    original = None if material is None else material.original
-    name = NO_MATERIAL if original is None else original.name_full
-    if name not in out.materials:
-        out.materials[name] = read_material(original, out.report)
-    return name
+def _key(material: Any) -> str:
+    return NO_MATERIAL if material is None else str(material.name_full)
 
 
-def _unused(origin: MeshSource, holder: str, taken: dict[str, Any]) -> str:
+class _Walk:
+    """Two walks over the evaluated instances: one for materials, one for meshes and lights."""
+
+    def __init__(self, depsgraph: Any, shown: set[str], out: Export) -> None:
+        self.depsgraph = depsgraph
+        self.shown = shown
+        self.out = out
+        self.linking = uses_linking(depsgraph.view_layer)
+
+    def _instances(self) -> Any:
+        """(instance, object, object or instancer) of all that is rendered; each is valid in its turn only."""
+        for instance in self.depsgraph.object_instances:
+            ob = instance.object
+            if ob.type not in ("MESH", "LIGHT"):
+                continue
+            holder = instance.parent if instance.is_instance else ob
+            if holder.original.name_full not in self.shown or ob.hide_render:
+                continue
+            if not instance.is_instance and ob.is_instancer and not ob.show_instancer_for_render:
+                continue
+            yield instance, ob, holder
+
+    def materials(self) -> list[Any]:
+        """All materials (original) in use, None for faces without one."""
+        found: dict[str, Any] = {}
+        for _, ob, _ in self._instances():
+            if ob.type == "MESH":
+                for material in _slots(ob):
+                    found[_key(material)] = material
+        return list(found.values())
+
+    def meshes_and_lights(self) -> PlacedMeshes:
+        """Reads the meshes, and writes the lights into the export."""
+        out = self.out
+        meshes = PlacedMeshes(out.report)
+        lights: dict[str, Any] = {}
+        needed = {name: reading.attributes() for name, reading in out.materials.items()}
+        for instance, ob, holder in self._instances():
+            matrix = np.array(instance.matrix_world, np.float64)
+            source = Source(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
+                            instance.is_instance, (ob.original.name,), holder.original.name_full)  # fmt: skip
+            visible = visible_to(ob, holder if instance.is_instance else None)
+            if ob.type == "LIGHT":
+                light = export_light(ob, matrix, visible, out.report)
+                if light is not None:
+                    name = unused_name(source, holder.original.name, lights)
+                    lights[name], out.lights[name] = light, source
+                continue
+            warn_about_modifiers(ob.original, out.report)
+            warn_about_visibility(ob.original, out.report)
+            slots = tuple(_key(material) for material in _slots(ob))
+            meshes.add(Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking),
+                       set().union(*(needed[slot] for slot in slots)))  # fmt: skip
+        out.scene.lights = lights
+        return meshes
+
+
+def _slots(ob: Any) -> list[Any]:
+    """Original materials of an evaluated object's slots, which may be linked to the object or to its data."""
+    materials = [slot.material for slot in ob.material_slots] or [None]
+    return [None if material is None else material.original for material in materials]
+
+
+def unused_name(source: Source, holder: str, taken: Any) -> str:
     """Object's own name, or "instancer/object", with a number if it is taken."""
     # The mesh of a text or curve comes as an instance of the object itself.
-    base = f"{holder}/{origin.object}" if origin.instance and holder != origin.object else origin.object
+    base = f"{holder}/{source.object}" if source.instance and holder != source.object else source.object
     name, number = base, 1
     while name in taken:
         name, number = f"{base}#{number}", number + 1
     return name
+
+
+def _link_lights(out: Export) -> None:
+    """Receivers and blockers of the lights, and a warning for emissive meshes, which light everything."""
+    holders = {name: source.holder for name, source in out.meshes.items()}
+    for name, light in out.scene.lights.items():
+        ob = bpy.data.objects.get(out.lights[name].object)
+        if ob is not None:
+            light.receivers = linked(ob.light_linking.receiver_collection, holders)
+            light.blockers = linked(ob.light_linking.blocker_collection, holders)
+    for source in out.meshes.values():
+        ob = bpy.data.objects.get(source.object)
+        linking = None if ob is None else ob.light_linking
+        if linking is not None and (linking.receiver_collection or linking.blocker_collection):
+            out.report.warn(f"object '{source.object}'", "its light linking is left out; only lights are linked")

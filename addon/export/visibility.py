@@ -1,10 +1,27 @@
-"""Which objects are rendered, and what differs between Blender's viewport and its render."""
+"""Which objects are rendered, which rays meet them, and what differs between Blender's viewport and its render."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from ..problem import Report
+
+RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
+
+
+def visible_to(ob: Any, instancer: Any = None) -> frozenset[str]:
+    """Kinds of rays that meet an object; an instance must be visible to them as its instancer."""
+    return frozenset(ray for ray in RAYS
+                     if all(getattr(one, f"visible_{ray}") for one in (ob, instancer) if one is not None))  # fmt: skip
+
+
+def warn_about_visibility(ob: Any, report: Report) -> None:
+    """Warn about settings of an object's visibility that renders here don't have."""
+    where = f"object '{ob.name}'"
+    if ob.is_holdout:
+        report.warn(where, "is a holdout, which can't be rendered; it is seen as it is")
+    if ob.is_shadow_catcher:
+        report.warn(where, "is a shadow catcher, which can't be rendered; it is seen as it is")
 
 
 def rendered_objects(view_layer: Any) -> set[str]:

@@ -1,0 +1,191 @@
+"""What materials ask of a mesh: UV maps, colours, coordinates, tangents and values of the object, by name.
+
+Names in parentheses are no names of Blender's layers; Blender's own are used as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mesh import MeshArrays
+from .normals import bits, corner_normals
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+ACTIVE_UV = "(active UV map)"
+ACTIVE_COLOR = "(active color attribute)"
+BAKED_UV = "(baked UV)"
+GENERATED = "(generated)"
+OBJECT = "(object coordinates)"
+OBJECT_NORMAL = "(object normal)"
+RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
+PROPERTY = "(object property) "
+TANGENT = ".tangent"
+NO_UV = "(none)"  # no mesh has it: tangents run around the Z axis then
+
+# Values of one object or instance: meshes that have them can't be shared by instances.
+OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION)
+
+# Data type of a layer -> its values' name, how many they are, and what Blender stores.
+LAYERS: dict[str, tuple[str, int, type[np.generic]]] = {
+    "FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "INT8": ("value", 1, np.int32),
+    "BOOLEAN": ("value", 1, np.bool_), "FLOAT_VECTOR": ("vector", 3, np.float32), "FLOAT2": ("vector", 2, np.float32),
+    "FLOAT_COLOR": ("color", 4, np.float32), "BYTE_COLOR": ("color", 4, np.float32),
+    "QUATERNION": ("value", 4, np.float32), "FLOAT4": ("value", 4, np.float32),
+}  # fmt: skip
+
+
+def is_of_object(name: str) -> bool:
+    """Whether an attribute differs between instances of a mesh."""
+    return name in OF_OBJECT or name.startswith(PROPERTY)
+
+
+@dataclass(frozen=True)
+class ObjectValues:
+    """What attributes of an object or instance are made of.
+
+    Attributes
+    ----------
+    object
+        The evaluated object.
+    matrix
+        (4, 4) to world space.
+    random_id
+        Blender's random number of the instance.
+    """
+
+    object: Any
+    matrix: F64
+    random_id: int
+
+    def value(self, name: str) -> tuple[float, ...] | None:
+        """An attribute of the whole object; None: it has no such property."""
+        ob = self.object
+        if name == RANDOM:
+            return ((self.random_id & 0xFFFFFFFF) / 0xFFFFFFFF,)
+        if name == INDEX:
+            return (float(ob.pass_index),)
+        if name == COLOR:
+            return tuple(ob.color)
+        if name == LOCATION:
+            return tuple(self.matrix[:3, 3])
+        return self._property(name.removeprefix(PROPERTY))
+
+    def _property(self, path: str) -> tuple[float, ...] | None:
+        for owner in (self.object, self.object.data):
+            for key in (f'["{path}"]', path):
+                try:
+                    value = owner.path_resolve(key)
+                except ValueError:
+                    continue
+                found = np.atleast_1d(np.asarray(value)) if not isinstance(value, str) else np.zeros(0)
+                if found.ndim == 1 and 1 <= len(found) <= 4 and np.issubdtype(found.dtype, np.number):
+                    return tuple(map(float, found))
+        return None
+
+
+def read_attributes(mesh: Any, arrays: MeshArrays, names: Iterable[str], of: ObjectValues) -> dict[str, F32]:
+    """Attributes (m, 3, c) of a mesh in its own space by name; those that it doesn't have are left out."""
+    found = {name: _read(mesh, arrays, name, of) for name in names}
+    return {name: np.ascontiguousarray(value, np.float32) for name, value in found.items() if value is not None}
+
+
+def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
+    if is_of_object(name):
+        value = of.value(name)
+        return None if value is None else np.broadcast_to(np.float32(value), (*arrays.faces.shape, len(value)))
+    if name == GENERATED:
+        return _generated(mesh)[arrays.faces]
+    if name == OBJECT:
+        return arrays.positions[arrays.faces]
+    if name == OBJECT_NORMAL:
+        return corner_normals(mesh)[arrays.corners]
+    if name == ACTIVE_COLOR:
+        index = mesh.color_attributes.render_color_index
+        return _layer(mesh.color_attributes[index], mesh, arrays) if 0 <= index < len(mesh.color_attributes) else None
+    layer = uv_layer(mesh, name)
+    if layer is not None:
+        uv = np.empty((len(mesh.loops), 2), np.float32)
+        layer.uv.foreach_get("vector", uv.ravel())
+        return uv[arrays.corners]
+    if name.endswith(TANGENT):
+        uv_name = name.removesuffix(TANGENT)
+        uv = _read(mesh, arrays, uv_name, of) if uv_layer(mesh, uv_name) is not None else None
+        return None if uv is None else tangents(arrays, uv)
+    return _layer(mesh.attributes.get(name), mesh, arrays)
+
+
+def uv_layer(mesh: Any, name: str) -> Any:
+    """The UV map of this name, or the one that is active in renders; None: there is none."""
+    if name == ACTIVE_UV:
+        return next((layer for layer in mesh.uv_layers if layer.active_render), None)
+    return mesh.uv_layers.get(name)
+
+
+def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
+    """Byte colours come linear, as Cycles has them."""
+    if layer is None or layer.data_type not in LAYERS:
+        return None
+    sizes = {"POINT": len(mesh.vertices), "CORNER": len(mesh.loops), "FACE": len(mesh.polygons)}
+    field, width, kind = LAYERS[layer.data_type]
+    if sizes.get(layer.domain) != len(layer.data):
+        return None
+    values = np.empty((len(layer.data), width), kind)
+    layer.data.foreach_get(field, values.ravel())
+    if layer.domain == "POINT":
+        return values[arrays.faces]
+    if layer.domain == "CORNER":
+        return values[arrays.corners]
+    return np.broadcast_to(values[arrays.polygons][:, None], (*arrays.faces.shape, width))
+
+
+def _generated(mesh: Any) -> F32:
+    """(n, 3) coordinates in the mesh's texture space, which is its bounding box unless it was set by hand."""
+    points = np.empty((len(mesh.vertices), 3), np.float32)
+    mesh.vertices.foreach_get("undeformed_co", points.ravel())
+    size = np.array(mesh.texspace_size, np.float32)
+    scale = np.where(size != 0.0, 0.5 / np.where(size != 0.0, size, 1.0), 0.0)
+    return ((points - np.array(mesh.texspace_location, np.float32)) * scale + 0.5).astype(np.float32)
+
+
+def tangents(arrays: MeshArrays, uv: F32) -> F32:
+    """(m, 3, 4) tangents along u and the bitangents' signs, as MikkTSpace has them for triangles.
+
+    Corners of one position, normal, UV coordinate and orientation share the sum of their triangles' tangents, each
+    made perpendicular to the normal and weighted by its angle.
+    """
+    p = arrays.positions[arrays.faces].astype(np.float64)
+    t = uv.astype(np.float64)
+    (e1, e2), (d1, d2) = ((x[:, k] - x[:, 0] for k in (1, 2)) for x in (p, t))
+    area = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
+    sign = np.where(area >= 0.0, 1.0, -1.0)
+    along = sign[:, None] * (d2[:, 1:] * e1 - d1[:, 1:] * e2)
+    flat = _unit(np.cross(e1, e2))
+    normal = np.repeat(flat[:, None], 3, axis=1)
+    if arrays.smoothing is not None and arrays.normals is not None:
+        smooth = arrays.smoothing >= 0
+        normal[smooth] = arrays.normals[arrays.smoothing[smooth]]
+    ahead = np.roll(p, -1, axis=1) - p
+    ahead = _unit(ahead - normal * (ahead * normal).sum(axis=2, keepdims=True))
+    back = np.roll(p, 1, axis=1) - p
+    back = _unit(back - normal * (back * normal).sum(axis=2, keepdims=True))
+    angle = np.arccos(np.clip((ahead * back).sum(axis=2), -1.0, 1.0))
+    part = _unit(along[:, None] - normal * (along[:, None] * normal).sum(axis=2, keepdims=True)) * angle[..., None]
+    key = bits(arrays.faces.reshape(-1), normal.reshape(-1, 3).astype(np.float32), uv.reshape(-1, 2),
+               np.repeat(sign > 0.0, 3))  # fmt: skip
+    _, group = np.unique(key, return_inverse=True)
+    group = group.reshape(-1)
+    total = np.stack([np.bincount(group, part.reshape(-1, 3)[:, k]) for k in range(3)], axis=1)
+    shared = _unit(total)[group].reshape(p.shape)
+    return np.concatenate([shared, np.repeat(sign[:, None], 3, axis=1)[..., None]], axis=2).astype(np.float32)
+
+
+def _unit(v: F64) -> F64:
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.divide(v, length, out=np.zeros_like(v), where=length > 1e-20)

@@ -1,0 +1,198 @@
+"""Shader node graphs as `edgegrad.expression` trees.
+
+What each node means is in the modules `read_inputs`, `read_colors` and `read_textures`, which register themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edgegrad import expression as e
+from edgegrad.expression import Expression, Operand, operands
+from edgegrad.expression_steps import RULES, Lowering, Resources
+from edgegrad.texture_ops import Builder
+
+from .images import Images
+from .nodes import Groups, by_identifier, feed, label
+
+SCALARS = ("VALUE", "INT", "BOOLEAN")
+REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)
+
+NodeReader = Callable[["Reader", Any, Groups, Any], Operand]
+READERS: dict[str, NodeReader] = {}
+
+
+def reads(*types: str) -> Callable[[NodeReader], NodeReader]:
+    """Registers the decorated function as what reads nodes of these types: (reader, node, groups, output)."""
+
+    def register(function: NodeReader) -> NodeReader:
+        for one in types:
+            READERS[one] = function
+        return function
+
+    return register
+
+
+class Unreadable(Exception):
+    """A node that no expression stands for; its text is the node's label and the reason."""
+
+
+@dataclass
+class Reader:
+    """Reads the sockets of one material, light or world.
+
+    Attributes
+    ----------
+    images
+        Takes the images that are found; None: image textures can't be read.
+    bake
+        Called with an output and the groups around its node where no expression stands for it: gives one that
+        reads its baked image, or None if it can't be baked either.
+    material_index
+        Blender's pass index of the material.
+    world_to_camera
+        (4, 4) into Cycles' camera space, in which Z is the depth; None: there is no camera.
+    notes
+        What was approximated, in a few words each.
+    """
+
+    images: Images | None = None
+    bake: Callable[[Any, Groups], Expression | None] | None = None
+    material_index: int = 0
+    world_to_camera: NDArray[np.float64] | None = None
+    notes: list[str] = field(default_factory=list)
+    _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
+
+    def value(self, socket: Any, groups: Groups = ()) -> Operand:
+        """What an input receives, converted to its own type.
+
+        Raises
+        ------
+        Unreadable
+            If no expression stands for it.
+        """
+        found = feed(socket, groups)
+        if found.output is not None:
+            value, kind = self.output(found.output, found.groups), found.output.type
+        elif found.input is not None:
+            value, kind = own_value(found.input), found.input.type
+        else:
+            return 0.0
+        for target in (*reversed(found.through), socket.type):
+            value, kind = converted(value, kind, target), target
+        return value
+
+    def get(self, node: Any, identifier: str, groups: Groups) -> Operand:
+        """What the node's input of this identifier (or name) receives."""
+        return self.value(by_identifier(node.inputs, identifier), groups)
+
+    def get_or(self, node: Any, identifier: str, groups: Groups, default: Operand | None) -> Any:
+        """As `get`, but `default` where nothing is linked to the input."""
+        socket = by_identifier(node.inputs, identifier)
+        found = feed(socket, groups)
+        return default if found.output is None and found.input == socket else self.value(socket, groups)
+
+    def output(self, output: Any, groups: Groups) -> Operand:
+        """The value of a node's output."""
+        key = (output, groups)
+        if key not in self._known:
+            self._known[key] = self._read(output, groups)
+        return self._known[key]
+
+    def note(self, text: str) -> None:
+        """Note an approximation, once."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def _read(self, output: Any, groups: Groups) -> Operand:
+        node = output.node
+        try:
+            read = READERS.get(node.type)
+            if read is None:
+                raise Unreadable(f"node '{label(node, groups)}' ({node.bl_label})")
+            if has_texture_mapping(node):
+                raise Unreadable(f"node '{label(node, groups)}' (its own mapping)")
+            value = read(self, node, groups, output)
+            if isinstance(value, Expression) and type(value) not in RULES:
+                raise Unreadable(f"node '{label(node, groups)}' ({node.bl_label})")
+        except Unreadable:
+            baked = None if self.bake is None else self.bake(output, groups)
+            if baked is None:
+                raise
+            return baked
+        return folded(value) if isinstance(value, Expression) and not any(operands(value)) else value
+
+
+def has_texture_mapping(node: Any) -> bool:
+    """Whether a texture node has a mapping of its own (from Blender 2.7) that changes anything."""
+    mapping = getattr(node, "texture_mapping", None)
+    if mapping is None:
+        return False
+    plain = ((mapping.translation, 0.0), (mapping.rotation, 0.0), (mapping.scale, 1.0))
+    axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)
+    return axes != ("X", "Y", "Z") or not all(np.allclose(value, rest) for value, rest in plain)
+
+
+def own_value(socket: Any) -> Operand:
+    """An input's own value."""
+    if not hasattr(socket, "default_value"):
+        return 0.0
+    value = socket.default_value
+    if socket.type in SCALARS:
+        return float(value)
+    if socket.type in ("VECTOR", "RGBA"):
+        return tuple(float(c) for c in value)[:4]
+    raise Unreadable(f"socket '{socket.name}' of node '{socket.node.name}' ({socket.type.lower()})")
+
+
+def converted(value: Operand, source: str, target: str) -> Operand:
+    """Blender's implicit conversion from one type of socket to another."""
+    if target not in SCALARS or source in SCALARS:
+        if isinstance(value, tuple) and source == "VECTOR" and target == "RGBA":
+            return (*value[:3], 1.0)
+        return value
+    if isinstance(value, tuple):
+        weights = REC709_LUMINANCE if source == "RGBA" else (1.0 / 3.0,) * 3
+        return float(np.dot(weights, value[:3]))
+    if not isinstance(value, Expression):
+        return value
+    return e.Luminance(value) if source == "RGBA" else e.Average(value)
+
+
+def folded(value: Operand) -> Operand:
+    """The expression, or its four components if they are constants."""
+    if not isinstance(value, Expression):
+        return value
+    numbers = [c for c in Lowering(Builder(), Resources()).components(value) if isinstance(c, (int, float))]
+    if len(numbers) < 4 or not np.isfinite(numbers).all():
+        return value
+    return tuple(float(c) for c in numbers)
+
+
+def rgb(value: Operand) -> NDArray[np.float64] | None:
+    """(3,) the constant's first three components; None: it is an expression."""
+    if isinstance(value, Expression):
+        return None
+    return np.array(value[:3], np.float64) if isinstance(value, tuple) else np.full(3, float(value))
+
+
+def number(value: Operand) -> float | None:
+    """A constant's first component; None: it is an expression."""
+    found = rgb(value)
+    return None if found is None else float(found[0])
+
+
+def constant(socket: Any, groups: Groups = ()) -> NDArray[np.float64] | None:
+    """(3,) the value that an input has everywhere; None: it varies, or can't be read."""
+    try:
+        return rgb(folded(Reader().value(socket, groups)))
+    except Unreadable:
+        return None
+
+
+from . import read_colors, read_inputs, read_textures  # noqa: E402, F401  (they register themselves)

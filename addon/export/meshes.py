@@ -1,0 +1,175 @@
+"""Evaluated objects as `edgegrad.Mesh`es: those that share a mesh and look alike become instances of one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import edgegrad
+
+from ..problem import Report
+from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
+from .mesh import MeshArrays, read_mesh
+from .normals import given_normals
+
+if TYPE_CHECKING:
+    from .scene import Source
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An evaluated object or instance.
+
+    Attributes
+    ----------
+    object
+        Valid while Blender's iterator is at it.
+    source, holder
+        Where it comes from, and the name of the object or its instancer.
+    slots
+        Names of its materials.
+    visible
+        Kinds of rays that meet it.
+    random_id
+        Blender's random number of the instance.
+    apart
+        Whether instances of different holders must not be shared (lights are linked to holders).
+    """
+
+    object: Any
+    source: Source
+    holder: str
+    slots: tuple[str, ...]
+    visible: frozenset[str]
+    random_id: int
+    apart: bool
+
+
+@dataclass
+class _Group:
+    """Placements of one mesh with the same looks."""
+
+    arrays: MeshArrays
+    attributes: dict[str, F32]
+    slots: tuple[str, ...]
+    visible: frozenset[str]
+    terminator: float
+    sources: list[Source] = field(default_factory=list)
+    holders: list[str] = field(default_factory=list)
+
+
+class PlacedMeshes:
+    """Collects evaluated objects while Blender's iterator runs; `build` then makes the scene's meshes."""
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._arrays: dict[int, MeshArrays] = {}
+        self._groups: dict[tuple[Any, ...], _Group] = {}
+
+    def add(self, placed: Placed, names: set[str]) -> None:
+        """Read an object's mesh with the attributes of these names."""
+        ob, data = placed.object, placed.object.data
+        pointer = data.as_pointer()
+        if pointer not in self._arrays:
+            self._arrays[pointer] = read_mesh(data)
+        arrays = self._arrays[pointer]
+        where = f"object '{placed.source.object}'"
+        if not len(arrays.faces):
+            self._report.warn(where, "has no faces; it is left out")
+            return
+        flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
+        terminator = float(_terminator(ob))
+        single = flat or any(is_of_object(name) for name in names)
+        key = (pointer, placed.slots, placed.visible, terminator, placed.holder if placed.apart else None,
+               len(self._groups) if single else None)  # fmt: skip
+        if key not in self._groups:
+            values = ObjectValues(ob, placed.source.matrix, placed.random_id)
+            attributes = read_attributes(data, arrays, sorted(names), values)
+            self._groups[key] = _Group(arrays, attributes, placed.slots, placed.visible, terminator)
+        self._groups[key].sources.append(placed.source)
+        self._groups[key].holders.append(placed.holder)
+
+    def build(self, sources: dict[str, Source]) -> dict[str, edgegrad.Mesh]:
+        """The scene's meshes by name; writes where each comes from into `sources`."""
+        from .scene import unused_name
+
+        out: dict[str, edgegrad.Mesh] = {}
+        for group in self._groups.values():
+            first = group.sources[0]
+            if len(group.sources) == 1:
+                name = unused_name(first, group.holders[0], out)
+                out[name] = _in_world(group, first.matrix)
+            else:
+                first.instance = True
+                first.objects = tuple(dict.fromkeys(source.object for source in group.sources))
+                name = unused_name(first, first.object, out)
+                out[name] = _instanced(group, np.stack([source.matrix for source in group.sources]))
+            sources[name] = first
+        return out
+
+
+def _terminator(ob: Any) -> float:
+    """Shadow terminator geometry offset: the object's own from Blender 5.0 on, Cycles' before."""
+    if hasattr(ob, "shadow_terminator_geometry_offset"):
+        return float(ob.shadow_terminator_geometry_offset)
+    return float(getattr(getattr(ob, "cycles", None), "shadow_terminator_geometry_offset", 0.0))
+
+
+def _materials(group: _Group) -> dict[str, Any]:
+    # Cycles takes the last slot for indices beyond it.
+    return {"materials": group.slots, "face_material": np.clip(group.arrays.slots, 0, len(group.slots) - 1)}
+
+
+def _instanced(group: _Group, matrices: F64) -> edgegrad.Mesh:
+    """The mesh in its own space, placed several times."""
+    arrays = group.arrays
+    vertices = arrays.positions.astype(np.float64)
+    normals = None
+    if arrays.smoothing is not None and arrays.normals is not None:
+        normals = given_normals(vertices, arrays.faces, arrays.smoothing, arrays.normals.astype(np.float64),
+                                arrays.exact)  # fmt: skip
+    return edgegrad.Mesh(vertices, arrays.faces.copy(), smoothing=arrays.smoothing, normals=normals,
+                         attributes=group.attributes, instances=matrices, visible_to=group.visible,
+                         terminator_offset=group.terminator, **_materials(group))  # fmt: skip
+
+
+def _in_world(group: _Group, matrix: F64) -> edgegrad.Mesh:
+    """The mesh where it stands, with the front of its faces outside even if it is mirrored."""
+    arrays = group.arrays
+    linear = matrix[:3, :3]
+    vertices = np.ascontiguousarray(arrays.positions @ linear.T + matrix[:3, 3], np.float64)
+    faces, smoothing, normals = arrays.faces, arrays.smoothing, None
+    if smoothing is not None and arrays.normals is not None and abs(np.linalg.det(linear)) > 1e-30:
+        # Stretching changes angles, and with them the normals that the triangles would give.
+        stretches = not np.allclose(linear.T @ linear, np.eye(3) * (linear[:, 0] @ linear[:, 0]), rtol=1e-5, atol=1e-12)
+        given = arrays.normals @ np.linalg.inv(linear)
+        normals = given_normals(vertices, faces, smoothing, given, arrays.exact and not stretches)
+    attributes = {name: _turned(name, value, linear) for name, value in group.attributes.items()}
+    if np.linalg.det(linear) < 0.0:
+        faces = faces[:, ::-1]
+        smoothing = None if smoothing is None else smoothing[:, ::-1]
+        attributes = {name: value[:, ::-1] for name, value in attributes.items()}
+    return edgegrad.Mesh(vertices, np.array(faces), smoothing=None if smoothing is None else np.array(smoothing),
+                         normals=normals, attributes={k: np.ascontiguousarray(v) for k, v in attributes.items()},
+                         visible_to=group.visible, terminator_offset=group.terminator,
+                         **_materials(group))  # fmt: skip
+
+
+def _turned(name: str, value: F32, linear: F64) -> F32:
+    """An attribute of the mesh in the world: only tangents are directions in the space of its vertices."""
+    if not name.endswith(TANGENT):
+        return value
+    out = value.copy()
+    out[..., :3] = value[..., :3] @ linear.T
+    length = np.linalg.norm(out[..., :3], axis=2, keepdims=True)
+    out[..., :3] /= np.where(length > 0.0, length, 1.0)
+    if np.linalg.det(linear) < 0.0:
+        out[..., 3] *= -1.0
+    return out
+

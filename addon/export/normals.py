@@ -1,0 +1,120 @@
+"""Blender's shading normals as groups of corners that share one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+# Normals that differ by less (the sine of 0.1 degrees) are what the triangles give by themselves.
+SAME_NORMAL = 2e-3
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+
+
+def read_normals(mesh: Any, vertex: I32, corners: I32, polygon: I32) -> tuple[I32, F32, bool] | None:
+    """Groups of corners with the same normal, the normals, and whether the triangles certainly give them.
+
+    Parameters
+    ----------
+    vertex
+        (c,) vertex of each corner.
+    corners
+        (m, 3) the corner that each triangle's corner is.
+    polygon
+        (m,) each triangle's polygon.
+
+    Returns
+    -------
+    (m, 3) group of each triangle's corner, -1 on flat faces; (k, 3) normals by group. None: flat all over.
+    """
+    custom = bool(mesh.has_custom_normals)
+    if mesh.normals_domain == "FACE" and not custom:
+        return None
+    only_triangles = len(corners) == len(mesh.polygons)
+    if mesh.normals_domain == "POINT":
+        normals = np.empty((len(mesh.vertices), 3), np.float32)
+        mesh.vertex_normals.foreach_get("vector", normals.ravel())
+        return vertex[corners], _usable(normals), only_triangles and not custom
+    of_corner = corner_normals(mesh)
+    group, first = _grouped(vertex, of_corner)
+    smoothing = group[corners]
+    flat = mesh.attributes.get("sharp_face")
+    if flat is not None and not custom:
+        sharp = np.empty(len(mesh.polygons), bool)
+        flat.data.foreach_get("value", sharp)
+        smoothing[sharp[polygon]] = -1
+        if not (smoothing >= 0).any():
+            return None
+    return smoothing, _usable(of_corner[first]), only_triangles and not custom
+
+
+def corner_normals(mesh: Any) -> F32:
+    """(c, 3) normal of each face corner."""
+    out = np.empty((len(mesh.loops), 3), np.float32)
+    mesh.corner_normals.foreach_get("vector", out.ravel())
+    return out
+
+
+def _usable(normals: F32) -> F32:
+    """Normals of loose vertices and of faces without area are zero, which no normal may be."""
+    normals[~(np.abs(normals).max(axis=1, initial=0.0) > 0.0)] = (0.0, 0.0, 1.0)
+    return normals
+
+
+def _grouped(vertex: I32, normals: F32) -> tuple[I32, NDArray[np.int64]]:
+    """Group of each corner by vertex and normal (to the bit), and the first corner of each group."""
+    _, first, group = np.unique(bits(vertex, normals), return_index=True, return_inverse=True)
+    return group.reshape(-1).astype(np.int32), first
+
+
+def bits(*columns: NDArray[Any]) -> NDArray[np.uint64]:
+    """A 64 bit hash (FNV-1a on words) of each row; rows are told apart by it."""
+    prime, out = np.uint64(0x100000001B3), np.uint64(0xCBF29CE484222325)
+    result = np.full(len(columns[0]), out)
+    for column in columns:
+        rows = np.ascontiguousarray(column).reshape(len(column), -1)
+        if rows.dtype == np.float32:
+            rows = (rows + np.float32(0.0)).view(np.uint32)  # -0 is 0
+        for k in range(rows.shape[1]):
+            result = (result ^ rows[:, k].astype(np.uint64)) * prime
+            result ^= result >> np.uint64(29)
+    return result
+
+
+def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact: bool) -> F64 | None:
+    """The normals if they differ from the triangles' angle-weighted ones, else None.
+
+    Parameters
+    ----------
+    normals
+        (k, 3) in the space of the vertices, of any length.
+    exact
+        Whether they are known not to differ.
+    """
+    if exact:
+        return None
+    own = angle_weighted(vertices, faces, smoothing, len(normals))
+    unit = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    used = np.abs(own).max(axis=1) > 0.0
+    return unit if np.abs(own - unit)[used].max(initial=0.0) > SAME_NORMAL else None
+
+
+def angle_weighted(vertices: F64, faces: I32, smoothing: I32, count: int) -> F64:
+    """(count, 3) unit normals of groups of corners: the mean of their faces' normals, weighted by the angles."""
+    corner = vertices[faces]
+    ahead = np.roll(corner, -1, axis=1) - corner
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=2, keepdims=True), 1e-30)
+    back = -np.roll(ahead, 1, axis=1)
+    face = np.cross(ahead[:, 0], back[:, 0])
+    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-30)
+    angle = np.arccos(np.clip(np.einsum("fck,fck->fc", ahead, back), -1.0, 1.0))
+    smooth = smoothing >= 0
+    group, weight = smoothing[smooth], angle[smooth]
+    of_corner = np.broadcast_to(face[:, None], corner.shape)[smooth]
+    total = np.stack([np.bincount(group, weight * of_corner[:, k], count) for k in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    return np.divide(total, length, out=np.zeros_like(total), where=length > 1e-20)

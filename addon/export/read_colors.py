@@ -1,0 +1,199 @@
+"""Nodes that compute: numbers, vectors, colours, ramps and curves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from mathutils import Euler, Matrix, Vector
+
+from edgegrad import expression as e
+from edgegrad.expression import Operand
+
+from .expressions import Reader, folded, reads, rgb
+from .nodes import Groups
+from .read_inputs import rows, unreadable
+
+TABLE = 256  # rows of ramps and curves in Cycles
+
+
+@reads("MATH")
+def _math(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    a, b, c = (reader.value(socket, groups) for socket in node.inputs[:3])
+    return e.Math(node.operation, a, b, c, node.use_clamp)
+
+
+@reads("VECT_MATH")
+def _vector_math(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if node.operation not in e.VECTOR_OPERATIONS:
+        raise unreadable(node, groups, node.operation)
+    a, b, c = (reader.value(socket, groups) for socket in node.inputs[:3])
+    return e.VectorMath(node.operation, a, b, c, reader.get(node, "Scale", groups))
+
+
+def _constants(reader: Reader, node: Any, groups: Groups, *names: str) -> list[Any]:
+    values = [rgb(folded(reader.get(node, name, groups))) for name in names]
+    if any(value is None for value in values):
+        raise unreadable(node, groups, "its settings are linked")
+    return values
+
+
+@reads("MAPPING")
+def _mapping(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    kind = node.vector_type
+    scale, angles = _constants(reader, node, groups, "Scale", "Rotation")
+    location = _constants(reader, node, groups, "Location")[0] if kind in ("POINT", "TEXTURE") else np.zeros(3)
+    return e.Transform(reader.get(node, "Vector", groups), rows(mapping_matrix(kind, location, angles, scale)),
+                       kind == "NORMAL")  # fmt: skip
+
+
+def mapping_matrix(kind: str, location: Any, angles: Any, scale: Any) -> Any:
+    """(3, 4) affine map of a Mapping node."""
+    turn = np.array(Euler(angles, "XYZ").to_matrix(), np.float64)
+    inverse = np.divide(1.0, scale, out=np.zeros(3), where=np.asarray(scale) != 0.0)
+    if kind == "TEXTURE":
+        linear = inverse[:, None] * turn.T
+        return np.column_stack([linear, -linear @ location])
+    return np.column_stack([turn * (inverse if kind == "NORMAL" else scale), location])
+
+
+@reads("VECTOR_ROTATE")
+def _rotate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    kind = node.rotation_type
+    (center,) = _constants(reader, node, groups, "Center")
+    if kind == "EULER_XYZ":
+        turn = Euler(_constants(reader, node, groups, "Rotation")[0], "XYZ").to_matrix()
+    else:
+        (angle,) = _constants(reader, node, groups, "Angle")
+        axis = (Vector(_constants(reader, node, groups, "Axis")[0]) if kind == "AXIS_ANGLE"
+                else Vector([float(kind[0] == letter) for letter in "XYZ"]))  # fmt: skip
+        turn = Matrix.Rotation(float(angle[0]), 3, axis) if axis.length > 0.0 else Matrix.Identity(3)
+    linear = np.array(turn, np.float64)
+    linear = linear.T if node.invert else linear
+    return e.Transform(reader.get(node, "Vector", groups), rows(np.column_stack([linear, center - linear @ center])))
+
+
+@reads("VECT_TRANSFORM")
+def _vector_transform(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if node.convert_from != node.convert_to:
+        raise unreadable(node, groups, node.bl_label)
+    return reader.get(node, "Vector", groups)
+
+
+@reads("NORMAL")
+def _normal(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    direction = tuple(float(c) for c in node.outputs["Normal"].default_value)
+    if output.identifier == "Normal":
+        return direction
+    given = e.VectorMath("NORMALIZE", reader.get(node, "Normal", groups))
+    return e.VectorMath("DOT_PRODUCT", given, e.VectorMath("NORMALIZE", direction))
+
+
+@reads("MIX")
+def _mix(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    kind = {"FLOAT": "Float", "VECTOR": "Vector", "RGBA": "Color"}.get(node.data_type)
+    if kind is None:
+        raise unreadable(node, groups, node.data_type)
+    uniform = kind != "Vector" or node.factor_mode == "UNIFORM"
+    factor = reader.get(node, "Factor_Float" if uniform else "Factor_Vector", groups)
+    a, b = (reader.get(node, f"{side}_{kind}", groups) for side in "AB")
+    if kind == "Color":
+        return e.Mix(factor, a, b, node.blend_type, node.clamp_factor, node.clamp_result)
+    return e.Mix(factor, a, b, "MIX", node.clamp_factor)
+
+
+@reads("MIX_RGB")
+def _mix_rgb(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    factor, a, b = (reader.value(socket, groups) for socket in node.inputs[:3])
+    return e.Mix(factor, a, b, node.blend_type, True, node.use_clamp)
+
+
+@reads("VALTORGB")
+def _ramp(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    ramp = node.color_ramp
+    table = tuple(tuple(map(float, ramp.evaluate(i / (TABLE - 1)))) for i in range(TABLE))
+    value = e.Ramp(reader.get(node, "Fac", groups), table, ramp.interpolation != "CONSTANT")  # type: ignore[arg-type]
+    return e.Channel(value, 3) if output.identifier == "Alpha" else value
+
+
+@reads("CURVE_RGB", "CURVE_VEC", "CURVE_FLOAT")
+def _curves(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    mapping = node.mapping
+    mapping.initialize()
+    curves = list(mapping.curves)
+    ends = [(c.points[0].location[0], c.points[len(c.points) - 1].location[0]) for c in curves]
+    low, high = min(a for a, _ in ends), max(b for _, b in ends)
+    high = high if high > low else low + 1.0
+    places = np.linspace(low, high, TABLE)
+
+    def row(x: float) -> tuple[float, float, float]:
+        if len(curves) == 1:
+            return (mapping.evaluate(curves[0], x),) * 3
+        if len(curves) == 4:  # the last one is applied to all channels first
+            x = mapping.evaluate(curves[3], x)
+        return tuple(mapping.evaluate(c, x) for c in curves[:3])  # type: ignore[return-value]
+
+    name = {"CURVE_RGB": "Color", "CURVE_VEC": "Vector", "CURVE_FLOAT": "Value"}[node.type]
+    factor = "Factor" if node.type == "CURVE_FLOAT" else "Fac"
+    return e.Curves(reader.get(node, name, groups), tuple(row(float(x)) for x in places),
+                    reader.get(node, factor, groups), low, high, mapping.extend == "EXTRAPOLATED")  # fmt: skip
+
+
+@reads("MAP_RANGE")
+def _map_range(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    vector = node.data_type == "FLOAT_VECTOR"
+    limits = [name.replace(" ", "_") + "_FLOAT3" if vector else name
+              for name in ("From Min", "From Max", "To Min", "To Max")]  # fmt: skip
+    value = reader.get(node, "Vector" if vector else "Value", groups)
+    steps = reader.get(node, "Steps_FLOAT3" if vector else "Steps", groups)
+    return e.MapRange(value, *(reader.get(node, name, groups) for name in limits), node.interpolation_type, steps,
+                      node.clamp, vector)  # type: ignore[arg-type]  # fmt: skip
+
+
+@reads("CLAMP")
+def _clamp(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    value, low, high = (reader.get(node, name, groups) for name in ("Value", "Min", "Max"))
+    return e.Clamp(value, low, high, node.clamp_type == "RANGE")
+
+
+@reads("SEPXYZ", "SEPARATE_XYZ", "SEPRGB", "SEPHSV", "SEPARATE_COLOR")
+def _separate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    value = reader.value(node.inputs[0], groups)
+    model = node.mode if node.type == "SEPARATE_COLOR" else "HSV" if node.type == "SEPHSV" else "RGB"
+    if model != "RGB":
+        value = e.ColorModel(value, "RGB", model)
+    return e.Channel(value, list(node.outputs).index(output))
+
+
+@reads("COMBXYZ", "COMBINE_XYZ", "COMBRGB", "COMBHSV", "COMBINE_COLOR")
+def _combine(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    x, y, z = (reader.value(socket, groups) for socket in node.inputs[:3])
+    value = e.Combine(x, y, z)
+    model = node.mode if node.type == "COMBINE_COLOR" else "HSV" if node.type == "COMBHSV" else "RGB"
+    return value if model == "RGB" else e.ColorModel(value, model, "RGB")
+
+
+@reads("HUE_SAT")
+def _hue_saturation(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    names = ("Color", "Hue", "Saturation", "Value", "Fac")
+    return e.HueSaturation(*(reader.get(node, name, groups) for name in names))
+
+
+@reads("BRIGHTCONTRAST")
+def _bright_contrast(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    return e.BrightContrast(*(reader.get(node, name, groups) for name in ("Color", "Bright", "Contrast")))
+
+
+@reads("GAMMA")
+def _gamma(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    return e.Gamma(reader.get(node, "Color", groups), reader.get(node, "Gamma", groups))
+
+
+@reads("INVERT")
+def _invert(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    return e.Invert(reader.get(node, "Color", groups), reader.get(node, "Fac", groups))
+
+
+@reads("RGBTOBW")
+def _luminance(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    return e.Luminance(reader.get(node, "Color", groups))

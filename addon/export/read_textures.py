@@ -1,0 +1,108 @@
+"""Image and procedural textures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from edgegrad import expression as e
+from edgegrad import procedural as p
+from edgegrad.expression import Operand
+
+from . import attributes
+from .expressions import Reader, Unreadable, reads
+from .images import UnreadableImage, alpha_mode
+from .nodes import Groups, label
+
+INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "Smart": "CUBIC"}
+
+
+def read_image(reader: Reader, node: Any, groups: Groups) -> str:
+    """Name of a node's image in the scene."""
+    if node.image is None or reader.images is None:
+        raise Unreadable(f"node '{label(node, groups)}' (no image)")
+    try:
+        return reader.images.read(node.image)
+    except UnreadableImage as error:
+        raise Unreadable(f"node '{label(node, groups)}' (image '{node.image.name}' {error})") from None
+
+
+@reads("TEX_IMAGE")
+def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    name = read_image(reader, node, groups)
+    box = node.projection == "BOX"
+    value = e.ImageTexture(
+        name, reader.get_or(node, "Vector", groups, e.Attribute(attributes.ACTIVE_UV)),
+        INTERPOLATIONS[node.interpolation], node.extension, node.projection,
+        alpha_mode(node.image, bool(node.outputs["Alpha"].links)), node.projection_blend,
+        e.VectorMath("NORMALIZE", e.Attribute(attributes.OBJECT_NORMAL)) if box else (0.0, 0.0, 1.0),
+    )  # fmt: skip
+    return e.Channel(value, 3) if output.identifier == "Alpha" else value
+
+
+@reads("TEX_ENVIRONMENT")
+def _environment(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    name = read_image(reader, node, groups)
+    return e.ImageTexture(name, reader.get_or(node, "Vector", groups, e.Coordinates("POSITION")),
+                          INTERPOLATIONS[node.interpolation], "REPEAT", node.projection,
+                          alpha_mode(node.image, False))  # fmt: skip
+
+
+def _place(reader: Reader, node: Any, groups: Groups) -> Operand:
+    """The vector of a procedural texture: generated coordinates where nothing is linked."""
+    value: Operand = reader.get_or(node, "Vector", groups, e.Attribute(attributes.GENERATED))
+    return value
+
+
+@reads("TEX_CHECKER")
+def _checker(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    place, scale = _place(reader, node, groups), reader.get(node, "Scale", groups)
+    if output.identifier == "Fac":
+        return p.Checker(place, 1.0, 0.0, scale)
+    return p.Checker(place, reader.get(node, "Color1", groups), reader.get(node, "Color2", groups), scale)
+
+
+@reads("TEX_GRADIENT")
+def _gradient(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    return p.Gradient(_place(reader, node, groups), node.gradient_type)
+
+
+@reads("TEX_WHITE_NOISE")
+def _white_noise(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    return p.WhiteNoise(reader.get(node, "Vector", groups), reader.get(node, "W", groups), node.noise_dimensions,
+                        output.identifier.upper())  # fmt: skip
+
+
+@reads("TEX_NOISE")
+def _noise(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    names = ("W", "Scale", "Detail", "Roughness", "Lacunarity", "Distortion", "Offset", "Gain")
+    return p.Noise(_place(reader, node, groups), *(reader.get(node, name, groups) for name in names),
+                   node.noise_dimensions, node.noise_type, node.normalize, output.identifier.upper())  # type: ignore[arg-type]  # fmt: skip
+
+
+@reads("TEX_VORONOI")
+def _voronoi(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    names = ("W", "Scale", "Detail", "Roughness", "Lacunarity", "Smoothness", "Exponent", "Randomness")
+    return p.Voronoi(_place(reader, node, groups), *(reader.get(node, name, groups) for name in names),
+                     node.voronoi_dimensions, node.feature, node.distance, node.normalize, output.identifier.upper())  # type: ignore[arg-type]  # fmt: skip
+
+
+@reads("TEX_WAVE")
+def _wave(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    names = ("Scale", "Distortion", "Detail", "Detail Scale", "Detail Roughness", "Phase Offset")
+    direction = node.bands_direction if node.wave_type == "BANDS" else node.rings_direction
+    return p.Wave(_place(reader, node, groups), *(reader.get(node, name, groups) for name in names), node.wave_type,
+                  direction, node.wave_profile)  # type: ignore[arg-type]  # fmt: skip
+
+
+@reads("TEX_MAGIC")
+def _magic(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    value = p.Magic(_place(reader, node, groups), reader.get(node, "Scale", groups),
+                    reader.get(node, "Distortion", groups), node.turbulence_depth)  # fmt: skip
+    return e.Average(value) if output.identifier == "Fac" else value
+
+
+@reads("TEX_BRICK")
+def _brick(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    names = ("Color1", "Color2", "Mortar", "Scale", "Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Height")
+    return p.Brick(_place(reader, node, groups), *(reader.get(node, name, groups) for name in names), node.offset,
+                   node.offset_frequency, node.squash, node.squash_frequency, output.identifier.upper())  # type: ignore[arg-type]  # fmt: skip

@@ -1,0 +1,194 @@
+"""Trees of Mix and Add shaders as weighted sums, and what each shader node is as an `edgegrad.Material`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import edgegrad
+from edgegrad import expression as e
+from edgegrad.expression import Expression, Operand
+
+from . import attributes
+from .expressions import Reader, Unreadable, folded, number, rgb
+from .nodes import Feed, Groups, by_identifier, feed, label, own_value_of
+
+# Fields with a range of their own; all other numbers are shares in [0, 1].
+RANGES = {"ior": (1e-3, 1e3), "coat_ior": (1.0, 1e3), "anisotropy": (-1.0, 1.0), "anisotropy_rotation": (-1e6, 1e6),
+          "specular_ior_level": (0.0, 1e3), "specular_tint": (0.0, 1e3), "emission": (0.0, 1e9),
+          "normal_strength": (0.0, 1e3), "coat_tint": (0.0, 1e3), "sheen_tint": (0.0, 1e3)}  # fmt: skip
+COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint", "emission", "normal")
+
+
+@dataclass(frozen=True)
+class Part:
+    """A shader node and its weight in the sum."""
+
+    node: Any
+    groups: Groups
+    weight: Operand
+
+
+def parts(reader: Reader, surface: Feed, weight: Operand = 1.0) -> Iterator[Part]:
+    """The shaders that a tree of Mix and Add shaders sums; weights are multiplied along the way."""
+    if surface.output is None:
+        return
+    node, groups = surface.output.node, surface.groups
+    if node.type == "ADD_SHADER":
+        for socket in node.inputs[:2]:
+            yield from parts(reader, feed(socket, groups), weight)
+    elif node.type == "MIX_SHADER":
+        try:
+            factor = folded(reader.value(node.inputs[0], groups))
+        except Unreadable as error:
+            reader.note(f"the factor of node '{label(node, groups)}' is its own value, as {error} can't be read")
+            factor = float(node.inputs[0].default_value)
+        if not isinstance(factor, Expression):
+            factor = float(np.clip(number(factor) or 0.0, 0.0, 1.0))
+            shares: tuple[Operand, Operand] = (1.0 - factor, factor)
+        else:
+            second = e.Clamp(factor)
+            shares = (e.Math("SUBTRACT", 1.0, second), second)
+        for socket, share in zip(node.inputs[1:3], shares, strict=True):
+            if share != 0.0:
+                yield from parts(reader, feed(socket, groups), product(weight, share))
+    else:
+        yield Part(node, groups, weight)
+
+
+def product(a: Operand, b: Operand) -> Operand:
+    """Product of two numbers."""
+    if not isinstance(a, Expression) and not isinstance(b, Expression):
+        return float(number(a) or 0.0) * float(number(b) or 0.0)
+    if a == 1.0 or b == 1.0:
+        return b if a == 1.0 else a
+    return e.Math("MULTIPLY", a, b)
+
+
+@dataclass
+class Leaf:
+    """Fills a `Material` from one shader node's inputs.
+
+    Attributes
+    ----------
+    bake_normal
+        Called with the feed of a Normal input that no normal map gives; the expression of a baked normal map.
+    """
+
+    reader: Reader
+    node: Any
+    groups: Groups
+    material: edgegrad.Material
+    bake_normal: Callable[[Feed], Expression | None] | None = None
+
+    def note(self, text: str) -> None:
+        """Note an approximation of this node."""
+        self.reader.note(f"node '{label(self.node, self.groups)}': {text}")
+
+    def has(self, name: str) -> bool:
+        """Whether the node has this input (Blender's versions differ)."""
+        return by_identifier(self.node.inputs, name) is not None
+
+    def read(self, name: str) -> Operand:
+        """What an input receives; its own value, with a note, if that can't be read."""
+        socket = by_identifier(self.node.inputs, name)
+        try:
+            return folded(self.reader.value(socket, self.groups))
+        except Unreadable as error:
+            self.note(f"'{name}' is its own value, as {error} can't be read")
+            return own_value_of(socket)
+
+    def own(self, name: str) -> Operand:
+        """An input's own value, whatever is linked to it."""
+        return own_value_of(by_identifier(self.node.inputs, name))
+
+    def set(self, field: str, name: str) -> None:
+        """Take a field of the material from an input."""
+        self.put(field, self.read(name), self.own(name))
+
+    def put(self, field: str, value: Operand, fallback: Operand) -> None:
+        """Set a field to a value, or to an expression that replaces the constant `fallback`."""
+        if isinstance(value, Expression):
+            self.material.textures = {**self.material.textures, field: value}
+            value = fallback
+        found = rgb(value)
+        assert found is not None
+        if field not in COLORS:
+            found = found[:1]
+        clipped = np.clip(found, *RANGES.get(field, (0.0, 1.0)))
+        if field not in self.material.textures and not np.allclose(clipped, found):
+            self.note(f"{field.replace('_', ' ')} is clipped to the range {RANGES.get(field, (0, 1))[0]:g} to "
+                      f"{RANGES.get(field, (0, 1))[1]:g}")  # fmt: skip
+        setattr(self.material, field, clipped if field in COLORS else float(clipped[0]))
+
+    def set_all(self, names: dict[str, str]) -> None:
+        """`set` for each field -> input that the node has."""
+        for field, name in names.items():
+            if self.has(name):
+                self.set(field, name)
+
+    def emission(self, color: str, strength: str) -> None:
+        """Emission of a colour times a strength."""
+        own = rgb(self.own(color)) * (number(self.own(strength)) or 0.0)  # type: ignore[operator]
+        a, b = self.read(color), self.read(strength)
+        constant, factor = rgb(a), number(b)
+        if factor == 0.0 or (constant is not None and not constant.any()):
+            return
+        if constant is not None and factor is not None:
+            value = constant * factor
+            if value.min() < 0.0:
+                self.note("negative emission is treated as zero")
+            self.material.emission = np.maximum(value, 0.0)
+            return
+        self.put("emission", e.VectorMath("MULTIPLY", a, b), tuple(np.maximum(own, 0.0)))
+
+    def normal(self, name: str = "Normal") -> None:
+        """Normal maps in tangent space are read, anything else linked to a shader's normal is baked."""
+        socket = by_identifier(self.node.inputs, name)
+        found = None if socket is None else feed(socket, self.groups)
+        if found is None or found.output is None:
+            return
+        node = found.output.node
+        if node.type == "NEW_GEOMETRY" and found.output.identifier == "Normal":
+            return
+        if node.type == "NORMAL_MAP" and node.space == "TANGENT":
+            inner = Leaf(self.reader, node, found.groups, self.material)
+            color, strength = inner.read("Color"), inner.read("Strength")
+            if number(strength) == 0.0:
+                return
+            inner.put("normal_strength", strength, inner.own("Strength"))
+            # A normal map counts only if it is a texture; a constant one is an expression, too.
+            constant = rgb(color)
+            if constant is not None:
+                if np.allclose(constant, (0.5, 0.5, 1.0)):
+                    return
+                color = e.Combine(*map(float, constant))
+            inner.put("normal", color, (0.5, 0.5, 1.0))
+            self.material.normal_uv = node.uv_map or attributes.ACTIVE_UV
+            return
+        baked = None if self.bake_normal is None else self.bake_normal(found)
+        if baked is None:
+            self.note(f"what node '{label(node, found.groups)}' does to its normal is left out")
+            return
+        self.put("normal", baked, (0.5, 0.5, 1.0))
+        self.material.normal_uv = attributes.BAKED_UV
+
+    def tangent(self) -> None:
+        """The direction that anisotropy is relative to: a UV map's, or around the object's Z axis."""
+        if self.material.anisotropy == 0.0 and "anisotropy" not in self.material.textures:
+            return
+        socket = by_identifier(self.node.inputs, "Tangent")
+        found = None if socket is None else feed(socket, self.groups)
+        node = None if found is None or found.output is None else found.output.node
+        uv = attributes.NO_UV
+        if node is not None and node.type == "TANGENT" and node.direction_type == "UV_MAP":
+            uv = node.uv_map or attributes.ACTIVE_UV
+        elif node is not None and not (node.type == "TANGENT" and node.axis == "Z"):
+            self.note("its tangent can't be read; anisotropy turns around the object's Z axis")
+        if "normal" not in self.material.textures:
+            self.material.normal_uv = uv
+        elif uv != self.material.normal_uv:
+            self.note(f"its anisotropy is relative to the UV map of its normal map, {self.material.normal_uv}")

@@ -32,6 +32,8 @@ F32 = NDArray[np.float32]
 
 # An elliptic light is a polygon of this many sides with the ellipse's area.
 ELLIPSE_SIDES = 64
+# Kernels number corners in 32 bits.
+MAX_FACES = (1 << 31) // 3 - 1
 # In a mesh's mask, the bit of the first set of blockers (shadow linking); the kinds of rays come before.
 FIRST_BLOCKERS = len(RAYS)
 
@@ -212,6 +214,8 @@ def _geometry(scene: Scene, origin: NDArray[np.float64] | None) -> dict[str, Any
 
     first_vertex = np.cumsum([0] + [len(m.vertices) for m in meshes])
     first_face = np.cumsum([0] + [len(m.faces) for m in meshes])
+    if first_face[-1] > MAX_FACES:
+        raise ValueError(f"scene: has {int(first_face[-1]):,} triangles; {MAX_FACES:,} are the most")
     faces = np.empty((int(first_face[-1]), 3), np.uint32)
     for mesh, v, f in zip(meshes, first_vertex, first_face, strict=False):
         np.add(mesh.faces, v, out=faces[f : f + len(mesh.faces)], casting="unsafe")

@@ -46,9 +46,9 @@ EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kin
 
 // Light from one emitter sample, `weight` being that of this strategy alone where the next ray is final.
 template <typename Surface>
-EG_INLINE void add_emitter_light(const SceneView& scene, Workspace& work, const PathPacket& p,
-                                 const SurfacePoint& x, const Surface& surface, Mask alone,
-                                 const PathIndex& index) {
+EG_OUTLINE void add_emitter_light(const SceneView& scene, Workspace& work, const PathPacket& p,
+                                  const SurfacePoint& x, const Surface& surface, Mask alone,
+                                  const PathIndex& index) {
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
     EmitterSample s = sample_emitter(scene, p.active, x.position, u, v);
@@ -88,9 +88,9 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
 
 // Appends the rays that go on to the queue; its new length.
 template <typename Surface>
-EG_INLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
-                      const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
-                      int alive) {
+EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
+                       const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
+                       int alive) {
     // A Lambertian surface's last ray sees nothing but the environment.
     Mask alone = splat(0);
     if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));

@@ -1,6 +1,7 @@
 #include "scene/bvh.h"
 
 #include <algorithm>
+#include <fstream>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -10,12 +11,32 @@ namespace {
 
 constexpr int kErrorOutOfMemory = 4;  // RTC_ERROR_OUT_OF_MEMORY
 
+// Memory at the peak of a build (measured: 1M and 10M triangles, medium quality).
+constexpr size_t kBuildBytesPerFace = 250;
+
+// Throws std::bad_alloc if there is no room for a build: Embree may wait forever when one of its threads runs
+// out of memory half-way.
+void check_room(size_t faces) {
+    const size_t needed = faces * kBuildBytesPerFace;
+    ::operator delete(::operator new(needed));
+    std::ifstream memory("/proc/meminfo");  // where the system promises more than it has
+    std::string name;
+    size_t kilobytes;
+    while (memory >> name >> kilobytes) {
+        if (name == "MemAvailable:" && needed > kilobytes * 1024) throw std::bad_alloc();
+        memory.ignore(64, '\n');
+    }
+}
+
 }  // namespace
 
 Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(api) {
     const std::string config = "threads=" + std::to_string(threads);
     device_ = api_.new_device(config.c_str());
-    if (!device_) throw std::runtime_error("Embree can't create a device");
+    if (!device_) {
+        check("creating a device");
+        throw std::runtime_error("Embree can't create a device");
+    }
     try {
         build(tables);
     } catch (...) {
@@ -46,6 +67,7 @@ void Bvh::check(const char* doing) const {
 }
 
 void Bvh::build(const SceneTables& tables) {
+    check_room(tables.faces.size() / 3);
     scene_ = api_.new_scene(device_);
     api_.set_scene_quality(scene_, embree::kMedium);
     for (int32_t m = 0; m < tables.visible_meshes; ++m) {

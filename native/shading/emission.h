@@ -13,7 +13,7 @@ EG_INLINE Vec3 leaf_emission(const SurfacePoint& x, const Shader& shader) {
 }
 
 // Emission of all shaders of the point's material, opacity included: what a ray from there sees on average.
-EG_INLINE Vec3 emitted_radiance(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point) {
+EG_OUTLINE Vec3 emitted_radiance(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point) {
     Vec3 sum = zero3();
     const Int first = gather(scene.material_first_leaf, x.material);
     const Int count = gather(scene.material_first_leaf + 1, x.material) - first;

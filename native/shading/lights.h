@@ -82,8 +82,8 @@ EG_INLINE AreaShape area_shape(const LightRow& l, Vec3 from) {
 
 // One light, and a direction to it, for the point x. Only what may light it is active: in front of it, unless
 // `both_sides`, which say where light that falls on the back matters too.
-EG_INLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
-                                   Mask both_sides, Float u, Float v) {
+EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
+                                    Mask both_sides, Float u, Float v) {
     const LightView& lights = scene.lights;
     const Receiver receiver{x.position, x.normal, both_sides};
     const LightChoice choice = choose_light(lights, active, receiver, u);
@@ -180,8 +180,8 @@ EG_INLINE Mask light_hidden(const SceneView& scene, Vec3 start, const LightSampl
 
 // Solid-angle density with which `sample_light` from `from` finds the direction w, in which an emissive face
 // is met at the distance r; 0 for faces that aren't sampled.
-EG_INLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& from, Int face, Vec3 w,
-                          Float r) {
+EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& from, Int face, Vec3 w,
+                           Float r) {
     const LightView& lights = scene.lights;
     if (!lights.face_light) return splat(0.0f);
     const Int light = select(active, gather(lights.face_light, select(active, face, splat(0))), splat(-1));
@@ -238,8 +238,8 @@ EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float
 // Radiance of all sized lights of the table that a ray of `kind` along w meets between the distances near and
 // far from the surface point `from` that scattered it (they don't block it), weighted by the power heuristic
 // against `sample_light`; `bsdf_pdf` 0: the ray wasn't sampled by a density, all of it counts.
-EG_INLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
-                            Float near, Float far, Float bsdf_pdf, Int kind) {
+EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
+                             Float near, Float far, Float bsdf_pdf, Int kind) {
     const LightView& lights = scene.lights;
     Vec3 sum = zero3();
     const Mask missed = active & (far == __builtin_inff());

@@ -31,7 +31,7 @@ EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint&
 }
 
 // Weight of the leaf in its mixture.
-EG_INLINE Float leaf_weight(const SceneView& scene, Mask active, Int leaf, const TexturePoint& point) {
+EG_OUTLINE Float leaf_weight(const SceneView& scene, Mask active, Int leaf, const TexturePoint& point) {
     Float row[kMaterialParams];
     row[kWeight] = gather(scene.leaf_params + kWeight, leaf * static_cast<int32_t>(kMaterialParams));
     if (scene.textures.leaf_weight_program)
@@ -70,8 +70,8 @@ EG_INLINE Int pick_leaf(const SceneView& scene, const SurfacePoint& x, const Tex
 }
 
 // The shader at x for the random number u.
-EG_INLINE Shader leaf_shader(const SceneView& scene, const SurfacePoint& x, Int leaf,
-                             const TexturePoint& point) {
+EG_OUTLINE Shader leaf_shader(const SceneView& scene, const SurfacePoint& x, Int leaf,
+                              const TexturePoint& point) {
     Shader s;
     s.leaf = leaf;
     s.scale = splat(1.0f);

@@ -16,8 +16,8 @@ struct ShadowContext {
 };
 
 // The share of each channel that passes a surface point: over its leaves, the weighted sum.
-EG_INLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint& x,
-                                     const TexturePoint& point) {
+EG_OUTLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint& x,
+                                      const TexturePoint& point) {
     Vec3 sum = zero3();
     const Int first = gather(scene.material_first_leaf, x.material);
     const Int count = gather(scene.material_first_leaf + 1, x.material) - first;
@@ -80,8 +80,8 @@ static void filter_transparent(const embree::FilterArguments* args) {
 }
 
 // What passes along rays within `far` times their direction's length, of meshes that have a bit of `mask`.
-EG_INLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
-                             Int mask) {
+EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
+                              Int mask) {
     const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
     if (!(scene.all_flags & kHasTransparency)) {
         const Mask hidden = occluded(scene, active, origin, direction, far, ignore_nothing(), mask);

@@ -30,6 +30,10 @@ using Mask = Int;
 #define EG_INLINE inline __attribute__((always_inline))
 #endif
 
+// Large parts that packets need but once are functions of their own: inlined everywhere they would make the
+// kernels slow to compile and no faster.
+#define EG_OUTLINE static __attribute__((noinline))
+
 EG_INLINE Float splat(float s) { return Float{} + s; }
 EG_INLINE Int splat(int s) { return Int{} + s; }
 EG_INLINE UInt splat(uint32_t s) { return UInt{} + s; }

@@ -1,0 +1,13 @@
+// The kernels of one instruction set come from several files, each compiled once for each instruction set
+// with its own EDGEGRAD_ISA and EDGEGRAD_WIDTH (CMakeLists.txt).
+#pragma once
+
+#include "kernels.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+void add_path_kernels(KernelTable& table);
+void add_derivative_kernels(KernelTable& table);
+void add_probe_kernels(KernelTable& table);
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,16 @@
+// Kernels that run parts of the path tracer by themselves, for tests.
+#include "kernels/parts.h"
+#include "shading/bsdf/kernel.h"
+#include "shading/light_probes.h"
+#include "texture/kernel.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+void add_probe_kernels(KernelTable& table) {
+    table.textures = texture_kernel;
+    table.bsdfs = bsdf_kernel;
+    table.light_samples = light_samples_kernel;
+    table.light_directions = light_directions_kernel;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,18 +1,24 @@
 """Types of the native module; native/bindings.cpp is its source."""
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .bounces import Bounces
 from .tables import Asked, Derivative, Tables
+from .texture_program import TextureTables
 from .topology import Edges
 
 Progress = Callable[[float], None] | None
 
 def instruction_sets() -> list[str]: ...
 def embree_version(path: str) -> str: ...
+def texture_operations() -> list[str]: ...
+def evaluate_textures(
+    tables: TextureTables, points: Any, rows: NDArray[np.float32], instruction_set: str
+) -> None: ...
 
 class Scene:
     def __init__(self, tables: Tables, threads: int, instruction_set: str, embree: str) -> None: ...

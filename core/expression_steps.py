@@ -137,7 +137,7 @@ def rule(kind: type[Expression]) -> Callable[[Rule], Rule]:
 
 def _constant(value: Any) -> Components:
     if isinstance(value, (bool, int, float, np.integer, np.floating)):
-        numbers = (float(value),) * 4
+        numbers: tuple[float, ...] = (float(value),) * 4
     elif isinstance(value, tuple) and len(value) in (3, 4) and all(np.isscalar(v) for v in value):
         numbers = (*(float(v) for v in value), 1.0)[:4]
     else:

@@ -27,7 +27,7 @@ class Output(NamedTuple):
     """One output of a step."""
 
     step: int
-    index: int
+    place: int
 
 
 Value = float | Output

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -208,7 +209,7 @@ class _TooManyRegisters(Exception):
     pass
 
 
-def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, NDArray[np.generic]]:
+def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, NDArray[Any]]:
     """Each picture's pixels once; twice only if nodes read them both with and without their alpha."""
     parts: list[F32] = []
     held: dict[tuple[str, int, bool], int] = {}
@@ -241,7 +242,7 @@ def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, NDAr
     }
 
 
-def _lookup_tables(resources: Resources) -> dict[str, NDArray[np.generic]]:
+def _lookup_tables(resources: Resources) -> dict[str, NDArray[Any]]:
     shapes, rows = [], []
     end = 0
     for (table, interpolate, extrapolate) in resources.tables:
@@ -265,7 +266,7 @@ def _boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
     return boxes
 
 
-def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, NDArray[np.generic]]:
+def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, NDArray[Any]]:
     parts: list[F32] = []
     end = 0
     first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -82,9 +83,9 @@ def mapping() -> Cases:
     for kind, (linear, offset) in parts.items():
         rows = tuple(tuple(float(v) for v in row) for row in np.column_stack([linear, offset]))
         out[f"mapping {kind}"] = (
-            lambda n, kind=kind: n.node("Mapping", {0: n.p, 1: location, 2: rotation, 3: scale},
-                                        vector_type=kind).outputs[0],
-            e.Transform(P, rows, kind == "NORMAL"),  # type: ignore[arg-type]
+            partial(lambda kind, n: n.node("Mapping", {0: n.p, 1: location, 2: rotation, 3: scale},
+                                           vector_type=kind).outputs[0], kind),
+            e.Transform(P, rows, kind == "NORMAL"),
         )
     return out
 
@@ -182,8 +183,8 @@ def ranges() -> Cases:
         e.MapRange(PX, 0.5, 0.5, 1.0))
     for swap in (False, True):
         out[f"clamp {swap}"] = (
-            lambda n, swap=swap: n.node("Clamp", {k: n.component(n.p, k) for k in range(3)},
-                                        clamp_type="RANGE" if swap else "MINMAX").outputs[0],
+            partial(lambda swap, n: n.node("Clamp", {k: n.component(n.p, k) for k in range(3)},
+                                           clamp_type="RANGE" if swap else "MINMAX").outputs[0], swap),
             e.Clamp(PX, PY, PZ, swap))
     return out
 
@@ -213,7 +214,7 @@ def tables() -> Cases:
 
     out: Cases = {}
     for kind in ("LINEAR", "CONSTANT", "EASE", "CARDINAL", "B_SPLINE"):
-        out[f"ramp {kind}"] = (lambda n, kind=kind: ramp(n, kind), _ramp_like(bpy, ramp, kind))
+        out[f"ramp {kind}"] = (partial(lambda kind, n: ramp(n, kind), kind), _ramp_like(bpy, ramp, kind))
     out["curves"] = (curves, _curves_like(bpy, curves))
     return out
 
@@ -248,7 +249,8 @@ def textures() -> Cases:
     }
     for kind in t.GRADIENTS:
         out[f"gradient {kind}"] = (
-            lambda n, kind=kind: n.node("TexGradient", {0: n.p}, gradient_type=kind).outputs[1], t.Gradient(P, kind))
+            partial(lambda kind, n: n.node("TexGradient", {0: n.p}, gradient_type=kind).outputs[1], kind),
+            t.Gradient(P, kind))
     for d in t.DIMENSIONS:
         for output in ("VALUE", "COLOR"):
 
@@ -301,7 +303,8 @@ def _waves() -> Cases:
             out[f"wave rings {direction} {profile}"] = wave("RINGS", direction, profile, 0.8)
     for depth in range(11):
         out[f"magic {depth}"] = (
-            lambda n, depth=depth: n.node("TexMagic", {0: n.p, 1: 1.3, 2: 0.9}, turbulence_depth=depth).outputs[0],
+            partial(lambda depth, n: n.node("TexMagic", {0: n.p, 1: 1.3, 2: 0.9}, turbulence_depth=depth).outputs[0],
+                    depth),
             t.Magic(P, 1.3, 0.9, depth))
     return out
 
@@ -408,7 +411,32 @@ def images() -> Cases:
             e.ImageTexture("opaque", P, projection="BOX", blend=blend, normal=(0.0, 0.0, 1.0)))
     for projection in ("EQUIRECTANGULAR", "MIRROR_BALL"):
         out[f"environment {projection}"] = (
-            lambda n, projection=projection: n.node("TexEnvironment", {0: n.p}, image=pictures["opaque"],
-                                                    projection=projection).outputs[0],
+            partial(lambda projection, n: n.node("TexEnvironment", {0: n.p}, image=pictures["opaque"],
+                                                 projection=projection).outputs[0], projection),
             e.ImageTexture("opaque", P, projection=projection))
+    return out
+
+
+def shading() -> Cases:
+    """Nodes of the angle to the viewer, who looks along -Z; the normal is P made a unit vector."""
+    unit = e.VectorMath("NORMALIZE", P)
+
+    def normal(n: Nodes) -> Any:
+        return n.node("VectorMath", {0: n.p}, operation="NORMALIZE").outputs[0]
+
+    out: Cases = {
+        "fresnel": (lambda n: n.node("Fresnel", {0: n.component(n.q, 0), 1: normal(n)}).outputs[0],
+                    e.Fresnel(QX, unit)),
+        "normal": (lambda n: n.node("NewGeometry").outputs["Normal"], e.Coordinates("NORMAL")),
+        "true normal": (lambda n: n.node("NewGeometry").outputs["True Normal"], e.Coordinates("TRUE_NORMAL")),
+        "incoming": (lambda n: n.node("NewGeometry").outputs["Incoming"], e.Coordinates("INCOMING")),
+        "reflection": (lambda n: n.node("TexCoord").outputs["Reflection"], e.Coordinates("REFLECTION")),
+        "backfacing": (lambda n: n.node("NewGeometry").outputs["Backfacing"], e.Backfacing()),
+        "camera ray": (lambda n: n.node("LightPath").outputs["Is Camera Ray"], e.LightPath("CAMERA")),
+        "shadow ray": (lambda n: n.node("LightPath").outputs["Is Shadow Ray"], e.LightPath("SHADOW")),
+    }
+    for k, output in enumerate(("FRESNEL", "FACING")):
+        out[f"layer weight {output}"] = (
+            partial(lambda k, n: n.node("LayerWeight", {0: n.component(n.q, 0), 1: normal(n)}).outputs[k], k),
+            e.LayerWeight(output, QX, unit))
     return out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,9 +31,9 @@ class Points:
     program: NDArray[np.int32]
 
 
-def points(count: int, **given: NDArray[np.generic]) -> Points:
+def points(count: int, **given: Any) -> Points:
     """Points with what is given, and zeros."""
-    values = {
+    values: dict[str, Any] = {
         f.name: np.zeros((count, 3) if f.name in ("position", "normal", "true_normal", "view") else count,
                          np.int32 if f.name in ("face", "ray_kind", "backside", "program") else np.float32)
         for f in fields(Points)

@@ -150,25 +150,6 @@ EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, Int leaf, con
     return select(active & t.known, r, point.normal);
 }
 
-// A normal turned towards the geometric one ng until the mirror image of the viewer's direction is above the
-// surface (Cycles' ensure_valid_specular_reflection: glossy closures use it instead of n).
-EG_INLINE Vec3 valid_reflection_normal(Vec3 ng, Vec3 view, Vec3 n) {
-    const Vec3 mirrored = n * (2.0f * dot(n, view)) - view;
-    const Float iz = dot(view, ng);
-    const Float threshold = min(0.9f * iz, splat(0.01f));
-    const Mask wrong = dot(ng, mirrored) < threshold;
-    if (!any(wrong)) return n;
-    // In the plane of ng and n, with ng as z: 4 a z^4 - 2 b z^2 + c = 0 for the new normal's z.
-    const Vec3 axis = normalized_or(n - ng * dot(n, ng), n);
-    const Float ix = dot(view, axis);
-    const Float a = ix * ix + iz * iz, b = 2.0f * (a + iz * threshold);
-    const Float c = (threshold + iz) * (threshold + iz);
-    const Float root = sqrt(max(b * b - 4.0f * a * c, 0.0f));
-    const Float z2 = 0.25f * select(ix < 0.0f, b + root, b - root) / a;
-    const Vec3 raised = axis * sqrt(max(1.0f - z2, 0.0f)) + ng * sqrt(max(z2, 0.0f));
-    return select(wrong, raised, n);
-}
-
 // What a bent normal takes from light along wi, relative to the smooth normal: light through the back of the
 // smooth surface, and for diffuse closures a soft terminator (Conty Estevez, Lecocq and Stein 2019, "A
 // Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").

@@ -88,7 +88,6 @@ class Tables:
     instance_to_world: F32  # (I, 3, 4) rows of its transform, relative to origin
     materials: MaterialTable  # every shader of every material
     lights: LightTable  # every light that is no mesh, for pictures
-    environment_image: int  # index of the image, -1: none
     environment_rotation: F32  # (3, 3) from world space to the image's
     environment_mask: int  # bits of the kinds of rays that see it
     albedo: F32  # (M, 3)
@@ -116,6 +115,7 @@ class Tables:
     clip_start: float
     clip_end: float
     textures: TextureTables | None  # None: nothing in the scene is textured
+    environment_pixels: F32 | None  # (h, w, 3) of the environment's image, row 0 on top
 
     def zero_derivative(self) -> Derivative:
         """A `Derivative` of zeros."""
@@ -177,7 +177,7 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
     geometry = _geometry(scene, origin)
     origin = geometry["origin"]
     textures = compile_textures(scene, origin) if _needs_textures(scene) else None
-    return Tables(**geometry, **_values(scene, origin), textures=textures)
+    return Tables(**geometry, **_values(scene, origin), textures=textures, environment_pixels=_environment(scene))
 
 
 def with_values(scene: Scene, tables: Tables) -> Tables:
@@ -196,6 +196,14 @@ def _needs_textures(scene: Scene) -> bool:
         material.textures or (isinstance(material, Material) and material.anisotropy != 0.0)
         for material in scene.materials.values()
     )
+
+
+def _environment(scene: Scene) -> F32 | None:
+    """The environment's image in colour."""
+    if scene.world.image is None or not np.any(scene.world.color * scene.world.strength):
+        return None
+    pixels = scene.images[scene.world.image].pixels
+    return np.ascontiguousarray(np.broadcast_to(pixels[..., :3], (*pixels.shape[:2], 3)), np.float32)
 
 
 def _geometry(scene: Scene, origin: NDArray[np.float64] | None) -> dict[str, Any]:
@@ -252,7 +260,6 @@ def _values(scene: Scene, origin: NDArray[np.float64]) -> dict[str, Any]:
     return {
         "materials": material_table(scene, radiances),
         "lights": light_table(scene, origin),
-        "environment_image": -1 if scene.world.image is None else list(scene.images).index(scene.world.image),
         "environment_rotation": scene.world.rotation.astype(np.float32),
         "environment_mask": ray_bits(scene.world.visible_to),
         "albedo": _rows([leaf.base_color for leaf in first_leaves] + [np.zeros(3)] * len(area_lights)),

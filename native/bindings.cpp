@@ -116,7 +116,6 @@ void read_values(nb::handle t, edgegrad::ValueTables& s) {
     s.lights.visible_to = column<int32_t>(lights, "visible_to");
     s.lights.receivers = column<int32_t>(lights, "receivers");
     s.lights.blockers = column<int32_t>(lights, "blockers");
-    s.environment_image = nb::cast<int32_t>(t.attr("environment_image"));
     fill(s.environment_rotation, t, "environment_rotation");
     s.environment_mask = nb::cast<int32_t>(t.attr("environment_mask"));
     s.filter_kind = nb::cast<int32_t>(t.attr("filter_kind"));
@@ -135,12 +134,23 @@ void read_values(nb::handle t, edgegrad::ValueTables& s) {
     check_lights(s.lights);
 }
 
+std::shared_ptr<const edgegrad::EnvironmentMap> read_environment_map(nb::handle t) {
+    const nb::object pixels = t.attr("environment_pixels");
+    if (pixels.is_none()) return nullptr;
+    using Pixels = nb::ndarray<const float, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
+    const Pixels array = nb::cast<Pixels>(pixels);
+    if (array.size() == 0) throw std::invalid_argument("the environment's image is empty");
+    return std::make_shared<edgegrad::EnvironmentMap>(array.data(), static_cast<int32_t>(array.shape(1)),
+                                                      static_cast<int32_t>(array.shape(0)));
+}
+
 SceneTables read_tables(nb::handle t) {
     SceneTables s;
     read_geometry(t, s);
     read_values(t, s);
     const nb::object textures = t.attr("textures");
     if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
+    s.environment_map = read_environment_map(t);
     check_indices(s.face_material, s.albedo.size() / 3, "face materials");
     return s;
 }
@@ -338,6 +348,9 @@ NB_MODULE(_native, m) {
              "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a,
              "terms"_a, "progress"_a.none())
+        .def("sample_sky", [](const Scene& s, nb::handle u,
+                              nb::handle v) { return edgegrad::sample_sky(s.engine(), u, v); })
+        .def("look_at_sky", [](const Scene& s, nb::handle w) { return edgegrad::look_at_sky(s.engine(), w); })
         .def("sample_lights",
              [](const Scene& s, nb::handle position, nb::handle normal, nb::handle u, nb::handle v,
                 bool both_sides) {

@@ -66,4 +66,29 @@ nb::dict meet_lights(const Engine& engine, nb::handle position, nb::handle norma
     return out;
 }
 
+nb::dict sample_sky(const Engine& engine, nb::handle u, nb::handle v) {
+    const auto us = nb::cast<Array<float>>(u);
+    const size_t n = us.size();
+    const auto vs = take<float>(v, n);
+    std::vector<float> w(3 * n), radiance(3 * n), pdf(n);
+    engine.probe_sky({static_cast<int64_t>(n), us.data(), vs.data(), w.data(), radiance.data(), pdf.data()});
+    nb::dict out;
+    out["w"] = give(std::move(w), 3);
+    out["radiance"] = give(std::move(radiance), 3);
+    out["pdf"] = give(std::move(pdf), 1);
+    return out;
+}
+
+nb::dict look_at_sky(const Engine& engine, nb::handle w) {
+    const auto ws = nb::cast<Array<float>>(w);
+    const size_t n = ws.size() / 3;
+    std::vector<float> directions(ws.data(), ws.data() + 3 * n), radiance(3 * n), pdf(n);
+    engine.probe_sky(
+        {static_cast<int64_t>(n), nullptr, nullptr, directions.data(), radiance.data(), pdf.data()});
+    nb::dict out;
+    out["radiance"] = give(std::move(radiance), 3);
+    out["pdf"] = give(std::move(pdf), 1);
+    return out;
+}
+
 }  // namespace edgegrad

@@ -96,6 +96,7 @@ void Engine::update(SceneTables next) {
     const auto hidden = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[tables_.visible_meshes]);
     std::copy(next.vertices.begin() + hidden, next.vertices.end(), tables_.vertices.begin() + hidden);
     tables_.textures = std::move(next.textures);
+    tables_.environment_map = std::move(next.environment_map);
     update_values(std::move(next));
     moved_vertices(moved, far);
 }
@@ -282,6 +283,12 @@ void Engine::probe_lights(const LightProbes& probes) const {
 
 void Engine::probe_directions(const DirectionProbes& probes) const {
     kernels_.light_directions(PreparedScene(api_, *bvh_, tables_, nullptr, false).view(), probes);
+}
+
+void Engine::probe_sky(const SkyProbes& probes) const {
+    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, false);
+    if (!prepared.view().sky.pixels) throw std::invalid_argument("the environment has no image");
+    kernels_.sky(prepared.view(), probes);
 }
 
 }  // namespace edgegrad

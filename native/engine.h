@@ -48,6 +48,7 @@ class Engine {
     // For tests: light sampling by itself.
     void probe_lights(const LightProbes& probes) const;
     void probe_directions(const DirectionProbes& probes) const;
+    void probe_sky(const SkyProbes& probes) const;
 
  private:
     template <typename F>

@@ -15,7 +15,7 @@ constexpr int kMaxWidth = 16;
 // Live paths of a task, one array for each value (path/path_queue.h).
 struct PathQueue {
     float *origin[3], *direction[3], *throughput[3], *from[3], *from_normal[3], *pdf;
-    int32_t *path, *state, *bounces;
+    int32_t *path, *state, *bounces, *from_mesh;
 };
 
 // What the rays of a queue met; face -1: nothing.
@@ -118,6 +118,7 @@ struct KernelTable {
     void (*bsdfs)(const BsdfTask&, const BsdfResult&);
     void (*light_samples)(const SceneView&, const LightProbes&);
     void (*light_directions)(const SceneView&, const DirectionProbes&);
+    void (*sky)(const SceneView&, const SkyProbes&);
 };
 
 }  // namespace edgegrad

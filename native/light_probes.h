@@ -31,4 +31,12 @@ struct DirectionProbes {
     float* radiance;  // (count, 3) of the sized lights
 };
 
+// Samples of the environment's image for (u, v), or, where those are null, its radiance and density along w.
+struct SkyProbes {
+    int64_t count;
+    const float *u, *v;
+    float *w, *radiance;  // (count, 3)
+    float* pdf;
+};
+
 }  // namespace edgegrad

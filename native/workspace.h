@@ -14,7 +14,7 @@ class ThreadWorkspace {
         if (memory_.empty()) {
             // Compacting writes whole packets behind the end.
             constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            constexpr size_t rows = 3 + 16 + 3 + 6 + 2;
+            constexpr size_t rows = 3 + 16 + 4 + 6 + 2;
             memory_.resize(rows * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
@@ -27,6 +27,7 @@ class ThreadWorkspace {
                             &w.paths.from_normal})
                 for (float*& p : *v) take(p);
             take(w.paths.pdf), take(w.paths.path), take(w.paths.state), take(w.paths.bounces);
+            take(w.paths.from_mesh);
             take(w.hits.face), take(w.hits.mesh), take(w.hits.instance);
             take(w.hits.b1), take(w.hits.b2), take(w.hits.distance);
             // Derivatives follow no path beyond the first hit: they share that memory.

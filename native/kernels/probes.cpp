@@ -11,6 +11,7 @@ void add_probe_kernels(KernelTable& table) {
     table.bsdfs = bsdf_kernel;
     table.light_samples = light_samples_kernel;
     table.light_directions = light_directions_kernel;
+    table.sky = sky_kernel;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -16,18 +16,21 @@ struct PathPacket {
     Float pdf;  // solid-angle density with which the ray was sampled; 0: by no density (camera, specular)
     Vec3 from;  // the surface point that scattered last, and its normal: a ray may pass surfaces between
     Vec3 from_normal;
-    Int segment;     // number of this ray in its path, from 1
-    Int vertex;      // surfaces met, passed ones included: which random numbers come next
-    Int kind;        // RayKind
-    Mask final_ray;  // it brings light that it meets, and isn't scattered again
-    Int bounces;     // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
+    Int from_mesh;
+    Mask both_sides;  // that point passes light to its back
+    Int segment;      // number of this ray in its path, from 1
+    Int vertex;       // surfaces met, passed ones included: which random numbers come next
+    Int kind;         // RayKind
+    Mask final_ray;   // it brings light that it meets, and isn't scattered again
+    Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
 
 constexpr int kVertexBits = 11, kSegmentBits = 11;
 
 EG_INLINE Int pack_state(const PathPacket& p) {
     return p.segment | (p.vertex << kSegmentBits) | (p.kind << (kSegmentBits + kVertexBits)) |
-           ((p.final_ray & 1) << (kSegmentBits + kVertexBits + 3));
+           ((p.final_ray & 1) << (kSegmentBits + kVertexBits + 3)) |
+           ((p.both_sides & 1) << (kSegmentBits + kVertexBits + 4));
 }
 
 EG_INLINE void unpack_state(Int state, PathPacket& p) {
@@ -35,6 +38,7 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.vertex = (state >> kSegmentBits) & ((1 << kVertexBits) - 1);
     p.kind = (state >> (kSegmentBits + kVertexBits)) & 7;
     p.final_ray = ((state >> (kSegmentBits + kVertexBits + 3)) & 1) != 0;
+    p.both_sides = ((state >> (kSegmentBits + kVertexBits + 4)) & 1) != 0;
 }
 
 // Number of bounces of a kind (kDiffuseRay, kGlossyRay, kTransmissionRay, or 4: transparent) so far.
@@ -69,6 +73,7 @@ EG_INLINE PathPacket load_paths(const PathQueue& q, int at, int count) {
     load3(p.from_normal, q.from_normal, at);
     p.pdf = load(q.pdf + at);
     p.bounces = load(q.bounces + at);
+    p.from_mesh = select(p.active, load(q.from_mesh + at), splat(0));
     unpack_state(load(q.state + at), p);
     p.kind = select(p.active, p.kind, splat(0));
     return p;
@@ -82,6 +87,7 @@ EG_INLINE int append_paths(PathQueue& q, int n, const PathPacket& p) {
     append3(q.from_normal, n, p.active, p.from_normal);
     append(q.pdf, n, p.active, p.pdf);
     append(q.bounces, n, p.active, p.bounces);
+    append(q.from_mesh, n, p.active, p.from_mesh);
     append(q.state, n, p.active, pack_state(p));
     return append(q.path, n, p.active, p.path);
 }

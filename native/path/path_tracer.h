@@ -34,6 +34,7 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     p.segment = splat(1);
     p.vertex = p.bounces = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
+    p.both_sides = p.from_mesh = splat(0);
     p.final_ray = splat(task.max_depth <= 1 ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
@@ -69,11 +70,17 @@ EG_INLINE void trace_paths(const SceneView& scene, Workspace& work, int count) {
     }
 }
 
-// Light from the environment along rays that meet nothing.
+// Light from the environment along rays that meet nothing, against the chance that a sample of its image
+// found it.
 EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const PathPacket& p, Mask missed) {
     missed &= (splat(scene.environment_mask) & ray_mask(p.kind)) != 0;
     if (!any(missed)) return;
-    add_radiance(work, p, missed, p.throughput * splat3(scene.environment));
+    Vec3 light = environment_radiance(scene, p.direction);
+    if (scene.sky.sampled) {
+        const Float pdf = environment_pdf(scene, p.direction);
+        light = light * select(p.pdf > 0.0f, power_heuristic(p.pdf, pdf), 1.0f);
+    }
+    add_radiance(work, p, missed, p.throughput * light);
 }
 
 // Light that the surface itself gives, against the chance that an emitter sample found it.
@@ -85,10 +92,22 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
     const Mask sampled = emits & (p.pdf > 0.0f);
     if (any(sampled)) {
         const Vec3 way = x.position - p.from;  // surfaces may have been passed on it
-        const Float pdf = emitter_pdf(scene, sampled, p.from, x, p.direction, sqrt(dot(way, way)));
+        const Float pdf = light_pdf(scene, sampled, {p.from, p.from_normal, p.both_sides}, x.face,
+                                    p.direction, sqrt(dot(way, way)));
         weight = select(sampled, power_heuristic(p.pdf, pdf), splat(1.0f));
     }
     add_radiance(work, p, emits, p.throughput * leaf_emission(x, shader) * weight);
+}
+
+// Lights that rays meet without being blocked by them.
+EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
+                                Float distance) {
+    const Vec3 way = p.origin - p.from;
+    const Float near = sqrt(dot(way, way));
+    const Vec3 light = lights_along(scene, p.active, {p.from, p.from_normal, p.both_sides}, p.from_mesh,
+                                    p.direction, near, near + distance, p.pdf, p.kind);
+    const Mask lit = p.active & (largest_component(light) > 0.0f);
+    if (any(lit)) add_radiance(work, p, lit, p.throughput * light);
 }
 
 // Lets part of the paths pass a surface that isn't opaque, and takes them out of x.
@@ -143,6 +162,9 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         const Int face = load(work.hits.face + at);
         const Mask hit = p.active & (face >= 0);
         if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit);
+        if (scene.lights.sized_count + scene.lights.sized_distant > 0)
+            add_sized_lights(scene, work, p,
+                             select(hit, load(work.hits.distance + at), splat(__builtin_inff())));
         if (!any(hit)) continue;
         SurfacePoint x = surface_point(scene, hit, face, load(work.hits.b1 + at), load(work.hits.b2 + at),
                                        p.direction, select(hit, load(work.hits.instance + at), splat(-1)));

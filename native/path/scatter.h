@@ -4,7 +4,9 @@
 #include "path/path_queue.h"
 #include "path/stream.h"
 #include "shading/emission.h"
+#include "shading/environment.h"
 #include "shading/lambertian.h"
+#include "shading/lights.h"
 #include "shading/terminator.h"
 #include "shading/transmittance.h"
 
@@ -44,19 +46,16 @@ EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kin
     return (p.segment + 1 >= task.max_depth) | (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind));
 }
 
-// Light from one emitter sample, `weight` being that of this strategy alone where the next ray is final.
+// Light from a sample of the lights; `alone` where no ray will be traced that could find it too.
 template <typename Surface>
-EG_OUTLINE void add_emitter_light(const SceneView& scene, Workspace& work, const PathPacket& p,
-                                  const SurfacePoint& x, const Surface& surface, Mask alone,
-                                  const PathIndex& index) {
+EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
+                         const Surface& surface, Mask alone, const PathIndex& index) {
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
-    EmitterSample s = sample_emitter(scene, p.active, x.position, u, v);
-    // Light that falls on the viewer's side of the shading normal through the triangle doesn't count.
-    if constexpr (Surface::kSmooth) s.active &= dot(x.normal, s.w) > 0.0f;
+    LightSample s = sample_light(scene, p.active, x, p.both_sides, u, v);
     if (scene.emission_varies) {
-        const Mask on_surface = s.active & (s.kind == kEmissiveTriangle);
-        const SurfacePoint y = surface_point(scene, on_surface, s.index, s.b1, s.b2, s.w);
+        const Mask on_surface = s.active & (s.face >= 0);
+        const SurfacePoint y = surface_point(scene, on_surface, s.face, s.b1, s.b2, s.w);
         const TexturePoint point = texture_point(scene, y, -s.w, p.kind);
         s.radiance = select(on_surface, emitted_radiance(scene, y, point), s.radiance);
     }
@@ -68,10 +67,33 @@ EG_OUTLINE void add_emitter_light(const SceneView& scene, Workspace& work, const
     if (any(shared)) light = light * select(shared, power_heuristic(s.pdf, f.pdf), 1.0f);
     if (!scene.convex) {
         const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
-        const ShadowRay ray = shadow_ray(x.position, start, s);
-        light = light * transmittance(scene, s.active, start, ray.direction, ray.far, splat(1 << kShadowRay));
+        const Vec3 direction = select(s.distant, s.w, s.end - start);
+        const Float far = select(s.distant, splat(__builtin_inff()), 0.99999f);
+        const Vec3 through =
+            transmittance(scene, s.active & s.casts_shadow, start, direction, far, s.blockers);
+        light = select(s.casts_shadow, light * through, light);
     }
     add_radiance(work, p, s.active, p.throughput * light);
+}
+
+// Light from a sample of the environment's image.
+template <typename Surface>
+EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const PathPacket& p,
+                             const SurfacePoint& x, const Surface& surface, const PathIndex& index) {
+    Float u, v;
+    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSky), u, v);
+    const EnvironmentSample s = sample_environment(scene, p.active, u, v);
+    Mask active = p.active & (s.pdf > 0.0f) & (p.both_sides | (dot(x.normal, s.w) > 0.0f));
+    const BsdfValue f = surface.evaluate(active, s.w);
+    Vec3 light = s.radiance * f.value * (power_heuristic(s.pdf, f.pdf) / max(s.pdf, 1e-37f));
+    active &= largest_component(light) > 0.0f;
+    if (!any(active)) return;
+    if (!scene.convex) {
+        const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
+        light =
+            light * transmittance(scene, active, start, s.w, splat(__builtin_inff()), splat(1 << kShadowRay));
+    }
+    add_radiance(work, p, active, p.throughput * light);
 }
 
 // Light that a last ray finds in the environment: only whether it meets anything matters.
@@ -79,7 +101,8 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
                                      const SurfacePoint& x, Mask active, const BsdfSample& s) {
     active &= (splat(scene.environment_mask) & ray_mask(s.ray_kind)) != 0;
     if (!any(active)) return;
-    Vec3 light = p.throughput * s.weight * splat3(scene.environment);
+    Vec3 light = p.throughput * s.weight * environment_radiance(scene, s.wi);
+    if (scene.sky.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
     if (!scene.convex)
         light = light * transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
                                       ray_mask(s.ray_kind));
@@ -89,12 +112,14 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
 // Appends the rays that go on to the queue; its new length.
 template <typename Surface>
 EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
-                       const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
-                       int alive) {
+                      const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
+                      int alive) {
     // A Lambertian surface's last ray sees nothing but the environment.
     Mask alone = splat(0);
     if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));
-    if (scene.emitter_count > 0) add_emitter_light(scene, work, p, x, surface, alone, index);
+    p.both_sides = surface.both_sides();
+    if (scene.lights.count > 0) add_light(scene, work, p, x, surface, alone, index);
+    if (scene.sky.sampled) add_sky_light(scene, work, p, x, surface, index);
     if (!scene.has_environment) p.active &= ~alone;
     if (!any(p.active)) return alive;
 
@@ -123,6 +148,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     p.direction = s.wi;
     p.from = x.position;
     p.from_normal = x.normal;
+    p.from_mesh = x.mesh;
     p.pdf = select(s.specular, splat(0.0f), s.pdf);
     p.bounces = add_bounce(p.bounces, p.active, s.ray_kind);
     p.kind = s.ray_kind;

@@ -9,9 +9,11 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct ShadedSurface {
     Vec3 normal;  // shading normal, on the viewer's side
     Bsdf bsdf;
+    Mask transmits;
 
     static constexpr bool kSmooth = false;  // a mirror finds light that no emitter sample does
 
+    EG_INLINE Mask both_sides() const { return transmits; }
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
         return EDGEGRAD_ISA::evaluate(bsdf, active, w);
     }
@@ -27,8 +29,12 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
         const Mask turned = active & has(shader, kAnisotropic);
         if (any(turned)) tangent = surface_tangent(scene, turned, shader.leaf, point, normal);
     }
-    return {normal, make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal,
-                              x.normal, tangent, x.side < 0.0f, point.view)};
+    const Mask transmits = has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
+                           (shader.kind == static_cast<int>(kDisney));
+    return {normal,
+            make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal, x.normal,
+                      tangent, x.side < 0.0f, point.view),
+            transmits};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -52,7 +52,11 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
                 view_.emission_varies = true;
         }
     }
-    view_.environment_image = tables.environment_image;
+    if (!asked && tables.environment_map) {
+        constexpr int32_t scattered = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
+        view_.sky = tables.environment_map->view();
+        view_.sky.sampled = (tables.environment_mask & scattered) == scattered;
+    }
     std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
     view_.environment_mask = tables.environment_mask;
     if (!asked) view_.lights = lights_.emplace(tables).view();
@@ -65,13 +69,6 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.emitter_kind = emitters_.kind.data();
     view_.emitter_index = emitters_.index.data();
     view_.emitter_cdf = emitters_.cdf.data();
-    if (std::find(emitters_.kind.begin(), emitters_.kind.end(), kEmissiveTriangle) != emitters_.kind.end()) {
-        face_emitter_.assign(tables.face_material.size(), -1);
-        for (size_t k = 0; k < emitters_.kind.size(); ++k)
-            if (emitters_.kind[k] == kEmissiveTriangle)
-                face_emitter_[static_cast<size_t>(emitters_.index[k])] = static_cast<int32_t>(k);
-        view_.face_emitter = face_emitter_.data();
-    }
     view_.point_position = tables.point_position.data();
     view_.point_intensity = tables.point_intensity.data();
     view_.sun_direction = tables.sun_direction.data();

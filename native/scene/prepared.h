@@ -21,7 +21,7 @@ class PreparedScene {
  private:
     EmitterTable emitters_;
     std::optional<LightList> lights_;  // of pictures
-    std::vector<int32_t> face_moving_, face_emitter_;
+    std::vector<int32_t> face_moving_;
     int64_t edge_count_;
     SceneView view_{};
 };

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "scene/environment_map.h"
 #include "scene/view.h"
 #include "texture/tables.h"
 
@@ -33,7 +35,6 @@ struct ValueTables {
         std::vector<float> params;
         std::vector<int32_t> kind, flags, visible_to, receivers, blockers;
     } lights;
-    int32_t environment_image = -1;
     float environment_rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     int32_t environment_mask = 0;
     int32_t filter_kind = 0;
@@ -48,6 +49,7 @@ struct ValueTables {
 
 struct SceneTables : GeometryTables, ValueTables {
     TextureTables textures;
+    std::shared_ptr<const EnvironmentMap> environment_map;  // null: the environment is constant
 };
 
 // Which derivatives are asked for.

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "embree/api.h"
+#include "scene/environment_view.h"
 #include "scene/light_view.h"
 #include "scene/material_params.h"
 #include "texture/view.h"
@@ -67,7 +68,7 @@ struct SceneView {
 
     TextureView textures;
 
-    int32_t environment_image;  // -1: none
+    EnvironmentView sky;
     float environment_rotation[9];
     int32_t environment_mask;
 
@@ -83,7 +84,6 @@ struct SceneView {
     const int32_t* emitter_kind;   // one of the kinds above
     const int32_t* emitter_index;  // face, point light or sun
     const float* emitter_cdf;      // (emitter_count + 1) from 0 to 1
-    const int32_t* face_emitter;   // (F) its place among the emitters, -1: none; null: no face emits
     const float* point_position;   // (P, 3)
     const float* point_intensity;  // (P, 3)
     const float* sun_direction;    // (D, 3)

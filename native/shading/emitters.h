@@ -1,4 +1,7 @@
-// Sampling of finite emitters: emissive triangles (area measure), point lights and suns.
+// Sampling of finite emitters for derivatives: emissive triangles, area lights' among them, point lights and
+// suns without size. Points ride on their triangles at fixed barycentrics (material form), so they are
+// sampled by area and by power, with a density that doesn't depend on the point they light; pictures have
+// samples by solid angle, and lights that are no triangles (shading/lights.h).
 #pragma once
 
 #include "sampling/sobol.h"
@@ -19,7 +22,6 @@ struct EmitterSample {
     Float r;  // distance; infinite for a sun
     Vec3 radiance;
     Float geometry;
-    Float pdf;     // solid-angle density with which w was found; 0: an emitter without size
     Float cosine;  // n . w at a surface
     // Triangles only:
     Triangle triangle;
@@ -104,22 +106,8 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, Vec3
         s.radiance =
             select(is_sun, gather3(scene.sun_irradiance, select(is_sun, s.index, splat(0))), s.radiance);
     s.geometry = geometry / s.probability;
-    s.pdf = select(is_triangle, 1.0f / max(s.geometry, 1e-30f), 0.0f);
     s.active = emits;
     return s;
-}
-
-// Solid-angle density with which `sample_emitter` from the point `from` finds the emissive surface point x,
-// in the direction w at the distance r.
-EG_INLINE Float emitter_pdf(const SceneView& scene, Mask active, Vec3, const SurfacePoint& x, Vec3 w,
-                            Float r) {
-    if (!scene.face_emitter) return splat(0.0f);
-    const Int emitter = select(active, gather(scene.face_emitter, x.face), splat(-1));
-    const Mask sampled = active & (emitter >= 0);
-    const Int at = select(sampled, emitter, splat(0));
-    const Float probability = gather(scene.emitter_cdf, at + 1) - gather(scene.emitter_cdf, at);
-    const Float facing = abs(dot(w, x.normal)) * x.length_m * 0.5f;
-    return select(sampled, probability * r * r / max(facing, 1e-30f), 0.0f);
 }
 
 // The same for a surface point; only emitters in front of it count.

@@ -13,6 +13,8 @@ struct Lambertian {
 
     // Whether an emitter sample alone is good enough: f is as smooth as a cosine.
     static constexpr bool kSmooth = true;
+    // Where light that falls on its back matters.
+    EG_INLINE Mask both_sides() const { return splat(0); }
 
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
         const Float pdf = select(active, max(dot(normal, w), 0.0f) * kInvPi, 0.0f);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "../light_probes.h"
+#include "shading/environment.h"
 #include "shading/lights.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -56,6 +57,24 @@ static void light_directions_kernel(const SceneView& scene, const DirectionProbe
                                            gather(probes.bsdf_pdf, row), splat(probes.kind));
         scatter(probes.pdf, at, active, pdf);
         scatter3(probes.radiance, at, active, radiance);
+    }
+}
+
+static void sky_kernel(const SceneView& scene, const SkyProbes& probes) {
+    for (int64_t at = 0; at < probes.count; at += W) {
+        const Mask active = first_lanes(static_cast<int>(probes.count - at < W ? probes.count - at : W));
+        const Int row = probe_rows(at, active);
+        EnvironmentSample s{zero3(), zero3(), splat(0.0f)};
+        if (probes.u) {
+            s = sample_environment(scene, active, gather(probes.u, row), gather(probes.v, row));
+            scatter3(probes.w, at, active, s.w);
+        } else {
+            s.w = gather3(probes.w, row);
+            s.radiance = environment_radiance(scene, s.w);
+            s.pdf = environment_pdf(scene, s.w);
+        }
+        scatter3(probes.radiance, at, active, s.radiance);
+        scatter(probes.pdf, at, active, s.pdf);
     }
 }
 

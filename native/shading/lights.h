@@ -65,7 +65,7 @@ EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
     }
     if (any(linear)) {
         const Vec3 sum = l.direction - w;
-        const Float angle = 2.0f * upper_angle(sqrt(chord2), sqrt(dot(sum, sum)));
+        const Float angle = 2.0f * atan2(sqrt(chord2), sqrt(dot(sum, sum)));
         factor = select(linear, min(max((l.edge - angle) * l.edge_scale, 0.0f), splat(1.0f)), factor);
     }
     if (any(spread)) {

@@ -14,6 +14,7 @@ from edgegrad.unknowns import vertex_normals
 from .differentiable import simplify
 from .export import Export, export_scene
 from .parameters import Names
+from .session import BAKE_RESOLUTION
 
 DIRECTIONS = ("NORMAL", "X", "Y", "Z")
 
@@ -36,7 +37,7 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
     (H, W, 3) float32 and the export.
     """
     names.check_objects(context.evaluated_depsgraph_get(), in_place=True)
-    export = export_scene(context.scene, context.evaluated_depsgraph_get(), camera)
+    export = export_scene(context.scene, context.evaluated_depsgraph_get(), camera, bake=BAKE_RESOLUTION)
     paths = names.paths(export)
     simplify(export)
     scene = export.scene

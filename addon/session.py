@@ -20,6 +20,9 @@ from .differentiable import simplified_camera, simplify
 from .export import Export, export_camera, export_scene
 from .problem import Problem
 
+# Derivatives need textures' mean colours only.
+BAKE_RESOLUTION = 64
+
 
 @dataclass
 class Picture:
@@ -89,7 +92,7 @@ class Session:
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         depsgraph = context.evaluated_depsgraph_get()
         request.names.check_objects(depsgraph, request.in_place)
-        export = export_scene(scene, context.evaluated_depsgraph_get(), cameras[0])
+        export = export_scene(scene, context.evaluated_depsgraph_get(), cameras[0], bake=BAKE_RESOLUTION)
         wrt = request.names.paths(export)
         simplify(export)
         targets = []

@@ -113,9 +113,9 @@ def world(color: Any, strength: float = 1.0) -> None:
     background.inputs["Strength"].default_value = strength
 
 
-def export() -> Export:
+def export(bake: int = 64) -> Export:
     """The current scene, exported."""
-    return export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
+    return export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get(), bake=bake)
 
 
 def cycles(folder: Path) -> NDArray[np.float32]:

@@ -32,6 +32,8 @@ NO_UV = "(none)"  # no mesh has it: tangents run around the Z axis then
 # Values of one object or instance: meshes that have them can't be shared by instances.
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION)
 
+WORD = 0xFFFFFFFF
+
 # Data type of a layer -> its values' name, how many they are, and what Blender stores.
 LAYERS: dict[str, tuple[str, int, type[np.generic]]] = {
     "FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "INT8": ("value", 1, np.int32),
@@ -39,6 +41,24 @@ LAYERS: dict[str, tuple[str, int, type[np.generic]]] = {
     "FLOAT_COLOR": ("color", 4, np.float32), "BYTE_COLOR": ("color", 4, np.float32),
     "QUATERNION": ("value", 4, np.float32), "FLOAT4": ("value", 4, np.float32),
 }  # fmt: skip
+
+
+def name_hash(name: str) -> int:
+    """Cycles' random number of an object that is no instance: the final mix of lookup3 (Jenkins 2006)."""
+    text = 0
+    for byte in name.encode():
+        text = (text * 37 + byte) & WORD
+
+    def turned(x: int, k: int) -> int:
+        return ((x << k) | (x >> (32 - k))) & WORD
+
+    a = b = c = (0xDEADBEEF + (2 << 2) + 13) & WORD
+    a = (a + text) & WORD
+    for k in (14, 11, 25, 16, 4, 14, 24):
+        # The roles of the three words rotate: c from b, a from c, b from a.
+        c = ((c ^ b) - turned(b, k)) & WORD
+        a, b, c = b, c, a
+    return b
 
 
 def is_of_object(name: str) -> bool:
@@ -57,7 +77,7 @@ class ObjectValues:
     matrix
         (4, 4) to world space.
     random_id
-        Blender's random number of the instance.
+        Blender's random number of the instance; 0: it is none.
     """
 
     object: Any
@@ -68,7 +88,8 @@ class ObjectValues:
         """An attribute of the whole object; None: it has no such property."""
         ob = self.object
         if name == RANDOM:
-            return ((self.random_id & 0xFFFFFFFF) / 0xFFFFFFFF,)
+            number = self.random_id & WORD if self.random_id else name_hash(ob.original.name)
+            return (number / WORD,)
         if name == INDEX:
             return (float(ob.pass_index),)
         if name == COLOR:
@@ -99,7 +120,9 @@ def read_attributes(mesh: Any, arrays: MeshArrays, names: Iterable[str], of: Obj
 def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
     if is_of_object(name):
         value = of.value(name)
-        return None if value is None else np.broadcast_to(np.float32(value), (*arrays.faces.shape, len(value)))
+        if value is None:
+            return None
+        return np.broadcast_to(np.array(value, np.float32), (*arrays.faces.shape, len(value)))
     if name == GENERATED:
         return _generated(mesh)[arrays.faces]
     if name == OBJECT:
@@ -111,9 +134,9 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
         return _layer(mesh.color_attributes[index], mesh, arrays) if 0 <= index < len(mesh.color_attributes) else None
     layer = uv_layer(mesh, name)
     if layer is not None:
-        uv = np.empty((len(mesh.loops), 2), np.float32)
-        layer.uv.foreach_get("vector", uv.ravel())
-        return uv[arrays.corners]
+        points = np.empty((len(mesh.loops), 2), np.float32)
+        layer.uv.foreach_get("vector", points.ravel())
+        return points[arrays.corners]
     if name.endswith(TANGENT):
         uv_name = name.removesuffix(TANGENT)
         uv = _read(mesh, arrays, uv_name, of) if uv_layer(mesh, uv_name) is not None else None
@@ -162,11 +185,11 @@ def tangents(arrays: MeshArrays, uv: F32) -> F32:
     """
     p = arrays.positions[arrays.faces].astype(np.float64)
     t = uv.astype(np.float64)
-    (e1, e2), (d1, d2) = ((x[:, k] - x[:, 0] for k in (1, 2)) for x in (p, t))
+    (e1, e2), (d1, d2) = ([x[:, k] - x[:, 0] for k in (1, 2)] for x in (p, t))
     area = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
     sign = np.where(area >= 0.0, 1.0, -1.0)
     along = sign[:, None] * (d2[:, 1:] * e1 - d1[:, 1:] * e2)
-    flat = _unit(np.cross(e1, e2))
+    flat = _unit(np.cross(e1, e2).astype(np.float64))
     normal = np.repeat(flat[:, None], 3, axis=1)
     if arrays.smoothing is not None and arrays.normals is not None:
         smooth = arrays.smoothing >= 0
@@ -177,7 +200,7 @@ def tangents(arrays: MeshArrays, uv: F32) -> F32:
     back = _unit(back - normal * (back * normal).sum(axis=2, keepdims=True))
     angle = np.arccos(np.clip((ahead * back).sum(axis=2), -1.0, 1.0))
     part = _unit(along[:, None] - normal * (along[:, None] * normal).sum(axis=2, keepdims=True)) * angle[..., None]
-    key = bits(arrays.faces.reshape(-1), normal.reshape(-1, 3).astype(np.float32), uv.reshape(-1, 2),
+    key: NDArray[Any] = bits(arrays.faces.reshape(-1), normal.reshape(-1, 3).astype(np.float32), uv.reshape(-1, 2),
                np.repeat(sign > 0.0, 3))  # fmt: skip
     _, group = np.unique(key, return_inverse=True)
     group = group.reshape(-1)

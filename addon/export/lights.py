@@ -53,6 +53,7 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     if power < 0.0 or color.min() < 0.0:
         report.warn(where, "negative light can't be rendered; it is left out")
         return None
+    out: Light | None
     if light.type == "AREA":
         out = _area_light(light, matrix, where, power, report)
     elif light.type == "SUN":

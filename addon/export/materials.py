@@ -22,6 +22,7 @@ from .shaders import Leaf, Part, parts
 
 # Cycles' colour of faces without a material.
 DEFAULT_COLOR = 0.8
+PART = "/shader "  # between a mixture's name and its part's
 # Inputs that a fit may write, by the shader node's type.
 WRITABLE = {"BSDF_PRINCIPLED": ("Base Color", "Emission Color", "Emission Strength"), "BSDF_DIFFUSE": ("Color", "", ""),
             "EMISSION": ("", "Color", "Strength")}  # fmt: skip
@@ -92,8 +93,14 @@ class MaterialReading:
         """Name of the image that its expressions read for what has to be baked."""
         return f"{self.material} (baked {self.baked.index(baked)})"
 
-    def with_images(self, names: Mapping[str, str]) -> MaterialReading:
-        """A copy whose expressions read images by other names; those that read one that isn't named are dropped."""
+    def with_images(self, names: Mapping[str, str], name: str) -> MaterialReading:
+        """A copy of another name whose expressions read other images.
+
+        Parameters
+        ----------
+        names
+            Stand-ins -> images. Expressions that read a stand-in without an image are dropped.
+        """
         known = {self.stand_in(one) for one in self.baked} - set(names)
 
         def kept(one: Any) -> Any:
@@ -101,7 +108,12 @@ class MaterialReading:
                         if not images_of(value) & known}  # fmt: skip
             return replace(one, textures=textures)
 
-        return replace(self, value=kept(self.value), parts={name: kept(one) for name, one in self.parts.items()})
+        value = kept(self.value)
+        if isinstance(value, edgegrad.Material):
+            return replace(self, value=value)
+        keys = tuple(name + key[key.rindex(PART) :] for key in value.parts)
+        parts = {new: kept(self.parts[key]) for new, key in zip(keys, value.parts, strict=True)}
+        return replace(self, value=replace(value, parts=keys), parts=parts)
 
     def shaders(self) -> list[edgegrad.Material]:
         """The shaders that it consists of."""
@@ -191,7 +203,7 @@ class _Reading:
         elif merged:
             weights = np.array([number(part.weight) or 0.0 if not isinstance(part.weight, Expression) else 0.5
                                 for part, _ in merged])  # fmt: skip
-            keys = [f"{name}/{k}: {nodes.label(part.node, part.groups)}" for k, (part, _) in enumerate(merged)]
+            keys = [f"{name}{PART}{k}: {nodes.label(part.node, part.groups)}" for k, (part, _) in enumerate(merged)]
             textures = {str(k): part.weight for k, (part, _) in enumerate(merged)
                         if isinstance(part.weight, Expression)}  # fmt: skip
             self.reading.parts = dict(zip(keys, (leaf for _, leaf in merged), strict=True))

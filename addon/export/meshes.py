@@ -52,8 +52,8 @@ class Placed:
 
 
 @dataclass
-class _Group:
-    """Placements of one mesh with the same looks."""
+class Group:
+    """Placements of one mesh with the same looks; `corner_count` is that of Blender's mesh."""
 
     arrays: MeshArrays
     attributes: dict[str, F32]
@@ -62,6 +62,7 @@ class _Group:
     terminator: float
     sources: list[Source] = field(default_factory=list)
     holders: list[str] = field(default_factory=list)
+    corner_count: int = 0
 
 
 class PlacedMeshes:
@@ -70,7 +71,7 @@ class PlacedMeshes:
     def __init__(self, report: Report) -> None:
         self._report = report
         self._arrays: dict[int, MeshArrays] = {}
-        self._groups: dict[tuple[Any, ...], _Group] = {}
+        self._groups: dict[tuple[Any, ...], Group] = {}
 
     def add(self, placed: Placed, names: set[str]) -> None:
         """Read an object's mesh with the attributes of these names."""
@@ -91,9 +92,14 @@ class PlacedMeshes:
         if key not in self._groups:
             values = ObjectValues(ob, placed.source.matrix, placed.random_id)
             attributes = read_attributes(data, arrays, sorted(names), values)
-            self._groups[key] = _Group(arrays, attributes, placed.slots, placed.visible, terminator)
+            self._groups[key] = Group(arrays, attributes, placed.slots, placed.visible, terminator,
+                                      corner_count=len(data.loops))  # fmt: skip
         self._groups[key].sources.append(placed.source)
         self._groups[key].holders.append(placed.holder)
+
+    def groups(self) -> list[Group]:
+        """What has been read: meshes, each with all its placements."""
+        return list(self._groups.values())
 
     def build(self, sources: dict[str, Source]) -> dict[str, edgegrad.Mesh]:
         """The scene's meshes by name; writes where each comes from into `sources`."""
@@ -121,12 +127,12 @@ def _terminator(ob: Any) -> float:
     return float(getattr(getattr(ob, "cycles", None), "shadow_terminator_geometry_offset", 0.0))
 
 
-def _materials(group: _Group) -> dict[str, Any]:
+def _materials(group: Group) -> dict[str, Any]:
     # Cycles takes the last slot for indices beyond it.
     return {"materials": group.slots, "face_material": np.clip(group.arrays.slots, 0, len(group.slots) - 1)}
 
 
-def _instanced(group: _Group, matrices: F64) -> edgegrad.Mesh:
+def _instanced(group: Group, matrices: F64) -> edgegrad.Mesh:
     """The mesh in its own space, placed several times."""
     arrays = group.arrays
     vertices = arrays.positions.astype(np.float64)
@@ -139,7 +145,7 @@ def _instanced(group: _Group, matrices: F64) -> edgegrad.Mesh:
                          terminator_offset=group.terminator, **_materials(group))  # fmt: skip
 
 
-def _in_world(group: _Group, matrix: F64) -> edgegrad.Mesh:
+def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
     """The mesh where it stands, with the front of its faces outside even if it is mirrored."""
     arrays = group.arrays
     linear = matrix[:3, :3]

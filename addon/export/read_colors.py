@@ -10,7 +10,7 @@ from mathutils import Euler, Matrix, Vector
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
-from .expressions import Reader, folded, reads, rgb
+from .expressions import Reader, folded, number, reads, rgb
 from .nodes import Groups
 from .read_inputs import rows, unreadable
 
@@ -111,8 +111,13 @@ def _mix_rgb(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 @reads("VALTORGB")
 def _ramp(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     ramp = node.color_ramp
-    table = tuple(tuple(map(float, ramp.evaluate(i / (TABLE - 1)))) for i in range(TABLE))
-    value = e.Ramp(reader.get(node, "Fac", groups), table, ramp.interpolation != "CONSTANT")  # type: ignore[arg-type]
+    table: Any = tuple(tuple(map(float, ramp.evaluate(i / (TABLE - 1)))) for i in range(TABLE))
+    factor = reader.get(node, "Fac", groups)
+    fixed = number(folded(factor))
+    if fixed is not None:
+        color = tuple(map(float, ramp.evaluate(min(max(fixed, 0.0), 1.0))))
+        return color[3] if output.identifier == "Alpha" else color
+    value = e.Ramp(factor, table, ramp.interpolation != "CONSTANT")
     return e.Channel(value, 3) if output.identifier == "Alpha" else value
 
 
@@ -126,12 +131,12 @@ def _curves(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     high = high if high > low else low + 1.0
     places = np.linspace(low, high, TABLE)
 
-    def row(x: float) -> tuple[float, float, float]:
+    def row(x: float) -> Any:
         if len(curves) == 1:
             return (mapping.evaluate(curves[0], x),) * 3
         if len(curves) == 4:  # the last one is applied to all channels first
             x = mapping.evaluate(curves[3], x)
-        return tuple(mapping.evaluate(c, x) for c in curves[:3])  # type: ignore[return-value]
+        return tuple(mapping.evaluate(c, x) for c in curves[:3])
 
     name = {"CURVE_RGB": "Color", "CURVE_VEC": "Vector", "CURVE_FLOAT": "Value"}[node.type]
     factor = "Factor" if node.type == "CURVE_FLOAT" else "Fac"
@@ -142,12 +147,13 @@ def _curves(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 @reads("MAP_RANGE")
 def _map_range(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     vector = node.data_type == "FLOAT_VECTOR"
-    limits = [name.replace(" ", "_") + "_FLOAT3" if vector else name
-              for name in ("From Min", "From Max", "To Min", "To Max")]  # fmt: skip
+
+    def read(name: str) -> Operand:
+        return reader.get(node, name.replace(" ", "_") + "_FLOAT3" if vector else name, groups)
+
     value = reader.get(node, "Vector" if vector else "Value", groups)
-    steps = reader.get(node, "Steps_FLOAT3" if vector else "Steps", groups)
-    return e.MapRange(value, *(reader.get(node, name, groups) for name in limits), node.interpolation_type, steps,
-                      node.clamp, vector)  # type: ignore[arg-type]  # fmt: skip
+    return e.MapRange(value, read("From Min"), read("From Max"), read("To Min"), read("To Max"),
+                      node.interpolation_type, read("Steps"), node.clamp, vector)  # fmt: skip
 
 
 @reads("CLAMP")

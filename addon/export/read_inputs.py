@@ -129,7 +129,8 @@ def _layer_weight(reader: Reader, node: Any, groups: Groups, output: Any) -> Ope
 
 def _normal(reader: Reader, node: Any, groups: Groups) -> Operand | None:
     try:
-        return reader.get_or(node, "Normal", groups, None)  # type: ignore[no-any-return]
+        found: Operand | None = reader.get_or(node, "Normal", groups, None)
+        return found
     except Unreadable as error:
         reader.note(f"the normal of node '{label(node, groups)}' is the smooth one, as {error} can't be read")
         return None

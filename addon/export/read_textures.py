@@ -72,37 +72,47 @@ def _white_noise(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
                         output.identifier.upper())  # fmt: skip
 
 
+def _inputs(reader: Reader, node: Any, groups: Groups, *names: str) -> dict[str, Any]:
+    """Fields of an expression -> what the inputs receive that are called like them ("Detail Scale")."""
+    return {name.lower().replace(" ", "_"): reader.get(node, name, groups) for name in names}
+
+
+FRACTAL = ("W", "Scale", "Detail", "Roughness", "Lacunarity")
+
+
 @reads("TEX_NOISE")
 def _noise(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    names = ("W", "Scale", "Detail", "Roughness", "Lacunarity", "Distortion", "Offset", "Gain")
-    return p.Noise(_place(reader, node, groups), *(reader.get(node, name, groups) for name in names),
-                   node.noise_dimensions, node.noise_type, node.normalize, output.identifier.upper())  # type: ignore[arg-type]  # fmt: skip
+    inputs = _inputs(reader, node, groups, *FRACTAL, "Distortion", "Offset", "Gain")
+    return p.Noise(_place(reader, node, groups), **inputs, dimensions=node.noise_dimensions, kind=node.noise_type,
+                   normalize=node.normalize, output=output.identifier.upper())  # fmt: skip
 
 
 @reads("TEX_VORONOI")
 def _voronoi(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    names = ("W", "Scale", "Detail", "Roughness", "Lacunarity", "Smoothness", "Exponent", "Randomness")
-    return p.Voronoi(_place(reader, node, groups), *(reader.get(node, name, groups) for name in names),
-                     node.voronoi_dimensions, node.feature, node.distance, node.normalize, output.identifier.upper())  # type: ignore[arg-type]  # fmt: skip
+    inputs = _inputs(reader, node, groups, *FRACTAL, "Smoothness", "Exponent", "Randomness")
+    return p.Voronoi(_place(reader, node, groups), **inputs, dimensions=node.voronoi_dimensions, feature=node.feature,
+                     metric=node.distance, normalize=node.normalize, output=output.identifier.upper())  # fmt: skip
 
 
 @reads("TEX_WAVE")
 def _wave(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    names = ("Scale", "Distortion", "Detail", "Detail Scale", "Detail Roughness", "Phase Offset")
+    inputs = _inputs(reader, node, groups, "Scale", "Distortion", "Detail", "Detail Scale", "Detail Roughness")
     direction = node.bands_direction if node.wave_type == "BANDS" else node.rings_direction
-    return p.Wave(_place(reader, node, groups), *(reader.get(node, name, groups) for name in names), node.wave_type,
-                  direction, node.wave_profile)  # type: ignore[arg-type]  # fmt: skip
+    return p.Wave(_place(reader, node, groups), **inputs, phase=reader.get(node, "Phase Offset", groups),
+                  kind=node.wave_type, direction=direction, profile=node.wave_profile)  # fmt: skip
 
 
 @reads("TEX_MAGIC")
 def _magic(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    value = p.Magic(_place(reader, node, groups), reader.get(node, "Scale", groups),
-                    reader.get(node, "Distortion", groups), node.turbulence_depth)  # fmt: skip
+    inputs = _inputs(reader, node, groups, "Scale", "Distortion")
+    value = p.Magic(_place(reader, node, groups), **inputs, depth=node.turbulence_depth)
     return e.Average(value) if output.identifier == "Fac" else value
 
 
 @reads("TEX_BRICK")
 def _brick(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    names = ("Color1", "Color2", "Mortar", "Scale", "Mortar Size", "Mortar Smooth", "Bias", "Brick Width", "Row Height")
-    return p.Brick(_place(reader, node, groups), *(reader.get(node, name, groups) for name in names), node.offset,
-                   node.offset_frequency, node.squash, node.squash_frequency, output.identifier.upper())  # type: ignore[arg-type]  # fmt: skip
+    inputs = _inputs(reader, node, groups, "Color1", "Color2", "Mortar", "Scale", "Mortar Size", "Mortar Smooth",
+                     "Bias", "Brick Width", "Row Height")  # fmt: skip
+    return p.Brick(_place(reader, node, groups), **inputs, offset=node.offset, offset_frequency=node.offset_frequency,
+                   squash=node.squash, squash_frequency=node.squash_frequency,
+                   output=output.identifier.upper())  # fmt: skip

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 import edgegrad
 
 from ..problem import Problem, Report
+from .baking import bake_materials
 from .camera import export_camera
+from .environment import bake_world
 from .images import Images
 from .lights import export_light
 from .linking import linked, uses_linking
@@ -23,6 +25,7 @@ from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_
 from .world import read_world
 
 NO_MATERIAL = "(no material)"
+BAKE_RESOLUTION = 1024
 
 
 @dataclass
@@ -60,10 +63,11 @@ class Export:
     meshes: dict[str, Source] = field(default_factory=dict)
     materials: dict[str, MaterialReading] = field(default_factory=dict)
     lights: dict[str, Source] = field(default_factory=dict)
+    baked: dict[str, MaterialReading] = field(default_factory=dict)
     report: Report = field(default_factory=Report)
 
 
-def export_scene(scene: Any, depsgraph: Any, camera: Any = None) -> Export:
+def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAKE_RESOLUTION) -> Export:
     """Export what is rendered.
 
     Parameters
@@ -74,6 +78,9 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None) -> Export:
         Its evaluated dependency graph (``context.evaluated_depsgraph_get()``); viewport settings of modifiers.
     camera
         Camera object; None: the scene's active one.
+    bake
+        Width and height, in pixels, of the images that take what no expression stands for (an environment's has half
+        the height); 0: nothing is baked.
 
     Raises
     ------
@@ -97,17 +104,17 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None) -> Export:
     meshes = walk.meshes_and_lights()
     for name in not_evaluated(depsgraph, shown):
         report.warn(f"object '{name}'", "is hidden in the viewport, so it isn't evaluated; it is left out")
+    bake_materials(out, meshes, images, depsgraph, bake)
+    if world.baked:
+        bake_world(world, scene, images, bake, report)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
     out.scene.world = world.value
     out.scene.lights = {**out.scene.lights, **world.suns}
     out.scene.materials = {}
     for name, reading in out.materials.items():
-        for baked in reading.baked:
-            report.warn(f"material '{name}'", f"node '{baked.node}' isn't baked; the sockets' own values are used")
-        out.materials[name] = reading.with_images({})
-        out.scene.materials[name] = out.materials[name].value
-        out.scene.materials |= out.materials[name].parts
+        out.scene.materials[name] = reading.value
+        out.scene.materials |= reading.parts
     out.scene.images = images.found
     return out
 
@@ -198,8 +205,8 @@ def unused_name(source: Source, holder: str, taken: Any) -> str:
 def _link_lights(out: Export) -> None:
     """Receivers and blockers of the lights, and a warning for emissive meshes, which light everything."""
     holders = {name: source.holder for name, source in out.meshes.items()}
-    for name, light in out.scene.lights.items():
-        ob = bpy.data.objects.get(out.lights[name].object)
+    for name, source in out.lights.items():
+        light, ob = out.scene.lights[name], bpy.data.objects.get(source.object)
         if ob is not None:
             light.receivers = linked(ob.light_linking.receiver_collection, holders)
             light.blockers = linked(ob.light_linking.blocker_collection, holders)

@@ -10,7 +10,7 @@ import edgegrad
 from edgegrad import expression as e
 
 from .expressions import number, rgb
-from .nodes import feed
+from .nodes import by_identifier, feed
 from .shaders import Leaf
 
 PRINCIPLED = {
@@ -74,8 +74,8 @@ def _principled(leaf: Leaf) -> None:
         leaf.note("subsurface scattering is approximated by a diffuse surface")
     if _is_set(leaf, "Thin Film Thickness"):
         leaf.note("its thin film is left out")
-    if leaf.has("Coat Normal") and feed(leaf.node.inputs["Coat Normal"], leaf.groups).output is not None \
-            and _is_set(leaf, "Coat Weight"):  # fmt: skip
+    coat = by_identifier(leaf.node.inputs, "Coat Normal")
+    if coat is not None and feed(coat, leaf.groups).output is not None and _is_set(leaf, "Coat Weight"):
         leaf.note("its coat has the normal of the base")
     if _is_set(leaf, "Thin Wall"):
         leaf.note("it isn't thin-walled here")
@@ -121,7 +121,8 @@ def _metallic(leaf: Leaf) -> None:
         if n is None or k is None:
             leaf.note("its complex IOR must not vary; it is that of the sockets")
             n, k = (rgb(leaf.own(name)) for name in ("IOR", "Extinction"))
-        leaf.material.base_color, leaf.material.specular_tint = _f82(n, k)  # type: ignore[arg-type]
+        assert n is not None and k is not None
+        leaf.material.base_color, leaf.material.specular_tint = _f82(n, k)
         leaf.note("its complex IOR is approximated by reflectances at 0 and 82 degrees")
     leaf.normal()
     leaf.tangent()
@@ -218,7 +219,6 @@ def _specular(leaf: Leaf) -> None:
     transparency = leaf.read("Transparency")
     leaf.put("alpha", e.Math("SUBTRACT", 1.0, transparency) if isinstance(transparency, e.Expression)
              else 1.0 - (number(transparency) or 0.0), 1.0)  # fmt: skip
-    value = rgb(leaf.read("Emissive Color"))
     leaf.put("emission", leaf.read("Emissive Color"), leaf.own("Emissive Color"))
     leaf.normal()
     leaf.note("EEVEE's specular shader is approximated by a principled one")

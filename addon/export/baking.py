@@ -1,0 +1,90 @@
+"""Which materials have to be baked on which meshes, and what comes of it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import bpy
+import numpy as np
+
+from .attributes import BAKED_UV, TANGENT, tangents
+from .bake import BakeError, ObjectBaker, temporary
+from .images import Images
+from .materials import MaterialReading
+from .meshes import Group, PlacedMeshes
+
+if TYPE_CHECKING:
+    from .scene import Export
+
+
+def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph: Any, resolution: int) -> None:
+    """Bake what the materials in use ask for, each mesh for itself.
+
+    A material that is baked on several meshes gets a copy for each but the first, "NAME (OBJECT)". Where a bake fails,
+    the sockets' own values are used, with a warning.
+
+    Parameters
+    ----------
+    resolution
+        Of the images, pixels; 0: nothing is baked.
+    """
+    taken: set[str] = set()
+    for group in meshes.groups():
+        used = [group.slots[k] for k in np.unique(np.clip(group.arrays.slots, 0, len(group.slots) - 1))]
+        wanted = {name: out.materials[name] for name in used if out.materials[name].baked}
+        if not wanted or resolution <= 0:
+            continue
+        found = _bake_on(group, wanted, images, depsgraph, resolution, out)
+        for name, pictures in found.items():
+            new = name if name not in taken else f"{name} ({group.sources[0].object})"
+            number = 1
+            while new in taken or (new != name and new in out.materials):
+                number += 1
+                new = f"{name} ({group.sources[0].object} {number})"
+            taken.add(new)
+            out.baked[new] = wanted[name].with_images(pictures, new)
+            group.slots = tuple(new if slot == name else slot for slot in group.slots)
+    for name, reading in out.materials.items():
+        if not reading.baked:
+            continue
+        if resolution <= 0:
+            out.report.warn(f"material '{name}'", "isn't baked; the sockets' own values are used")
+        out.materials[name] = reading.with_images({}, name)
+    out.materials |= out.baked
+
+
+def _bake_on(group: Group, wanted: dict[str, MaterialReading], images: Images, depsgraph: Any, resolution: int,
+             out: Export) -> dict[str, dict[str, str]]:  # fmt: skip
+    """Bake these materials on one mesh; their stand-in images -> names of images in the scene."""
+    source = group.sources[0]
+    found: dict[str, dict[str, str]] = {name: {} for name in wanted}
+    try:
+        with temporary() as keep:
+            evaluated = bpy.data.objects[source.object].evaluated_get(depsgraph)
+            baker = ObjectBaker(keep, evaluated, depsgraph, source.matrix, resolution)
+            if len(baker.uv) != group.corner_count:
+                raise BakeError("its mesh is another one than that which is rendered")
+            uv = np.ascontiguousarray(baker.uv[group.arrays.corners])
+            group.attributes[BAKED_UV] = uv
+            for name, reading in wanted.items():
+                for baked in reading.baked:
+                    stand_in = reading.stand_in(baked)
+                    picture = f"{stand_in} on {source.object}"
+                    try:
+                        images.found[picture] = baker.bake(bpy.data.materials[name], baked)
+                    except BakeError as error:
+                        _failed(out, name, source.object, error, baked.node)
+                        continue
+                    found[name][stand_in] = picture
+                    if baked.normal:
+                        group.attributes[BAKED_UV + TANGENT] = tangents(group.arrays, uv)
+    except (BakeError, KeyError, RuntimeError) as error:
+        for name in wanted:
+            _failed(out, name, source.object, error)
+    return found
+
+
+def _failed(out: Export, material: str, ob: str, error: Exception, node: str = "") -> None:
+    what = f"node '{node}'" if node else "it"
+    out.report.warn(f"material '{material}'", f"{what} can't be baked on object '{ob}' ({error}); "
+                    "the sockets' own values are used")  # fmt: skip

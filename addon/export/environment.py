@@ -1,0 +1,171 @@
+"""Worlds that have to be baked: Cycles renders them as an equirectangular picture, and their sun by itself."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from mathutils import Vector
+from numpy.typing import NDArray
+
+import edgegrad
+from edgegrad.images import read_image
+
+from ..problem import Report
+from .bake import Temporary, temporary
+from .images import Images
+from .nodes import by_identifier, feed
+from .visibility import RAYS
+from .world import WorldReading
+
+SAMPLES = 16
+# The sun's disc is rendered in this many pixels, in a picture somewhat larger than itself.
+DISC_PIXELS = 64
+AROUND_DISC = 1.25
+SUN_NAME = "(sky) sun"
+# Textures of the sky that have a sun; the others are smooth.
+WITH_SUN = ("NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING")
+
+F32 = NDArray[np.float32]
+
+
+def bake_world(world: WorldReading, scene: Any, images: Images, resolution: int, report: Report) -> None:
+    """Render the world's nodes into an image; a sky's sun becomes a light."""
+    name = scene.world.name
+    where = f"world '{name}'"
+    if resolution <= 0:
+        report.warn(where, "its nodes can't be read and aren't baked; it is black")
+        return
+    try:
+        with temporary() as keep:
+            baker = _WorldBaker(keep, scene.world)
+            suns = [node for node in _skies(baker.world.node_tree) if node.sun_type in WITH_SUN]
+            for sun in suns:
+                sun.disc(False)
+            picture = baker.panorama(resolution)
+            for sun in suns if all(sun.plain for sun in suns) else ():
+                light = baker.sun(sun)
+                if light is not None:
+                    key = SUN_NAME if not world.suns else f"{SUN_NAME} {len(world.suns) + 1}"
+                    world.suns[key] = light
+            if suns and not all(sun.plain for sun in suns):
+                for sun in suns:
+                    sun.disc(True)
+                picture = baker.panorama(resolution)
+                report.warn(where, "its sky is turned by nodes, so that the sun stays in its baked image")
+    except (RuntimeError, OSError, ValueError) as error:
+        report.warn(where, f"its nodes can't be read nor baked ({str(error).strip()}); it is black")
+        return
+    key = f"{name} (baked)"
+    images.found[key] = edgegrad.Image(np.maximum(picture, 0.0))
+    world.value.image, world.value.color = key, np.ones(3)
+    report.tell(where, f"baked to an image of {resolution} x {resolution // 2}"
+                + (f", its sun read as {len(world.suns)} light" if world.suns else ""))  # fmt: skip
+
+
+class _Sky:
+    """A Sky Texture with a sun."""
+
+    def __init__(self, node: Any, outermost: bool) -> None:
+        self.node = node
+        self.sun_type = node.sky_type if node.sun_disc else ""
+        # Where the node's direction isn't the ray's, the sun's place is unknown.
+        vector = by_identifier(node.inputs, "Vector")
+        self.plain = outermost and (vector is None or not vector.enabled or feed(vector).output is None)
+
+    def disc(self, shown: bool) -> None:
+        """Switch the disc."""
+        self.node.sun_disc = shown
+
+
+def _skies(tree: Any, outermost: bool = True) -> Iterator[_Sky]:
+    for node in tree.nodes:
+        if node.type == "TEX_SKY" and not node.mute:
+            yield _Sky(node, outermost)
+        elif node.type == "GROUP" and node.node_tree is not None:
+            yield from _skies(node.node_tree, outermost=False)
+
+
+class _WorldBaker:
+    """An empty scene with a copy of a world and a camera."""
+
+    def __init__(self, keep: Temporary, world: Any) -> None:
+        scene = self._scene = keep(bpy.data.scenes.new("Edgegrad bake"))
+        self.world = keep(world.copy())
+        _own_groups(self.world.node_tree, keep)
+        scene.world = self.world
+        scene.render.engine = "CYCLES"
+        scene.render.resolution_percentage = 100
+        scene.render.use_compositing = scene.render.use_sequencer = False
+        cycles = scene.cycles
+        cycles.device, cycles.samples, cycles.pixel_filter_type = "CPU", SAMPLES, "BOX"
+        cycles.use_adaptive_sampling = cycles.use_denoising = False
+        cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
+        settings = scene.render.image_settings
+        settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGB", "32"
+        # Blender makes this image when it renders first.
+        if "Render Result" not in bpy.data.images:
+            keep.later(lambda: bpy.data.images.get("Render Result"))
+        self._lens = keep(bpy.data.cameras.new("Edgegrad bake"))
+        self._camera = keep(bpy.data.objects.new("Edgegrad bake", self._lens))
+        scene.collection.objects.link(self._camera)
+        scene.camera = self._camera
+        visibility = getattr(self.world, "cycles_visibility", None)
+        if visibility is not None:
+            visibility.camera = True
+
+    def panorama(self, resolution: int) -> F32:
+        """(resolution / 2, resolution, 3) the whole sphere, +X in the middle."""
+        self._lens.type = "PANO"
+        panorama = self._lens if hasattr(self._lens, "panorama_type") else self._lens.cycles
+        panorama.panorama_type = "EQUIRECTANGULAR"
+        self._camera.rotation_euler = (0.5 * np.pi, 0.0, -0.5 * np.pi)
+        return self._render(resolution, resolution // 2)
+
+    def sun(self, sky: _Sky) -> edgegrad.SunLight | None:
+        """The light of a sky's disc: its irradiance is that of the disc with the sky minus that of the sky alone."""
+        node = sky.node
+        angle = float(node.sun_size)
+        elevation, turn = float(node.sun_elevation), float(node.sun_rotation)
+        # Rotation 0 is +Y, and the sun goes round clockwise seen from above.
+        to_sun = np.array([np.sin(turn) * np.cos(elevation), np.cos(turn) * np.cos(elevation), np.sin(elevation)])
+        self._lens.type = "PERSP"
+        self._lens.sensor_fit, self._lens.sensor_width, self._lens.lens_unit = "HORIZONTAL", 36.0, "MILLIMETERS"
+        half = np.tan(0.5 * AROUND_DISC * angle)
+        self._lens.lens = min(18.0 / half, 1e5)
+        self._camera.rotation_euler = Vector(-to_sun).to_track_quat("Z", "Y").to_euler()
+        pictures = []
+        for shown in (False, True):
+            sky.disc(shown)
+            pictures.append(self._render(DISC_PIXELS, DISC_PIXELS).astype(np.float64))
+        sky.disc(False)
+        places = (np.arange(DISC_PIXELS) + 0.5) / DISC_PIXELS * 2.0 - 1.0
+        r2 = (half * places[:, None]) ** 2 + (half * places[None]) ** 2
+        solid = (2.0 * half / DISC_PIXELS) ** 2 / (1.0 + r2) ** 1.5
+        irradiance = ((pictures[1] - pictures[0]) * (solid / np.sqrt(1.0 + r2))[..., None]).sum(axis=(0, 1))
+        strength = float(irradiance.max())
+        if not strength > 0.0:
+            return None  # below the horizon
+        # The sky's disc is seen by the camera, too.
+        return edgegrad.SunLight(-to_sun, strength, angle, color=np.maximum(irradiance, 0.0) / strength,
+                                 visible_to=frozenset(RAYS))  # fmt: skip
+
+    def _render(self, width: int, height: int) -> F32:
+        render = self._scene.render
+        render.resolution_x, render.resolution_y = width, height
+        with tempfile.TemporaryDirectory() as folder:
+            render.filepath = str(Path(folder) / "world.exr")
+            bpy.ops.render.render(write_still=True, scene=self._scene.name)
+            return np.asarray(read_image(render.filepath)[..., :3], np.float32)
+
+
+def _own_groups(tree: Any, keep: Temporary) -> None:
+    """Copies of a tree's groups, so that their nodes can be changed."""
+    for node in tree.nodes:
+        if node.type == "GROUP" and node.node_tree is not None:
+            node.node_tree = keep(node.node_tree.copy())
+            _own_groups(node.node_tree, keep)

@@ -40,6 +40,8 @@ class Agreement:
         Root mean square difference of the blocks' means, and what the noise lets expect.
     pixel_rmse, pixel_noise
         The same of single pixels.
+    our_noise, their_noise
+        Root mean square standard deviation of the pixels of one picture.
     """
 
     mean: float
@@ -49,6 +51,8 @@ class Agreement:
     noise: float
     pixel_rmse: float
     pixel_noise: float
+    our_noise: float
+    their_noise: float
 
     @property
     def excess(self) -> float:
@@ -91,6 +95,8 @@ def compare(ours: NDArray[np.float32], theirs: NDArray[np.float32]) -> tuple[Agr
         noise=_root_mean(variance) / scale,
         pixel_rmse=_root_mean(pixels**2) / scale,
         pixel_noise=_root_mean(pixel_variance) / scale,
+        our_noise=_root_mean(a.var(axis=0, ddof=1)) / scale,
+        their_noise=_root_mean(b.var(axis=0, ddof=1)) / scale,
     ), z
 
 

@@ -173,7 +173,8 @@ def main() -> None:
     text = markdown(rows, machine)
     print(text)
     (output / "versus_cycles.md").write_text(text)
-    report = {"machine": machine, "rows": [asdict(row) | {"verdict": row.verdict, "speed_up": row.speed_up} for row in rows]}
+    derived = [{"verdict": row.verdict, "speed_up": row.speed_up} for row in rows]
+    report = {"machine": machine, "rows": [asdict(row) | more for row, more in zip(rows, derived, strict=True)]}
     (output / "versus_cycles.json").write_text(json.dumps(report, indent=1))
 
 

@@ -105,7 +105,7 @@ def _equirectangular(ob: Any) -> Any:
     return lens
 
 
-@case("Depth of field with a round aperture", bounces=1, samples=128)
+@case("Depth of field with a round aperture", bounces=1, samples=96)
 def round_aperture() -> None:
     """Focus on the block."""
     _court()
@@ -113,7 +113,7 @@ def round_aperture() -> None:
     ob.data.dof.use_dof, ob.data.dof.focus_distance, ob.data.dof.aperture_fstop = True, 8.0, 0.12
 
 
-@case("Depth of field with five blades, turned, ratio 2, focused on an object", bounces=1, samples=128)
+@case("Depth of field with five blades, turned, ratio 2, focused on an object", bounces=1, samples=96)
 def bladed_aperture() -> None:
     """Small bright lamps out of focus show the aperture."""
     _court()

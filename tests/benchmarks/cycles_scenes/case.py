@@ -66,7 +66,7 @@ _STAGE = _code(stage.__file__)
 
 
 def case(
-    title: str, *, bounces: int = 3, samples: int = 64, differs: Sequence[str] = ()
+    title: str, *, bounces: int = 3, samples: int = 48, differs: Sequence[str] = ()
 ) -> Callable[[Builder], Builder]:
     """Register the decorated builder under its own name."""
 

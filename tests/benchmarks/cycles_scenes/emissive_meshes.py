@@ -8,7 +8,7 @@ from . import stage
 from .case import case
 
 
-@case("Eighty emissive meshes of different size and strength in a hall", bounces=2, samples=96)
+@case("Eighty emissive meshes of different size and strength in a hall", bounces=2, samples=72)
 def many_emitters() -> None:
     """Small lamps under a ceiling and on the floor."""
     rng = np.random.default_rng(3)

@@ -93,7 +93,7 @@ def _house() -> None:
     stage.add("Car", stage.sphere("Car", car, segments=48), (2.6, 1.0, 0.45), (0, 0, 0.4), [0.9, 0.45, 0.4])
 
 
-@case("An exterior: a house, trees as instances, rolling ground, sun and an environment image", bounces=4, samples=128)
+@case("An exterior: a house, trees as instances, rolling ground, sun and an environment image", bounces=4, samples=96)
 def exterior() -> None:
     """A village house at noon."""
     stage.add("Ground", _ground())

@@ -6,7 +6,7 @@ from . import stage
 from .case import case
 
 
-@case("Smooth glass: Glass node, Principled transmission, IOR, colour", bounces=8, samples=96)
+@case("Smooth glass: Glass node, Principled transmission, IOR, colour", bounces=8, samples=72)
 def glass() -> None:
     """Solid balls, a pane and a cube."""
     stage.studio()
@@ -23,7 +23,7 @@ def glass() -> None:
     stage.add("Pane", stage.plane("Pane", clear, size=1.5), (1.8, 0.9, 0.7), (1.4, 0, 0.2))
 
 
-@case("Rough glass: Glass, Refraction and Principled, roughness 0.1 to 0.8", bounces=8, samples=96)
+@case("Rough glass: Glass, Refraction and Principled, roughness 0.1 to 0.8", bounces=8, samples=72)
 def rough_glass() -> None:
     """Front row: Glass nodes and Principled; back row: Refraction and grey glass."""
     stage.studio()

@@ -86,7 +86,7 @@ def _furniture() -> None:
               (1.4, 1.5, 1.55))  # fmt: skip
 
 
-@case("An interior: a room with a window, furniture, wood, metal, velvet, lamps", bounces=6, samples=128)
+@case("An interior: a room with a window, furniture, wood, metal, velvet, lamps", bounces=6, samples=96)
 def interior() -> None:
     """Sun and sky through a window, a standing lamp, an area lamp on the ceiling."""
     _room(stage.diffuse("Plaster", (0.75, 0.73, 0.7)))

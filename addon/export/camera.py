@@ -134,4 +134,6 @@ def _pixel_filter(scene: Any) -> tuple[str, float]:
     kind = getattr(cycles, "pixel_filter_type", "BLACKMAN_HARRIS")
     if kind == "BOX":
         return kind, 1.0  # Cycles ignores the width then
-    return kind, max(float(getattr(cycles, "filter_width", scene.render.filter_size)), 0.01)
+    # What Cycles calls the width is that of the filter's bulk: its window ends at twice (Gaussian: three times) that.
+    whole = 3.0 if kind == "GAUSSIAN" else 2.0
+    return kind, whole * max(float(getattr(cycles, "filter_width", scene.render.filter_size)), 0.01)

@@ -142,7 +142,8 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         const Vec3 albedo = shader.color(kBaseColor);
         PathPacket part = p;
         part.active = lambertian & (largest_component(albedo) > 0.0f);
-        const Lambertian surface{normal, x.normal, albedo};
+        const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
+        const Lambertian surface{normal, x.normal, albedo, smooth};
         if (any(part.active)) alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive);
     }
     PathPacket part = p;

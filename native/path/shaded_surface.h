@@ -10,15 +10,21 @@ struct ShadedSurface {
     Vec3 normal;  // shading normal, on the viewer's side
     Bsdf bsdf;
     Mask transmits;
+    const Vec3* smooth;  // the smooth normal, where a normal map may have bent it; else null
+    Mask diffuse;        // closures whose terminator a bent normal softens
 
     static constexpr bool kSmooth = false;  // a mirror finds light that no emitter sample does
 
     EG_INLINE Mask both_sides() const { return transmits; }
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
-        return EDGEGRAD_ISA::evaluate(bsdf, active, w);
+        BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w);
+        if (smooth) f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
+        return f;
     }
     EG_INLINE BsdfSample sample(Mask active, Float lobe_u, Float u, Float v) const {
-        return EDGEGRAD_ISA::sample(bsdf, active, lobe_u, u, v);
+        BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, lobe_u, u, v);
+        if (smooth) s.weight = s.weight * bump_shadowing(*smooth, normal, s.wi, diffuse);
+        return s;
     }
 };
 
@@ -31,10 +37,16 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
     }
     const Mask transmits = has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
                            (shader.kind == static_cast<int>(kDisney));
+    const bool bent = scene.all_flags & kHasNormalMap;
+    // The lobes of a Principled BSDF share one factor: its diffuse one's, where that is the larger part.
+    const Mask diffuse = (shader.kind == static_cast<int>(kDiffuse)) |
+                         (shader.kind == static_cast<int>(kTranslucent)) |
+                         ((shader.kind == static_cast<int>(kPrincipled)) &
+                          (shader.row[kMetallic] + shader.row[kTransmission] < 0.5f));
     return {normal,
             make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal, x.normal,
                       tangent, x.side < 0.0f, point.view),
-            transmits};
+            transmits, bent ? &point.normal : nullptr, diffuse};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

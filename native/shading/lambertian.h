@@ -3,6 +3,7 @@
 
 #include "shading/bsdf/sample.h"
 #include "shading/direct_light.h"
+#include "texture/normal_map.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -10,21 +11,25 @@ struct Lambertian {
     Vec3 normal;  // shading normal, on the viewer's side
     Vec3 ng;      // the triangle's
     Vec3 albedo;
+    const Vec3* smooth = nullptr;  // the smooth normal, where a normal map may have bent it
 
     // Whether an emitter sample alone is good enough: f is as smooth as a cosine.
     static constexpr bool kSmooth = true;
     // Where light that falls on its back matters.
     EG_INLINE Mask both_sides() const { return splat(0); }
 
+    EG_INLINE Float shadowing(Vec3 w) const {
+        return smooth ? bump_shadowing(*smooth, normal, w, splat(-1)) : splat(1.0f);
+    }
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
         const Float pdf = select(active, max(dot(normal, w), 0.0f) * kInvPi, 0.0f);
-        return {albedo * pdf, pdf};
+        return {albedo * (pdf * shadowing(w)), pdf};
     }
     EG_INLINE BsdfSample sample(Mask active, Float, Float u, Float v) const {
         BsdfSample s;
         s.wi = cosine_direction(normal, u, v);
         s.active = active & (dot(ng, s.wi) > 0.0f);
-        s.weight = albedo;
+        s.weight = albedo * shadowing(s.wi);
         s.pdf = max(dot(normal, s.wi), 0.0f) * kInvPi;
         s.specular = s.transmitted = splat(0);
         s.ray_kind = splat(static_cast<int>(kDiffuseRay));

@@ -80,6 +80,6 @@ def test_a_failing_allocation_raises() -> None:
     need("native")
     extra = "[50 << 20, 130 << 20, 200 << 20, 300 << 20, 400 << 20]"
     out = subprocess.run([sys.executable, "-c", _STARVED.replace("EXTRA", extra)], capture_output=True, text=True,
-                         check=False, timeout=300)
+                         check=False, timeout=120)
     assert out.returncode == 0, out.stderr[-2000:]
     assert int(out.stdout.split()[-1]) >= 3

@@ -174,3 +174,17 @@ def test_derivatives_of_other_scenes_name_what_is_in_the_way() -> None:
     gradient = Renderer(simple).render_backward(np.ones(shape), ["materials.back.emission"], spp=1)
     assert np.all(gradient["materials.back.emission"] >= 0.0)
     assert edgegrad.differentiable(simple)[1] == []
+
+
+def test_pictures_are_the_same_bits_for_any_number_of_threads() -> None:
+    scene = sheets(base_color=np.full(3, 0.6), specular_ior_level=0.5, roughness=0.3, alpha=0.7)
+    scene.meshes["ball"] = placed(3, True)
+    scene.materials["clay"] = Material(np.full(3, 0.9), kind="GLASS", roughness=0.1)
+    scene.lights = {
+        "spot": edgegrad.SpotLight(np.array([0.5, 0.5, 2.5]), np.array([0.0, 0.0, -1.0]), 200.0, radius=0.2),
+        "sun": edgegrad.SunLight(np.array([0.3, 0.2, -1.0]), 2.0, angle=0.1),
+    }
+    images = [Renderer(scene, threads=n).render(spp=5, max_depth=7, seed=3) for n in (1, 2, 2, 3)]
+    assert images[0].any()
+    for image in images[1:]:
+        np.testing.assert_array_equal(image, images[0])

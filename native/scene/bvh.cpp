@@ -13,11 +13,13 @@ constexpr int kErrorOutOfMemory = 4;  // RTC_ERROR_OUT_OF_MEMORY
 
 // Memory at the peak of a build (measured: 1M and 10M triangles, medium quality).
 constexpr size_t kBuildBytesPerFace = 250;
+// And what Embree takes for itself and its threads' stacks.
+constexpr size_t kDeviceBytes = size_t{96} << 20;
 
 // Throws std::bad_alloc if there is no room for a build: Embree may wait forever when one of its threads runs
 // out of memory half-way.
 void check_room(size_t faces) {
-    const size_t needed = faces * kBuildBytesPerFace;
+    const size_t needed = kDeviceBytes + faces * kBuildBytesPerFace;
     ::operator delete(::operator new(needed));
     std::ifstream memory("/proc/meminfo");  // where the system promises more than it has
     std::string name;
@@ -31,6 +33,7 @@ void check_room(size_t faces) {
 }  // namespace
 
 Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(api) {
+    check_room(tables.faces.size() / 3);
     const std::string config = "threads=" + std::to_string(threads);
     device_ = api_.new_device(config.c_str());
     if (!device_) {
@@ -67,7 +70,6 @@ void Bvh::check(const char* doing) const {
 }
 
 void Bvh::build(const SceneTables& tables) {
-    check_room(tables.faces.size() / 3);
     scene_ = api_.new_scene(device_);
     api_.set_scene_quality(scene_, embree::kMedium);
     for (int32_t m = 0; m < tables.visible_meshes; ++m) {

@@ -210,6 +210,7 @@ def test_what_cannot_be_read_is_baked_and_nothing_else_changes() -> None:
     tree.link(geometry.outputs["Pointiness"], half.inputs[0])
     tree.link(half.outputs[0], "Roughness")
     bump, checker = tree.node("Bump"), tree.node("TexChecker")
+    bump.inputs["Distance"].default_value = 0.1
     tree.link(checker.outputs["Fac"], bump.inputs["Height"])
     tree.link(bump.outputs["Normal"], "Normal")
     other = bs.add("Other", bs.cube("Other", tree.material), (4, 0, 0))
@@ -223,7 +224,7 @@ def test_what_cannot_be_read_is_baked_and_nothing_else_changes() -> None:
     assert m.normal_uv == attributes.BAKED_UV and isinstance(m.textures["normal"], e.ImageTexture)
     pixels = scene.images[m.textures["normal"].image].pixels
     assert pixels.shape == (32, 32, 3)
-    assert np.median(pixels.reshape(-1, 3), axis=0) == pytest.approx([0.5, 0.5, 1.0], abs=0.02)
+    assert pixels[..., 2].mean() > 0.7 and np.ptp(pixels[..., 0]) > 0.05
     uv = scene.meshes["Cube"].attributes[attributes.BAKED_UV]
     assert uv.min() >= 0.0 and uv.max() <= 1.0 and len(np.unique(uv.reshape(-1, 2), axis=0)) >= 14
     assert any("baked" in line and "Bump" in line for line in tree.made.report.readings)

@@ -104,6 +104,7 @@ void Engine::update(SceneTables next) {
 void Engine::update_values(ValueTables values) {
     values.filter = inverted_filter(static_cast<PixelFilter>(values.filter_kind), values.filter_width);
     static_cast<ValueTables&>(tables_) = std::move(values);
+    lights_ = nullptr;
 }
 
 void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin) {
@@ -150,6 +151,7 @@ bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
 
 void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
     if (moved.empty()) return;
+    lights_ = nullptr;
     if (far) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);
     bvh_->update(tables_, moved, far);
@@ -159,7 +161,7 @@ void Engine::render(const RenderOptions& options, const Progress& progress, floa
     // Only a body that is alone may be convex; what else the sides tell concerns derivatives.
     const bool convex = lambertian_and_flat(tables_) && connected_ &&
                         convex_alone(tables_, solid_sides(tables_, closed_), connected_);
-    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex);
+    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex, lights());
     const SceneView& scene = prepared.view();
     const ImagePlan plan(scene.camera, options);
     std::fill_n(image, plan.pixels * 3, 0.0f);
@@ -277,16 +279,22 @@ Derivative Engine::backward(const RenderOptions& options, const Asked& asked, co
     return groups.reduce(threads_);
 }
 
+std::shared_ptr<const LightList> Engine::lights() const {
+    const std::lock_guard<std::mutex> lock(lights_lock_);
+    if (!lights_) lights_ = std::make_shared<const LightList>(tables_);
+    return lights_;
+}
+
 void Engine::probe_lights(const LightProbes& probes) const {
-    kernels_.light_samples(PreparedScene(api_, *bvh_, tables_, nullptr, false).view(), probes);
+    kernels_.light_samples(PreparedScene(api_, *bvh_, tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::probe_directions(const DirectionProbes& probes) const {
-    kernels_.light_directions(PreparedScene(api_, *bvh_, tables_, nullptr, false).view(), probes);
+    kernels_.light_directions(PreparedScene(api_, *bvh_, tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::probe_sky(const SkyProbes& probes) const {
-    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, false);
+    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, false, lights());
     if (!prepared.view().sky.pixels) throw std::invalid_argument("the environment has no image");
     kernels_.sky(prepared.view(), probes);
 }

@@ -6,10 +6,12 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 
 #include "kernels.h"
 #include "parallel.h"
 #include "scene/bvh.h"
+#include "scene/light_list.h"
 
 namespace edgegrad {
 
@@ -59,6 +61,10 @@ class Engine {
     const KernelTable& kernels_;
     SceneTables tables_;
     int threads_;
+    // Made when a picture first asks for them, and kept until values or vertices change.
+    std::shared_ptr<const LightList> lights() const;
+    mutable std::mutex lights_lock_;
+    mutable std::shared_ptr<const LightList> lights_;
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     bool has_edges_ = false;

@@ -49,7 +49,7 @@ EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kin
 // Light from a sample of the lights; `alone` where no ray will be traced that could find it too.
 template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
-                         const Surface& surface, Mask alone, const PathIndex& index) {
+                          const Surface& surface, Mask alone, const PathIndex& index) {
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
     LightSample s = sample_light(scene, p.active, x, p.both_sides, u, v);
@@ -59,7 +59,8 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
         const TexturePoint point = texture_point(scene, y, -s.w, p.kind);
         s.radiance = select(on_surface, emitted_radiance(scene, y, point), s.radiance);
     }
-    const BsdfValue f = surface.evaluate(s.active, s.w);
+    const BsdfValue f = scene.lights.any_hidden ? surface.evaluate_for(s.visible_to, s.active, s.w)
+                                                : surface.evaluate(s.active, s.w);
     Vec3 light = s.radiance * f.value * s.geometry;
     s.active &= largest_component(light) > 0.0f;
     if (!any(s.active)) return;
@@ -79,7 +80,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
 // Light from a sample of the environment's image.
 template <typename Surface>
 EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const PathPacket& p,
-                             const SurfacePoint& x, const Surface& surface, const PathIndex& index) {
+                              const SurfacePoint& x, const Surface& surface, const PathIndex& index) {
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSky), u, v);
     const EnvironmentSample s = sample_environment(scene, p.active, u, v);
@@ -112,8 +113,8 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
 // Appends the rays that go on to the queue; its new length.
 template <typename Surface>
 EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
-                      const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
-                      int alive) {
+                       const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
+                       int alive) {
     // A Lambertian surface's last ray sees nothing but the environment.
     Mask alone = splat(0);
     if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));

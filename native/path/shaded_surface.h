@@ -21,6 +21,20 @@ struct ShadedSurface {
         if (smooth) f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
         return f;
     }
+    // The same for light that only some kinds of rays (bits 1 << RayKind) see: of lobes that scatter those.
+    EG_INLINE BsdfValue evaluate_for(Int kinds, Mask active, Vec3 w) const {
+        BsdfValue f = evaluate(active, w);
+        Bsdf diffuse = bsdf;
+        diffuse.any_lobe[kMirrorLobe] = diffuse.any_lobe[kCoatLobe] = diffuse.any_lobe[kInterfaceLobe] =
+            false;
+        const Vec3 soft = EDGEGRAD_ISA::evaluate(diffuse, active, w).value;
+        const auto seen = [&](RayKind kind) { return (kinds & (1 << kind)) != 0; };
+        const Vec3 above =
+            select(seen(kDiffuseRay), soft, zero3()) + select(seen(kGlossyRay), f.value - soft, zero3());
+        const Vec3 below = select(seen(kTransmissionRay), f.value, zero3());
+        f.value = select(dot(bsdf.ng, w) > 0.0f, above, below);
+        return f;
+    }
     EG_INLINE BsdfSample sample(Mask active, Float lobe_u, Float u, Float v) const {
         BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, lobe_u, u, v);
         if (smooth) s.weight = s.weight * bump_shadowing(*smooth, normal, s.wi, diffuse);

@@ -33,7 +33,7 @@ double scene_radius(const SceneTables& t) {
 
 }  // namespace
 
-EmitterTable::EmitterTable(const SceneTables& t, const Asked* asked) {
+EmitterTable::EmitterTable(const SceneTables& t, const Asked& asked) {
     std::vector<double> power;
     std::vector<bool> parameter;
     const auto add = [&](int32_t k, int32_t i, double p, bool is_parameter) {
@@ -46,7 +46,7 @@ EmitterTable::EmitterTable(const SceneTables& t, const Asked* asked) {
     const size_t materials = t.emission.size() / 3;
     std::vector<uint8_t> emits(materials), asked_for(materials);
     for (size_t m = 0; m < materials; ++m) {
-        asked_for[m] = asked && m < asked->emitting.size() && asked->emitting[m];
+        asked_for[m] = m < asked.emitting.size() && asked.emitting[m];
         emits[m] = asked_for[m] || mean(&t.emission[3 * m]) > 0.0;
     }
     if (std::any_of(emits.begin(), emits.end(), [](uint8_t e) { return e != 0; })) {
@@ -60,7 +60,7 @@ EmitterTable::EmitterTable(const SceneTables& t, const Asked* asked) {
                 asked_for[m]);
         }
     }
-    const bool lights = asked && asked->lights;
+    const bool lights = asked.lights;
     for (size_t k = 0; k < t.point_intensity.size() / 3; ++k)
         add(kPointLight, static_cast<int32_t>(k), 4.0 * M_PI * mean(&t.point_intensity[3 * k]), lights);
     const double radius = scene_radius(t);

@@ -1,4 +1,5 @@
-// Finite emitters with the distribution by which one is picked per shading point.
+// Finite emitters of derivatives, with the distribution by which one is picked per shading point (pictures
+// have scene/light_list.h).
 #pragma once
 
 #include "scene/tables.h"
@@ -6,8 +7,7 @@
 namespace edgegrad {
 
 struct EmitterTable {
-    // `asked` null: for the picture alone.
-    EmitterTable(const SceneTables& tables, const Asked* asked);
+    EmitterTable(const SceneTables& tables, const Asked& asked);
 
     std::vector<int32_t> kind, index;
     std::vector<float> cdf;

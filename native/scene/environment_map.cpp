@@ -33,14 +33,14 @@ Taps part_taps(int32_t part, int32_t parts) {
     return {std::max(-place, 0.0), 1.0 - std::abs(place), std::max(place, 0.0)};
 }
 
-// Sums, divided by the last; equal steps where all are zero.
-void normalise(const std::vector<double>& weights, float* cdf) {
-    double sum = 0.0, all = 0.0;
-    for (double w : weights) all += w;
+// Sums, divided by `all` of them; equal steps where all are zero.
+void normalise(const std::vector<double>& weights, double all, float* cdf) {
+    double sum = 0.0;
+    const bool empty = !(all > 0.0);
+    const double scale = 1.0 / (empty ? static_cast<double>(weights.size()) : all);
     for (size_t k = 0; k < weights.size(); ++k) {
-        cdf[k] = static_cast<float>(all > 0.0 ? sum / all
-                                              : static_cast<double>(k) / static_cast<double>(weights.size()));
-        sum += weights[k];
+        cdf[k] = static_cast<float>(sum * scale);
+        sum += empty ? 1.0 : weights[k];
     }
     cdf[weights.size()] = 1.0f;
 }
@@ -92,11 +92,11 @@ EnvironmentMap::EnvironmentMap(const float* pixels, int32_t width, int32_t heigh
                 cells[c] = std::max(value - less, 0.0);
                 sum += cells[c];
             }
-            normalise(cells, &columns_cdf_[r * (columns + 1)]);
+            normalise(cells, sum, &columns_cdf_[r * (columns + 1)]);
             row_weight[r] = sum * static_cast<double>(sines_[r] - sines_[r + 1]);
             all += row_weight[r];
         }
-        normalise(row_weight, rows_cdf_.data());
+        normalise(row_weight, all, rows_cdf_.data());
         return all;
     };
     // What isn't brighter than the mean is left to samples of the BSDF ("MIS compensation", Karlik et al.

@@ -9,7 +9,7 @@
 namespace edgegrad {
 
 // Beyond this many lights of finite distance a hierarchy finds one faster than a look at each.
-constexpr size_t kMostFlatLights = 16;
+constexpr size_t kMostFlatLights = 32;
 
 class LightList {
  public:

@@ -9,16 +9,41 @@ namespace edgegrad {
 namespace {
 
 constexpr int kBins = 12;
+// Below this many lights the cheapest split isn't worth looking for.
+constexpr size_t kFewLights = 8;
 constexpr float kPi = 3.14159265f;
 
 float clamped_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
+
+// Solid angle that Lambertian lights shine into whose axes spread within a cone, by the length of the axes'
+// mean, (1 + cos o)/2 for uniform axes in a cone of half angle o.
+class OrientationMeasure {
+ public:
+    OrientationMeasure() {
+        for (size_t k = 0; k < table_.size(); ++k) {
+            const float mean = static_cast<float>(k) / static_cast<float>(table_.size() - 1);
+            const float o = clamped_acos(2.0f * mean - 1.0f), w = std::min(o + 0.5f * kPi, kPi);
+            table_[k] =
+                2.0f * kPi * (1.0f - std::cos(o)) +
+                0.5f * kPi *
+                    (2.0f * w * std::sin(o) - std::cos(o - 2.0f * w) - 2.0f * o * std::sin(o) + std::cos(o));
+        }
+    }
+    float operator()(float mean) const {
+        return table_[std::min(static_cast<size_t>(mean * static_cast<float>(table_.size() - 1) + 0.5f),
+                               table_.size() - 1)];
+    }
+
+ private:
+    std::array<float, 65> table_;
+};
 
 // What the cost of a split needs to know of a group: a box, summed axes, power. Cheap to add up, where
 // uniting cones isn't: the spread of its axes is estimated from the length of their mean.
 struct Group {
     float low[3] = {3e38f, 3e38f, 3e38f}, high[3] = {-3e38f, -3e38f, -3e38f};
     float axes[3] = {0, 0, 0};
-    float power = 0.0f, e = 0.0f;
+    float power = 0.0f;
     int count = 0;
 
     void add(const LightNode& n) {
@@ -30,7 +55,6 @@ struct Group {
         const float length = 0.5f * (1.0f + n.cos_o);
         for (int c = 0; c < 3; ++c) axes[c] += length * n.axis[c];
         power += n.power;
-        e = std::max(e, n.cos_e);
         ++count;
     }
     void add(const Group& g) {
@@ -40,20 +64,14 @@ struct Group {
             axes[c] += g.axes[c];
         }
         power += g.power;
-        e = std::max(e, g.e);
         count += g.count;
     }
     // Surface area orientation heuristic (Conty Estevez and Kulla 2018, eq. 1).
-    float cost() const {
+    float cost(const OrientationMeasure& orientation) const {
         if (!count) return 0.0f;
         const float a = high[0] - low[0], b = high[1] - low[1], c = high[2] - low[2];
-        const float mean = std::hypot(axes[0], axes[1], axes[2]) / static_cast<float>(count);
-        const float o = clamped_acos(2.0f * mean - 1.0f), w = std::min(o + 0.5f * kPi, kPi);
-        const float orientation =
-            2.0f * kPi * (1.0f - std::cos(o)) +
-            0.5f * kPi *
-                (2.0f * w * std::sin(o) - std::cos(o - 2.0f * w) - 2.0f * o * std::sin(o) + std::cos(o));
-        return power * orientation * (a * b + b * c + c * a);
+        const float length = std::sqrt(axes[0] * axes[0] + axes[1] * axes[1] + axes[2] * axes[2]);
+        return power * orientation(length / static_cast<float>(count)) * (a * b + b * c + c * a);
     }
 };
 
@@ -99,6 +117,7 @@ class Builder {
                 high[c] = std::max(high[c], light(k).center[c]);
             }
         const float longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+        if (last - first <= kFewLights) return halve(first, last, low, high);
         float best = 3e38f;
         int best_axis = -1, best_bin = 0;
         std::array<std::array<Group, kBins>, 3> bins{};
@@ -114,13 +133,13 @@ class Builder {
             Group group;
             for (size_t b = kBins - 1; b > 0; --b) {
                 group.add(row[b]);
-                right[b] = group.cost();
+                right[b] = group.cost(orientation_);
             }
             group = {};
             for (size_t b = 0; b + 1 < kBins; ++b) {
                 group.add(row[b]);
                 // Thin slabs are avoided.
-                const float cost = longest / (high[c] - low[c]) * (group.cost() + right[b + 1]);
+                const float cost = longest / (high[c] - low[c]) * (group.cost(orientation_) + right[b + 1]);
                 if (group.count > 0 && group.count < static_cast<int>(last - first) && cost < best)
                     best = cost, best_axis = c, best_bin = static_cast<int>(b);
             }
@@ -134,6 +153,19 @@ class Builder {
         return static_cast<size_t>(middle - order_.begin());
     }
 
+    // Along the longest side of the box.
+    size_t halve(size_t first, size_t last, const float* low, const float* high) {
+        int axis = 0;
+        for (int c = 1; c < 3; ++c)
+            if (high[c] - low[c] > high[axis] - low[axis]) axis = c;
+        std::stable_sort(order_.begin() + static_cast<ptrdiff_t>(first),
+                         order_.begin() + static_cast<ptrdiff_t>(last), [&](int32_t a, int32_t b) {
+                             return lights_[static_cast<size_t>(a)].center[axis] <
+                                    lights_[static_cast<size_t>(b)].center[axis];
+                         });
+        return first + (last - first) / 2;
+    }
+
     static int bin(const LightNode& n, int c, const float* low, const float* high) {
         const float place = (n.center[c] - low[c]) / (high[c] - low[c]);
         return std::min(static_cast<int>(place * kBins), kBins - 1);
@@ -143,6 +175,7 @@ class Builder {
     int32_t offset_;
     std::vector<int32_t> order_;
     std::vector<LightNode> nodes_;
+    OrientationMeasure orientation_;
 };
 
 // The smallest cone around two cones of directions.

@@ -5,8 +5,8 @@
 namespace edgegrad {
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
-                             const Asked* asked, bool convex)
-    : emitters_(tables, asked),
+                             const Asked* asked, bool convex, std::shared_ptr<const LightList> lights)
+    : lights_(std::move(lights)),
       face_moving_(tables.face_material.size(), 0),
       edge_count_(static_cast<int64_t>(tables.edge_vertices.size() / 2)) {
     for (size_t m = 0; asked && m < asked->moving.size(); ++m)
@@ -59,16 +59,19 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     }
     std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
     view_.environment_mask = tables.environment_mask;
-    if (!asked) view_.lights = lights_.emplace(tables).view();
+    if (lights_) view_.lights = lights_->view();
     view_.albedo = tables.albedo.data();
     view_.emission = tables.emission.data();
     view_.emission_two_sided = tables.emission_two_sided.data();
     view_.any_emission =
         std::any_of(tables.emission.begin(), tables.emission.end(), [](float e) { return e > 0.0f; });
-    view_.emitter_count = static_cast<int32_t>(emitters_.kind.size());
-    view_.emitter_kind = emitters_.kind.data();
-    view_.emitter_index = emitters_.index.data();
-    view_.emitter_cdf = emitters_.cdf.data();
+    if (asked) {
+        const EmitterTable& emitters = emitters_.emplace(tables, *asked);
+        view_.emitter_count = static_cast<int32_t>(emitters.kind.size());
+        view_.emitter_kind = emitters.kind.data();
+        view_.emitter_index = emitters.index.data();
+        view_.emitter_cdf = emitters.cdf.data();
+    }
     view_.point_position = tables.point_position.data();
     view_.point_intensity = tables.point_intensity.data();
     view_.sun_direction = tables.sun_direction.data();

@@ -1,6 +1,7 @@
 // The tables as kernels see them for one call, with what the call adds to them.
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "scene/bvh.h"
@@ -11,16 +12,16 @@ namespace edgegrad {
 
 class PreparedScene {
  public:
-    // `asked` null: for the picture alone.
+    // For derivatives that are `asked` for, or for the picture with its `lights`; the other is null.
     PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked,
-                  bool convex);
+                  bool convex, std::shared_ptr<const LightList> lights = nullptr);
 
     const SceneView& view() const { return view_; }
     int64_t edge_count() const { return edge_count_; }
 
  private:
-    EmitterTable emitters_;
-    std::optional<LightList> lights_;  // of pictures
+    std::optional<EmitterTable> emitters_;
+    std::shared_ptr<const LightList> lights_;
     std::vector<int32_t> face_moving_;
     int64_t edge_count_;
     SceneView view_{};

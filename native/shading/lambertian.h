@@ -25,6 +25,12 @@ struct Lambertian {
         const Float pdf = select(active, max(dot(normal, w), 0.0f) * kInvPi, 0.0f);
         return {albedo * (pdf * shadowing(w)), pdf};
     }
+    // The same for light that only some kinds of rays (bits 1 << RayKind) see.
+    EG_INLINE BsdfValue evaluate_for(Int kinds, Mask active, Vec3 w) const {
+        BsdfValue f = evaluate(active, w);
+        f.value = select((kinds & (1 << kDiffuseRay)) != 0, f.value, zero3());
+        return f;
+    }
     EG_INLINE BsdfSample sample(Mask active, Float, Float u, Float v) const {
         BsdfSample s;
         s.wi = cosine_direction(normal, u, v);

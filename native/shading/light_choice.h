@@ -92,15 +92,20 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const R
     if (lights.top == 1 && !lights.any_group) return choice;
     Int node = splat(0);
     if (lights.top > 1) {
-        Float total = splat(0.0f);
-        for (int k = 0; k < lights.top; ++k) total = total + importance(broadcast_node(lights.nodes[k]), x);
+        constexpr int kKept = 40;  // what is more is computed twice
+        Float kept[kKept], total = splat(0.0f);
+        for (int k = 0; k < lights.top; ++k) {
+            const Float bound = importance(broadcast_node(lights.nodes[k]), x);
+            total = total + bound;
+            if (k < kKept) kept[k] = bound;
+        }
         choice.active &= total > 0.0f;
         const Float scale = 1.0f / select(choice.active, total, 1.0f);
         // Where rounding leaves u beyond the last interval, the last one that isn't empty is taken.
         Float sum = splat(0.0f), low = sum, share = splat(1.0f);
         Mask open = choice.active;
         for (int k = 0; k < lights.top; ++k) {
-            const Float p = importance(broadcast_node(lights.nodes[k]), x) * scale;
+            const Float p = (k < kKept ? kept[k] : importance(broadcast_node(lights.nodes[k]), x)) * scale;
             const Mask here = open & (p > 0.0f);
             node = select(here, splat(k), node);
             low = select(here, sum, low);

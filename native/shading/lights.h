@@ -76,8 +76,34 @@ EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
     return factor;
 }
 
+// The area light as seen from a point: where it has a spread, the rectangle around what may shine there,
+// which is the disk of the radius height * tan(spread/2) about the point's foot on the light.
 EG_INLINE AreaShape area_shape(const LightRow& l, Vec3 from) {
-    return {l.position - from, l.axis_x, l.axis_y, l.area};
+    AreaShape shape{l.position - from, l.axis_x, l.axis_y, l.area};
+    const Mask spread = (l.flags & static_cast<int>(kLightSpread)) != 0;
+    if (!any(spread)) return shape;
+    const Vec3 center = shape.center;
+    const Float reach = -dot(center, l.direction) * l.edge;
+    shape.area = select(spread, splat(4.0f), shape.area);
+    Vec3* const axes[] = {&shape.axis_x, &shape.axis_y};
+    for (Vec3* axis : axes) {
+        const Float length = max(sqrt(dot(*axis, *axis)), 1e-30f);
+        const Vec3 unit = *axis * (1.0f / length);
+        const Float foot = -dot(center, unit);
+        const Float low = max(-length, foot - reach), high = min(length, foot + reach);
+        const Float half = max(0.5f * (high - low), 0.0f);
+        shape.center = select(spread, shape.center + unit * (0.5f * (low + high)), shape.center);
+        *axis = select(spread, unit * half, *axis);
+        shape.area = select(spread, shape.area * half, shape.area);
+    }
+    return shape;
+}
+
+// Whether a point of an ellipse's plane, relative to its centre, is on it.
+EG_INLINE Mask within_ellipse(const LightRow& l, Vec3 across) {
+    const Float x = dot(across, l.axis_x) / dot(l.axis_x, l.axis_x);
+    const Float y = dot(across, l.axis_y) / dot(l.axis_y, l.axis_y);
+    return x * x + y * y <= 1.0f;
 }
 
 // One light, and a direction to it, for the point x. Only what may light it is active: in front of it, unless
@@ -134,15 +160,20 @@ EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const S
         if (occurs(kDirectionLight)) offset = select(is(kDirectionLight), -l.direction, offset);
         if (occurs(kSphereLight)) take(is(kSphereLight), sample_sphere(center, l.radius, choice.u, v));
         if (occurs(kDiskLight)) take(is(kDiskLight), sample_facing_disk(center, l.radius, choice.u, v));
-        if (occurs(kRectangleLight))
-            take(is(kRectangleLight), sample_rectangle(area_shape(l, x.position), choice.u, v));
-        if (occurs(kEllipseLight))
-            take(is(kEllipseLight), sample_ellipse(area_shape(l, x.position), choice.u, v));
-        if (occurs(kConeLight))
-            take(is(kConeLight), {sample_cone(-l.direction, l.one_minus_cos, choice.u, v), 1.0f / l.area});
         // Area lights shine to one side.
         const Mask flat = is(kRectangleLight) | is(kEllipseLight);
-        s.active &= ~flat | (dot(center, l.direction) < 0.0f);
+        if (any(flat)) {
+            const AreaShape area = area_shape(l, x.position);
+            const Mask spread = (l.flags & static_cast<int>(kLightSpread)) != 0;
+            const Mask by_rectangle = is(kRectangleLight) | (flat & spread), by_area = flat & ~by_rectangle;
+            s.active &= ~flat | ((dot(center, l.direction) < 0.0f) & (area.area > 0.0f));
+            if (any(by_rectangle)) take(by_rectangle, sample_rectangle(area, choice.u, v));
+            if (any(by_area)) take(by_area, sample_ellipse(area, choice.u, v));
+            const Mask cut = is(kEllipseLight) & spread;
+            if (any(cut)) s.active &= ~cut | within_ellipse(l, offset - center);
+        }
+        if (occurs(kConeLight))
+            take(is(kConeLight), {sample_cone(-l.direction, l.one_minus_cos, choice.u, v), 1.0f / l.area});
         s.radiance = select(is_row, l.radiance, s.radiance);
         if (lights.any_linked) {
             const Int receivers = gather(lights.receivers, row), blockers = gather(lights.blockers, row);
@@ -167,7 +198,9 @@ EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const S
     s.pdf = select(sized, density * choice.probability, 0.0f);
     const Float flux = select(s.distant, choice.probability, choice.probability * r2);
     s.geometry = 1.0f / max(select(sized, s.pdf, flux), 1e-37f);
-    s.active &= (both_sides | (dot(x.normal, s.w) > 0.0f)) & (largest_component(s.radiance) > 0.0f);
+    // In the plane of an area light directions may have no end.
+    s.active &=
+        (both_sides | (dot(x.normal, s.w) > 0.0f)) & (largest_component(s.radiance) > 0.0f) & (r2 < 1e30f);
     return s;
 }
 
@@ -216,15 +249,15 @@ EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float
             const Float facing = -dot(w, l.direction);
             const Float distance = -dot(center, l.direction) / select(facing > 0.0f, facing, 1.0f);
             const Vec3 offset = w * distance, across = offset - center;
-            const Float x = dot(across, l.axis_x) / dot(l.axis_x, l.axis_x);
-            const Float y = dot(across, l.axis_y) / dot(l.axis_y, l.axis_y);
-            const Mask within =
-                kind == kRectangleLight ? (abs(x) <= 1.0f) & (abs(y) <= 1.0f) : x * x + y * y <= 1.0f;
-            const Mask hit = within & (facing > 0.0f);
-            const AreaShape shape = area_shape(l, from);
-            if (any(hit))
-                pdf = kind == kRectangleLight ? rectangle_pdf(shape, offset)
-                                              : area_pdf(offset, l.direction, l.area);
+            const bool rectangle = kind == kRectangleLight;
+            const auto inside = [&](Vec3 axis) { return abs(dot(across, axis)) <= dot(axis, axis); };
+            const Mask hit = (facing > 0.0f) &
+                             (rectangle ? inside(l.axis_x) & inside(l.axis_y) : within_ellipse(l, across));
+            if (any(hit)) {
+                const AreaShape shape = area_shape(l, from);
+                const bool by_rectangle = rectangle || any((l.flags & static_cast<int>(kLightSpread)) != 0);
+                pdf = by_rectangle ? rectangle_pdf(shape, offset) : area_pdf(offset, l.direction, l.area);
+            }
             return select(hit, distance, splat(-1.0f));
         }
         default: {

@@ -212,7 +212,7 @@ def test_panorama_region_and_filter() -> None:
     assert camera.kind == "EQUIRECTANGULAR"
     assert camera.longitude == pytest.approx([-1.0, np.pi]) and camera.latitude == pytest.approx([-np.pi / 2, 0.5])
     assert camera.crop == (8, 0, 24, 16)
-    assert (camera.filter, camera.filter_width) == ("BLACKMAN_HARRIS", 1.5)
+    assert (camera.filter, camera.filter_width) == ("BLACKMAN_HARRIS", 3.0)  # Cycles' window is twice as wide
     assert made.report.lines == []
 
 

@@ -22,7 +22,7 @@ from edgegrad import images
 from edgegrad.progress import ProgressBar
 
 from .derivative import DIRECTIONS, derivative_picture
-from .export import export_scene
+from .export import export_scene, render_export
 from .parameters import Names
 from .problem import Problem, Report
 from .session import Picture, Request, Session, find_camera
@@ -197,7 +197,7 @@ def _render(arguments: argparse.Namespace) -> None:
     export = export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get(), _camera(arguments.camera))
     _print_warnings(export.report)
     with ProgressBar("render") as bar:
-        picture = edgegrad.render(export.scene, spp=arguments.samples, seed=arguments.seed, progress=_shown(bar))
+        picture = render_export(export.scene, export.settings, arguments.samples, arguments.seed, _shown(bar))
     images.write_image(arguments.out, picture)
 
 

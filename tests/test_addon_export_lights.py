@@ -148,7 +148,7 @@ def test_environment_image_turned_by_a_mapping_node() -> None:
     c, s = np.cos(0.5), np.sin(0.5)
     assert found.rotation == pytest.approx(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]))
     mapping.inputs["Location"].default_value = (0.1, 0.0, 0.0)  # no rotation any more: baked
-    assert bs.export().scene.world.image == "World (baked)"
+    assert bs.export(bake=16).scene.world.image == "World (baked)"
 
 
 def test_baked_world_lies_in_the_directions_that_it_has() -> None:
@@ -167,6 +167,7 @@ def test_baked_world_lies_in_the_directions_that_it_has() -> None:
     assert pixels == pytest.approx(2.0 * np.maximum(directions, 0.0), abs=0.05)
 
 
+@pytest.mark.slow  # Blender computes the sky's table for each picture
 def test_suns_of_skies_become_lights(tmp_path: Any) -> None:
     """The ground under the sun of a sky: what the light gives is what the disc adds to Cycles' picture."""
     scene = bpy.context.scene

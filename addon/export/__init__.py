@@ -2,6 +2,6 @@
 
 from .camera import export_camera
 from .scene import Export, export_scene
-from .settings import RenderSettings
+from .settings import RenderSettings, render_export
 
-__all__ = ["Export", "RenderSettings", "export_camera", "export_scene"]
+__all__ = ["Export", "RenderSettings", "export_camera", "export_scene", "render_export"]

@@ -183,32 +183,34 @@ def tangents(arrays: MeshArrays, uv: F32) -> F32:
     Corners of one position, normal, UV coordinate and orientation share the sum of their triangles' tangents, each
     made perpendicular to the normal and weighted by its angle.
     """
-    p = arrays.positions[arrays.faces].astype(np.float64)
-    t = uv.astype(np.float64)
+    p, t = arrays.positions[arrays.faces], np.asarray(uv, np.float32)
     (e1, e2), (d1, d2) = ([x[:, k] - x[:, 0] for k in (1, 2)] for x in (p, t))
-    area = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
-    sign = np.where(area >= 0.0, 1.0, -1.0)
+    sign = np.where(d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] >= 0.0, np.float32(1.0), np.float32(-1.0))
     along = sign[:, None] * (d2[:, 1:] * e1 - d1[:, 1:] * e2)
-    flat = _unit(np.cross(e1, e2).astype(np.float64))
-    normal = np.repeat(flat[:, None], 3, axis=1)
+    normal = np.repeat(_unit(np.cross(e1, e2).astype(np.float32))[:, None], 3, axis=1)
     if arrays.smoothing is not None and arrays.normals is not None:
         smooth = arrays.smoothing >= 0
         normal[smooth] = arrays.normals[arrays.smoothing[smooth]]
-    ahead = np.roll(p, -1, axis=1) - p
-    ahead = _unit(ahead - normal * (ahead * normal).sum(axis=2, keepdims=True))
-    back = np.roll(p, 1, axis=1) - p
-    back = _unit(back - normal * (back * normal).sum(axis=2, keepdims=True))
-    angle = np.arccos(np.clip((ahead * back).sum(axis=2), -1.0, 1.0))
-    part = _unit(along[:, None] - normal * (along[:, None] * normal).sum(axis=2, keepdims=True)) * angle[..., None]
-    key: NDArray[Any] = bits(arrays.faces.reshape(-1), normal.reshape(-1, 3).astype(np.float32), uv.reshape(-1, 2),
-               np.repeat(sign > 0.0, 3))  # fmt: skip
+    edge = p[:, [1, 2, 0]] - p
+    ahead, back = _unit(_across(edge, normal)), _unit(_across(-edge[:, [2, 0, 1]], normal))
+    angle = np.arccos(np.clip(np.einsum("fck,fck->fc", ahead, back), -1.0, 1.0))
+    part = _unit(_across(np.repeat(along[:, None], 3, axis=1), normal)) * angle[..., None]
+    key: NDArray[Any] = bits(arrays.faces.reshape(-1), normal.reshape(-1, 3), t.reshape(-1, 2),
+                             np.repeat(sign > 0.0, 3))  # fmt: skip
     _, group = np.unique(key, return_inverse=True)
     group = group.reshape(-1)
     total = np.stack([np.bincount(group, part.reshape(-1, 3)[:, k]) for k in range(3)], axis=1)
-    shared = _unit(total)[group].reshape(p.shape)
-    return np.concatenate([shared, np.repeat(sign[:, None], 3, axis=1)[..., None]], axis=2).astype(np.float32)
+    out = np.empty((*arrays.faces.shape, 4), np.float32)
+    out[..., :3] = _unit(total.astype(np.float32))[group].reshape(p.shape)
+    out[..., 3] = sign[:, None]
+    return out
 
 
-def _unit(v: F64) -> F64:
-    length = np.linalg.norm(v, axis=-1, keepdims=True)
+def _across(v: F32, normal: F32) -> F32:
+    """The part of vectors that is perpendicular to unit vectors."""
+    return v - normal * np.einsum("fck,fck->fc", v, normal)[..., None]
+
+
+def _unit(v: F32) -> F32:
+    length = np.sqrt(np.einsum("...k,...k->...", v, v))[..., None]
     return np.divide(v, length, out=np.zeros_like(v), where=length > 1e-20)

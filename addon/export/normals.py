@@ -106,9 +106,9 @@ def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact
 def angle_weighted(vertices: F64, faces: I32, smoothing: I32, count: int) -> F64:
     """(count, 3) unit normals of groups of corners: the mean of their faces' normals, weighted by the angles."""
     corner = vertices[faces]
-    ahead = np.roll(corner, -1, axis=1) - corner
-    ahead /= np.maximum(np.linalg.norm(ahead, axis=2, keepdims=True), 1e-30)
-    back = -np.roll(ahead, 1, axis=1)
+    ahead = corner[:, [1, 2, 0]] - corner
+    ahead /= np.maximum(np.sqrt(np.einsum("fck,fck->fc", ahead, ahead)), 1e-30)[..., None]
+    back = -ahead[:, [2, 0, 1]]
     face = np.cross(ahead[:, 0], back[:, 0])
     face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-30)
     angle = np.arccos(np.clip(np.einsum("fck,fck->fc", ahead, back), -1.0, 1.0))

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 import edgegrad
 
@@ -31,6 +35,16 @@ class RenderSettings:
     bounces: edgegrad.Bounces = field(default_factory=edgegrad.Bounces)
     clamp_direct: float = 0.0
     clamp_indirect: float = 0.0
+
+
+def render_export(scene: edgegrad.Scene, settings: RenderSettings, samples: int, seed: int = 0,
+                  progress: Callable[[float], None] | None = None) -> NDArray[np.float32]:  # fmt: skip
+    """The picture of an exported scene, with the scene's limits of light paths.
+
+    Returns (H, W, 3) float32 as `edgegrad.render`.
+    """
+    return edgegrad.Renderer(scene).render(spp=samples, seed=seed, max_depth=settings.max_depth,
+                                           bounces=settings.bounces, progress=progress)  # fmt: skip
 
 
 def read_settings(scene: Any, report: Report) -> RenderSettings:

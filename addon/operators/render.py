@@ -5,9 +5,7 @@ from typing import Any
 
 import bpy
 
-import edgegrad
-
-from ..export import export_scene
+from ..export import export_scene, render_export
 from . import _common
 
 
@@ -23,7 +21,7 @@ class Render(bpy.types.Operator):
     def execute(self, context: Any) -> set[str]:
         try:
             export = export_scene(context.scene, context.evaluated_depsgraph_get())
-            picture = edgegrad.render(export.scene, spp=self.samples)
+            picture = render_export(export.scene, export.settings, self.samples)
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
         _common.tell(self, export.report)

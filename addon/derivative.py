@@ -37,7 +37,7 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
     (H, W, 3) float32 and the export.
     """
     names.check_objects(context.evaluated_depsgraph_get(), in_place=True)
-    export = export_scene(context.scene, context.evaluated_depsgraph_get(), camera, bake=BAKE_RESOLUTION)
+    export = export_scene(context.scene, context.evaluated_depsgraph_get(), camera, bake=BAKE_RESOLUTION, coded=False)
     paths = names.paths(export)
     simplify(export)
     scene = export.scene

@@ -92,7 +92,7 @@ class Session:
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         depsgraph = context.evaluated_depsgraph_get()
         request.names.check_objects(depsgraph, request.in_place)
-        export = export_scene(scene, context.evaluated_depsgraph_get(), cameras[0], bake=BAKE_RESOLUTION)
+        export = export_scene(scene, context.evaluated_depsgraph_get(), cameras[0], bake=BAKE_RESOLUTION, coded=False)
         wrt = request.names.paths(export)
         simplify(export)
         targets = []

@@ -184,6 +184,10 @@ def test_images(space: Any, float_buffer: Any) -> None:
     assert pixels[1, 0, :3] == pytest.approx(wanted, abs=2e-3) and pixels[1, 0, 3] == pytest.approx(0.5, abs=3e-3)
     tree.link(node.outputs["Alpha"], "Alpha")
     m = tree.export()
+    node.interpolation = "Linear"
+    smooth = tree.export().textures["base_color"]
+    # Cycles interpolates 8 bit sRGB codes before it makes them linear.
+    assert isinstance(smooth, e.Curves) == (not data and not float_buffer)
     assert m.textures["alpha"] == e.Channel(m.textures["base_color"], 3)
     assert m.textures["base_color"].alpha == ("CHANNEL_PACKED" if data else "STRAIGHT")
 

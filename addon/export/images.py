@@ -15,7 +15,7 @@ DATA_SPACES = ("Non-Color", "Raw", "Generic Data")
 # Linear Rec.709 is Blender's working space unless the file says otherwise.
 LINEAR_SPACES = ("Linear Rec.709", "Linear")
 # The conversion of 8 bit sRGB codes.
-_FROM_SRGB = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
+FROM_SRGB = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
 
 
 class UnreadableImage(Exception):
@@ -24,12 +24,23 @@ class UnreadableImage(Exception):
 
 @dataclass
 class Images:
-    """The images of an export by their name in the scene, each read once."""
+    """The images of an export by their name in the scene, each read once.
+
+    Attributes
+    ----------
+    coded
+        Whether 8 bit sRGB images may be read as codes: Cycles interpolates those, and makes them linear afterwards.
+    """
 
     found: dict[str, edgegrad.Image] = field(default_factory=dict)
+    coded: bool = True
 
-    def read(self, image: Any) -> str:
-        """Read Blender's image; returns its name in the scene.
+    def interpolates_codes(self, image: Any) -> bool:
+        """Whether Cycles interpolates an image's codes instead of its linear colours."""
+        return self.coded and not image.is_float and image.colorspace_settings.name == "sRGB"
+
+    def read(self, image: Any, codes: bool = False) -> str:
+        """Read Blender's image, linear or as the codes that it holds; returns its name in the scene.
 
         Raises
         ------
@@ -37,9 +48,9 @@ class Images:
             For sequences, movies, tiles, missing files and colour spaces that only Blender can convert.
         """
         # The same file may be used in two colour spaces: those are two images in Blender, too.
-        name = image.name_full
+        name = f"{image.name_full} (sRGB codes)" if codes else image.name_full
         if name not in self.found:
-            self.found[name] = edgegrad.Image(_pixels(image))
+            self.found[name] = edgegrad.Image(_pixels(image, codes))
         return name
 
 
@@ -52,8 +63,8 @@ def alpha_mode(image: Any, alpha_is_used: bool) -> str:
     return "STRAIGHT" if alpha_is_used else "PREMULTIPLIED"
 
 
-def _pixels(image: Any) -> NDArray[np.float32]:
-    """(H, W, c) linear, alpha straight, row 0 on top."""
+def _pixels(image: Any, codes: bool) -> NDArray[np.float32]:
+    """(H, W, c) linear (or codes), alpha straight, row 0 on top."""
     if image.source not in ("FILE", "GENERATED"):
         raise UnreadableImage(f"is a {image.source.lower()}")
     width, height = image.size
@@ -72,9 +83,11 @@ def _pixels(image: Any) -> NDArray[np.float32]:
         if pixels.shape[2] == 4 and space not in DATA_SPACES and image.alpha_mode not in ("CHANNEL_PACKED", "NONE"):
             alpha = pixels[..., 3:]
             pixels[..., :3] /= np.where(alpha > 0.0, alpha, 1.0)
+    elif codes:
+        pass
     elif space == "sRGB":
         color = pixels[..., :3]
-        pixels[..., :3] = _FROM_SRGB[np.clip(np.rint(color * 255.0), 0, 255).astype(np.uint8)]
+        pixels[..., :3] = FROM_SRGB[np.clip(np.rint(color * 255.0), 0, 255).astype(np.uint8)]
     elif space not in (*DATA_SPACES, *LINEAR_SPACES):
         raise UnreadableImage(f"is in the colour space {space}")
     if pixels.shape[2] == 4 and bool(np.all(pixels[..., 3] == 1.0)):

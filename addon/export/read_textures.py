@@ -10,25 +10,31 @@ from edgegrad.expression import Operand
 
 from . import attributes
 from .expressions import Reader, Unreadable, reads
-from .images import UnreadableImage, alpha_mode
+from .images import FROM_SRGB, UnreadableImage, alpha_mode
 from .nodes import Groups, label
 
 INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "Smart": "CUBIC"}
 
 
-def read_image(reader: Reader, node: Any, groups: Groups) -> str:
+# Linear colours of codes, as a curve.
+FROM_CODES = tuple((float(c),) * 3 for c in FROM_SRGB)
+
+
+def read_image(reader: Reader, node: Any, groups: Groups, codes: bool = False) -> str:
     """Name of a node's image in the scene."""
     if node.image is None or reader.images is None:
         raise Unreadable(f"node '{label(node, groups)}' (no image)")
     try:
-        return reader.images.read(node.image)
+        return reader.images.read(node.image, codes)
     except UnreadableImage as error:
         raise Unreadable(f"node '{label(node, groups)}' (image '{node.image.name}' {error})") from None
 
 
 @reads("TEX_IMAGE")
 def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    name = read_image(reader, node, groups)
+    interpolates = node.image is not None and node.interpolation != "Closest"
+    codes = interpolates and reader.images is not None and reader.images.interpolates_codes(node.image)
+    name = read_image(reader, node, groups, codes)
     box = node.projection == "BOX"
     value = e.ImageTexture(
         name, reader.get_or(node, "Vector", groups, e.Attribute(attributes.ACTIVE_UV)),
@@ -36,7 +42,9 @@ def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
         alpha_mode(node.image, bool(node.outputs["Alpha"].links)), node.projection_blend,
         e.VectorMath("NORMALIZE", e.Attribute(attributes.OBJECT_NORMAL)) if box else (0.0, 0.0, 1.0),
     )  # fmt: skip
-    return e.Channel(value, 3) if output.identifier == "Alpha" else value
+    if output.identifier == "Alpha":
+        return e.Channel(value, 3)
+    return e.Curves(value, FROM_CODES) if codes else value
 
 
 @reads("TEX_ENVIRONMENT")

@@ -67,7 +67,8 @@ class Export:
     report: Report = field(default_factory=Report)
 
 
-def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAKE_RESOLUTION) -> Export:
+def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAKE_RESOLUTION,
+                 coded: bool = True) -> Export:  # fmt: skip
     """Export what is rendered.
 
     Parameters
@@ -81,6 +82,8 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     bake
         Width and height, in pixels, of the images that take what no expression stands for (an environment's has half
         the height); 0: nothing is baked.
+    coded
+        Whether 8 bit sRGB images may be held as codes, as `Images` says; False: for the means of their colours.
 
     Raises
     ------
@@ -93,7 +96,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     report = Report()
     view = export_camera(camera.evaluated_get(depsgraph), scene, report)
     out = Export(edgegrad.Scene(camera=view), read_settings(scene, report), report=report)
-    images = Images()
+    images = Images(coded=coded)
     shown = rendered_objects(depsgraph.view_layer)
     walk = _Walk(depsgraph, shown, out)
     # Materials are read before meshes, as they say which attributes these need, and not while Blender's

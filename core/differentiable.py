@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from ._check import RAYS
 from .camera import Camera
+from .geometry_table import expanded
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
 from .mean_color import mean_color, mean_expression
 from .mesh import Mesh
 from .scene import Scene
-from .tables import expanded
 
 
 def differentiable(scene: Scene) -> tuple[Scene, list[str]]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import RAYS
+from .geometry_table import link_sets, ray_bits
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .scene import Scene
 
@@ -46,7 +46,7 @@ class LightTable:
     visible_to
         (L,) int32 bits 1 << place in `RAYS` of the rays that see it, and that it lights surfaces through.
     receivers, blockers
-        (L,) int32 number of the set of meshes that it lights, or that cast its shadow (`tables.link_sets`);
+        (L,) int32 number of the set of meshes that it lights, or that cast its shadow (`geometry_table.link_sets`);
         -1: all do.
     """
 
@@ -67,16 +67,17 @@ def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
         kind=np.array([kind for kind, _, _ in rows], np.int32),
         flags=np.array([flags | (CASTS_SHADOW if light.casts_shadow else 0)
                         for (_, flags, _), light in zip(rows, lights, strict=True)], np.int32),
-        visible_to=np.array([sum(1 << RAYS.index(ray) for ray in light.visible_to) for light in lights], np.int32),
-        receivers=_sets([light.receivers for light in lights]),
-        blockers=_sets([light.blockers for light in lights]),
+        visible_to=np.array([ray_bits(light.visible_to) for light in lights], np.int32),
+        receivers=_sets(scene, "receivers"),
+        blockers=_sets(scene, "blockers"),
     )
 
 
-def _sets(named: list[tuple[str, ...] | None]) -> NDArray[np.int32]:
-    """Each light's set as its number among the different ones, in order of appearance."""
-    different = list(dict.fromkeys(tuple(sorted(names)) for names in named if names is not None))
-    return np.array([-1 if names is None else different.index(tuple(sorted(names))) for names in named], np.int32)
+def _sets(scene: Scene, field: str) -> NDArray[np.int32]:
+    """By light, the number of the set of meshes that it names; -1: none."""
+    sets = link_sets(scene, field)
+    named = [getattr(light, field) for light in scene.lights.values()]
+    return np.array([-1 if names is None else sets.index(tuple(sorted(names))) for names in named], np.int32)
 
 
 def _row(light: Light, origin: NDArray[np.float64]) -> tuple[int, int, NDArray[np.float64]]:

@@ -32,7 +32,7 @@ def test_an_interrupted_render_raises_and_the_next_one_is_whole() -> None:
 
 
 def test_an_over_large_scene_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(edgegrad.tables, "MAX_FACES", 1)
+    monkeypatch.setattr(edgegrad.geometry_table, "MAX_FACES", 1)
     with pytest.raises(ValueError, match="scene: has 2 triangles; 1 are the most"):
         Renderer(floor())
 

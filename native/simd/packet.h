@@ -26,8 +26,10 @@ using Mask = Int;
 // except in sanitized builds, whose checks would make that endless for the compiler.
 #ifdef EDGEGRAD_INLINE_FREELY
 #define EG_INLINE inline
+#define EG_INLINE_LAMBDA
 #else
 #define EG_INLINE inline __attribute__((always_inline))
+#define EG_INLINE_LAMBDA __attribute__((always_inline))
 #endif
 
 // Large parts that packets need but once are functions of their own: inlined everywhere they would make the

@@ -24,11 +24,15 @@ EG_INLINE Texel load_texel(const float* p) {
 
 // Lanes' texels as components.
 struct Texels {
-    float c[4][W];
-    EG_INLINE void set(int lane, Texel t) {
-        for (int k = 0; k < 4; ++k) c[k][lane] = t[k];
+    Texel lane[W];
+    EG_INLINE void set(int i, Texel t) { lane[i] = t; }
+    EG_INLINE Color4 get() const {
+        Color4 r;
+        const float* p = reinterpret_cast<const float*>(lane);
+        for (int k = 0; k < 4; ++k)
+            for (int i = 0; i < W; ++i) r.c[k][i] = p[4 * i + k];
+        return r;
     }
-    EG_INLINE Color4 get() const { return {{load(c[0]), load(c[1]), load(c[2]), load(c[3])}}; }
 };
 
 // i modulo n, n > 0, for |i| < 2^22.
@@ -56,11 +60,13 @@ EG_INLINE Float pixel_coordinate(Float u, int32_t n, int32_t extension) {
     return clamp(x, splat(-4.0f), splat(2.0f * static_cast<float>(n) + 4.0f));
 }
 
-// The pixels along one axis that a lookup reads, with their weights.
+// The pixels along one axis that a lookup reads, with their weights. By lane in memory: lanes are looked up
+// one after the other, and packets are slow to take apart.
 template <int Taps>
 struct AxisTaps {
-    Int index[Taps];
-    Float weight[Taps];
+    int32_t index[Taps][W];
+    float weight[Taps][W];
+    Float sum;  // of the weights; less than 1 over a clipped border
 };
 
 template <int Taps>
@@ -69,22 +75,26 @@ EG_INLINE AxisTaps<Taps> axis_taps(Float u, int32_t n, int32_t extension) {
     const Float x = pixel_coordinate(u, n, extension) - (Taps == 1 ? 0.0f : 0.5f);
     const Float whole = floor(x);
     const Float t = x - whole;
+    Float weight[Taps];
     if constexpr (Taps == 1) {
-        r.weight[0] = splat(1.0f);
+        weight[0] = splat(1.0f);
     } else if constexpr (Taps == 2) {
-        r.weight[0] = 1.0f - t;
-        r.weight[1] = t;
+        weight[0] = 1.0f - t;
+        weight[1] = t;
     } else {  // cubic B-spline
         const Float s = 1.0f - t;
-        r.weight[0] = s * s * s * (1.0f / 6);
-        r.weight[1] = (t * t * (3.0f * t - 6.0f) + 4.0f) * (1.0f / 6);
-        r.weight[2] = (s * s * (3.0f * s - 6.0f) + 4.0f) * (1.0f / 6);
-        r.weight[3] = t * t * t * (1.0f / 6);
+        weight[0] = s * s * s * (1.0f / 6);
+        weight[1] = (t * t * (3.0f * t - 6.0f) + 4.0f) * (1.0f / 6);
+        weight[2] = (s * s * (3.0f * s - 6.0f) + 4.0f) * (1.0f / 6);
+        weight[3] = t * t * t * (1.0f / 6);
     }
+    r.sum = splat(0.0f);
     for (int k = 0; k < Taps; ++k) {
         const Int i = to_int(whole) + (Taps == 4 ? k - 1 : k);
-        if (extension == kImageClip) r.weight[k] = select((i >= 0) & (i < n), r.weight[k], 0.0f);
-        r.index[k] = extend_index(i, n, extension);
+        if (extension == kImageClip) weight[k] = select((i >= 0) & (i < n), weight[k], 0.0f);
+        r.sum += weight[k];
+        store(r.weight[k], weight[k]);
+        store(r.index[k], extend_index(i, n, extension));
     }
     return r;
 }
@@ -112,11 +122,7 @@ EG_INLINE Color4 filter_image(const TextureImage& image, const float* pixels, Fl
     if (channels == 1) r.c[1] = r.c[2] = r.c[0];
     if (channels != 4) {  // opaque, but transparent outside of the image
         r.c[3] = splat(1.0f);
-        if (image.extension == kImageClip) {
-            Float wx = splat(0.0f), wy = splat(0.0f);
-            for (int k = 0; k < Taps; ++k) wx += x.weight[k], wy += y.weight[k];
-            r.c[3] = wx * wy;
-        }
+        if (image.extension == kImageClip) r.c[3] = x.sum * y.sum;
     }
     return r;
 }
@@ -146,13 +152,17 @@ EG_INLINE Color4 lookup_table(const TextureView& textures, int32_t number, Float
     Int i = to_int(scaled);
     i = select(i < 0, splat(0), select(i >= last, splat(last), i));  // not a number: row 0
     const Float t = table.interpolate ? scaled - to_float(i) : splat(0.0f);
-    const Int next = select(i >= last, splat(last), i + 1);
+    int32_t here[W], next[W];
+    float share[W];
+    store(here, i);
+    store(next, select(i >= last, splat(last), i + 1));
+    store(share, t);
     const float* rows = textures.lookups + table.offset;
     Texels found;
     for (int lane = 0; lane < W; ++lane) {
-        const Texel a = load_texel(rows + i[lane] * table.columns);
+        const Texel a = load_texel(rows + here[lane] * table.columns);
         const Texel b = load_texel(rows + next[lane] * table.columns);
-        found.set(lane, a * (1.0f - t[lane]) + b * t[lane]);
+        found.set(lane, a * (1.0f - share[lane]) + b * share[lane]);
     }
     Color4 r = found.get();
     if (table.extrapolate) {
@@ -170,13 +180,20 @@ EG_INLINE Color4 lookup_table(const TextureView& textures, int32_t number, Float
 // A mesh attribute, interpolated; 0 where the mesh has none.
 EG_INLINE Color4 lookup_attribute(const TextureView& textures, int32_t number, Int face, Float b1, Float b2) {
     const TextureAttribute* of_mesh = textures.mesh_attributes + number * textures.mesh_count;
-    const Float b0 = 1.0f - b1 - b2;
+    int32_t faces[W];
+    float weight[3][W];
+    store(faces, face);
+    store(weight[0], 1.0f - b1 - b2);
+    store(weight[1], b1);
+    store(weight[2], b2);
     Texels found;
     for (int lane = 0; lane < W; ++lane) {
-        const TextureAttribute& a = of_mesh[textures.face_mesh[face[lane]]];
+        const int64_t f = faces[lane];
+        const TextureAttribute& a = of_mesh[textures.face_mesh[f]];
         const int n = a.components;
-        const float* p = textures.attributes + (n ? a.offset + static_cast<int64_t>(face[lane]) * 3 * n : 0);
-        Texel v = load_texel(p) * b0[lane] + load_texel(p + n) * b1[lane] + load_texel(p + 2 * n) * b2[lane];
+        const float* p = textures.attributes + (n ? a.offset + f * 3 * n : 0);
+        Texel v = load_texel(p) * weight[0][lane] + load_texel(p + n) * weight[1][lane] +
+                  load_texel(p + 2 * n) * weight[2][lane];
         if (n == 0) v = Texel{};
         if (n == 1) v = Texel{} + v[0];
         if (n == 2) v[2] = 0.0f;

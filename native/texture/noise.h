@@ -110,7 +110,7 @@ template <int N>
 EG_INLINE Float fbm(NoisePoint<N> p, const NoiseShape& s) {
     Float scale = splat(1.0f), amplitude = splat(1.0f), largest = splat(0.0f), sum = splat(0.0f);
     Float result = splat(0.0f);
-    for_octaves(s.detail, true, [&](int k, Float share) {
+    for_octaves(s.detail, true, [&](int k, Float share) EG_INLINE_LAMBDA {
         const Float t = signed_noise<N>(p * scale);
         const Float more = sum + t * amplitude, more_largest = largest + amplitude;
         const Mask full = share == 1.0f;
@@ -132,7 +132,7 @@ EG_INLINE Float fbm(NoisePoint<N> p, const NoiseShape& s) {
 template <int N>
 EG_INLINE Float multifractal(NoisePoint<N> p, const NoiseShape& s) {
     Float value = splat(1.0f), power = splat(1.0f);
-    for_octaves(s.detail, true, [&](int, Float share) {
+    for_octaves(s.detail, true, [&](int, Float share) EG_INLINE_LAMBDA {
         value *= share * power * signed_noise<N>(p) + 1.0f;
         power *= s.roughness;
         p = p * s.lacunarity;
@@ -143,7 +143,7 @@ EG_INLINE Float multifractal(NoisePoint<N> p, const NoiseShape& s) {
 template <int N>
 EG_INLINE Float hetero_terrain(NoisePoint<N> p, const NoiseShape& s) {
     Float value = splat(0.0f), power = splat(1.0f);
-    for_octaves(s.detail, true, [&](int k, Float share) {
+    for_octaves(s.detail, true, [&](int k, Float share) EG_INLINE_LAMBDA {
         const Float t = signed_noise<N>(p) + s.offset;
         value = k == 0 ? t : value + share * (t * power * value);
         power *= s.roughness;
@@ -156,7 +156,7 @@ template <int N>
 EG_INLINE Float hybrid_multifractal(NoisePoint<N> p, const NoiseShape& s) {
     Float value = splat(0.0f), power = splat(1.0f), weight = splat(1.0f);
     Mask alive = splat(-1);
-    for_octaves(s.detail, true, [&](int, Float share) {
+    for_octaves(s.detail, true, [&](int, Float share) EG_INLINE_LAMBDA {
         alive = alive & (weight > 0.001f);
         weight = min(weight, splat(1.0f));
         const Float signal = (signed_noise<N>(p) + s.offset) * power;
@@ -171,7 +171,7 @@ EG_INLINE Float hybrid_multifractal(NoisePoint<N> p, const NoiseShape& s) {
 template <int N>
 EG_INLINE Float ridged_multifractal(NoisePoint<N> p, const NoiseShape& s) {
     Float value = splat(0.0f), power = splat(1.0f), signal = splat(0.0f);
-    for_octaves(s.detail, false, [&](int k, Float share) {
+    for_octaves(s.detail, false, [&](int k, Float share) EG_INLINE_LAMBDA {
         const Float weight = k == 0 ? splat(1.0f) : saturate(signal * s.gain);
         const Float ridge = s.offset - abs(signed_noise<N>(p));
         signal = ridge * ridge * weight;

@@ -137,7 +137,7 @@ template <int N>
 EG_INLINE VoronoiOctave nearest_points(const VoronoiShape& s, NoisePoint<N> cell, NoisePoint<N> local,
                                        bool second) {
     VoronoiPoint<N> first{local, local, splat(1e30f)}, next = first;
-    for_cells<N>(1, [&](NoisePoint<N> offset) {
+    for_cells<N>(1, [&](NoisePoint<N> offset) EG_INLINE_LAMBDA {
         VoronoiPoint<N> here{offset, cell_point<N>(cell, offset, s.randomness), splat(0.0f)};
         here.distance = metric_distance<N>(s, here.place - local);
         const Mask nearer = here.distance < first.distance;
@@ -155,7 +155,7 @@ template <int N>
 EG_INLINE VoronoiOctave smooth_nearest(const VoronoiShape& s, NoisePoint<N> cell, NoisePoint<N> local) {
     VoronoiOctave r{splat(0.0f), {}};
     bool started = false;
-    for_cells<N>(2, [&](NoisePoint<N> offset) {
+    for_cells<N>(2, [&](NoisePoint<N> offset) EG_INLINE_LAMBDA {
         const VoronoiPoint<N> here{offset, cell_point<N>(cell, offset, s.randomness), splat(0.0f)};
         const Float distance = metric_distance<N>(s, here.place - local);
         const Float t = saturate(0.5f + 0.5f * (r.distance - distance) / s.smoothness);
@@ -193,14 +193,14 @@ EG_INLINE Float distance_to_edge(const VoronoiShape& s, NoisePoint<N> cell, Nois
     } else {
         NoisePoint<N> closest = local;
         Float least = splat(1e30f);
-        for_cells<N>(1, [&](NoisePoint<N> offset) {
+        for_cells<N>(1, [&](NoisePoint<N> offset) EG_INLINE_LAMBDA {
             const NoisePoint<N> to_point = cell_point<N>(cell, offset, s.randomness) - local;
             const Float distance = dot(to_point, to_point);
             closest = select(distance < least, to_point, closest);
             least = min(least, distance);
         });
         least = splat(1e30f);
-        for_cells<N>(1, [&](NoisePoint<N> offset) {
+        for_cells<N>(1, [&](NoisePoint<N> offset) EG_INLINE_LAMBDA {
             const NoisePoint<N> to_point = cell_point<N>(cell, offset, s.randomness) - local;
             const NoisePoint<N> across = to_point - closest;
             const Float length2 = dot(across, across);
@@ -215,7 +215,7 @@ EG_INLINE Float distance_to_edge(const VoronoiShape& s, NoisePoint<N> cell, Nois
 template <int N>
 EG_INLINE Float sphere_radius(const VoronoiShape& s, NoisePoint<N> cell, NoisePoint<N> local) {
     VoronoiPoint<N> first{local, local, splat(1e30f)};
-    for_cells<N>(1, [&](NoisePoint<N> offset) {
+    for_cells<N>(1, [&](NoisePoint<N> offset) EG_INLINE_LAMBDA {
         VoronoiPoint<N> here{offset, cell_point<N>(cell, offset, s.randomness), splat(0.0f)};
         here.distance = dot(here.place - local, here.place - local);
         first = select(here.distance < first.distance, here, first);
@@ -223,7 +223,7 @@ EG_INLINE Float sphere_radius(const VoronoiShape& s, NoisePoint<N> cell, NoisePo
     Float least = splat(1e30f);
     int index = 0, middle = 1;
     for (int k = 0; k < N; ++k) middle *= 3;
-    for_cells<N>(1, [&](NoisePoint<N> offset) {
+    for_cells<N>(1, [&](NoisePoint<N> offset) EG_INLINE_LAMBDA {
         if (index++ == middle / 2) return;
         const NoisePoint<N> apart = cell_point<N>(cell, offset + first.offset, s.randomness) - first.place;
         least = min(least, dot(apart, apart));
@@ -273,7 +273,7 @@ static __attribute__((noinline)) void voronoi_texture(const VoronoiShape& s, Noi
     Float amplitude = splat(1.0f), scale = splat(1.0f);
     Float largest = edge ? reach : splat(0.0f), distance = splat(edge ? 8.0f : 0.0f);
     Float value[4] = {};
-    for_octaves(select(plain, splat(0.0f), s.detail), true, [&](int k, Float share) {
+    for_octaves(select(plain, splat(0.0f), s.detail), true, [&](int k, Float share) EG_INLINE_LAMBDA {
         const VoronoiOctave o = voronoi_octave<N>(s, p * scale);
         const Float weight = select(plain, splat(1.0f), amplitude);
         if (edge) {

@@ -85,7 +85,7 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
 
 // Light that the surface itself gives, against the chance that an emitter sample found it.
 EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathPacket& p,
-                            const SurfacePoint& x, const Shader& shader) {
+                            const SurfacePoint& x, const Shader& shader, const TexturePoint& point) {
     const Mask emits = x.active & has(shader, kHasEmission);
     if (!any(emits)) return;
     Float weight = splat(1.0f);
@@ -96,7 +96,7 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
                                     p.direction, sqrt(dot(way, way)));
         weight = select(sampled, power_heuristic(p.pdf, pdf), splat(1.0f));
     }
-    add_radiance(work, p, emits, p.throughput * leaf_emission(x, shader) * weight);
+    add_radiance(work, p, emits, p.throughput * leaf_emission(x, shader, point) * weight);
 }
 
 // Lights that rays meet without being blocked by them.
@@ -178,7 +178,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         const Shader shader = surface_shader(scene, x, point, choice_u);
         if (scene.all_flags & kHasTransparency) alive = pass_through(task, work, p, x, shader, index, alive);
         if (!any(x.active)) continue;
-        if (scene.all_flags & kHasEmission) add_emission(scene, work, p, x, shader);
+        if (scene.all_flags & kHasEmission) add_emission(scene, work, p, x, shader, point);
 
         p.active = x.active & ~p.final_ray;
         p.throughput = p.throughput * shader.scale;

@@ -1,15 +1,22 @@
 // Light that a surface gives by itself.
 #pragma once
 
+#include "shading/bsdf/principled.h"
 #include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Emission of one shader on the viewer's side. What the surface lets pass isn't there to emit.
-EG_INLINE Vec3 leaf_emission(const SurfacePoint& x, const Shader& shader) {
+EG_INLINE Vec3 leaf_emission(const SurfacePoint& x, const Shader& shader, const TexturePoint& point) {
     const Mask emits =
         x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
-    return select(emits, shader.color(kEmission) * shader.scale, zero3());
+    Vec3 emission = shader.color(kEmission) * shader.scale;
+    const Mask covered =
+        emits & has(shader, kHasGlossy) & (shader.kind == splat(static_cast<int>(kPrincipled)));
+    if (any(covered))
+        emission = emission *
+                   emission_share(covered, material_values(shader.row), point.normal, x.normal, point.view);
+    return select(emits, emission, zero3());
 }
 
 // Emission of all shaders of the point's material, opacity included: what a ray from there sees on average.
@@ -25,7 +32,7 @@ EG_OUTLINE Vec3 emitted_radiance(const SceneView& scene, const SurfacePoint& x, 
         Vec3 color;
         const Float opacity = 1.0f - passing_share(shader, color);
         const Float weight = select(count > 1, leaf_weight(scene, part.active, leaf, point), 1.0f);
-        sum = sum + leaf_emission(part, shader) * (opacity * weight);
+        sum = sum + leaf_emission(part, shader, point) * (opacity * weight);
     }
     return sum;
 }

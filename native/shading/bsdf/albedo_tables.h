@@ -1,9 +1,10 @@
-// Directional albedos of GGX surfaces (make_albedo_tables.py describes them).
+// Directional albedos of GGX surfaces (make_albedo_tables.py), and the sheen's coefficients
+// (make_sheen_tables.py).
 #pragma once
 
 namespace edgegrad {
 
-constexpr int kReflectionTable = 32, kInterfaceTable = 16;
+constexpr int kReflectionTable = 32, kInterfaceTable = 16, kSheenTable = 32;
 
 extern const float kReflectionAlbedo[];      // cosine, roughness
 extern const float kReflectionMeanAlbedo[];  // roughness
@@ -12,5 +13,9 @@ extern const float kGlassMeanAlbedo[];       // z, roughness
 extern const float kGlassInsideAlbedo[];
 extern const float kGlassInsideMeanAlbedo[];
 extern const float kReflectionFresnel[];  // z, cosine, roughness
+
+extern const float kSheenA[];  // roughness, cosine
+extern const float kSheenB[];
+extern const float kSheenAlbedo[];
 
 }  // namespace edgegrad

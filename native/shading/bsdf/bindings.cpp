@@ -34,7 +34,8 @@ struct Output {
 nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& instruction_set) {
     const auto kind = column<int32_t>(materials, "kind"), flags = column<int32_t>(materials, "flags");
     const auto rows = column<float>(materials, "params");
-    const auto material = column<int32_t>(points, "material"), inside = column<int32_t>(points, "from_inside");
+    const auto material = column<int32_t>(points, "material"),
+               inside = column<int32_t>(points, "from_inside");
     const auto normal = column<float>(points, "normal"), true_normal = column<float>(points, "true_normal"),
                tangent = column<float>(points, "tangent"), wo = column<float>(points, "wo"),
                wi = column<float>(points, "wi"), random = column<float>(points, "random");
@@ -57,10 +58,10 @@ nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& in
                            {random.data(), random.data() + n, random.data() + 2 * n}};
     Output<float> value(n, 3), pdf(n), emission(n, 3), sample_wi(n, 3), weight(n, 3), sample_pdf(n);
     Output<int32_t> active(n), specular(n), transmitted(n), ray_kind(n);
-    const BsdfResult result = {value.values.data(),       pdf.values.data(),    emission.values.data(),
-                               sample_wi.values.data(),   weight.values.data(), sample_pdf.values.data(),
-                               active.values.data(),      specular.values.data(),
-                               transmitted.values.data(), ray_kind.values.data()};
+    const BsdfResult result = {value.values.data(),     pdf.values.data(),      emission.values.data(),
+                               sample_wi.values.data(), weight.values.data(),   sample_pdf.values.data(),
+                               active.values.data(),    specular.values.data(), transmitted.values.data(),
+                               ray_kind.values.data()};
     {
         const nb::gil_scoped_release release;
         kernels(instruction_set).bsdfs(task, result);

@@ -4,14 +4,13 @@
 //   const BsdfValue e = evaluate(f, active, wi);
 //   const BsdfSample s = sample(f, active, u_lobe, u, v);
 //
-// `evaluate` gives the sum of all lobes but perfect mirrors and interfaces, and the density of `sample`, which
-// picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or an interface
-// above it, is lost.
+// `evaluate` gives the sum of all lobes but perfect mirrors and interfaces, and the density of `sample`,
+// which picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or an
+// interface above it, is lost.
 #pragma once
 
 #include "scene/view.h"
 #include "shading/bsdf/principled.h"
-#include "shading/bsdf/shading_normal.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -180,27 +179,35 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, F
         done |= picked;
         share = select(picked, p, share);
         switch (k) {
-        case kDiffuseLobe:
-            d.wi = select(picked, cosine_direction(f.normal, u, v), d.wi);
-            break;
-        case kTranslucentLobe:
-            d.wi = select(picked, -cosine_direction(f.normal, u, v), d.wi);
-            d.transmitted |= picked;
-            break;
-        case kMirrorLobe: sample_mirror(f, f.mirror, picked, u, v, d); break;
-        case kCoatLobe: sample_mirror(f, f.coat, picked, u, v, d); break;
-        case kSheenLobe: d.wi = select(picked, sample_sheen(f.sheen, f.normal, u, v), d.wi); break;
-        case kInterfaceLobe: {
-            const InterfaceSample s = sample_interface(f.glass, f.view, rest, u, v);
-            d.wi = select(picked, to_world(f, s.w), d.wi);
-            d.perfect |= picked & s.perfect;
-            d.transmitted |= picked & s.refracted;
-            d.value = select(picked & s.perfect, s.value, d.value);
-            d.probability = select(picked, s.probability, d.probability);
-            d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
-            break;
-        }
-        default: break;
+            case kDiffuseLobe:
+                d.wi = select(picked, cosine_direction(f.normal, u, v), d.wi);
+                break;
+            case kTranslucentLobe:
+                d.wi = select(picked, -cosine_direction(f.normal, u, v), d.wi);
+                d.transmitted |= picked;
+                break;
+            case kMirrorLobe:
+                sample_mirror(f, f.mirror, picked, u, v, d);
+                break;
+            case kCoatLobe:
+                sample_mirror(f, f.coat, picked, u, v, d);
+                break;
+            case kSheenLobe:
+                d.wi = select(picked, sample_sheen(f.sheen, f.normal, u, v), d.wi);
+                break;
+            case kInterfaceLobe: {
+                const InterfaceSample s = sample_interface(f.glass, f.view, rest, u, v);
+                d.wi = select(picked, to_world(f, s.w), d.wi);
+                d.perfect |= picked & s.perfect;
+                d.transmitted |= picked & s.refracted;
+                done &= ~picked | s.found;
+                d.value = select(picked & s.perfect, s.value, d.value);
+                d.probability = select(picked, s.probability, d.probability);
+                d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
+                break;
+            }
+            default:
+                break;
         }
     }
     const Float side = dot(f.ng, d.wi);
@@ -212,17 +219,11 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, F
     s.active = done & select(d.transmitted, side < 0.0f, side > 0.0f);
     const BsdfValue e = evaluate(f, s.active & ~d.perfect, d.wi);
     s.active &= d.perfect | (e.pdf > 0.0f);
-    s.weight = select(d.perfect, d.value * (1.0f / max(share, 1e-20f)), e.value * (1.0f / max(e.pdf, 1e-30f)));
+    s.weight =
+        select(d.perfect, d.value * (1.0f / max(share, 1e-20f)), e.value * (1.0f / max(e.pdf, 1e-30f)));
     s.weight = select(s.active, s.weight, zero3());
     s.pdf = select(s.active, select(d.perfect, share * d.probability, e.pdf), splat(0.0f));
     return s;
-}
-
-EG_INLINE BsdfValue Bsdf::evaluate(Mask active, Vec3 wi) const {
-    return EDGEGRAD_ISA::evaluate(*this, active, wi);
-}
-EG_INLINE BsdfSample Bsdf::sample(Mask active, Float u_lobe, Float u, Float v) const {
-    return EDGEGRAD_ISA::sample(*this, active, u_lobe, u, v);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

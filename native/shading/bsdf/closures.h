@@ -29,11 +29,6 @@ struct Bsdf {
 
     bool any_lobe[kLobes];      // whether a lane has it
     Float probability[kLobes];  // of sampling it
-
-    // As path/scatter.h asks for it.
-    static constexpr bool kSmooth = false;
-    EG_INLINE BsdfValue evaluate(Mask active, Vec3 wi) const;
-    EG_INLINE BsdfSample sample(Mask active, Float u_lobe, Float u, Float v) const;
 };
 
 // A surface without any lobe.

@@ -64,6 +64,8 @@ EG_INLINE Vec3 f82(Float cosine, Vec3 f0, Vec3 b) {
     const Float s5 = pow5(s);
     return saturate(mix(f0, white(), s5) - b * (cosine * s5 * s));
 }
-EG_INLINE Vec3 mean_f82(Vec3 f0, Vec3 b) { return mix(f0, white(), splat(1.0f / 21)) - b * splat(1.0f / 126); }
+EG_INLINE Vec3 mean_f82(Vec3 f0, Vec3 b) {
+    return mix(f0, white(), splat(1.0f / 21)) - b * splat(1.0f / 126);
+}
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,5 +1,5 @@
-// A rough or smooth boundary of two media (Walter et al. 2007): reflection and refraction, or refraction alone.
-// Radiance isn't scaled by the squared index, as in Cycles.
+// A rough or smooth boundary of two media (Walter et al. 2007): reflection and refraction, or refraction
+// alone. Radiance isn't scaled by the squared index, as in Cycles.
 #pragma once
 
 #include "shading/bsdf/reflection.h"
@@ -23,7 +23,9 @@ EG_INLINE Interface no_interface() {
 }
 
 // Light of equal indices on both sides goes straight on.
-EG_INLINE Mask refracts_smoothly(const Interface& g) { return is_smooth(g.ggx) | (abs(g.eta - 1.0f) < 1e-4f); }
+EG_INLINE Mask refracts_smoothly(const Interface& g) {
+    return is_smooth(g.ggx) | (abs(g.eta - 1.0f) < 1e-4f);
+}
 
 struct Split {
     Vec3 reflected, transmitted;
@@ -56,13 +58,14 @@ EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view,
 }
 
 EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
-    const Vec3 sum = -(view + w * g.eta);
-    const Float inverse = 1.0f / max(sqrt(dot(sum, sum)), 1e-20f);
+    const Vec3 sum = view + w * g.eta;
+    // The normal of refracting microfacets points from the denser medium to the other.
+    const Float inverse = select(g.eta > 1.0f, splat(-1.0f), 1.0f) / max(sqrt(dot(sum, sum)), 1e-20f);
     const Vec3 h = sum * inverse;
     const Float ho = dot(h, view), hi = dot(h, w);
-    const Mask rough = ~refracts_smoothly(g) & (view.z > 0.0f) & (w.z < 0.0f) & (h.z > 0.0f) & (ho > 0.0f) &
-                       (hi < 0.0f);
-    if (!any(rough)) return {zero3(), splat(0.0f)};
+    const Mask rough =
+        ~refracts_smoothly(g) & (view.z > 0.0f) & (w.z < 0.0f) & (h.z > 0.0f) & (ho > 0.0f) & (hi < 0.0f);
+    // No early return where no lane refracts: GCC 12 takes it always when a packet has one lane.
     const Split s = split_light(g, ho);
     const Float jacobian = g.eta * g.eta * inverse * inverse * abs(hi);
     const Float density = select(rough, ggx_density(g.ggx, h), 0.0f) * jacobian * ho;
@@ -74,6 +77,7 @@ EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
 
 struct InterfaceSample {
     Vec3 w;
+    Mask found;  // false: the microfacet reflects totally what it should refract
     Mask refracted, perfect;
     Vec3 value;         // of a perfect one: weight by the probability of its kind
     Float probability;  // of the kind
@@ -86,6 +90,7 @@ EG_INLINE InterfaceSample sample_interface(const Interface& g, Vec3 view, Float 
     const Float cosine = dot(h, view);
     const Split s = split_light(g, cosine);
     InterfaceSample r;
+    r.found = average(s.reflected + s.transmitted) > 0.0f;
     r.refracted = choice >= s.reflect_probability;
     r.perfect = select(r.refracted, refracts_smoothly(g), smooth);
     r.probability = select(r.refracted, 1.0f - s.reflect_probability, s.reflect_probability);

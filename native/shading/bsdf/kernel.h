@@ -18,10 +18,10 @@ static void bsdf_kernel(const BsdfTask& task, const BsdfResult& result) {
         Float row[kMaterialParams];
         for (int k = 0; k < kMaterialParams; ++k)
             row[k] = gather(task.rows + k, material * static_cast<int32_t>(kMaterialParams));
-        const Bsdf f = make_bsdf(active, gather(task.kind, material), gather(task.flags, material),
-                                 material_values(row), vector(task.normal), vector(task.true_normal),
-                                 vector(task.tangent), gather(task.from_inside + first, at) != 0,
-                                 vector(task.wo));
+        const Bsdf f =
+            make_bsdf(active, gather(task.kind, material), gather(task.flags, material), material_values(row),
+                      vector(task.normal), vector(task.true_normal), vector(task.tangent),
+                      gather(task.from_inside + first, at) != 0, vector(task.wo));
         const auto write = [&](float* out, int stride, Float value) {
             for (int i = 0; i < left; ++i) out[stride * (first + i)] = value[i];
         };

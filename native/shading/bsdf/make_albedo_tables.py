@@ -8,7 +8,8 @@ at a grid of random numbers:
 
 - reflection: of G2/G1 where the reflection leaves the surface; its cosine-weighted mean is `reflection_mean`,
 - glass, glass_inside: the same with dielectric Fresnel reflection and refraction, for the relative index ior and
-  1 / ior,
+  1 / ior. As in Cycles' tables refraction counts even where it stays on the viewer's side, which happens inside:
+  rough glass loses that light.
 - fresnel: of (F - F0) / (1 - F0) where the reflection leaves the surface, with F the dielectric Fresnel term.
 """
 
@@ -73,7 +74,7 @@ def interface(mu: Array, rough: float, eta: float) -> Array:
     f, t = dielectric(cosine, eta)
     z = (cosine / eta - t) * hz - mu[:, None] / eta
     one = 1 + smith_lambda(rough**2, mu)[:, None]
-    refracted = np.where((z < 0) & (f < 1), one / (one + smith_lambda(rough**2, z)), 0.0)
+    refracted = one / (one + smith_lambda(rough**2, z))
     return (f * reflected + (1 - f) * refracted).mean(-1)
 
 

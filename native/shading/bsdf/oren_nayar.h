@@ -29,7 +29,8 @@ EG_INLINE OrenNayar make_oren_nayar(Float sigma, Vec3 color, Float cosine) {
     const Float mean = o.a + ((2.0f * kPi - 5.6f) / (3.0f * kPi)) * o.b;
     const Float lost = 1.0f - mean;
     const Float toward = o.a + o.b * oren_nayar_g(max(cosine, 0.0f));
-    o.repeated = divide(albedo * albedo * (mean / max(lost, 1e-6f) * (1.0f - toward)), white() - albedo * lost);
+    o.repeated =
+        divide(albedo * albedo * (mean / max(lost, 1e-6f) * (1.0f - toward)), white() - albedo * lost);
     o.repeated = select(sigma > 0.0f, o.repeated, zero3());
     return o;
 }

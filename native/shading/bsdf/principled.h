@@ -1,9 +1,10 @@
 // Blender's Principled BSDF as Cycles 4.2 to 5.2 layers it: sheen over coat over a mix of metal, dielectric
-// interface (transmission), and dielectric mirror over diffuse. Each layer takes its albedo from what is below.
-// Subsurface scattering is its diffuse limit: plain diffuse.
+// interface (transmission), and dielectric mirror over diffuse. Each layer takes its albedo from what is
+// below. Subsurface scattering is its diffuse limit: plain diffuse.
 #pragma once
 
 #include "shading/bsdf/shaders.h"
+#include "shading/bsdf/shading_normal.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -37,7 +38,7 @@ EG_INLINE Vec3 coat_filter(const MaterialValues& v, Float cosine) {
 struct Cover {
     Vec3 below;
     Sheen sheen;
-    Vec3 coat;         // weight of the coat's Fresnel reflectance
+    Vec3 coat;  // weight of the coat's Fresnel reflectance
     Float coat_albedo;
 };
 
@@ -50,8 +51,7 @@ EG_INLINE Cover make_cover(const Occurs& has, Mask m, const MaterialValues& v, V
     if (has.sheen) {
         const Mask covered = m & (v.sheen_weight > kLeastWeight);
         c.sheen = make_sheen(n, wo, cosine, saturate(v.sheen_roughness));
-        c.sheen.weight =
-            select(covered, c.sheen.weight * v.sheen_tint * v.sheen_weight, zero3());
+        c.sheen.weight = select(covered, c.sheen.weight * v.sheen_tint * v.sheen_weight, zero3());
         c.below = below(c.below, c.sheen.weight);
     }
     if (has.coat) {
@@ -67,6 +67,13 @@ EG_INLINE Cover make_cover(const Occurs& has, Mask m, const MaterialValues& v, V
         c.below = c.below * select(covered, coat_filter(v, mirror_cosine), white());
     }
     return c;
+}
+
+// Share of a surface's own light that goes through its sheen and coat towards wo.
+EG_INLINE Vec3 emission_share(Mask m, const MaterialValues& v, Vec3 n, Vec3 ng, Vec3 wo) {
+    const Occurs has = occurs(m, v);
+    if (!has.sheen && !has.coat) return white();
+    return make_cover(has, m, v, n, wo, dot(n, wo), dot(valid_mirror_normal(n, ng, wo), wo)).below;
 }
 
 // Index and reflectance at normal incidence of the dielectric mirror.
@@ -93,8 +100,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         if (has.sheen) {
             f.sheen = f.any_lobe[kSheenLobe] ? select_sheen(m, cover.sheen, f.sheen) : cover.sheen;
             f.any_lobe[kSheenLobe] = true;
-            f.probability[kSheenLobe] =
-                select(m, average(cover.sheen.weight), f.probability[kSheenLobe]);
+            f.probability[kSheenLobe] = select(m, average(cover.sheen.weight), f.probability[kSheenLobe]);
         }
         if (has.coat) {
             const Float coat_rough = saturate(v.coat_roughness), coat_alpha = coat_rough * coat_rough;
@@ -153,9 +159,11 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         const Compensation more = compensation(albedo, mix(f0, white(), share));
         const Vec3 darkened = weight * select(multiscatter, more.darkening, white());
         const Vec3 reflected =
-            darkened * mix(f0, white(),
-                           reflection_fresnel(sqrt(sqrt(f.mirror.ggx.ax * f.mirror.ggx.ay)), cosine, level.eta));
-        f.mirror.dielectric = select(there, darkened * select(multiscatter, more.scale, splat(1.0f)), zero3());
+            darkened *
+            mix(f0, white(),
+                reflection_fresnel(sqrt(sqrt(f.mirror.ggx.ax * f.mirror.ggx.ay)), cosine, level.eta));
+        f.mirror.dielectric =
+            select(there, darkened * select(multiscatter, more.scale, splat(1.0f)), zero3());
         f.mirror.f0 = f0;
         f.mirror.eta = level.eta;
         f.mirror.any_dielectric = true;
@@ -163,7 +171,8 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
             f.probability[kMirrorLobe] + select(there, average(reflected), splat(0.0f));
         weight = select(there, below(weight, reflected), weight);
     }
-    add_diffuse(f, m, v, v.base_color * weight);
+    const Vec3 diffuse = v.base_color * weight;
+    if (any(m & (largest_component(diffuse) > 0.0f))) add_diffuse(f, m, v, diffuse);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

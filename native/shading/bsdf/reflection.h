@@ -1,5 +1,5 @@
-// A rough or perfect mirror: f |cos| = F(h.wo) D / (4 |n.wo| (1 + lambda(wo) + lambda(wi))), F being the sum of
-// a metal's, a dielectric's and a constant reflectance, each with its weight.
+// A rough or perfect mirror: f |cos| = F(h.wo) D / (4 |n.wo| (1 + lambda(wo) + lambda(wi))), F being the sum
+// of a metal's, a dielectric's and a constant reflectance, each with its weight.
 #pragma once
 
 #include "shading/bsdf/fresnel.h"
@@ -9,10 +9,10 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 struct Reflection {
     Ggx ggx;
-    Vec3 constant;                // weight
-    Vec3 metal, metal_f0, b;      // weight, F82-tint
-    Vec3 dielectric, f0;          // weight, reflectance at normal incidence
-    Float eta;                    // of the dielectric, whose Fresnel term is mapped to [f0, 1]
+    Vec3 constant;            // weight
+    Vec3 metal, metal_f0, b;  // weight, F82-tint
+    Vec3 dielectric, f0;      // weight, reflectance at normal incidence
+    Float eta;                // of the dielectric, whose Fresnel term is mapped to [f0, 1]
     bool any_metal, any_dielectric;
     Mask separable;  // masking by the product of both directions'
 };

@@ -72,10 +72,12 @@ EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float et
     g.f0 = select(m, f0, g.f0);
     g.reflection = select(m, weight * reflection, g.reflection);
     g.transmission = select(m, weight * transmission, g.transmission);
+    // Beyond the critical angle tilted microfacets may still refract.
     const Split s = split_light(g, f.view.z);
     f.any_lobe[kInterfaceLobe] = true;
     f.probability[kInterfaceLobe] =
-        select(m, average(s.reflected + s.transmitted), f.probability[kInterfaceLobe]);
+        select(m, max(average(s.reflected + s.transmitted), 0.1f * average(g.reflection + g.transmission)),
+               f.probability[kInterfaceLobe]);
 }
 
 EG_INLINE void add_glass(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
@@ -123,8 +125,8 @@ EG_INLINE void add_disney(Bsdf& f, Mask m, const MaterialValues& v) {
     f.burley = select(m, v.roughness, f.any_burley ? f.burley : splat(-1.0f));
     f.any_burley = true;
     const Float cosine = saturate(f.view.z);
-    f.probability[kMirrorLobe] = select(m, max(average(reflectance(f.mirror, cosine)), 0.05f),
-                                        f.probability[kMirrorLobe]);
+    f.probability[kMirrorLobe] =
+        select(m, max(average(reflectance(f.mirror, cosine)), 0.05f), f.probability[kMirrorLobe]);
     f.probability[kDiffuseLobe] =
         select(m, average(f.diffuse) * (1.0f - 0.5f * pow5(1.0f - cosine)), f.probability[kDiffuseLobe]);
 }

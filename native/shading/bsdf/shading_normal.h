@@ -13,8 +13,8 @@ EG_INLINE Vec3 valid_mirror_normal(Vec3 n, Vec3 ng, Vec3 wo) {
     const Float least = min(0.9f * up, splat(0.01f));
     const Mask wrong = dot(ng, mirrored) < least;
     if (!any(wrong)) return n;
-    // In the plane of ng and n, with x along n's part across ng: n' = (sqrt(1 - q), sqrt(q)) mirrors wo to the
-    // height `least` for a root q of a quadratic equation.
+    // In the plane of ng and n, with x along n's part across ng: n' = (sqrt(1 - q), sqrt(q)) mirrors wo to
+    // the height `least` for a root q of a quadratic equation.
     const Vec3 across = n - ng * dot(n, ng);
     const Float length = sqrt(max(dot(across, across), 1e-30f));
     const Vec3 x = across * (1.0f / length);

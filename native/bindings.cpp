@@ -14,6 +14,7 @@
 #include "embree/library.h"
 #include "emitter_bindings.h"
 #include "engine.h"
+#include "ray_bindings.h"
 #include "shading/bsdf/bindings.h"
 #include "texture/bindings.h"
 
@@ -325,6 +326,7 @@ class Scene {
 NB_MODULE(_native, m) {
     m.doc() = "Edgegrad's native engine.";
     edgegrad::bind_bsdfs(m);
+    edgegrad::bind_rays(m);
     edgegrad::bind_textures(m);
     m.def("instruction_sets", &edgegrad::instruction_sets,
           "Instruction sets that this build has and this processor can run, the fastest first.");

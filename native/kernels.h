@@ -98,6 +98,15 @@ struct BsdfResult {
     int32_t *sample_active, *sample_specular, *sample_transmitted, *sample_ray_kind;
 };
 
+// Rays to trace by themselves, in columns of whole packets.
+struct RayBatch {
+    const float *origin[3], *direction[3], *far;
+    int64_t count;
+    bool shadow;  // whether something is hit, else the nearest hit
+    bool coherent;
+    bool brute_force;  // all triangles, whatever their number, else as pictures do
+};
+
 struct KernelTable {
     const char* name;
     int width;
@@ -119,6 +128,7 @@ struct KernelTable {
     void (*light_samples)(const SceneView&, const LightProbes&);
     void (*light_directions)(const SceneView&, const DirectionProbes&);
     void (*sky)(const SceneView&, const SkyProbes&);
+    void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);
 };
 
 }  // namespace edgegrad

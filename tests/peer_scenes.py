@@ -197,7 +197,8 @@ def to_edgegrad(data: dict[str, Any]) -> edgegrad.Scene:
         faces = np.asarray(mesh["faces"], np.int32)
         texture = mesh["bsdf"].get("texture")
         if texture is not None:
-            images[name] = edgegrad.Image(np.asarray(texture, np.float32))
+            # The files' pictures have row 0 at v = 0; an image's is at the top.
+            images[name] = edgegrad.Image(np.asarray(texture, np.float32)[::-1].copy())
         materials[name] = _material(name, mesh)
         meshes[name] = edgegrad.Mesh(
             np.array(mesh["vertices"], np.float64),

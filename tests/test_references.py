@@ -45,7 +45,7 @@ RUNS = [
     pytest.param("tri_background", "reference", 8, id="reference-tri_background"),
     *[pytest.param(case, "reference", 16, id=f"reference-{case}", marks=SLOW) for case in CASES[2:] + MORE[:2]],
 ]
-PICTURE_RUNS = RUNS
+PICTURE_RUNS = RUNS + [pytest.param(case, "native", 32, id=f"native-{case}") for case in PICTURES]
 
 
 def find(case: str) -> pathlib.Path:

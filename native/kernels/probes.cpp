@@ -1,5 +1,6 @@
 // Kernels that run parts of the path tracer by themselves, for tests.
 #include "kernels/parts.h"
+#include "scene/ray_batch.h"
 #include "shading/bsdf/kernel.h"
 #include "shading/light_probes.h"
 #include "texture/kernel.h"
@@ -12,6 +13,7 @@ void add_probe_kernels(KernelTable& table) {
     table.light_samples = light_samples_kernel;
     table.light_directions = light_directions_kernel;
     table.sky = sky_kernel;
+    table.ray_batch = ray_batch_kernel;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

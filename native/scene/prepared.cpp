@@ -7,6 +7,7 @@ namespace edgegrad {
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
                              const Asked* asked, bool convex, std::shared_ptr<const LightList> lights)
     : lights_(std::move(lights)),
+      brute_triangles_(brute_triangles(tables)),
       face_moving_(tables.face_material.size(), 0),
       edge_count_(static_cast<int64_t>(tables.edge_vertices.size() / 2)) {
     for (size_t m = 0; asked && m < asked->moving.size(); ++m)
@@ -16,6 +17,8 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.api = &api;
     view_.convex = convex;
     view_.bvh = bvh.handle();
+    view_.brute_triangles = brute_triangles_.data();
+    view_.brute_count = static_cast<int32_t>(brute_triangles_.size());
     view_.vertices = tables.vertices.data();
     view_.faces = tables.faces.data();
     view_.face_material = tables.face_material.data();

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "scene/brute_triangles.h"
 #include "scene/bvh.h"
 #include "scene/emitter_table.h"
 #include "scene/light_list.h"
@@ -22,6 +23,7 @@ class PreparedScene {
  private:
     std::optional<EmitterTable> emitters_;
     std::shared_ptr<const LightList> lights_;
+    std::vector<BruteTriangle> brute_triangles_;
     std::vector<int32_t> face_moving_;
     int64_t edge_count_;
     SceneView view_{};

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "embree/api.h"
+#include "scene/brute_triangle.h"
 #include "scene/environment_view.h"
 #include "scene/light_view.h"
 #include "scene/material_params.h"
@@ -43,6 +44,8 @@ struct CameraView {
 struct SceneView {
     const embree::Api* api;
     embree::SceneHandle bvh;
+    const BruteTriangle* brute_triangles;  // all, where that beats the BVH
+    int32_t brute_count;                   // 0: the BVH is used
 
     const float* vertices;           // (V, 3)
     const int32_t* faces;            // (F, 3)

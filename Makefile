@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo test test-slow test-gui lint benchmark compare-cycles sanitize check-machine which-python clean
+.PHONY: help demo test test-slow test-gui lint benchmark throughput compare-cycles sanitize check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -26,6 +26,7 @@ help:
 	@echo "make lint        ruff, clang-format, mypy"
 	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 16)"
 	@echo "make compare-cycles  Blender scenes beside Cycles: figures and pictures (about 15 minutes)"
+	@echo "make throughput  rays per second beside Embree, updates, memory"
 	@echo "make sanitize    run the tests on a build with AddressSanitizer and UndefinedBehaviorSanitizer"
 
 demo: $(VENV)/installed
@@ -44,6 +45,9 @@ lint: $(VENV)/installed $(VENV)/installed-lint
 	$(RUN) -m ruff check .
 	$(VENV)/bin/clang-format --dry-run -Werror $$(git ls-files 'native/*.h' 'native/*.cpp')
 	$(RUN) -m mypy
+
+throughput: $(VENV)/installed
+	$(RUN) -m tests.benchmarks.throughput
 
 benchmark: $(VENV)/installed $(VENV)/installed-benchmark
 	$(RUN) -m tests.benchmarks.versus_mitsuba

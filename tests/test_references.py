@@ -36,7 +36,7 @@ PICTURES = {
     "spot_intensity": "smooth shading|spot",
 }
 # The files don't tell the noise of their pictures: independent samples, at least this many per pixel. Where it is less,
-# it is told by how single pixels differ from a converged picture (blocks of 8 x 8 still show a bias of a tenth of that).
+# single pixels' differences from a converged picture tell it (blocks still show a bias of a tenth of those).
 PICTURE_SPP = 8192
 FEWER_SPP = {"cornell_albedo": 500, "glossy_emitter": 2500, "glass_sphere": 3000}
 SLOW = pytest.mark.slow

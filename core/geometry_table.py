@@ -26,7 +26,7 @@ def geometry(scene: Scene, origin: NDArray[np.float64] | None) -> dict[str, Any]
     """The fields of `Tables` that say where meshes are."""
     material_index = {name: k for k, name in enumerate(scene.materials)}
     area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
-    meshes = [_placed(scene, mesh) for mesh in scene.meshes.values()]
+    meshes = placed_meshes(scene)
     slots = []
     for mesh in meshes:
         slot = np.array([material_index[name] for name in mesh.materials], np.int32)
@@ -96,6 +96,11 @@ def _masks(scene: Scene, meshes: list[Mesh]) -> dict[str, Any]:
             if mask[k] & shadow:
                 mask[k] |= np.uint32(int(name in members) << (FIRST_BLOCKERS + j))
     return {"mesh_mask": mask, "mesh_receivers": received}
+
+
+def placed_meshes(scene: Scene) -> list[Mesh]:
+    """The scene's meshes as the tables have them, in order."""
+    return [_placed(scene, mesh) for mesh in scene.meshes.values()]
 
 
 def _placed(scene: Scene, mesh: Mesh) -> Mesh:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from . import parameters, topology
 from .camera import FILTERS, Camera
 from .camera import KINDS as CAMERA_KINDS
-from .geometry_table import geometry, ray_bits
+from .geometry_table import geometry, placed_meshes, ray_bits
 from .light import AreaLight, PointLight, SunLight
 from .light_table import LightTable, light_table
 from .material import Material, Mixture
@@ -168,7 +168,7 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
     scene.validate()
     placed = geometry(scene, origin)
     origin = placed["origin"]
-    textures = compile_textures(scene, origin) if _needs_textures(scene) else None
+    textures = compile_textures(scene, origin, placed_meshes(scene)) if _needs_textures(scene) else None
     return Tables(**placed, **_values(scene, origin), textures=textures, environment_pixels=_environment(scene))
 
 

@@ -13,6 +13,7 @@ from edgegrad import Image, Material, Mixture, _native
 from edgegrad import expression as e
 from edgegrad import procedural as t
 from edgegrad.material_table import COLUMNS, WIDTH
+from edgegrad.tables import flatten
 from edgegrad.texture_ops import OPCODES
 from edgegrad.texture_program import compile_textures
 from tests import node_cases
@@ -239,6 +240,14 @@ def test_weights_of_mixtures_have_programs() -> None:
     tables = compile_textures(scene)
     assert tables.leaf_program.tolist() == [0, -1, -1, 0]
     assert tables.leaf_weight_program.tolist() == [-1, -1, -1, 1]
+
+
+def test_copies_of_textured_emitters_have_their_attributes() -> None:
+    mesh = corners_mesh(P=np.zeros((2, 3)))
+    mesh.instances = np.stack([np.eye(4), np.diag([2.0, 2.0, 2.0, 1.0]), np.diag([1.0, 1.0, 3.0, 1.0])])
+    tables = flatten(scene_of([P], {"mesh": mesh}))
+    assert tables.textures is not None
+    assert len(tables.textures.face_mesh) == len(tables.faces) == 6
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,7 @@ class Case:
     differs
         Reasons for which the two pictures are known not to be the same; empty: they must agree.
     source
-        Code of the builder's file and of the stage, as it was when they were imported.
+        Code of the builder and of what its file and the stage share, as it was when they were imported.
     """
 
     name: str
@@ -57,9 +57,17 @@ class Case:
 CASES: dict[str, Case] = {}
 
 
-def _code(file: str) -> str:
-    """A module's code without comments and layout."""
-    return ast.dump(ast.parse(Path(file).read_text()))
+def _code(file: str, name: str = "") -> str:
+    """A module's code without comments and layout; of its cases only the one of that name, without its decorator."""
+    module = ast.parse(Path(file).read_text())
+    kept = []
+    for part in module.body:
+        if isinstance(part, ast.FunctionDef) and part.decorator_list:
+            if part.name != name:
+                continue
+            part.decorator_list = []
+        kept.append(ast.dump(part))
+    return "\n".join(kept)
 
 
 _STAGE = _code(stage.__file__)
@@ -72,7 +80,7 @@ def case(
 
     def register(build: Builder) -> Builder:
         name = build.__name__
-        source = _STAGE + _code(build.__code__.co_filename)
+        source = _STAGE + _code(build.__code__.co_filename, name)
         CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), source)
         return build
 

@@ -32,7 +32,7 @@ def point_lights() -> None:
                temperature=3200.0)  # fmt: skip
 
 
-@case("Spot lights: angle, blend, radius, soft falloff or sphere, object scale")
+@case("Spot lights: angle, blend, radius, soft falloff or sphere")
 def spot_lights() -> None:
     """Four cones on floor and wall."""
     _things()
@@ -41,9 +41,16 @@ def spot_lights() -> None:
     stage.lamp("SPOT", "Soft", 500.0, (3, -2, 3), (1.8, 0.5, 0), spot_size=0.8, spot_blend=0.3, shadow_soft_size=0.3)
     stage.lamp("SPOT", "Sphere", 300.0, (2, 0, 2.5), (2, 4, 1), spot_size=1.4, spot_blend=0.2, shadow_soft_size=0.2,
                use_soft_falloff=False)  # fmt: skip
-    wide = stage.lamp(
-        "SPOT", "Scaled", 200.0, (-2, 0, 2.5), (-2, 4, 1.5), spot_size=0.7, spot_blend=0.2, shadow_soft_size=0.0
-    )
+
+
+@case("A spot light whose object is scaled to an ellipse", differs=[
+    "a spot's cone is round here: one that is scaled unevenly has the mean width of Blender's ellipse"])  # fmt: skip
+def scaled_spot() -> None:
+    """An elliptic cone on the wall, and a round one that is scaled evenly."""
+    _things()
+    even = stage.lamp("SPOT", "Even", 300.0, (2, 0, 2.5), (2, 4, 1), spot_size=1.0, spot_blend=0.2, shadow_soft_size=0.0)
+    even.scale = (1.5, 1.5, 1.5)
+    wide = stage.lamp("SPOT", "Uneven", 200.0, (-2, 0, 2.5), (-2, 4, 1.5), spot_size=0.7, shadow_soft_size=0.0)
     wide.scale = (2.0, 1.0, 1.0)
 
 

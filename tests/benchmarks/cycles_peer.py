@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,11 @@ from edgegrad import images
 F32 = NDArray[np.float32]
 
 
-def prepare(scene: Any, bounces: int, samples: int) -> None:
+def prepare(scene: Any, samples: int, bounces: int, limits: Mapping[str, int]) -> None:
     """Settings with which Cycles estimates the same integral as Edgegrad, without bias.
 
     Its defaults clamp indirect light at 10, blur glossy paths, skip lights that add less than 1 %, and stop where
-    the noise is low; none of these has a counterpart in Edgegrad. Bounces of all kinds are as many, and transparent
-    surfaces don't count.
+    the noise is low; none of these has a counterpart in Edgegrad. Transparent surfaces don't count as bounces.
     """
     scene.render.engine = "CYCLES"
     scene.render.use_compositing = scene.render.use_sequencer = False
@@ -33,6 +33,8 @@ def prepare(scene: Any, bounces: int, samples: int) -> None:
     cycles.blur_glossy = cycles.light_sampling_threshold = 0.0
     cycles.caustics_reflective = cycles.caustics_refractive = True
     cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = bounces
+    for kind, limit in limits.items():
+        setattr(cycles, kind, limit)
     cycles.transparent_max_bounces = 64
 
 

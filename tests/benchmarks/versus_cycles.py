@@ -66,21 +66,21 @@ def build(case: Case, folder: Path, samples: int) -> Path:
     """Build a case's scene and save it; it is open afterwards as read from the file."""
     scene = stage.empty()
     case.build()
-    cycles_peer.prepare(scene, case.bounces, samples)
+    cycles_peer.prepare(scene, samples, case.bounces, case.limits)
     path = folder / f"{case.name}.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, check_existing=False)
     bpy.ops.wm.open_mainfile(filepath=str(path))
     return path
 
 
-def by_edgegrad(case: Case, samples: int, seeds: int) -> tuple[NDArray[np.float32], float, list[str]]:
+def by_edgegrad(samples: int, seeds: int) -> tuple[NDArray[np.float32], float, list[str]]:
     """(seeds, H, W, 3) pictures of the open scene, the median of their seconds, and the export's lines."""
     export = export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
-    renderer = edgegrad.Renderer(export.scene)
+    renderer, limits = edgegrad.Renderer(export.scene), export.settings
     pictures, seconds = [], []
     for seed in range(seeds):
         start = time.perf_counter()
-        pictures.append(renderer.render(spp=samples, max_depth=case.max_depth, seed=seed))
+        pictures.append(renderer.render(spp=samples, seed=seed, max_depth=limits.max_depth, bounces=limits.bounces))
         seconds.append(time.perf_counter() - start)
     return np.stack(pictures), float(np.median(seconds)), export.report.lines
 
@@ -98,7 +98,7 @@ def compare(case: Case, output: Path, samples: int | None = None, seeds: int = S
     theirs, cycles_seconds = known
     row = Row(case.name, case.title, case.bounces, samples, cycles_seconds, differs=case.differs)
     try:
-        ours, row.edgegrad_seconds, row.notes = by_edgegrad(case, samples, seeds)
+        ours, row.edgegrad_seconds, row.notes = by_edgegrad(samples, seeds)
         row.figures, _ = agreement.compare(ours, theirs)
     except Exception as error:  # a scene that fails is a row of the report, not its end
         row.error = f"{type(error).__name__}: {error}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,7 +26,9 @@ class Case:
     build
         Makes it in an empty scene.
     bounces
-        Cycles' max_bounces, for every kind of bounce; Edgegrad's max_depth is 2 more (camera and light segments).
+        Cycles' max_bounces, and the limit of every kind of bounce that `limits` doesn't name.
+    limits
+        Limits of kinds of bounces: Cycles' settings "diffuse_bounces", "glossy_bounces", "transmission_bounces".
     samples
         Per pixel and seed, for Cycles; Edgegrad takes as many.
     differs
@@ -41,16 +43,13 @@ class Case:
     bounces: int
     samples: int
     differs: tuple[str, ...]
+    limits: Mapping[str, int]
     source: str
-
-    @property
-    def max_depth(self) -> int:
-        """Path segments that Cycles' bounces make."""
-        return self.bounces + 2
 
     def fingerprint(self, *settings: object) -> str:
         """Hash of what decides Cycles' picture: the builder's file, the stage, these settings, Blender's version."""
-        parts = [self.source, self.name, bpy.app.version_string, repr((self.bounces, *settings))]
+        limits = (self.bounces, *sorted(self.limits.items()))
+        parts = [self.source, self.name, bpy.app.version_string, repr((*limits, *settings))]
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
 
 
@@ -74,14 +73,14 @@ _STAGE = _code(stage.__file__)
 
 
 def case(
-    title: str, *, bounces: int = 3, samples: int = 48, differs: Sequence[str] = ()
+    title: str, *, bounces: int = 3, samples: int = 48, differs: Sequence[str] = (), **limits: int
 ) -> Callable[[Builder], Builder]:
     """Register the decorated builder under its own name."""
 
     def register(build: Builder) -> Builder:
         name = build.__name__
         source = _STAGE + _code(build.__code__.co_filename, name)
-        CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), source)
+        CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), limits, source)
         return build
 
     return register

@@ -48,7 +48,7 @@ def spot_lights() -> None:
 def scaled_spot() -> None:
     """An elliptic cone on the wall, and a round one that is scaled evenly."""
     _things()
-    even = stage.lamp("SPOT", "Even", 300.0, (2, 0, 2.5), (2, 4, 1), spot_size=1.0, spot_blend=0.2, shadow_soft_size=0.0)
+    even = stage.lamp("SPOT", "Even", 300.0, (2, 0, 2.5), (2, 4, 1), spot_size=1.0, shadow_soft_size=0.0)
     even.scale = (1.5, 1.5, 1.5)
     wide = stage.lamp("SPOT", "Uneven", 200.0, (-2, 0, 2.5), (-2, 4, 1.5), spot_size=0.7, shadow_soft_size=0.0)
     wide.scale = (2.0, 1.0, 1.0)

@@ -58,6 +58,19 @@ def _two_principled(tree: Any) -> Any:
     return stage.node(tree, "ShaderNodeMixShader", {"Fac": gradient.outputs["Y"], 1: metal, 2: paint})
 
 
+@case("Limits of diffuse, glossy and transmission bounces that differ", bounces=6, diffuse_bounces=1, glossy_bounces=2,
+      transmission_bounces=3)  # fmt: skip
+def bounce_limits() -> None:
+    """Balls between two mirrors in a bright box."""
+    stage.studio()
+    mirror = stage.simple("Mirror", "ShaderNodeBsdfGlossy", {"Color": (0.9, 0.9, 0.9), "Roughness": 0.0})
+    stage.add("Mirror", stage.plane("Mirror", mirror, size=6.0), (0, 1.5, 0.8), (1.45, 0, 0))
+    stage.add("Second mirror", stage.plane("Second mirror", mirror, size=2.0), (-3.0, 0.0, 0.8), (1.5, 0, 1.3))
+    stage.row([stage.diffuse("Chalk"), stage.principled("Metal", Metallic=1.0, Roughness=0.2),
+               stage.simple("Glass", "ShaderNodeBsdfGlass", {"IOR": 1.4, "Roughness": 0.0}),
+               stage.principled("Plastic", (0.7, 0.2, 0.1), Roughness=0.2)])  # fmt: skip
+
+
 @case("Mix and Add Shader trees: textured factors, Fresnel, Layer Weight, holes", bounces=4)
 def shader_trees() -> None:
     """One ball per tree."""

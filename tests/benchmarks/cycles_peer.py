@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -56,14 +57,19 @@ def render(folder: Path, seeds: int) -> tuple[F32, float]:
     return np.stack(pictures), float(np.median(seconds))
 
 
-def cached(file: Path, key: str) -> tuple[F32, float] | None:
-    """What `keep` stored in the file, if it was for the same key."""
-    if not file.is_file():
+def cached(file: Path, blend: Path, key: str) -> tuple[F32, float] | None:
+    """What `keep` stored in the file, if it was for the same key and .blend."""
+    if not (file.is_file() and blend.is_file()):
         return None
     with np.load(file) as stored:
-        return (stored["pictures"], float(stored["seconds"])) if str(stored["key"]) == key else None
+        same = str(stored["key"]) == key and str(stored["blend"]) == _digest(blend)
+        return (stored["pictures"], float(stored["seconds"])) if same else None
 
 
-def keep(file: Path, key: str, pictures: F32, seconds: float) -> None:
-    """Store pictures under a key."""
-    np.savez_compressed(file, key=np.array(key), pictures=pictures, seconds=seconds)
+def keep(file: Path, blend: Path, key: str, pictures: F32, seconds: float) -> None:
+    """Store pictures of a .blend under a key."""
+    np.savez_compressed(file, key=np.array(key), blend=np.array(_digest(blend)), pictures=pictures, seconds=seconds)
+
+
+def _digest(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()

@@ -62,15 +62,27 @@ class Row:
         return "known" if self.differs else "differs"
 
 
-def build(case: Case, folder: Path, samples: int) -> Path:
-    """Build a case's scene and save it; it is open afterwards as read from the file."""
+def build(case: Case, path: Path, samples: int) -> None:
+    """Build a case's scene and save it."""
     scene = stage.empty()
     case.build()
     cycles_peer.prepare(scene, samples, case.bounces, case.limits)
-    path = folder / f"{case.name}.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True, check_existing=False)
-    bpy.ops.wm.open_mainfile(filepath=str(path))
-    return path
+
+
+def by_cycles(case: Case, output: Path, samples: int, seeds: int) -> tuple[NDArray[np.float32], float]:
+    """Open the case's .blend; (seeds, H, W, 3) pictures and the median of their seconds, made or kept."""
+    blend, file = output / f"{case.name}.blend", output / f"{case.name}.npz"
+    key = case.fingerprint(samples, seeds, Path(cycles_peer.__file__).read_text())
+    # A script doesn't give the same .blend twice (the order of a sphere's corners differs), so both are kept.
+    known = cycles_peer.cached(file, blend, key)
+    if known is None:
+        build(case, blend, samples)
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    if known is None:
+        known = cycles_peer.render(output, seeds)
+        cycles_peer.keep(file, blend, key, *known)
+    return known
 
 
 def by_edgegrad(samples: int, seeds: int) -> tuple[NDArray[np.float32], float, list[str]]:
@@ -89,13 +101,7 @@ def compare(case: Case, output: Path, samples: int | None = None, seeds: int = S
     """Render a case with both and compare; writes its pictures."""
     samples = samples or case.samples
     output.mkdir(parents=True, exist_ok=True)
-    build(case, output, samples)
-    key, file = case.fingerprint(samples, seeds, Path(cycles_peer.__file__).read_text()), output / f"{case.name}.npz"
-    known = cycles_peer.cached(file, key)
-    if known is None:
-        known = cycles_peer.render(output, seeds)
-        cycles_peer.keep(file, key, *known)
-    theirs, cycles_seconds = known
+    theirs, cycles_seconds = by_cycles(case, output, samples, seeds)
     row = Row(case.name, case.title, case.bounces, samples, cycles_seconds, differs=case.differs)
     try:
         ours, row.edgegrad_seconds, row.notes = by_edgegrad(samples, seeds)

@@ -107,11 +107,11 @@ class Material:
         self.coat_ior = number(where, "coat_ior", self.coat_ior, least=1.0)
         self.anisotropy = number(where, "anisotropy", self.anisotropy, least=-1.0, below=1.0 + 1e-6)
         self.anisotropy_rotation = number(where, "anisotropy_rotation", self.anisotropy_rotation)
-        for key, value in self.textures.items():
+        for key, expression in self.textures.items():
             if key not in TEXTURED:
                 raise ValueError(f"{where}: textures has '{key}', which is none of {', '.join(TEXTURED)}")
-            if not isinstance(value, Expression):
-                raise ValueError(f"{where}: textures['{key}'] must be an edgegrad.expression, not {value!r}")
+            if not isinstance(expression, Expression):
+                raise ValueError(f"{where}: textures['{key}'] must be an edgegrad.expression, not {expression!r}")
 
 
 # Fields that `Material.textures` may replace.

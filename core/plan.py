@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from . import parameters, tables, topology
 from ._check import whole
 from .bounces import MAX_DEPTH
+from .differentiable import obstacles
 from .light import AreaLight, PointLight, SunLight
 from .mesh import Mesh
 from .picture_plan import picture_plan
@@ -213,7 +214,7 @@ def _shadow(scene: Scene, moving: list[str], edges: dict[str, _MeshEdges], max_d
 
 
 def _missing(scene: Scene, moving: list[str], max_depth: int) -> tuple[str, ...]:
-    out = []
+    out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
     names = list(scene.meshes)
     for k, a in enumerate(names):
         for b in names[k + 1 :]:
@@ -241,8 +242,8 @@ def _used(scene: Scene, mesh_name: str) -> list[str]:
 
 
 def _reflects(scene: Scene, mesh_name: str) -> bool:
-    return any(np.any(scene.materials[name].base_color > 0.0) for name in _used(scene, mesh_name))
+    return any(np.any(leaf.base_color > 0.0) for name in _used(scene, mesh_name) for leaf in scene.leaves(name))
 
 
 def _emits(scene: Scene, mesh_name: str) -> bool:
-    return any(np.any(scene.materials[name].emission > 0.0) for name in _used(scene, mesh_name))
+    return any(np.any(leaf.emission > 0.0) for name in _used(scene, mesh_name) for leaf in scene.leaves(name))

@@ -184,7 +184,7 @@ def with_values(scene: Scene, tables: Tables) -> Tables:
 
 
 def _needs_textures(scene: Scene) -> bool:
-    return scene.world.image is not None or any(
+    return any(
         material.textures or (isinstance(material, Material) and material.anisotropy != 0.0)
         for material in scene.materials.values()
     )
@@ -335,6 +335,7 @@ def _dependents(scene: Scene, tables: Tables, path: str) -> list[tuple[str, Any,
             return [("sun_irradiance", row, factor)]
         if isinstance(light, PointLight):
             return [("point_intensity", row, factor / (4.0 * np.pi))]
-        return [("emission", len(scene.materials) + row, factor / (np.pi * area(light)))]
+        if isinstance(light, AreaLight):
+            return [("emission", len(scene.materials) + row, factor / (np.pi * area(light)))]
     raise ValueError(f"parameter '{path}' has no derivative in this version; "
                      "vertices, base_color, emission, power, strength and color have one")

@@ -60,7 +60,6 @@ class TextureTables:
     attributes: F32
     face_mesh: I32  # (F) mesh of each face
     mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
-    world_image: int  # number of the world's image, -1: none
 
 
 def compile_textures(
@@ -83,7 +82,6 @@ def compile_textures(
     placed = list(scene.meshes.values()) if meshes is None else meshes[: len(scene.meshes)]
     start = np.zeros(3) if origin is None else np.asarray(origin, np.float64)
     resources = Resources(origin=(float(start[0]), float(start[1]), float(start[2])))
-    world_image = -1 if scene.world.image is None else resources.image(scene.world.image, "LINEAR", "REPEAT", "NONE")
     programs = _Programs(resources)
     leaf_program, leaf_weight_program, leaf_uv, leaf_tangent = [], [], [], []
     for name, material in scene.materials.items():
@@ -111,7 +109,6 @@ def compile_textures(
         **_lookup_tables(resources),
         **_attributes(placed, resources),
         mesh_box=_boxes(placed, start),
-        world_image=world_image,
     )
 
 

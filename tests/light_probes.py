@@ -32,7 +32,7 @@ class Probe:
         self.tables = flatten(scene, np.zeros(3))
         self._scene = Engine(self.tables, 1, instruction_set)._scene
 
-    def sample(self, position: ArrayLike, normal: ArrayLike, uv: Floats, both_sides: bool = False) -> dict[str, Floats]:
+    def sample(self, position: ArrayLike, normal: ArrayLike, uv: Floats, both_sides: bool = False) -> dict[str, Any]:
         """Samples for (n, 2) random numbers: w, radiance, r, pdf, geometry. Radiance 0: none."""
         n = len(uv)
         u, v = _column(uv[:, 0]), _column(uv[:, 1])
@@ -52,16 +52,16 @@ class Probe:
         face, r = self._first_face(np.asarray(position, np.float64), w)
         return np.asarray(lights + self._meet(position, normal, w, face, r, 1.0)["pdf"], np.float64)
 
-    def sky(self, uv: Floats) -> dict[str, Floats]:
+    def sky(self, uv: Floats) -> dict[str, Any]:
         """Samples of the environment's image: w, radiance, pdf."""
         return dict(self._scene.sample_sky(_column(uv[:, 0]), _column(uv[:, 1])))
 
-    def look(self, w: Floats) -> dict[str, Floats]:
+    def look(self, w: Floats) -> dict[str, Any]:
         """Radiance and density of the environment along (n, 3) directions."""
         return dict(self._scene.look_at_sky(np.ascontiguousarray(w, np.float32)))
 
     def _meet(self, position: ArrayLike, normal: ArrayLike, w: Floats, face: NDArray[Any], r: Floats,
-              bsdf_pdf: float) -> dict[str, Floats]:  # fmt: skip
+              bsdf_pdf: float) -> dict[str, Any]:  # fmt: skip
         n = len(w)
         return dict(
             self._scene.meet_lights(

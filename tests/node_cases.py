@@ -81,7 +81,7 @@ def mapping() -> Cases:
     }
     out: Cases = {}
     for kind, (linear, offset) in parts.items():
-        rows = tuple(tuple(float(v) for v in row) for row in np.column_stack([linear, offset]))
+        rows: Any = tuple(tuple(float(v) for v in row) for row in np.column_stack([linear, offset]))
         out[f"mapping {kind}"] = (
             partial(lambda kind, n: n.node("Mapping", {0: n.p, 1: location, 2: rotation, 3: scale},
                                            vector_type=kind).outputs[0], kind),
@@ -351,9 +351,9 @@ def _bricks() -> Cases:
                           squash=1.3, squash_frequency=2)
             return made.outputs[0 if output == "COLOR" else 1]
 
-        c = [tuple(float(x) for x in color[:3]) for color in colors.values()]
-        return node, t.Brick(P, *c, *values.values(), offset=0.4, offset_frequency=3, squash=1.3, squash_frequency=2,
-                             output=output)
+        c: list[Any] = [tuple(float(x) for x in color[:3]) for color in colors.values()]
+        return node, t.Brick(P, *c, *values.values(), offset=0.4,  # type: ignore[misc]
+                             offset_frequency=3, squash=1.3, squash_frequency=2, output=output)
 
     return {"brick": case("COLOR", 0.2), "brick mortar": case("FAC", 0.0)}
 

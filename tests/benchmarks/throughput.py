@@ -212,13 +212,13 @@ def measure_update(threads: int, cuts: int) -> UpdateRow:
     def update() -> float:
         mesh.vertices = moved()
         start = time.perf_counter()
-        renderer.update()
+        renderer.update(["meshes.mesh0.vertices"])
         return time.perf_counter() - start
 
     def color() -> float:
-        scene.materials["mesh0"].base_color = np.full(3, 0.3 + 1e-3 * next(step))
+        edgegrad.parameters.put(scene, "materials.mesh0.base_color", np.full(3, 0.3 + 1e-3 * next(step)))
         start = time.perf_counter()
-        renderer.update()
+        renderer.update(["materials.mesh0.base_color"])
         return time.perf_counter() - start
 
     update()

@@ -119,8 +119,9 @@ void Bvh::build_instances(const SceneTables& tables) {
 
 void Bvh::make_dynamic() {
     if (dynamic_) return;
-    // Embree keeps one BVH per mesh, which can be refitted, only in scenes of low quality; each mesh's own BVH is
-    // built with its own quality (1M triangles: refit 0.1 of a build, with any other scene quality 1.0).
+    // Embree keeps one BVH per mesh, which can be refitted, only in scenes of low quality; each mesh's own
+    // BVH is built with its own quality (1M triangles: refit 0.1 of a build, with any other scene
+    // quality 1.0).
     const auto prepare = [&](embree::SceneHandle scene) {
         api_.set_scene_flags(scene, embree::kDynamic);
         api_.set_scene_quality(scene, embree::kLow);

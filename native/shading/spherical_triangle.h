@@ -24,8 +24,8 @@ EG_INLINE SphericalTriangle spherical_triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 m) {
     const Float rc = 1.0f / max(sqrt(dot(c, c)), 1e-30f);
     SphericalTriangle s{a * ra, b * rb, c * rc, {}, {}};
     s.volume = abs(dot(a, m)) * (ra * rb * rc);
-    s.solid_angle = 2.0f * atan2(s.volume, 1.0f + dot(s.apex, s.first) + dot(s.first, s.last) +
-                                                     dot(s.apex, s.last));
+    s.solid_angle =
+        2.0f * atan2(s.volume, 1.0f + dot(s.apex, s.first) + dot(s.first, s.last) + dot(s.apex, s.last));
     return s;
 }
 

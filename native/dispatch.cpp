@@ -38,9 +38,9 @@ namespace edgegrad {
 #define EDGEGRAD_ISAS(X) \
     EDGEGRAD_AVX512(X) EDGEGRAD_AVX2(X) EDGEGRAD_SSE42(X) EDGEGRAD_SIMD4(X) EDGEGRAD_SCALAR(X)
 
-#define EDGEGRAD_DECLARE(isa, supported)   \
-    namespace isa {                        \
-    extern const KernelTable kernel_table; \
+#define EDGEGRAD_DECLARE(isa, supported) \
+    namespace isa {                      \
+    const KernelTable& kernel_table();   \
     }
 EDGEGRAD_ISAS(EDGEGRAD_DECLARE)
 #undef EDGEGRAD_DECLARE
@@ -56,7 +56,7 @@ std::vector<std::string> instruction_sets() {
 
 const KernelTable& kernels(const std::string& instruction_set) {
 #define EDGEGRAD_PICK(isa, supported) \
-    if ((supported) && (instruction_set.empty() || instruction_set == #isa)) return isa::kernel_table;
+    if ((supported) && (instruction_set.empty() || instruction_set == #isa)) return isa::kernel_table();
     EDGEGRAD_ISAS(EDGEGRAD_PICK)
 #undef EDGEGRAD_PICK
     std::string known;

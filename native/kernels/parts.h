@@ -6,6 +6,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+const KernelTable& kernel_table();
+
 void add_path_kernels(KernelTable& table);
 void add_derivative_kernels(KernelTable& table);
 void add_probe_kernels(KernelTable& table);

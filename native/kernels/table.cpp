@@ -7,15 +7,19 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-extern const KernelTable kernel_table;
-const KernelTable kernel_table = [] {
-    KernelTable table{};
-    table.name = EG_STRING(EDGEGRAD_ISA);
-    table.width = W;
-    add_path_kernels(table);
-    add_derivative_kernels(table);
-    add_probe_kernels(table);
-    return table;
-}();
+// Made when it is asked for, and not before: this file's instructions are those of its instruction set, which
+// a processor that lacks it must never meet, not even while the module is loaded.
+const KernelTable& kernel_table() {
+    static const KernelTable made = [] {
+        KernelTable table{};
+        table.name = EG_STRING(EDGEGRAD_ISA);
+        table.width = W;
+        add_path_kernels(table);
+        add_derivative_kernels(table);
+        add_probe_kernels(table);
+        return table;
+    }();
+    return made;
+}
 
 }  // namespace edgegrad::EDGEGRAD_ISA

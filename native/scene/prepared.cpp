@@ -51,7 +51,11 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
         for (int32_t leaf = first; leaf < last; ++leaf) {
             const int32_t flags = tables.leaf_flags[static_cast<size_t>(leaf)];
             const bool textured = view_.textures.leaf_program && view_.textures.leaf_program[leaf] >= 0;
-            if ((flags & kHasEmission) && (last - first > 1 || textured || (flags & kHasTransparency)))
+            // Coat and sheen take a share that depends on the direction.
+            const float* row = view_.leaf_params + static_cast<ptrdiff_t>(leaf) * kMaterialParams;
+            const bool layered = row[kCoatWeight] > 0.0f || row[kSheenWeight] > 0.0f;
+            if ((flags & kHasEmission) &&
+                (last - first > 1 || textured || layered || (flags & kHasTransparency)))
                 view_.emission_varies = true;
         }
     }

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import bpy
 
-from . import stage
-
 Builder = Callable[[], None]
 
 
@@ -34,7 +32,7 @@ class Case:
     differs
         Reasons for which the two pictures are known not to be the same; empty: they must agree.
     source
-        Code of the builder and of what its file and the stage share, as it was when they were imported.
+        Code of the builder and of what builders share, as it was when they were imported.
     """
 
     name: str
@@ -47,7 +45,7 @@ class Case:
     source: str
 
     def fingerprint(self, *settings: object) -> str:
-        """Hash of what decides Cycles' picture: the builder's file, the stage, these settings, Blender's version."""
+        """Hash of what decides Cycles' picture: the builder, what builders share, settings, Blender's version."""
         limits = (self.bounces, *sorted(self.limits.items()))
         parts = [self.source, self.name, bpy.app.version_string, repr((*limits, *settings))]
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:16]
@@ -56,9 +54,9 @@ class Case:
 CASES: dict[str, Case] = {}
 
 
-def _code(file: str, name: str = "") -> str:
+def _code(file: Path, name: str = "") -> str:
     """A module's code without comments and layout; of its cases only the one of that name, without its decorator."""
-    module = ast.parse(Path(file).read_text())
+    module = ast.parse(file.read_text())
     kept = []
     for part in module.body:
         if isinstance(part, ast.FunctionDef) and part.decorator_list:
@@ -69,7 +67,8 @@ def _code(file: str, name: str = "") -> str:
     return "\n".join(kept)
 
 
-_STAGE = _code(stage.__file__)
+# What families may use of each other, too.
+_SHARED = "\n".join(_code(file) for file in sorted(Path(__file__).parent.glob("*.py")) if file != Path(__file__))
 
 
 def case(
@@ -79,7 +78,7 @@ def case(
 
     def register(build: Builder) -> Builder:
         name = build.__name__
-        source = _STAGE + _code(build.__code__.co_filename, name)
+        source = _SHARED + _code(Path(build.__code__.co_filename), name)
         CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), limits, source)
         return build
 

@@ -1,4 +1,4 @@
-"""Values computed by nodes: mathematics, ramps, colour attributes, normal maps, and textures that are baked."""
+"""Values computed by nodes: mathematics, ramps, colour attributes, normal maps, procedural textures."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ import numpy as np
 
 from . import stage
 from .case import case
-
-BAKED = "textures made by a program are baked to an image: its texels blur what is finer"
 
 
 def _ramp(tree: Any, factor: Any, stops: list[tuple[float, tuple[float, float, float]]], mode: str = "LINEAR") -> Any:
@@ -88,9 +86,9 @@ def node_math() -> None:
     ], y=0.8)  # fmt: skip
 
 
-@case("Noise, Voronoi, Wave, Magic and Brick textures", differs=[BAKED])
-def baked() -> None:
-    """Balls and a floor with Blender's procedural textures."""
+@case("Noise, Voronoi, Wave, Magic and Brick textures")
+def procedural_textures() -> None:
+    """Balls with Blender's procedural textures."""
     stage.studio()
 
     def texture(name: str, kind: str, output: str = "Color", **inputs: Any) -> Any:

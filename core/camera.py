@@ -47,8 +47,8 @@ class Camera:
         Perspective and orthographic: radius of the lens (metres, 0: everything is sharp), and the distance
         along the view axis at which the picture is sharp (metres, > 0).
     aperture_blades, aperture_rotation, aperture_ratio
-        Shape of the aperture: number of sides (below 3: round), its turn (radians, counter-clockwise seen
-        from behind the camera), and its width divided into its height's share as Blender has it (1: none).
+        Shape of the aperture: number of sides (below 3: round), the angle at which the middle of a side is
+        (radians, from +X to +Y), and its width divided into its height's share as Blender has it (1: none).
     crop
         (x0, y0, x1, y1): only these pixels of the full picture are rendered, x0 <= x < x1, row 0 on top;
         None: all. Rendered pictures have the crop's size.

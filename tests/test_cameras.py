@@ -98,6 +98,20 @@ def test_an_aperture_blurs_to_the_circle_of_confusion() -> None:
                                rtol=0.05)
 
 
+@pytest.mark.parametrize("rotation", [0.0, 0.3])
+def test_the_middle_of_a_blade_is_at_the_rotation(rotation: float) -> None:
+    """A point nearer than the focus shows the aperture turned by half a turn: a triangle then has a corner where the
+    lens has the side's middle, and its third moment along that direction is radius^3 / 40."""
+    camera = Camera(np.eye(4), fov_x=0.6, width=128, height=128, aperture_radius=0.3, focus_distance=8.0,
+                    aperture_blades=3, aperture_rotation=rotation)  # fmt: skip
+    renderer = Renderer(lamp((0.0, 0.0, -4.0), 0.01, camera))
+    image = np.mean([renderer.render(spp=2048, max_depth=1, seed=k) for k in range(2)], axis=0)[..., 0]
+    y, x = np.mgrid[:128, :128] + 0.5 - 64.0
+    radius = 0.3 * camera.focal * (1.0 / 4.0 - 1.0 / 8.0)
+    along = (np.cos(rotation) * x - np.sin(rotation) * y) / radius  # rows grow downwards
+    assert (image * along**3).sum() / image.sum() == pytest.approx(0.025, abs=0.004)
+
+
 @pytest.mark.parametrize(("kind", "width", "spread"), [
     ("BOX", 1.0, 1.0 / 12.0), ("BOX", 3.0, 0.75), ("GAUSSIAN", 2.0, None), ("BLACKMAN_HARRIS", 1.5, None)
 ])

@@ -19,7 +19,8 @@ EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
 }
 
 // Place on the unit aperture: a disk (concentric map, Shirley and Chiu 1997) or a regular polygon of
-// `blades` sides with its corners on the unit circle, stretched by the ratio.
+// `blades` sides with its corners on the unit circle, stretched by the ratio; the middle of a side is at the
+// rotation's angle, as in Cycles.
 EG_INLINE void aperture_point(const CameraView& c, Float u, Float v, Float& x, Float& y) {
     Float s, t;
     if (c.aperture_blades >= 3) {
@@ -32,7 +33,7 @@ EG_INLINE void aperture_point(const CameraView& c, Float u, Float v, Float& x, F
         sincos_turn(select(a1 >= 1.0f, splat(0.0f), a1), s1, c1);
         x = r * (c0 * (1.0f - v) + c1 * v);
         y = r * (s0 * (1.0f - v) + s1 * v);
-        const float turn = c.aperture_rotation * 0.159154943f;
+        const float turn = c.aperture_rotation * 0.159154943f - 0.5f / sides;
         sincos_turn(splat(turn - __builtin_floorf(turn)), s, t);
         const Float px = x;
         x = t * px - s * y;

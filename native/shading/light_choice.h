@@ -50,33 +50,39 @@ EG_INLINE Float sin_difference(Float cos_a, Float sin_a, Float cos_b, Float sin_
 
 EG_INLINE Float sine_of(Float cosine) { return sqrt(max(1.0f - cosine * cosine, 0.0f)); }
 
-// Bound of the irradiance that a node's lights give at x.
+// Bound of the irradiance that a node's lights give at x. Only nodes on top are `kMayBeDistant`: members of
+// groups never are, and there are many of those on the way down.
+template <bool kMayBeDistant>
 EG_INLINE Float importance(const NodePacket& n, const Receiver& x) {
-    const Mask distant = n.radius < 0.0f;
+    const Mask distant = kMayBeDistant ? n.radius < 0.0f : splat(0);
     const Vec3 d = n.center - x.position;
-    const Float d2 = dot(d, d), radius2 = n.radius * n.radius;
-    const Vec3 w = select(distant, -n.axis, d * (1.0f / sqrt(max(d2, 1e-30f))));
+    const Float d2 = max(dot(d, d), 1e-30f);
+    const Float inverse2 = 1.0f / d2, inverse = sqrt(inverse2);
+    Vec3 w = d * inverse;
     // Angle b of the sphere around the lights, seen from x.
-    const Float sin2_b = radius2 / max(d2, 1e-30f);
+    const Float sin2_b = n.radius * n.radius * inverse2;
     const Mask inside = ~distant & (sin2_b >= 1.0f);
-    const Float cos_b =
-        select(distant, n.cos_o, select(inside, splat(-1.0f), sqrt(max(1.0f - sin2_b, 0.0f))));
-    const Float sin_b = select(distant, n.sin_o, select(inside, splat(0.0f), sqrt(max(sin2_b, 0.0f))));
-
+    Float cos_b = select(inside, splat(-1.0f), sqrt(max(1.0f - sin2_b, 0.0f)));
+    Float sin_b = select(inside, splat(0.0f), n.radius * inverse);
+    if (kMayBeDistant) {
+        w = select(distant, -n.axis, w);
+        cos_b = select(distant, n.cos_o, cos_b);
+        sin_b = select(distant, n.sin_o, sin_b);
+    }
     const Float cosine_x = dot(w, x.normal);
     const Float cos_x = select(x.both_sides, abs(cosine_x), cosine_x);
-    Float bound = n.power * max(cos_difference(cos_x, sine_of(cos_x), cos_b, sin_b), 0.0f);
-    if (any(~distant)) {
-        // Angle between the direction to x and the nearest direction of emission.
-        const Float cosine = -dot(w, n.axis);
-        const Float cos_w = select(n.two_sided, abs(cosine), cosine), sin_w = sine_of(cos_w);
-        const Float cos_1 = cos_difference(cos_w, sin_w, n.cos_o, n.sin_o);
-        const Float sin_1 = sin_difference(cos_w, sin_w, n.cos_o, n.sin_o);
-        const Float cos_2 = cos_difference(cos_1, sin_1, cos_b, sin_b);
-        const Float near = bound * select(cos_2 > n.cos_e, cos_2, 0.0f) / max(max(d2, radius2), 1e-30f);
-        bound = select(distant, bound, near);
-    }
-    return bound;
+    const Float bound = n.power * max(cos_difference(cos_x, sine_of(cos_x), cos_b, sin_b), 0.0f);
+    if (kMayBeDistant && !any(~distant)) return bound;
+    // Angle between the direction to x and the nearest direction of emission.
+    const Float cosine = -dot(w, n.axis);
+    const Float cos_w = select(n.two_sided, abs(cosine), cosine), sin_w = sine_of(cos_w);
+    const Float cos_1 = cos_difference(cos_w, sin_w, n.cos_o, n.sin_o);
+    const Float sin_1 = sin_difference(cos_w, sin_w, n.cos_o, n.sin_o);
+    const Float cos_2 = cos_difference(cos_1, sin_1, cos_b, sin_b);
+    // At most as near as the sphere's own radius.
+    const Float near = bound * select(cos_2 > n.cos_e, cos_2, 0.0f) *
+                       select(inside, 1.0f / max(n.radius * n.radius, 1e-30f), inverse2);
+    return kMayBeDistant ? select(distant, bound, near) : near;
 }
 
 struct LightChoice {
@@ -95,7 +101,7 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const R
         constexpr int kKept = 40;  // what is more is computed twice
         Float kept[kKept], total = splat(0.0f);
         for (int k = 0; k < lights.top; ++k) {
-            const Float bound = importance(broadcast_node(lights.nodes[k]), x);
+            const Float bound = importance<true>(broadcast_node(lights.nodes[k]), x);
             total = total + bound;
             if (k < kKept) kept[k] = bound;
         }
@@ -105,7 +111,8 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const R
         Float sum = splat(0.0f), low = sum, share = splat(1.0f);
         Mask open = choice.active;
         for (int k = 0; k < lights.top; ++k) {
-            const Float p = (k < kKept ? kept[k] : importance(broadcast_node(lights.nodes[k]), x)) * scale;
+            const Float p =
+                (k < kKept ? kept[k] : importance<true>(broadcast_node(lights.nodes[k]), x)) * scale;
             const Mask here = open & (p > 0.0f);
             node = select(here, splat(k), node);
             low = select(here, sum, low);
@@ -122,8 +129,9 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const R
     if (lights.any_group) {
         for (Mask inner = choice.active & (child >= 0); any(inner); inner = choice.active & (child >= 0)) {
             const Int first = select(inner, child, splat(0));
-            const Float a = importance(gather_node(lights.nodes, first), x);
-            const Float b = importance(gather_node(lights.nodes, select(inner, first + 1, splat(0))), x);
+            const Float a = importance<false>(gather_node(lights.nodes, first), x);
+            const Float b =
+                importance<false>(gather_node(lights.nodes, select(inner, first + 1, splat(0))), x);
             choice.active &= ~inner | (a + b > 0.0f);
             const Float p = a / max(a + b, 1e-38f);
             const Mask left = choice.u < p;
@@ -153,8 +161,9 @@ EG_INLINE Float light_probability(const LightView& lights, Mask active, const Re
             if (!any(inner)) break;
             Int first;
             for (int i = 0; i < W; ++i) first[i] = inner[i] ? lights.nodes[parent[i]].child : 0;
-            const Float a = importance(gather_node(lights.nodes, first), x);
-            const Float b = importance(gather_node(lights.nodes, select(inner, first + 1, splat(0))), x);
+            const Float a = importance<false>(gather_node(lights.nodes, first), x);
+            const Float b =
+                importance<false>(gather_node(lights.nodes, select(inner, first + 1, splat(0))), x);
             const Float p = a / max(a + b, 1e-38f);
             const Float share = select(a + b > 0.0f, select(node == first, p, 1.0f - p), 0.0f);
             probability = select(inner, probability * share, probability);
@@ -164,7 +173,7 @@ EG_INLINE Float light_probability(const LightView& lights, Mask active, const Re
     if (lights.top > 1) {
         Float total = splat(0.0f), own = splat(0.0f);
         for (int k = 0; k < lights.top; ++k) {
-            const Float bound = importance(broadcast_node(lights.nodes[k]), x);
+            const Float bound = importance<true>(broadcast_node(lights.nodes[k]), x);
             total = total + bound;
             own = select(node == splat(k), bound, own);
         }

@@ -40,28 +40,46 @@ EG_INLINE void barycentrics(const Triangle& t, Vec3 w, Float& b1, Float& b2) {
     b2 = weight2 * scale;
 }
 
+// Triangles so small, seen from the point, that points on them are picked by area: cosine and distance vary
+// too little across them for directions uniform in solid angle to be worth their cost. Compared are
+// the longer side at the first corner and the distance to the nearest corner.
+constexpr float kSmallTriangle2 = 0.01f;
+
+EG_INLINE Mask is_small_triangle(const Triangle& t) {
+    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0;
+    const Float near = min(dot(t.p0, t.p0), min(dot(t.p1, t.p1), dot(t.p2, t.p2)));
+    return max(dot(e1, e1), dot(e2, e2)) < kSmallTriangle2 * near;
+}
+
 EG_INLINE ShapeSample sample_triangle_light(const Triangle& t, Vec3 m, Float u, Float v, Float& b1,
                                             Float& b2) {
-    const SphericalTriangle s = spherical_triangle(t.p0, t.p1, t.p2, m);
-    const Mask small = s.solid_angle < kLeastSolidAngle;
+    Mask small = is_small_triangle(t);
     const Float root = sqrt(u);
     b1 = root * (1.0f - v);
     b2 = root * v;
+    Float pdf = splat(0.0f);
     if (any(~small)) {
+        const SphericalTriangle s = spherical_triangle(t.p0, t.p1, t.p2, m);
+        small |= s.solid_angle < kLeastSolidAngle;
+        pdf = 1.0f / max(s.solid_angle, 1e-37f);
         Float c1, c2;
         barycentrics(t, sample_triangle(s, u, v), c1, c2);
         b1 = select(small, b1, c1);
         b2 = select(small, b2, c2);
     }
-    ShapeSample out{interpolate(t, b1, b2), 1.0f / max(s.solid_angle, 1e-37f)};
+    ShapeSample out{interpolate(t, b1, b2), pdf};
     if (any(small)) out.pdf = select(small, area_pdf(out.offset, m, 0.5f * sqrt(dot(m, m))), out.pdf);
     return out;
 }
 
 EG_INLINE Float triangle_light_pdf(const Triangle& t, Vec3 m, Vec3 offset) {
-    const SphericalTriangle s = spherical_triangle(t.p0, t.p1, t.p2, m);
-    const Mask small = s.solid_angle < kLeastSolidAngle;
-    const Float pdf = 1.0f / max(s.solid_angle, 1e-37f);
+    Mask small = is_small_triangle(t);
+    Float pdf = splat(0.0f);
+    if (any(~small)) {
+        const Float solid_angle = spherical_triangle(t.p0, t.p1, t.p2, m).solid_angle;
+        small |= solid_angle < kLeastSolidAngle;
+        pdf = 1.0f / max(solid_angle, 1e-37f);
+    }
     return any(small) ? select(small, area_pdf(offset, m, 0.5f * sqrt(dot(m, m))), pdf) : pdf;
 }
 

@@ -115,7 +115,7 @@ class Camera:
         """Perspective: focal length in pixels, (width/2) / tan(fov_x/2); orthographic: pixels per metre."""
         if self.kind == "ORTHOGRAPHIC":
             return self.width / self.ortho_width
-        return 0.5 * self.width / float(np.tan(0.5 * self.fov_x))
+        return 0.5 * self.width / np.tan(0.5 * self.fov_x)
 
     @property
     def principal_point(self) -> NDArray[np.float64]:

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from ._check import RAYS
 from .camera import Camera
-from .geometry_table import expanded
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
 from .mean_color import mean_color, mean_expression
 from .mesh import Mesh
+from .placement import expanded, is_moved
 from .scene import Scene
 
 
@@ -88,6 +88,8 @@ def _mesh(name: str, mesh: Mesh, notes: list[str]) -> Mesh:
         notes.append(f"mesh '{name}': is visible to all rays")
     if mesh.instances is not None:
         notes.append(f"mesh '{name}': its {len(mesh.instances)} instances are one mesh")
+    elif is_moved(mesh):
+        notes.append(f"mesh '{name}': its transform is applied to its vertices")
     return replace(
         expanded(mesh), smoothing=None, normals=None, visible_to=frozenset(RAYS), attributes={}, terminator_offset=0.0
     )

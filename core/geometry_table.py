@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 from ._check import RAYS
 from .light import AreaLight
 from .mesh import Mesh
+from .placement import placed_meshes, smoothing_groups
 from .scene import Scene
 
 # An elliptic light is a polygon of this many sides with the ellipse's area.
@@ -98,48 +98,6 @@ def _masks(scene: Scene, meshes: list[Mesh]) -> dict[str, Any]:
     return {"mesh_mask": mask, "mesh_receivers": received}
 
 
-def placed_meshes(scene: Scene) -> list[Mesh]:
-    """The scene's meshes as the tables have them, in order."""
-    return [_placed(scene, mesh) for mesh in scene.meshes.values()]
-
-
-def _placed(scene: Scene, mesh: Mesh) -> Mesh:
-    """The mesh, or its copies in one mesh if it is instanced and gives light: emitters stand in the world."""
-    leaves = [leaf for name in mesh.materials for leaf in scene.leaves(name)]
-    emits = any("emission" in leaf.textures or np.any(leaf.emission > 0.0) for leaf in leaves)
-    return expanded(mesh) if mesh.instances is not None and emits else mesh
-
-
-def expanded(mesh: Mesh) -> Mesh:
-    """All instances of a mesh as one mesh."""
-    if mesh.instances is None:
-        return mesh
-    count, places = len(mesh.vertices), mesh.instances
-    vertices = np.einsum("kij,nj->kni", places[:, :3, :3], mesh.vertices) + places[:, None, :3, 3]
-    faces = np.concatenate([mesh.faces + k * count for k in range(len(places))])
-    # A mirrored copy is wound the other way round.
-    mirrored = np.linalg.det(places[:, :3, :3]) < 0.0
-    turn = np.repeat(mirrored, len(mesh.faces))
-    smoothing = normals = None
-    if mesh.smoothing is not None:
-        groups = int(mesh.smoothing.max(initial=-1)) + 1
-        smoothing = np.concatenate(
-            [np.where(mesh.smoothing < 0, -1, mesh.smoothing + k * groups) for k in range(len(places))]
-        ).astype(np.int32)
-        if mesh.normals is not None:
-            inverse = np.linalg.inv(places[:, :3, :3])
-            normals = np.einsum("kji,nj->kni", inverse, mesh.normals[:groups]).reshape(-1, 3)
-    attributes = {key: np.tile(value, (len(places), 1, 1)) for key, value in mesh.attributes.items()}
-    for corners in (faces, smoothing, *attributes.values()):
-        if corners is not None:
-            corners[turn] = corners[turn][:, ::-1]
-    return replace(
-        mesh, vertices=vertices.reshape(-1, 3), faces=faces, smoothing=smoothing, normals=normals,
-        attributes=attributes, instances=None,
-        face_material=None if mesh.face_material is None else np.tile(mesh.face_material, len(places)),
-    )
-
-
 def _centre(meshes: list[Mesh]) -> NDArray[np.float64]:
     """Centre of the bounding box of what stands in the world."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -153,10 +111,7 @@ def _centre(meshes: list[Mesh]) -> NDArray[np.float64]:
 
 
 def _shading_normals(meshes: list[Mesh], first_face: NDArray[np.int64]) -> dict[str, Any]:
-    counts = []
-    for mesh in meshes:
-        smooth = mesh.smoothing is not None
-        counts.append(int(mesh.smoothing.max(initial=-1)) + 1 if smooth else 0)  # type: ignore[union-attr]
+    counts = [smoothing_groups(mesh) for mesh in meshes]
     first = np.cumsum([0, *counts])
     custom = np.array([mesh.normals is not None for mesh in meshes], np.uint8)
     corner = np.full((int(first_face[-1]) if first[-1] else 0, 3), -1, np.int32)

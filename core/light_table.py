@@ -1,8 +1,12 @@
-"""Lights that are no meshes as rows of floats (native/scene/light_params.h has the same places)."""
+"""Lights that are no meshes as rows of floats (native/scene/light_params.h has the same places).
+
+Rows are analytic functions of the lights' numbers: complex ones give complex rows (`jacobian`).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,7 +65,7 @@ class LightTable:
 def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
     """The table of a validated scene's lights, positions relative to `origin` (3,)."""
     lights = list(scene.lights.values())
-    rows = [_row(light, origin) for light in lights]
+    rows = [_kind_flags_row(light, origin) for light in lights]
     return LightTable(
         params=np.array([row for _, _, row in rows], np.float32).reshape(-1, WIDTH),
         kind=np.array([kind for kind, _, _ in rows], np.int32),
@@ -80,8 +84,14 @@ def _sets(scene: Scene, field: str) -> NDArray[np.int32]:
     return np.array([-1 if names is None else sets.index(tuple(sorted(names))) for names in named], np.int32)
 
 
-def _row(light: Light, origin: NDArray[np.float64]) -> tuple[int, int, NDArray[np.float64]]:
-    row = np.zeros(WIDTH)
+def light_row(light: Light, origin: NDArray[np.float64]) -> NDArray[Any]:
+    """(WIDTH,) values of a light, its position relative to `origin` (3,)."""
+    return _kind_flags_row(light, origin)[2]
+
+
+def _kind_flags_row(light: Light, origin: NDArray[np.float64]) -> tuple[int, int, NDArray[Any]]:
+    numbers = [value for f in fields(light) if _is_complex(value := getattr(light, f.name))]
+    row = np.zeros(WIDTH, np.complex128 if numbers else np.float64)
     row[ONE_MINUS_COS] = 2.0
     if isinstance(light, AreaLight):
         return *_area(light, origin, row), row
@@ -90,33 +100,42 @@ def _row(light: Light, origin: NDArray[np.float64]) -> tuple[int, int, NDArray[n
     return *_point(light, origin, row), row
 
 
-def _point(light: PointLight | SpotLight, origin: NDArray[np.float64], row: NDArray[np.float64]) -> tuple[int, int]:
+def _is_complex(value: Any) -> bool:
+    return isinstance(value, (complex, np.ndarray)) and np.iscomplexobj(value)
+
+
+def _unit(vector: NDArray[Any]) -> NDArray[Any]:
+    # `np.linalg.norm` takes absolute values, which aren't analytic.
+    return np.asarray(vector / np.sqrt(np.sum(vector * vector)))
+
+
+def _point(light: PointLight | SpotLight, origin: NDArray[np.float64], row: NDArray[Any]) -> tuple[int, int]:
     intensity = light.power * light.color / (4.0 * np.pi)
     row[POSITION] = light.position - origin
-    row[RADIUS] = light.radius
     flags = 0
     if isinstance(light, SpotLight):
-        row[SHINES_TO] = light.direction / np.linalg.norm(light.direction)
+        row[SHINES_TO] = _unit(light.direction)
         half = 0.5 * light.angle
         row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * half) ** 2
         linear = light.falloff == "LINEAR"
         flags = LINEAR_CONE if linear else SMOOTH_CONE
         row[EDGE] = half if linear else row[ONE_MINUS_COS]
         width = row[EDGE] * light.blend
-        row[EDGE_SCALE] = min(1.0 / width, _STEP) if width > 0.0 else _STEP
-    if light.radius < _LEAST_RADIUS:
+        row[EDGE_SCALE] = 1.0 / width if width.real > 1.0 / _STEP else _STEP
+    if light.radius.real < _LEAST_RADIUS:
         row[RADIANCE] = intensity
         return POINT, flags
+    row[RADIUS] = light.radius
     # A sphere of radiance L has the intensity pi r^2 L towards every side, as has the disk that faces there.
     row[RADIANCE] = intensity / (np.pi * light.radius**2)
     return (SPHERE if light.sphere else DISK), flags
 
 
-def _sun(light: SunLight, row: NDArray[np.float64]) -> int:
-    row[SHINES_TO] = light.direction / np.linalg.norm(light.direction)
+def _sun(light: SunLight, row: NDArray[Any]) -> int:
+    row[SHINES_TO] = _unit(light.direction)
     irradiance = light.strength * light.color
     half = 0.5 * light.angle
-    if light.angle < _LEAST_SUN_ANGLE:
+    if light.angle.real < _LEAST_SUN_ANGLE:
         row[RADIANCE] = irradiance
         row[ONE_MINUS_COS] = 0.0
         return DIRECTION
@@ -127,20 +146,20 @@ def _sun(light: SunLight, row: NDArray[np.float64]) -> int:
     return CONE
 
 
-def _area(light: AreaLight, origin: NDArray[np.float64], row: NDArray[np.float64]) -> tuple[int, int]:
+def _area(light: AreaLight, origin: NDArray[np.float64], row: NDArray[Any]) -> tuple[int, int]:
     rectangle = light.shape == "RECTANGLE"
-    area = float(light.size[0] * light.size[1]) * (1.0 if rectangle else 0.25 * np.pi)
+    area = light.size[0] * light.size[1] * (1.0 if rectangle else 0.25 * np.pi)
     row[RADIANCE] = light.power * light.color / (np.pi * area)
     row[POSITION] = light.to_world[:3, 3] - origin
     row[AXIS_X], row[AXIS_Y], row[SHINES_TO] = light.to_world[:3, 0], light.to_world[:3, 1], -light.to_world[:3, 2]
     row[EXTENT_X], row[EXTENT_Y] = 0.5 * light.size
     row[AREA] = area
     flags = 0
-    if light.spread < np.pi:
+    if light.spread.real < np.pi:
         # A soft box's grid of slats lets the share 1 - tan(t)/tan(s) through, s half the spread; the power stays:
         # 2 int_0^s cos t sin t (1 - tan t / tan s) dt = 1 - s / tan s.
         half = 0.5 * light.spread
         flags = SPREAD
         row[EDGE] = np.tan(half)
-        row[EDGE_SCALE] = 1.0 / (row[EDGE] - half) if half > 0.01 else 3.0 / half**3
+        row[EDGE_SCALE] = 1.0 / (row[EDGE] - half) if half.real > 0.01 else 3.0 / half**3
     return (RECTANGLE if rectangle else ELLIPSE), flags

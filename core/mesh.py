@@ -13,7 +13,7 @@ from ._check import RAYS, array, number, rays
 
 @dataclass
 class Mesh:
-    """A triangle mesh in world space.
+    """A triangle mesh, in world space unless it has a transform.
 
     Attributes
     ----------
@@ -38,6 +38,10 @@ class Mesh:
         in between.
     instances
         (k, 4, 4) affine transforms: the mesh is drawn once for each, sharing one BVH; None: once, as it is.
+    transform
+        (4, 4) affine transform of the whole object, after `instances`: a point v of the mesh is drawn at
+        transform * v, or at transform * instances[k] * v. Normals and tangents turn with it. Last rows of
+        transforms aren't read.
     visible_to
         Kinds of rays that meet the mesh: a subset of "camera", "diffuse", "glossy", "transmission", "shadow".
     terminator_offset
@@ -54,6 +58,7 @@ class Mesh:
     normals: NDArray[np.float64] | None = None
     attributes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     instances: NDArray[np.float64] | None = None
+    transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
     visible_to: frozenset[str] = frozenset(RAYS)
     terminator_offset: float = 0.0
 
@@ -86,6 +91,9 @@ class Mesh:
                 raise ValueError(f"{where}: instances is empty; leave the mesh out, or give at least one transform")
             if np.any(np.abs(np.linalg.det(self.instances[:, :3, :3])) < 1e-30):
                 raise ValueError(f"{where}: instances has a transform that flattens the mesh")
+        self.transform = array(where, "transform", self.transform, (4, 4), np.float64)
+        if abs(np.linalg.det(self.transform[:3, :3])) < 1e-30:
+            raise ValueError(f"{where}: transform flattens the mesh")
         self.visible_to = rays(where, "visible_to", self.visible_to)
         self.terminator_offset = number(where, "terminator_offset", self.terminator_offset, least=0.0)
 

@@ -1,11 +1,19 @@
-"""Parameter paths: ``collection.name.field``, or ``camera.field`` and ``world.field``.
+"""Parameter paths: the names of a scene's floats.
 
-Names may contain dots ("Cube.001"): the collection is what stands before the first dot, the field
-what stands after the last.
+Grammar::
+
+    path   = "camera." FIELD | "world." FIELD
+           | "meshes." NAME "." FIELD | "meshes." NAME ".attributes." LAYER
+           | "materials." NAME "." FIELD | "lights." NAME "." FIELD | "images." NAME ".pixels"
+
+Names may contain dots ("Cube.001"): the collection is what stands before the first dot, the field what stands
+after the last. A layer (UV map, colours, other values) may contain dots too: it is all that follows the last
+".attributes.", which therefore neither the mesh's nor the layer's name may contain.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
@@ -13,12 +21,15 @@ import numpy as np
 
 from .scene import Scene
 
-COLLECTIONS = ("meshes", "materials", "lights")
+COLLECTIONS = ("meshes", "materials", "lights", "images")
 SINGLE = ("camera", "world")
+ATTRIBUTES = "attributes."
 
 
 def split(path: str) -> tuple[str, str, str]:
-    """(collection, name, field) of a path; the name of ``camera`` and ``world`` is empty.
+    """(collection, name, field) of a path.
+
+    The name of ``camera`` and ``world`` is empty; the field of a mesh's layer is "attributes.LAYER".
 
     Raises
     ------
@@ -28,15 +39,19 @@ def split(path: str) -> tuple[str, str, str]:
     collection, _, rest = path.partition(".")
     if collection in SINGLE and rest and "." not in rest:
         return collection, "", rest
+    if collection == "meshes" and f".{ATTRIBUTES}" in rest:
+        name, _, layer = rest.rpartition(f".{ATTRIBUTES}")
+        if name and layer:
+            return collection, name, ATTRIBUTES + layer
     name, dot, fieldname = rest.rpartition(".")
     if collection in COLLECTIONS and dot and name and fieldname:
         return collection, name, fieldname
     raise ValueError(f"unknown parameter path '{path}'; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
-                     "materials.NAME.FIELD or lights.NAME.FIELD")
+                     "meshes.NAME.attributes.LAYER, materials.NAME.FIELD, lights.NAME.FIELD or images.NAME.pixels")
 
 
 def owner(scene: Scene, path: str) -> tuple[Any, str]:
-    """The dataclass that holds the parameter, and the field's name."""
+    """The dataclass that holds the parameter, and the field's name as `split` gives it."""
     collection, name, fieldname = split(path)
     if collection in SINGLE:
         held = getattr(scene, collection)
@@ -46,7 +61,7 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
             known = ", ".join(f"'{n}'" for n in entries) or "none"
             raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})")
         held = entries[name]
-    known_fields = [f.name for f in fields(held) if _is_float(getattr(held, f.name))]
+    known_fields = list(_float_fields(held))
     if fieldname not in known_fields:
         raise ValueError(f"unknown parameter path '{path}': '{fieldname}' is none of the fields "
                          f"{', '.join(known_fields)}")
@@ -56,17 +71,22 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
 def get(scene: Scene, path: str) -> Any:
     """The parameter's value: a float array, or a float."""
     held, fieldname = owner(scene, path)
+    if fieldname.startswith(ATTRIBUTES):
+        return held.attributes[fieldname[len(ATTRIBUTES) :]]
     return getattr(held, fieldname)
 
 
 def put(scene: Scene, path: str, value: Any) -> None:
-    """Replace the parameter's value by one of the same shape."""
+    """Replace the parameter's value by one of the same shape (and type: texels stay float32)."""
     held, fieldname = owner(scene, path)
-    old = getattr(held, fieldname)
-    new = np.asarray(value, np.float64)
+    old = get(scene, path)
+    new = np.asarray(value, old.dtype if isinstance(old, np.ndarray) else np.float64)
     if new.shape != np.shape(old):
         raise ValueError(f"'{path}' must have the shape {np.shape(old)}, not {new.shape}")
-    setattr(held, fieldname, new if new.ndim else float(new))
+    if fieldname.startswith(ATTRIBUTES):
+        held.attributes = {**held.attributes, fieldname[len(ATTRIBUTES) :]: new}
+    else:
+        setattr(held, fieldname, new if new.ndim else float(new))
 
 
 def paths(scene: Scene) -> list[str]:
@@ -74,11 +94,19 @@ def paths(scene: Scene) -> list[str]:
     out = []
     for collection in COLLECTIONS:
         for name, held in getattr(scene, collection).items():
-            out += [f"{collection}.{name}.{f.name}" for f in fields(held) if _is_float(getattr(held, f.name))]
+            out += [f"{collection}.{name}.{field}" for field in _float_fields(held)]
     for collection in SINGLE:
-        held = getattr(scene, collection)
-        out += [f"{collection}.{f.name}" for f in fields(held) if _is_float(getattr(held, f.name))]
+        out += [f"{collection}.{field}" for field in _float_fields(getattr(scene, collection))]
     return out
+
+
+def _float_fields(held: Any) -> Iterator[str]:
+    for f in fields(held):
+        value = getattr(held, f.name)
+        if f.name + "." == ATTRIBUTES:
+            yield from (ATTRIBUTES + layer for layer in value)
+        elif _is_float(value):
+            yield f.name
 
 
 def _is_float(value: Any) -> bool:

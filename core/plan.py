@@ -19,6 +19,7 @@ from .differentiable import obstacles
 from .light import AreaLight, PointLight, SunLight
 from .mesh import Mesh
 from .picture_plan import picture_plan
+from .placement import placed_meshes
 from .renderer import MAX_DERIVATIVE_DEPTH, TERMS
 from .scene import Scene
 from .shape import convex, face_normals, pierces
@@ -109,13 +110,14 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
         return Plan(picture, (), ())
     tables.asked(scene, tables.flatten(scene), wrt)
     moving = [parameters.split(path)[1] for path in wrt if parameters.split(path)[2] == "vertices"]
-    edges = {name: _MeshEdges.of(mesh) for name, mesh in scene.meshes.items()}
+    placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
+    edges = {name: _MeshEdges.of(mesh) for name, mesh in placed.items()}
     made = {
         "interior": _interior(scene, wrt, moving, max_depth),
         "primary": _primary(moving, edges),
         "shadow": _shadow(scene, moving, edges, max_depth),
     }
-    return Plan(picture, tuple(made[name] for name in TERMS), _missing(scene, moving, max_depth))
+    return Plan(picture, tuple(made[name] for name in TERMS), _missing(scene, placed, moving, max_depth))
 
 
 @dataclass(frozen=True)
@@ -213,12 +215,12 @@ def _shadow(scene: Scene, moving: list[str], edges: dict[str, _MeshEdges], max_d
     return Term("shadow", kept > 0, kept, total, tuple(why))
 
 
-def _missing(scene: Scene, moving: list[str], max_depth: int) -> tuple[str, ...]:
+def _missing(scene: Scene, placed: dict[str, Mesh], moving: list[str], max_depth: int) -> tuple[str, ...]:
     out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
     names = list(scene.meshes)
     for k, a in enumerate(names):
         for b in names[k + 1 :]:
-            if (a in moving or b in moving) and pierces(scene.meshes[a], scene.meshes[b]):
+            if (a in moving or b in moving) and pierces(placed[a], placed[b]):
                 out.append(
                     f"'{a}' and '{b}' may pass through each other: the curve where they do is no edge, "
                     "and what its motion changes is left out"

@@ -18,6 +18,7 @@ from .camera import Camera
 from .differentiable import obstacles
 from .light import AreaLight
 from .material_table import LAMBERTIAN
+from .placement import is_moved
 from .scene import Scene
 from .topology import Edges
 
@@ -194,7 +195,8 @@ class Renderer:
         values = [path for path in paths if _vertices_of(path) is None]
         for path in paths:
             parameters.get(self.scene, path)
-        whole_tables = any(self.scene.meshes[name].instances is not None for name in moved) or any(
+        placed = [self.scene.meshes[name] for name in moved]
+        whole_tables = any(mesh.instances is not None or is_moved(mesh) for mesh in placed) or any(
             path.startswith(("meshes.", "images.")) or isinstance(_held(self.scene, path), AreaLight) for path in values
         )
         if whole_tables or self._tables.textures is not None:

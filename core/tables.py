@@ -18,12 +18,14 @@ from numpy.typing import NDArray
 from . import parameters, topology
 from .camera import FILTERS, Camera
 from .camera import KINDS as CAMERA_KINDS
-from .geometry_table import geometry, placed_meshes, ray_bits
+from .camera_row import PLACES, camera_row
+from .geometry_table import geometry, ray_bits
 from .light import AreaLight, PointLight, SunLight
 from .light_table import LightTable, light_table
 from .material import Material, Mixture
 from .material_table import MaterialTable, material_table
 from .mean_color import mean_expression
+from .placement import placed_meshes
 from .scene import Scene
 from .texture_program import TextureTables, compile_textures
 
@@ -139,14 +141,16 @@ def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]
     """The fields of `Tables` that depend on the camera."""
     x0, y0, _, _ = camera.window
     height, width = camera.size
+    row = camera_row(camera, origin)
+    part = {name: row[place] for name, place in PLACES.items()}
     return {
-        "camera_position": (camera.to_world[:3, 3] - origin).astype(np.float32),
-        "camera_axes": np.ascontiguousarray(camera.to_world[:3, :3].T, np.float32),
+        "camera_position": part["camera_position"].astype(np.float32),
+        "camera_axes": part["camera_axes"].reshape(3, 3).astype(np.float32),
         "camera_kind": CAMERA_KINDS.index(camera.kind),
-        "focal": camera.focal,
-        "pixel_aspect": camera.pixel_aspect,
-        "principal_point": (camera.principal_point - [x0, y0]).astype(np.float32),
-        "panorama": np.concatenate([camera.longitude, camera.latitude]).astype(np.float32),
+        "focal": float(part["focal"][0]),
+        "pixel_aspect": float(part["pixel_aspect"][0]),
+        "principal_point": part["principal_point"].astype(np.float32),
+        "panorama": part["panorama"].astype(np.float32),
         "full_size": np.array([camera.width, camera.height], np.int32),
         "window": np.array([x0, y0], np.int32),
         "aperture": np.array([camera.aperture_radius, camera.focus_distance, camera.aperture_blades,

@@ -34,6 +34,28 @@ I64 = NDArray[np.int64]
 F32 = NDArray[np.float32]
 
 
+@dataclass(frozen=True)
+class StoredImage:
+    """An image's place in `TextureTables.pixels`.
+
+    Attributes
+    ----------
+    name
+        In the scene.
+    offset
+        First float.
+    channels
+        How many of its channels are kept.
+    multiplied
+        Whether the colour has been multiplied by alpha.
+    """
+
+    name: str
+    offset: int
+    channels: int
+    multiplied: bool
+
+
 @dataclass
 class TextureTables:
     """What native/texture/view.h points to. P programs, L leaves, S meshes of the scene.
@@ -60,6 +82,8 @@ class TextureTables:
     attributes: F32
     face_mesh: I32  # (F) mesh of each face
     mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
+    stored_images: tuple[StoredImage, ...]  # what `pixels` consists of
+    attribute_names: tuple[str, ...]  # (A)
 
 
 def compile_textures(
@@ -206,7 +230,7 @@ class _TooManyRegisters(Exception):
     pass
 
 
-def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, NDArray[Any]]:
+def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, Any]:
     """Each picture's pixels once; twice only if nodes read them both with and without their alpha."""
     parts: list[F32] = []
     held: dict[tuple[str, int, bool], int] = {}
@@ -236,10 +260,12 @@ def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, NDAr
         "image_mode": np.array(modes, np.int32).reshape(-1, 3),
         # Lookups read four floats at once: a few behind the last pixel.
         "pixels": np.concatenate([*parts, np.zeros(4, np.float32)]),
+        "stored_images": tuple(StoredImage(name, offset, channels, multiplied)
+                               for (name, channels, multiplied), offset in held.items()),
     }
 
 
-def _lookup_tables(resources: Resources) -> dict[str, NDArray[Any]]:
+def _lookup_tables(resources: Resources) -> dict[str, Any]:
     shapes, rows = [], []
     end = 0
     for (table, interpolate, extrapolate) in resources.tables:
@@ -263,7 +289,7 @@ def _boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
     return boxes
 
 
-def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, NDArray[Any]]:
+def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, Any]:
     parts: list[F32] = []
     end = 0
     first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes])
@@ -283,4 +309,5 @@ def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, NDArr
         "attribute_components": np.array(components, np.int32),
         "attributes": np.concatenate([*parts, np.zeros(4, np.float32)]),
         "face_mesh": used.astype(np.int32),
+        "attribute_names": tuple(resources.attributes),
     }

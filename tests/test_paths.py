@@ -128,7 +128,7 @@ def placed(count: int, mirrored: bool) -> Mesh:
 
 @pytest.mark.parametrize("mirrored", [False, True])
 def test_instances_are_copies(mirrored: bool) -> None:
-    from edgegrad.geometry_table import expanded
+    from edgegrad.placement import expanded
 
     mesh = placed(3, mirrored)
     images = []

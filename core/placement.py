@@ -1,0 +1,121 @@
+"""Where meshes stand: a mesh's copies in the world, and meshes as the tables have them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mesh import Mesh
+from .scene import Scene
+
+F64 = NDArray[np.float64]
+
+# What the name of an attribute ends with that holds tangents and their sign (`Material.normal_uv`).
+TANGENT = ".tangent"
+
+
+def places(mesh: Mesh) -> F64:
+    """(k, 3, 4) rows of the affine maps from the mesh's own space to the world, one for each time it is drawn."""
+    if mesh.instances is None:
+        return mesh.transform[None, :3]
+    return composed(mesh.transform[:3], mesh.instances[:, :3])
+
+
+def composed(first: F64, then: F64) -> F64:
+    """Rows (..., 3, 4) of the affine map x -> first(then(x))."""
+    out = first[..., :3] @ then
+    out[..., 3] += first[..., 3]
+    return out
+
+
+def stands_in_world(scene: Scene, mesh: Mesh) -> bool:
+    """Whether the tables have the mesh's vertices in world space, else in its own, with transforms.
+
+    Only instanced meshes stay in their own space, and of those only what gives no light.
+    """
+    if mesh.instances is None:
+        return True
+    leaves = [leaf for name in mesh.materials for leaf in scene.leaves(name)]
+    return any("emission" in leaf.textures or np.any(leaf.emission > 0.0) for leaf in leaves)
+
+
+def placed_meshes(scene: Scene) -> list[Mesh]:
+    """The scene's meshes as the tables have them, in order; what places them is in `instances`, or applied."""
+    return [expanded(mesh) if stands_in_world(scene, mesh) else _instanced(mesh) for mesh in scene.meshes.values()]
+
+
+def is_moved(mesh: Mesh) -> bool:
+    """Whether the mesh has a transform that changes anything."""
+    return not np.array_equal(mesh.transform[:3], np.eye(3, 4))
+
+
+def _instanced(mesh: Mesh) -> Mesh:
+    if not is_moved(mesh):
+        return mesh
+    matrices = np.tile(np.eye(4), (len(places(mesh)), 1, 1))
+    matrices[:, :3] = places(mesh)
+    return replace(mesh, instances=matrices, transform=np.eye(4))
+
+
+def mirrored(place: F64) -> NDArray[np.bool_]:
+    """(k,) which of the maps (k, 3, 4) mirror, and so turn the winding."""
+    return np.asarray(np.linalg.det(place[:, :, :3]) < 0.0)
+
+
+def cofactors(place: F64) -> F64:
+    """(k, 3, 3) inverse transposes of the maps' linear parts, which turn normals."""
+    return np.linalg.inv(place[:, :, :3]).transpose(0, 2, 1)
+
+
+def smoothing_groups(mesh: Mesh) -> int:
+    """How many shading normals the mesh's corners name."""
+    return 0 if mesh.smoothing is None else int(mesh.smoothing.max(initial=-1)) + 1
+
+
+def expanded(mesh: Mesh) -> Mesh:
+    """All copies of a mesh as one mesh in the world."""
+    if mesh.instances is None and not is_moved(mesh):
+        return mesh
+    place = places(mesh)
+    count, copies = len(mesh.vertices), len(place)
+    vertices = np.einsum("kij,nj->kni", place[:, :, :3], mesh.vertices) + place[:, None, :, 3]
+    faces = np.concatenate([mesh.faces + k * count for k in range(copies)])
+    # A mirrored copy is wound the other way round.
+    turn = np.repeat(mirrored(place), len(mesh.faces))
+    smoothing = normals = None
+    if mesh.smoothing is not None:
+        groups = smoothing_groups(mesh)
+        smoothing = np.concatenate(
+            [np.where(mesh.smoothing < 0, -1, mesh.smoothing + k * groups) for k in range(copies)]
+        ).astype(np.int32)
+        if mesh.normals is not None:
+            normals = np.einsum("kij,nj->kni", cofactors(place), mesh.normals[:groups]).reshape(-1, 3)
+    attributes = {
+        key: placed_tangents(place, value) if is_tangent(key, value) else np.tile(value, (copies, 1, 1))
+        for key, value in mesh.attributes.items()
+    }
+    for corners in (faces, smoothing, *attributes.values()):
+        if corners is not None:
+            corners[turn] = corners[turn][:, ::-1]
+    return replace(
+        mesh, vertices=vertices.reshape(-1, 3), faces=faces, smoothing=smoothing, normals=normals,
+        attributes=attributes, instances=None, transform=np.eye(4),
+        face_material=None if mesh.face_material is None else np.tile(mesh.face_material, copies),
+    )
+
+
+def is_tangent(name: str, values: NDArray[np.float32]) -> bool:
+    """Whether an attribute holds tangents, which turn with the mesh."""
+    return name.endswith(TANGENT) and values.shape[2] == 4
+
+
+def placed_tangents(place: F64, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(k m, 3, 4) tangents and signs (m, 3, 4) of all copies: turned as normals are, their lengths kept."""
+    tangent = values[..., :3].astype(np.float64)
+    turned = np.einsum("kij,mcj->kmci", cofactors(place), tangent)
+    length = np.linalg.norm(turned, axis=-1, keepdims=True)
+    turned *= np.linalg.norm(tangent, axis=-1, keepdims=True) / np.where(length > 0.0, length, 1.0)
+    sign = np.where(mirrored(place), -1.0, 1.0)[:, None, None, None] * values[..., 3:]
+    return np.concatenate([turned, sign], axis=-1).reshape(-1, 3, 4).astype(np.float32)

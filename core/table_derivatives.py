@@ -1,0 +1,175 @@
+"""Derivatives of the tables that kernels read, from and to derivatives of the scene's parameters.
+
+`push_forward` carries a tangent of parameters to the tables (forward mode), `pull_back` carries gradients of the
+tables back to the parameters (reverse mode); the two are each other's transpose, and `wanted_tables` says which rows
+they meet. Each parameter is a list of pieces (`table_map.Piece`), which its kind's module makes.
+
+Values that a texture's program replaces (a base colour with an image, a mixture's textured weight) have the
+derivative 0: the picture doesn't depend on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import image_map, light_table, material_table, mesh_map, parameters, value_map
+from .camera_row import WIDTH as CAMERA_WIDTH
+from .scene import Scene
+from .table_map import Piece
+from .tables import Tables
+
+# Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
+TableDerivative = dict[str, NDArray[np.float64]]
+
+_PIECES = {
+    "meshes": mesh_map.pieces,
+    "materials": value_map.material_pieces,
+    "lights": value_map.light_pieces,
+    "world": value_map.world_pieces,
+    "camera": value_map.camera_pieces,
+    "images": image_map.pieces,
+}
+_WITHOUT = {
+    ("meshes", "terminator_offset"): "it only moves where shadow rays start",
+    ("camera", "clip_start"): "clip distances only say what is seen at all",
+    ("camera", "clip_end"): "clip distances only say what is seen at all",
+    ("camera", "filter_width"): "pixels are weighted by a fixed filter",
+}
+
+
+def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
+    """Names and shapes of all differentiable tables of a scene.
+
+    ============================ ============ =====================================================================
+    vertices                     (V, 3)       as `Tables.vertices`
+    normals                      (N, 3)       unit shading normals; the parameters' own are the custom ones, those
+                                              that follow the vertices are the engine's to chain on to `vertices`
+    instance_to_world            (I, 12)      rows of the transforms
+    leaf_params                  (L, 36)      `material_table.COLUMNS`
+    texture_pixels               (n,)         `TextureTables.pixels`; absent like the next three without textures
+    texture_attributes           (n,)         `TextureTables.attributes`
+    texture_lookups              (n,)         `TextureTables.lookups`
+    texture_constants            (n,)         `TextureTables.constants`
+    light_params                 (R, 24)      `light_table`
+    environment                  (3,)         colour times strength
+    environment_pixels           (h, w, 3)    of the image, absent without one; not scaled by `environment`
+    environment_rotation         (9,)         rows, world to image
+    camera                       (24,)        `camera_row.PLACES`
+    ============================ ============ =====================================================================
+    """
+    out: dict[str, tuple[int, ...]] = {
+        "vertices": tables.vertices.shape,
+        "normals": (int(tables.mesh_first_normal[-1]), 3),
+        "instance_to_world": (len(tables.instance_mesh), 12),
+        "leaf_params": (len(tables.materials.kind), material_table.WIDTH),
+        "light_params": (len(tables.lights.kind), light_table.WIDTH),
+        "environment": (3,),
+        "environment_rotation": (9,),
+        "camera": (CAMERA_WIDTH,),
+    }
+    if tables.environment_pixels is not None:
+        out["environment_pixels"] = tables.environment_pixels.shape
+    if tables.textures is not None:
+        for name in ("pixels", "attributes", "lookups", "constants"):
+            out[f"texture_{name}"] = getattr(tables.textures, name).shape
+    return out
+
+
+def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
+    """How the tables depend on a parameter.
+
+    Raises
+    ------
+    ValueError
+        For an unknown path, or a parameter that has no derivative, in one sentence.
+    """
+    parameters.owner(scene, path)
+    collection, name, field = parameters.split(path)
+    reason = _WITHOUT.get((collection, field))
+    if reason is not None:
+        raise ValueError(f"parameter '{path}' has no derivative: {reason}")
+    return _PIECES[collection](scene, tables, name, field)
+
+
+def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> TableDerivative:
+    """Tangent of the tables along a tangent of the scene's parameters.
+
+    Parameters
+    ----------
+    tangent
+        Parameter path to an array of the parameter's shape.
+
+    Returns
+    -------
+    The tables that depend on the parameters; the others' tangents are zero.
+
+    Raises
+    ------
+    ValueError
+        For an unknown path, one that has no derivative, or an array of another shape.
+    """
+    size = shapes(tables)
+    out: TableDerivative = {}
+    for path, value in tangent.items():
+        shape = np.shape(parameters.get(scene, path))
+        dv = np.asarray(value, np.float64)
+        if dv.shape != shape:
+            raise ValueError(f"tangent of '{path}' must have the shape {shape}, not {dv.shape}")
+        if not np.isfinite(dv).all():
+            raise ValueError(f"tangent of '{path}' has non-finite values")
+        for piece in pieces(scene, tables, path):
+            table = out.setdefault(piece.table, np.zeros(size[piece.table]))
+            table[piece.first : piece.last] += piece.push(dv)
+    return out
+
+
+def pull_back(
+    scene: Scene, tables: Tables, gradients: Mapping[str, NDArray[np.float64]], wrt: Iterable[str]
+) -> dict[str, NDArray[np.float64]]:
+    """Gradients of the asked parameters from gradients of the tables (the transpose of `push_forward`).
+
+    Parameters
+    ----------
+    gradients
+        Of all tables that `wanted_tables` names.
+
+    Returns
+    -------
+    Parameter path to an array of the parameter's shape.
+    """
+    out = {}
+    for path in wrt:
+        total = np.zeros(np.shape(parameters.get(scene, path)))
+        for piece in pieces(scene, tables, path):
+            total += piece.pull(gradients[piece.table][piece.first : piece.last])
+        out[path] = total
+    return out
+
+
+def wanted_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> dict[str, NDArray[np.int64]]:
+    """Which rows of which tables depend on some parameters.
+
+    Returns
+    -------
+    Table name to (n, 2) spans of rows [first, last), sorted and apart; tables that don't depend on any
+    of the parameters are absent. Rows count along the first axis of `shapes`.
+    """
+    spans: dict[str, list[tuple[int, int]]] = {}
+    for path in wrt:
+        for piece in pieces(scene, tables, path):
+            spans.setdefault(piece.table, []).append((piece.first, piece.last))
+    return {name: _united(found) for name, found in spans.items()}
+
+
+def _united(spans: list[tuple[int, int]]) -> NDArray[np.int64]:
+    out: list[list[int]] = []
+    for first, last in sorted(spans):
+        if out and first <= out[-1][1]:
+            out[-1][1] = max(out[-1][1], last)
+        else:
+            out.append([first, last])
+    return np.array(out, np.int64)

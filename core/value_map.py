@@ -1,0 +1,71 @@
+"""How the tables depend on materials, lights, the world and the camera: few numbers each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import light_table, material_table
+from .camera_row import camera_row
+from .jacobian import jacobian
+from .light_table import light_row
+from .material import Mixture
+from .scene import Scene
+from .table_map import F64, Piece, by_matrix, same
+from .tables import Tables
+
+
+def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
+    """The rows of all leaves that the material is, alone and in mixtures, or of a mixture's parts for its weights."""
+    material = scene.materials[name]
+    if isinstance(material, Mixture):
+        first = int(tables.materials.first_leaf[list(scene.materials).index(name)])
+        return [piece for k in range(len(material.parts)) if str(k) not in material.textures
+                for piece in _weight(first + k, k, len(material.parts))]
+    if field in material.textures:
+        return []
+    place, count = material_table.COLUMNS[field]
+    matrix = np.zeros((material_table.WIDTH, count))
+    matrix[place : place + count] = np.eye(count)
+    matrix = matrix.reshape(-1, *np.shape(getattr(material, field)))
+    out = []
+    for other, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
+        held = scene.materials[other]
+        parts = held.parts if isinstance(held, Mixture) else (other,)
+        for k, part in enumerate(parts):
+            if part == name:
+                out += by_matrix("leaf_params", int(first) + k, matrix, (material_table.WIDTH,))
+    return out
+
+
+def _weight(leaf: int, k: int, parts: int) -> list[Piece]:
+    matrix = np.zeros((material_table.WIDTH, parts))
+    matrix[material_table.COLUMNS["weight"][0], k] = 1.0
+    return by_matrix("leaf_params", leaf, matrix, (material_table.WIDTH,))
+
+
+def light_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
+    """The light's row.
+
+    A light without size (radius, angle) is one of another kind, so the derivative of its size is 0 there, as is that
+    of a spread of 180 degrees.
+    """
+    matrix = jacobian(lambda light: light_row(light, tables.origin), scene.lights[name], field)
+    row = list(scene.lights).index(name)
+    return by_matrix("light_params", row, matrix, (light_table.WIDTH,))
+
+
+def world_pieces(scene: Scene, _tables: Tables, _name: str, field: str) -> list[Piece]:
+    """Colour times strength, or the rotation."""
+    world = scene.world
+    if field == "rotation":
+        return [same("environment_rotation", 0, 9, (9,), (3, 3))]
+    factor: Any = world.strength * np.eye(3) if field == "color" else world.color
+    return by_matrix("environment", 0, np.asarray(factor, np.float64))
+
+
+def camera_pieces(scene: Scene, tables: Tables, _name: str, field: str) -> list[Piece]:
+    """The scene's camera; pictures of another one don't depend on it."""
+    matrix: F64 = jacobian(lambda camera: camera_row(camera, tables.origin), scene.camera, field)
+    return by_matrix("camera", 0, matrix)

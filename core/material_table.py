@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,11 +83,14 @@ def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> Mate
     )
 
 
-def flags(m: Material) -> int:
-    """Bits of what may occur in a shader: its kind's lobes whose weights are not zero everywhere."""
+def flags(m: Material, asked: Collection[str] = ()) -> int:
+    """Bits of what may occur in a shader: its kind's lobes whose weights are not zero everywhere.
+
+    Fields that are `asked` for count as if they weren't zero: a lobe's weight has a derivative where it is 0.
+    """
 
     def may(field: str, zero: float = 0.0) -> bool:
-        return field in m.textures or bool(np.any(np.asarray(getattr(m, field)) != zero))
+        return field in m.textures or field in asked or bool(np.any(np.asarray(getattr(m, field)) != zero))
 
     out = 0
     principled = m.kind == "PRINCIPLED"

@@ -10,7 +10,8 @@ derivative 0: the picture doesn't depend on them.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,10 @@ from numpy.typing import NDArray
 
 from . import image_map, light_table, material_table, mesh_map, parameters, value_map
 from .camera_row import WIDTH as CAMERA_WIDTH
+from .material import Mixture
 from .scene import Scene
 from .table_map import Piece
-from .tables import Tables
+from .tables import Tables, environment_pixels
 
 # Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
 TableDerivative = dict[str, NDArray[np.float64]]
@@ -163,6 +165,29 @@ def wanted_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> dict[str,
         for piece in pieces(scene, tables, path):
             spans.setdefault(piece.table, []).append((piece.first, piece.last))
     return {name: _united(found) for name, found in spans.items()}
+
+
+def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
+    """The tables that derivatives with respect to `wrt` are taken of.
+
+    What is zero adds nothing to a picture and is left out of its tables; its derivative isn't zero. So lobes whose
+    weights are asked for count as present, and the environment's image is there even if its colour is black.
+    """
+    asked: dict[str, set[str]] = {}
+    for path in wrt:
+        collection, name, field = parameters.split(path)
+        if collection == "materials":
+            asked.setdefault(name, set()).add(field)
+    flags = tables.materials.flags.copy()
+    for name, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
+        material = scene.materials[name]
+        for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
+            flags[first + k] = material_table.flags(scene.leaves(name)[k], asked.get(part, ()))
+    if not np.array_equal(flags, tables.materials.flags):
+        tables = replace(tables, materials=replace(tables.materials, flags=flags))
+    if tables.environment_pixels is None and not {"world.color", "world.strength"}.isdisjoint(wrt):
+        tables = replace(tables, environment_pixels=environment_pixels(scene))
+    return tables
 
 
 def _united(spans: list[tuple[int, int]]) -> NDArray[np.int64]:

@@ -173,7 +173,9 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
     placed = geometry(scene, origin)
     origin = placed["origin"]
     textures = compile_textures(scene, origin, placed_meshes(scene)) if _needs_textures(scene) else None
-    return Tables(**placed, **_values(scene, origin), textures=textures, environment_pixels=_environment(scene))
+    lit = np.any(scene.world.color * scene.world.strength)
+    return Tables(**placed, **_values(scene, origin), textures=textures,
+                  environment_pixels=environment_pixels(scene) if lit else None)
 
 
 def with_values(scene: Scene, tables: Tables) -> Tables:
@@ -194,9 +196,9 @@ def _needs_textures(scene: Scene) -> bool:
     )
 
 
-def _environment(scene: Scene) -> F32 | None:
+def environment_pixels(scene: Scene) -> F32 | None:
     """The environment's image in colour."""
-    if scene.world.image is None or not np.any(scene.world.color * scene.world.strength):
+    if scene.world.image is None:
         return None
     pixels = scene.images[scene.world.image].pixels
     return np.ascontiguousarray(np.broadcast_to(pixels[..., :3], (*pixels.shape[:2], 3)), np.float32)

@@ -28,7 +28,8 @@ from edgegrad import (
 from edgegrad import expression as e
 from edgegrad.camera_row import camera_row
 from edgegrad.jacobian import jacobian
-from edgegrad.table_derivatives import pull_back, push_forward, shapes, wanted_tables
+from edgegrad.material_table import GLOSSY, LAMBERTIAN, TRANSPARENCY
+from edgegrad.table_derivatives import asked_tables, pull_back, push_forward, shapes, wanted_tables
 from edgegrad.tables import Tables
 from tests import shapes as solids
 
@@ -295,6 +296,26 @@ def test_small_rows_are_exact() -> None:
             difference = (45.0 * odd[0] - 9.0 * odd[1] + odd[2]) / (60.0 * h)
             found = np.tensordot(jacobian(row_of, held, field), direction, value.ndim)
             np.testing.assert_allclose(found, difference, rtol=1e-9, atol=1e-11 * np.abs(row).max(), err_msg=field)
+
+
+def test_what_is_zero_but_asked_for_is_in_the_tables() -> None:
+    black = replace(SCENE.world, color=np.zeros(3))
+    scene = replace(SCENE, world=black, materials={
+        "clay": Material(), "wood": Material(kind="GLASS"), "sum": Mixture(("wood", "clay"), np.ones(2)),
+        "glow": Material(emission=np.ones(3)),
+    })  # fmt: skip
+    flat = tables.flatten(scene)
+    plain = flat.materials.flags
+    assert flat.environment_pixels is None
+    assert asked_tables(scene, flat, ["materials.clay.base_color", "materials.clay.roughness"]) is flat
+    asked = asked_tables(scene, flat, ["materials.clay.coat_weight", "world.strength"])
+    assert asked.environment_pixels is not None and asked.environment_pixels.shape == (4, 8, 3)
+    glossy = (asked.materials.flags & GLOSSY) != 0
+    assert glossy.tolist() == [True, True, True, True, False] + [False] * (len(plain) - 5)
+    assert ((plain & GLOSSY) != 0).tolist() == [False, True, True, False, False] + [False] * (len(plain) - 5)
+    assert not (asked.materials.flags & LAMBERTIAN)[[0, 3]].any() and (plain & LAMBERTIAN)[[0, 3]].all()
+    alpha = asked_tables(scene, flat, ["materials.clay.alpha"]).materials.flags
+    assert (alpha & TRANSPARENCY)[[0, 3]].all() and not (plain & TRANSPARENCY).any()
 
 
 @pytest.mark.parametrize(

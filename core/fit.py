@@ -125,7 +125,7 @@ def fit(
         One or more pictures with their cameras (`Target`); a bare (H, W, 3) array is a picture seen by
         the scene's camera.
     wrt
-        Parameter paths that may move: vertices, base_color, emission, power, strength, color.
+        Parameter paths that may move.
     iterations
         Steps to make.
     spp, gradient_spp
@@ -146,9 +146,10 @@ def fit(
         None: 0.2 for closed meshes, 1 for those with open borders.
     step_sizes
         Parameter path to the length of its first step: for vertices that of the vertex that moves most,
-        as a fraction of their mesh's bounding box diagonal, else in the parameter's unit. Those not
-        named get a default: 0.02 for vertices, 0.03 for colours, 3 % of the value for power, strength
-        and emission. Later steps follow the gradient and shrink towards the end.
+        as a fraction of their mesh's bounding box diagonal; of positions as a fraction of the scene's; of
+        directions radians; of poses both; else in the parameter's unit. Those not named get a default: 0.02
+        for all of these, 0.03 for colours and shares, 3 % of the value for powers, radiances and sizes.
+        Later steps follow the gradient and shrink towards the end.
     views_per_iteration
         Pictures that each iteration renders, all of them in turn; None: all.
     seed
@@ -166,7 +167,8 @@ def fit(
 
     Returns
     -------
-    The result; values of reflectances stay in [0, 1], those of lights stay >= 0.
+    The result; every value stays in its range, directions keep their lengths, poses stay rigid motions of
+    where they started.
 
     Raises
     ------
@@ -387,4 +389,5 @@ def _copy(scene: Scene) -> Scene:
         {name: replace(material) for name, material in scene.materials.items()},
         {name: replace(light) for name, light in scene.lights.items()},
         replace(scene.world),
+        {name: replace(image) for name, image in scene.images.items()},
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ._check import RAYS
 from .light import AreaLight
 from .mesh import Mesh
-from .placement import placed_meshes, smoothing_groups
+from .placement import smoothing_groups
 from .scene import Scene
 
 # An elliptic light is a polygon of this many sides with the ellipse's area.
@@ -22,11 +22,11 @@ MAX_FACES = (1 << 31) // 3 - 1
 FIRST_BLOCKERS = len(RAYS)
 
 
-def geometry(scene: Scene, origin: NDArray[np.float64] | None) -> dict[str, Any]:
-    """The fields of `Tables` that say where meshes are."""
+def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | None) -> dict[str, Any]:
+    """The fields of `Tables` that say where the meshes of `placement.placed_meshes` are."""
     material_index = {name: k for k, name in enumerate(scene.materials)}
     area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
-    meshes = placed_meshes(scene)
+    meshes = list(placed)
     slots = []
     for mesh in meshes:
         slot = np.array([material_index[name] for name in mesh.materials], np.int32)

@@ -170,9 +170,10 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
     Raises ``ValueError`` as `Scene.validate` does.
     """
     scene.validate()
-    placed = geometry(scene, origin)
+    meshes = placed_meshes(scene)
+    placed = geometry(scene, meshes, origin)
     origin = placed["origin"]
-    textures = compile_textures(scene, origin, placed_meshes(scene)) if _needs_textures(scene) else None
+    textures = compile_textures(scene, origin, meshes) if _needs_textures(scene) else None
     lit = np.any(scene.world.color * scene.world.strength)
     return Tables(**placed, **_values(scene, origin), textures=textures,
                   environment_pixels=environment_pixels(scene) if lit else None)

@@ -9,24 +9,18 @@ from numpy.typing import NDArray
 
 from . import parameters, topology
 from .large_steps import LargeSteps
+from .limits import first_step, limits
 from .mesh import Mesh
 from .optimisers import Adam, AdamUniform
 from .scene import Scene
+from .unknown_poses import BETA2, Directions, Poses, Positions
 
 F64 = NDArray[np.float64]
 
-# Defaults of the first step: of vertices as a fraction of their mesh's bounding box diagonal, of reflectances
-# and light colours absolute, of powers, strengths and radiances as a fraction of their largest value.
+# Default of the first step of vertices as a fraction of their mesh's bounding box diagonal.
 VERTEX_STEP = 0.02
-COLOR_STEP = 0.03
-POWER_STEP = 0.03
 # Share of the motion along the surface that closed meshes keep; those with open borders keep all.
 SLIDE = 0.2
-# Memory of the squared gradient. The usual 0.999 keeps the large gradients of the start in mind longer
-# than most fits last, and slows their end down.
-BETA2 = 0.98
-UNBOUNDED = (-np.inf, np.inf)
-LIMITS = {"base_color": (0.0, 1.0), "vertices": UNBOUNDED}  # all others: not below 0
 
 
 class Unknown(Protocol):
@@ -41,14 +35,13 @@ class Unknown(Protocol):
 
 
 class Values:
-    """A colour, power or strength: Adam on the values themselves, clipped to their range."""
+    """Numbers, colours, texels: Adam on the values themselves, clipped to their range."""
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path
         self.value = np.array(parameters.get(scene, path), np.float64)
-        fieldname = parameters.split(path)[2]
-        self.step = _values_step(fieldname, self.value) if step is None else step
-        self.limits = LIMITS.get(fieldname, (0.0, np.inf))
+        self.step = first_step(scene, path) if step is None else step
+        self.limits = limits(scene, path)
         self._optimiser = Adam(self.step, beta2=BETA2)
 
     def take_step(self, gradient: F64, factor: float) -> Any:
@@ -127,13 +120,13 @@ def unknown(
     scene: Scene, path: str, step: float | None, smoothness: float | None, slide: float | None
 ) -> Unknown:
     """The unknown of a parameter; `step`, `smoothness` and `slide` None: the defaults above."""
-    if parameters.split(path)[2] == "vertices":
+    field = parameters.split(path)[2]
+    if field == "vertices":
         return Vertices(scene, path, step, smoothness, slide)
+    if field == "position":
+        return Positions(scene, path, step)
+    if field in ("direction", "normals"):
+        return Directions(scene, path, step)
+    if field in ("to_world", "transform", "instances", "rotation"):
+        return Poses(scene, path, step)
     return Values(scene, path, step)
-
-
-def _values_step(fieldname: str, value: F64) -> float:
-    if fieldname in ("base_color", "color"):
-        return COLOR_STEP
-    # From 0 there is no scale to go by: steps of POWER_STEP, in the parameter's own unit.
-    return POWER_STEP * (float(np.abs(value).max()) or 1.0)

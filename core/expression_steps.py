@@ -14,7 +14,7 @@ import numpy as np
 
 from . import expression as e
 from .expression import Expression, nodes_of
-from .texture_ops import Builder, Value
+from .texture_ops import Builder, Number, Value
 
 Components = tuple[Value, ...]  # x, y, z, w
 
@@ -137,15 +137,19 @@ def rule(kind: type[Expression]) -> Callable[[Rule], Rule]:
 
 def _constant(value: Any) -> Components:
     if isinstance(value, (bool, int, float, np.integer, np.floating)):
-        numbers: tuple[float, ...] = (float(value),) * 4
+        numbers: tuple[float, ...] = (_plain(value),) * 4
     elif isinstance(value, tuple) and len(value) in (3, 4) and all(np.isscalar(v) for v in value):
-        numbers = (*(float(v) for v in value), 1.0)[:4]
+        numbers = (*(_plain(v) for v in value), 1.0)[:4]
     else:
         raise ValueError(f"expressions have numbers, tuples of three or four numbers and expressions as operands, "
                          f"not {value!r}")
     if not np.isfinite(numbers).all():
         raise ValueError(f"expressions have finite numbers as operands, not {value!r}")
     return numbers
+
+
+def _plain(value: Any) -> float:
+    return value if isinstance(value, Number) else float(value)
 
 
 def vector(x: Value, y: Value, z: Value) -> Components:
@@ -225,7 +229,7 @@ def _curves(low: Lowering, node: e.Curves) -> Components:
         raise ValueError("expression Curves: maximum must be above minimum")
     out = []
     for k, x in enumerate(low.components(node.value)[:3]):
-        position = low.div(low.sub(x, node.minimum), node.maximum - node.minimum)
+        position = low.div(low.sub(x, node.minimum), low.sub(node.maximum, node.minimum))
         column = low.resources.table(tuple((row[k],) for row in table), True, node.extrapolate)
         out.append(low.lerp(x, low.build.emit("LOOKUP", position, data=column), factor))
     return vector(*out)
@@ -235,7 +239,7 @@ def _checked_table(kind: str, table: tuple[Any, ...], columns: int) -> tuple[tup
     values = np.asarray(table, np.float64)
     if values.ndim != 2 or len(values) < 2 or values.shape[1] != columns or not np.isfinite(values).all():
         raise ValueError(f"expression {kind}: table must have at least two rows of {columns} finite numbers")
-    return tuple(tuple(row) for row in values.tolist())
+    return tuple(tuple(_plain(x) for x in row) for row in table)
 
 
 # ---- Numbers and vectors ----
@@ -371,7 +375,7 @@ def _transform(low: Lowering, node: e.Transform) -> Components:
     if matrix.shape != (3, 4) or not np.isfinite(matrix).all():
         raise ValueError("expression Transform: matrix must be three rows of four finite numbers")
     x, y, z = low.components(node.vector)[:3]
-    out = vector(*(affine(low, (x, y, z), row) for row in matrix.tolist()))
+    out = vector(*(affine(low, (x, y, z), [_plain(c) for c in row]) for row in node.matrix))
     return low.normalized(out) if node.normalize else out
 
 
@@ -379,7 +383,7 @@ def affine(low: Lowering, v: tuple[Value, Value, Value], row: list[float]) -> Va
     """row[:3] . v + row[3], with no more steps than its zeros leave over."""
     used = [(x, c) for x, c in zip(v, row[:3], strict=True) if c != 0.0]
     if not used:
-        return float(row[3])
+        return row[3]
     if len(used) == 1:
         return low.add(low.mul(used[0][0], used[0][1]), row[3]) if used[0][1] == 1.0 else low.mad(*used[0], row[3])
     pairs = [*used, (0.0, 0.0)][:3]

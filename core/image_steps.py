@@ -88,7 +88,7 @@ def _box_weights(low: Lowering, normal: Components, blend: float) -> tuple[Value
     """Seven zones of the triangle of normals: one side alone, two mixed, all three mixed."""
     if not 0.0 <= blend <= 1.0:
         raise ValueError(f"expression ImageTexture: blend must be between 0 and 1, not {blend:g}")
-    limit = 0.5 * (1.0 + blend)
+    limit = low.mul(0.5, low.add(1.0, blend))
     n = [low.build.emit("ABSOLUTE", c) for c in normal]
     total = low.add(low.add(n[0], n[1]), n[2])
     n = [low.div(c, total) for c in n]
@@ -101,18 +101,17 @@ def _box_weights(low: Lowering, normal: Components, blend: float) -> tuple[Value
         return low.mul(larger(n[i], low.mul(limit, low.add(n[i], n[j]))),
                        larger(n[i], low.mul(limit, low.add(n[i], n[k]))))
 
-    if blend == 0.0:
+    if float(blend) == 0.0:
         rest: list[Value] = [1.0, 0.0, 0.0]
     else:
-        scale = 2.0 * limit - 1.0
-        rest = [low.div(low.mad(2.0 - limit, c, limit - 1.0), scale) for c in n]
+        rest = [low.div(low.mad(low.sub(2.0, limit), c, low.sub(limit, 1.0)), blend) for c in n]
         # The zone of two sides i, j without k; the first that applies counts, so the last is placed first.
         for i, j, k in ((0, 2, 1), (1, 2, 0), (0, 1, 2)):
             share = low.div(n[i], low.add(n[i], n[j]))
-            share = low.clamp(low.div(low.sub(share, 0.5 * (1.0 - blend)), blend))
+            share = low.clamp(low.div(low.sub(share, low.mul(0.5, low.sub(1.0, blend))), blend))
             pair: list[Value] = [0.0, 0.0, 0.0]
             pair[i], pair[j] = share, low.sub(1.0, share)
-            inside = low.less(n[k], low.mul(1.0 - limit, low.add(n[i], n[j])))
+            inside = low.less(n[k], low.mul(low.sub(1.0, limit), low.add(n[i], n[j])))
             rest = [low.select(inside, p, r) for p, r in zip(pair, rest, strict=True)]
     for i in (2, 1, 0):
         single = alone(i)

@@ -81,6 +81,8 @@ def kind_of(scene: Scene, path: str) -> Kind:
     if field.startswith(parameters.ATTRIBUTES):
         uv = value.shape[-1] == 2
         return Kind(_ANY, PLACE_STEP) if uv else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
+    if field.startswith(parameters.TEXTURES):
+        return Kind(_ANY, RELATIVE_STEP, relative=True)
     return _FIELDS[field]
 
 

@@ -4,11 +4,14 @@ Grammar::
 
     path   = "camera." FIELD | "world." FIELD
            | "meshes." NAME "." FIELD | "meshes." NAME ".attributes." LAYER
-           | "materials." NAME "." FIELD | "lights." NAME "." FIELD | "images." NAME ".pixels"
+           | "materials." NAME "." FIELD | "materials." NAME ".textures." FIELD
+           | "lights." NAME "." FIELD | "images." NAME ".pixels"
 
 Names may contain dots ("Cube.001"): the collection is what stands before the first dot, the field what stands
 after the last. A layer (UV map, colours, other values) may contain dots too: it is all that follows the last
 ".attributes.", which therefore neither the mesh's nor the layer's name may contain.
+
+The parameter of a textured FIELD is the vector of all numbers in its expression (`expression_numbers.numbers`).
 """
 
 from __future__ import annotations
@@ -19,17 +22,21 @@ from typing import Any
 
 import numpy as np
 
+from .expression_numbers import numbers, with_numbers
 from .scene import Scene
 
 COLLECTIONS = ("meshes", "materials", "lights", "images")
 SINGLE = ("camera", "world")
-ATTRIBUTES = "attributes."
+# By collection, the field that holds parameters by name.
+ATTRIBUTES, TEXTURES = "attributes.", "textures."
+_HOLDERS = {"meshes": ATTRIBUTES, "materials": TEXTURES}
 
 
 def split(path: str) -> tuple[str, str, str]:
     """(collection, name, field) of a path.
 
-    The name of ``camera`` and ``world`` is empty; the field of a mesh's layer is "attributes.LAYER".
+    The name of ``camera`` and ``world`` is empty; the field of a mesh's layer is "attributes.LAYER", that of an
+    expression "textures.FIELD".
 
     Raises
     ------
@@ -39,15 +46,17 @@ def split(path: str) -> tuple[str, str, str]:
     collection, _, rest = path.partition(".")
     if collection in SINGLE and rest and "." not in rest:
         return collection, "", rest
-    if collection == "meshes" and f".{ATTRIBUTES}" in rest:
-        name, _, layer = rest.rpartition(f".{ATTRIBUTES}")
-        if name and layer:
-            return collection, name, ATTRIBUTES + layer
+    holder = _HOLDERS.get(collection)
+    if holder is not None and f".{holder}" in rest:
+        name, _, key = rest.rpartition(f".{holder}")
+        if name and key:
+            return collection, name, holder + key
     name, dot, fieldname = rest.rpartition(".")
     if collection in COLLECTIONS and dot and name and fieldname:
         return collection, name, fieldname
     raise ValueError(f"unknown parameter path '{path}'; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
-                     "meshes.NAME.attributes.LAYER, materials.NAME.FIELD, lights.NAME.FIELD or images.NAME.pixels")
+                     "meshes.NAME.attributes.LAYER, materials.NAME.FIELD, materials.NAME.textures.FIELD, "
+                     "lights.NAME.FIELD or images.NAME.pixels")
 
 
 def owner(scene: Scene, path: str) -> tuple[Any, str]:
@@ -73,6 +82,8 @@ def get(scene: Scene, path: str) -> Any:
     held, fieldname = owner(scene, path)
     if fieldname.startswith(ATTRIBUTES):
         return held.attributes[fieldname[len(ATTRIBUTES) :]]
+    if fieldname.startswith(TEXTURES):
+        return numbers(held.textures[fieldname[len(TEXTURES) :]])
     return getattr(held, fieldname)
 
 
@@ -85,6 +96,9 @@ def put(scene: Scene, path: str, value: Any) -> None:
         raise ValueError(f"'{path}' must have the shape {np.shape(old)}, not {new.shape}")
     if fieldname.startswith(ATTRIBUTES):
         held.attributes = {**held.attributes, fieldname[len(ATTRIBUTES) :]: new}
+    elif fieldname.startswith(TEXTURES):
+        key = fieldname[len(TEXTURES) :]
+        held.textures = {**held.textures, key: with_numbers(held.textures[key], new.tolist())}
     else:
         setattr(held, fieldname, new if new.ndim else float(new))
 
@@ -105,6 +119,8 @@ def _float_fields(held: Any) -> Iterator[str]:
         value = getattr(held, f.name)
         if f.name + "." == ATTRIBUTES:
             yield from (ATTRIBUTES + layer for layer in value)
+        elif f.name + "." == TEXTURES:
+            yield from (TEXTURES + key for key, expression in value.items() if len(numbers(expression)))
         elif _is_float(value):
             yield f.name
 

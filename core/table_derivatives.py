@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 from . import image_map, light_table, material_table, mesh_map, parameters, value_map
 from .camera_row import WIDTH as CAMERA_WIDTH
 from .material import Mixture
+from .placement import placed_meshes
 from .scene import Scene
 from .table_map import Piece
 from .tables import Tables, environment_pixels
+from .texture_program import compile_textures
 
 # Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
 TableDerivative = dict[str, NDArray[np.float64]]
@@ -102,6 +104,8 @@ def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> Ta
 
     Parameters
     ----------
+    tables
+        From `asked_tables`.
     tangent
         Parameter path to an array of the parameter's shape.
 
@@ -136,6 +140,8 @@ def pull_back(
 
     Parameters
     ----------
+    tables
+        From `asked_tables`.
     gradients
         Of all tables that `wanted_tables` names.
 
@@ -171,12 +177,17 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
     """The tables that derivatives with respect to `wrt` are taken of.
 
     What is zero adds nothing to a picture and is left out of its tables; its derivative isn't zero. So lobes whose
-    weights are asked for count as present, and the environment's image is there even if its colour is black.
+    weights are asked for count as present, and the environment's image is there even if its colour is black. Numbers
+    of expressions that are asked for get places of their own in the programs' constants.
     """
     asked: dict[str, set[str]] = {}
+    expressions = []
     for path in wrt:
+        parameters.owner(scene, path)
         collection, name, field = parameters.split(path)
-        if collection == "materials":
+        if collection == "materials" and field.startswith(parameters.TEXTURES):
+            expressions.append((name, field[len(parameters.TEXTURES) :]))
+        elif collection == "materials":
             asked.setdefault(name, set()).add(field)
     flags = tables.materials.flags.copy()
     for name, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
@@ -187,6 +198,9 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
         tables = replace(tables, materials=replace(tables.materials, flags=flags))
     if tables.environment_pixels is None and not {"world.color", "world.strength"}.isdisjoint(wrt):
         tables = replace(tables, environment_pixels=environment_pixels(scene))
+    if expressions:
+        compiled = compile_textures(scene, tables.origin, placed_meshes(scene), expressions)
+        tables = replace(tables, textures=compiled)
     return tables
 
 

@@ -30,6 +30,19 @@ class Output(NamedTuple):
     place: int
 
 
+class Number(float):
+    """A constant that stays one of its own, since it is a parameter: equal to itself alone, and never folded."""
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __ne__(self, other: object) -> bool:
+        return self is not other
+
+    def __hash__(self) -> int:
+        return id(self)
+
+
 Value = float | Output
 
 
@@ -94,7 +107,7 @@ _FOLDED: dict[str, Callable[..., float]] = {
 def _same(op: str, inputs: tuple[Value, ...]) -> Value | None:
     """The operand, or constant, that a step changes nothing about."""
     a, b = inputs[0], inputs[1] if len(inputs) > 1 else None
-    if op == "SELECT" and isinstance(a, float):
+    if op == "SELECT" and isinstance(a, float) and not isinstance(a, Number):
         return inputs[1] if a != 0.0 else inputs[2]
     if op == "SELECT" and inputs[1] == inputs[2]:
         return inputs[1]
@@ -122,9 +135,9 @@ class Builder:
 
     def emit_all(self, op: str, *inputs: Value, data: int = 0, count: int = 4) -> tuple[Value, ...]:
         """All outputs of a step."""
-        inputs = tuple(float(np.float32(v)) if not isinstance(v, Output) else v for v in inputs)
+        inputs = tuple(v if isinstance(v, (Output, Number)) else float(np.float32(v)) for v in inputs)
         if op in _FOLDED:
-            constants = [v for v in inputs if not isinstance(v, Output)]
+            constants = [v for v in inputs if not isinstance(v, (Output, Number))]
             if len(constants) == len(inputs):
                 with np.errstate(all="ignore"):
                     return (float(np.float32(_FOLDED[op](*constants))),)

@@ -8,8 +8,8 @@ reads is left out.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from . import color_steps, image_steps, procedural_steps  # noqa: F401  (their rules are registered)
 from .expression import EXTENSIONS, INTERPOLATIONS, Expression
+from .expression_numbers import numbers, with_numbers
 from .expression_steps import Lowering, Resources
 from .image import Image
 from .light import AreaLight
@@ -24,7 +25,7 @@ from .material import Material, Mixture
 from .material_table import COLUMNS
 from .mesh import Mesh
 from .scene import Scene
-from .texture_ops import OPCODES, Builder, Output, Value
+from .texture_ops import OPCODES, Builder, Number, Output, Value
 
 REGISTERS = 128  # kTextureRegisters in native/texture/view.h
 _OUTPUTS, _INPUTS = 4, 10
@@ -56,6 +57,23 @@ class StoredImage:
     multiplied: bool
 
 
+@dataclass(frozen=True)
+class NumberPlaces:
+    """Where the numbers of an expression (`expression_numbers`) are; what no program reads is nowhere.
+
+    Attributes
+    ----------
+    count
+        Numbers of the expression.
+    constants, lookups
+        (n, 2) a number's position in its expression, and its place in `TextureTables.constants` or `lookups`.
+    """
+
+    count: int
+    constants: I64
+    lookups: I64
+
+
 @dataclass
 class TextureTables:
     """What native/texture/view.h points to. P programs, L leaves, S meshes of the scene.
@@ -84,10 +102,14 @@ class TextureTables:
     mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
     stored_images: tuple[StoredImage, ...]  # what `pixels` consists of
     attribute_names: tuple[str, ...]  # (A)
+    numbers: Mapping[tuple[str, str], NumberPlaces]  # by material and field: where asked-for numbers are
 
 
 def compile_textures(
-    scene: Scene, origin: NDArray[np.float64] | None = None, meshes: Sequence[Mesh] | None = None
+    scene: Scene,
+    origin: NDArray[np.float64] | None = None,
+    meshes: Sequence[Mesh] | None = None,
+    asked: Collection[tuple[str, str]] = (),
 ) -> TextureTables:
     """Tables of all textures of a validated scene.
 
@@ -97,6 +119,9 @@ def compile_textures(
         (3,) what positions are relative to; None: the world's origin.
     meshes
         The scene's meshes in order, as they are flattened; None: as they are in the scene.
+    asked
+        Materials and fields whose expressions' numbers are parameters: each of these gets a place of its own, and
+        nothing is computed from them beforehand.
 
     Raises
     ------
@@ -105,6 +130,7 @@ def compile_textures(
     """
     placed = list(scene.meshes.values()) if meshes is None else meshes[: len(scene.meshes)]
     start = np.zeros(3) if origin is None else np.asarray(origin, np.float64)
+    scene, tracked = _tracked(scene, asked)
     resources = Resources(origin=(float(start[0]), float(start[1]), float(start[2])))
     programs = _Programs(resources)
     leaf_program, leaf_weight_program, leaf_uv, leaf_tangent = [], [], [], []
@@ -133,7 +159,32 @@ def compile_textures(
         **_lookup_tables(resources),
         **_attributes(placed, resources),
         mesh_box=_boxes(placed, start),
+        numbers={key: _places(own, programs, resources) for key, own in tracked.items()},
     )
+
+
+def _tracked(scene: Scene, asked: Collection[tuple[str, str]]) -> tuple[Scene, dict[tuple[str, str], list[Number]]]:
+    """The scene with `Number`s in the expressions that are asked for, and these."""
+    materials, tracked = dict(scene.materials), {}
+    for name, field in asked:
+        textures = dict(materials[name].textures)
+        own = [Number(x) for x in numbers(textures[field])]
+        textures[field] = with_numbers(textures[field], own)
+        materials[name] = replace(materials[name], textures=textures)
+        tracked[name, field] = own
+    return replace(scene, materials=materials), tracked
+
+
+def _places(own: list[Number], programs: _Programs, resources: Resources) -> NumberPlaces:
+    place = {id(value): at for value, at in programs.constants.items() if isinstance(value, Number)}
+    in_table: dict[int, int] = {}
+    end = 0
+    for rows, _, _ in resources.tables:
+        for row in rows:
+            in_table |= {id(value): end + k for k, value in enumerate(row) if isinstance(value, Number)}
+            end += len(row)
+    found = [[(k, at[id(value)]) for k, value in enumerate(own) if id(value) in at] for at in (place, in_table)]
+    return NumberPlaces(len(own), *(np.array(pairs, np.int64).reshape(-1, 2) for pairs in found))
 
 
 def _tangent_attributes(leaf: Material, resources: Resources) -> tuple[int, int]:

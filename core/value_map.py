@@ -11,14 +11,18 @@ from .camera_row import camera_row
 from .jacobian import jacobian
 from .light_table import light_row
 from .material import Mixture
+from .parameters import TEXTURES
 from .scene import Scene
 from .table_map import F64, Piece, by_matrix, same
 from .tables import Tables
+from .texture_program import NumberPlaces
 
 
 def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
     """The rows of all leaves that the material is, alone and in mixtures, or of a mixture's parts for its weights."""
     material = scene.materials[name]
+    if field.startswith(TEXTURES):
+        return _number_pieces(tables, name, field[len(TEXTURES) :])
     if isinstance(material, Mixture):
         first = int(tables.materials.first_leaf[list(scene.materials).index(name)])
         return [piece for k in range(len(material.parts)) if str(k) not in material.textures
@@ -43,6 +47,34 @@ def _weight(leaf: int, k: int, parts: int) -> list[Piece]:
     matrix = np.zeros((material_table.WIDTH, parts))
     matrix[material_table.COLUMNS["weight"][0], k] = 1.0
     return by_matrix("leaf_params", leaf, matrix, (material_table.WIDTH,))
+
+
+def _number_pieces(tables: Tables, name: str, field: str) -> list[Piece]:
+    if tables.textures is None or (name, field) not in tables.textures.numbers:
+        raise RuntimeError(f"the tables were compiled without the numbers of material '{name}', textures['{field}']; "
+                           "take those of table_derivatives.asked_tables")
+    found = tables.textures.numbers[name, field]
+    return [piece for table in ("constants", "lookups") for piece in _scattered(f"texture_{table}", found, table)]
+
+
+def _scattered(table: str, found: NumberPlaces, which: str) -> list[Piece]:
+    places = getattr(found, which)
+    if not len(places):
+        return []
+    number, row = places.T
+    first, last = int(row.min()), int(row.max()) + 1
+
+    def push(v: F64) -> F64:
+        out = np.zeros(last - first)
+        out[row - first] = v[number]
+        return out
+
+    def pull(g: F64) -> F64:
+        out = np.zeros(found.count)
+        out[number] = g[row - first]
+        return out
+
+    return [Piece(table, first, last, push, pull)]
 
 
 def light_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:

@@ -28,7 +28,7 @@ F64 = NDArray[np.float64]
 
 SCENE = everything()
 FLAT = tables.flatten(SCENE)
-PATHS = [path for path in parameters.paths(SCENE) if not path.endswith(WITHOUT)]
+PATHS = [path for path in parameters.paths(SCENE) if not path.endswith(WITHOUT) and ".textures." not in path]
 # What the picture doesn't depend on in this scene.
 ZERO = {
     *(f"meshes.{name}.attributes.unread" for name in ("moved", "copies", "lamps", "Cube.001", "still")),

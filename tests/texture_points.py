@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from edgegrad import Camera, Image, Material, Mesh, Scene, World, _native
 from edgegrad.expression import Channel, Combine, Expression
 from edgegrad.material_table import COLUMNS, WIDTH
-from edgegrad.texture_program import compile_textures
+from edgegrad.texture_program import TextureTables, compile_textures
 
 
 @dataclass
@@ -64,9 +64,11 @@ def scene_of(
     return scene
 
 
-def evaluate(scene: Scene, where: Points, instruction_set: str = "") -> NDArray[np.float32]:
-    """(materials, points, 4) colour and alpha of each material's expression at each point."""
-    tables = compile_textures(scene)
+def evaluate(
+    scene: Scene, where: Points, instruction_set: str = "", tables: TextureTables | None = None
+) -> NDArray[np.float32]:
+    """(materials, points, 4) colour and alpha of each material's expression at each point; `tables` or the scene's."""
+    tables = compile_textures(scene) if tables is None else tables
     out = np.zeros((len(tables.leaf_program), len(where.face), 4), np.float32)
     for k, program in enumerate(tables.leaf_program):
         where.program[:] = program
@@ -86,8 +88,14 @@ def at_values(
     instruction_set: str = "",
 ) -> NDArray[np.float32]:
     """(expressions, n, 4): expressions of Attribute("P") and ("Q") where these have the values (n, c)."""
+    where, meshes = corner_points(p, q)
+    return evaluate(scene_of(expressions, meshes, images), where, instruction_set)
+
+
+def corner_points(p: NDArray[np.float64], q: NDArray[np.float64] | None = None) -> tuple[Points, dict[str, Mesh]]:
+    """Points at which Attribute("P") and ("Q") have the values (n, c), and the mesh that they are on."""
     up = np.array([0.0, 0.0, 1.0])
     where = points(len(p), face=np.arange(len(p)), b1=np.float32(0.25), b2=np.float32(0.5), normal=up,
                    true_normal=up, view=up)
     mesh = corners_mesh(P=p, Q=np.zeros_like(p) if q is None else q)
-    return evaluate(scene_of(expressions, {"mesh": mesh}, images), where, instruction_set)
+    return where, {"mesh": mesh}

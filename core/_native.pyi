@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounces import Bounces
-from .tables import Asked, Derivative, Tables
+from .narrow_derivatives import Asked, Derivative
+from .tables import Tables
 from .texture_program import TextureTables
 from .topology import Edges
 

@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import parameters, tables
+from . import narrow_derivatives, parameters
 from ._check import number, whole
 from .losses import Loss, Pyramid
 from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Progress, Renderer
 from .scene import Scene
+from .table_derivatives import asked_tables, wanted_tables
+from .tables import flatten
 from .targets import Targets, View, views
 from .unknowns import Unknown, unknown
 from .untouched import why_untouched
@@ -368,7 +370,8 @@ def _checked_paths(work: Scene, wrt: Sequence[str]) -> list[str]:
     for path in paths:
         if paths.count(path) > 1:
             raise ValueError(f"fit: wrt names '{path}' more than once")
-    tables.asked(work, tables.flatten(work), paths)  # raises for each that has no derivative
+    wanted_tables(work, asked_tables(work, flatten(work), paths), paths)  # raises for each that has no derivative
+    narrow_derivatives.check(paths)
     return paths
 
 

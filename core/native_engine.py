@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
+from . import narrow_derivatives as narrow
 from .bounces import Bounces
-from .tables import Asked, Derivative, Tables
+from .table_derivatives import TableDerivative, Wanted
+from .tables import Tables
 from .topology import Edges
 
 # The wheel's own copy of Embree, relative to the folder that holds the package.
@@ -65,6 +67,8 @@ class Engine:
         One of `instruction_sets`; empty: the fastest.
     """
 
+    narrow = True
+
     def __init__(self, tables: Tables, threads: int, instruction_set: str = "") -> None:
         self._scene = _native.Scene(tables, threads, instruction_set, str(embree_library()))
 
@@ -106,8 +110,8 @@ class Engine:
     def forward(
         self,
         tables: Tables,
-        tangent: Derivative,
-        asked: Asked,
+        tangent: TableDerivative,
+        wanted: Wanted,
         *,
         spp: int,
         seed: int,
@@ -117,20 +121,23 @@ class Engine:
     ) -> NDArray[np.float32]:
         """(H, W, 3) derivative of the picture along `tangent`."""
         self._scene.set_camera(tables)
-        return np.asarray(self._scene.forward(tangent, asked, spp, seed, max_depth, list(terms), progress))
+        asked, part = narrow.asked(tables, wanted), narrow.narrowed(tables, tangent)
+        return np.asarray(self._scene.forward(part, asked, spp, seed, max_depth, list(terms), progress))
 
     def backward(
         self,
         tables: Tables,
         adjoint: NDArray[np.float32],
-        asked: Asked,
+        wanted: Wanted,
         *,
         spp: int,
         seed: int,
         max_depth: int,
         terms: Collection[str],
         progress: Callable[[float], None] | None = None,
-    ) -> Derivative:
-        """Gradient of sum(adjoint * picture) with respect to the tables that `asked` names."""
+    ) -> TableDerivative:
+        """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
         self._scene.set_camera(tables)
-        return Derivative(**self._scene.backward(adjoint, asked, spp, seed, max_depth, list(terms), progress))
+        asked = narrow.asked(tables, wanted)
+        found = self._scene.backward(adjoint, asked, spp, seed, max_depth, list(terms), progress)
+        return narrow.widened(tables, narrow.Derivative(**found), wanted)

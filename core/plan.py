@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import parameters, tables, topology
+from . import narrow_derivatives, parameters, topology
 from ._check import whole
 from .bounces import MAX_DEPTH
 from .differentiable import obstacles
@@ -23,6 +23,8 @@ from .placement import placed_meshes
 from .renderer import MAX_DERIVATIVE_DEPTH, TERMS
 from .scene import Scene
 from .shape import convex, face_normals, pierces
+from .table_derivatives import asked_tables, wanted_tables
+from .tables import flatten
 
 # Two faces whose normals differ by less than this many radians lie in one plane.
 COPLANAR = 1e-5
@@ -108,7 +110,8 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     picture = picture_plan(scene, max_depth)
     if not wrt:
         return Plan(picture, (), ())
-    tables.asked(scene, tables.flatten(scene), wrt)
+    wanted_tables(scene, asked_tables(scene, flatten(scene), wrt), wrt)  # raises for each that has no derivative
+    narrow_derivatives.check(wrt)
     moving = [parameters.split(path)[1] for path in wrt if parameters.split(path)[2] == "vertices"]
     placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
     edges = {name: _MeshEdges.of(mesh) for name, mesh in placed.items()}

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import parameters
+from . import narrow_derivatives, parameters
 from . import tables as flat
 from ._check import array, whole
 from .bounces import MAX_DEPTH, Bounces
@@ -20,6 +20,14 @@ from .light import AreaLight
 from .material_table import LAMBERTIAN
 from .placement import is_moved
 from .scene import Scene
+from .table_derivatives import (
+    TableDerivative,
+    Wanted,
+    asked_tables,
+    pull_back,
+    push_forward,
+    wanted_tables,
+)
 from .topology import Edges
 
 # Terms of a derivative (docs: README, "What is differentiated").
@@ -40,6 +48,8 @@ class Cancelled(RuntimeError):
 class EngineLike(Protocol):
     """What the native and the reference engine have in common."""
 
+    narrow: bool  # it has derivatives of flat, diffuse, directly lit scenes alone
+
     def __init__(self, tables: flat.Tables, threads: int) -> None: ...
     def set_edges(self, edges: Edges) -> None: ...
     def update(self, tables: flat.Tables) -> None: ...
@@ -58,8 +68,8 @@ class EngineLike(Protocol):
     def forward(
         self,
         tables: flat.Tables,
-        tangent: flat.Derivative,
-        asked: flat.Asked,
+        tangent: TableDerivative,
+        wanted: Wanted,
         *,
         spp: int,
         seed: int,
@@ -71,14 +81,14 @@ class EngineLike(Protocol):
         self,
         tables: flat.Tables,
         adjoint: NDArray[np.float32],
-        asked: flat.Asked,
+        wanted: Wanted,
         *,
         spp: int,
         seed: int,
         max_depth: int,
         terms: Collection[str],
         progress: Progress | None,
-    ) -> flat.Derivative: ...
+    ) -> TableDerivative: ...
 
 
 _warned_of_fallback = False
@@ -229,7 +239,7 @@ class Renderer:
             bounces.validate()
         if self._may_be_convex():
             _ = self.edges
-        return self._engine.render(self._view(camera), **options, bounces=bounces, progress=progress)
+        return self._engine.render(self._seen(self._tables, camera), **options, bounces=bounces, progress=progress)
 
     def render_forward(
         self,
@@ -244,11 +254,9 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
         options = self._derivative_options(spp, max_depth, seed)
-        velocity = flat.push_forward(self.scene, self._tables, tangent)
-        asked = flat.asked(self.scene, self._tables, tangent)
-        return self._engine.forward(
-            self._view(camera), velocity, asked, **options, terms=_terms(terms), progress=progress
-        )
+        tables, wanted = self._asked(tuple(tangent), camera)
+        velocity = push_forward(self.scene, tables, tangent)
+        return self._engine.forward(tables, velocity, wanted, **options, terms=_terms(terms), progress=progress)
 
     def render_backward(
         self,
@@ -266,11 +274,20 @@ class Renderer:
         options = self._derivative_options(spp, max_depth, seed)
         if isinstance(wrt, str):
             raise ValueError("wrt must be a list of parameter paths, not one string")
-        asked = flat.asked(self.scene, self._tables, wrt)
-        view = self._view(camera)
-        image = array("adjoint image", "pixels", adjoint, (view.height, view.width, 3), np.float32)
-        gradient = self._engine.backward(view, image, asked, **options, terms=_terms(terms), progress=progress)
-        return flat.pull_back(self.scene, self._tables, gradient, wrt)
+        tables, wanted = self._asked(wrt, camera)
+        image = array("adjoint image", "pixels", adjoint, (tables.height, tables.width, 3), np.float32)
+        gradient = self._engine.backward(tables, image, wanted, **options, terms=_terms(terms), progress=progress)
+        return pull_back(self.scene, tables, gradient, wrt)
+
+    def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Wanted]:
+        """The tables that a camera's derivatives with respect to some parameters are taken of, and which rows."""
+        tables = asked_tables(self.scene, self._tables, wrt)
+        wanted = wanted_tables(self.scene, tables, wrt)
+        if self._engine.narrow:
+            narrow_derivatives.check(wrt)
+        if "camera" in wanted and not self._own(camera):
+            raise ValueError("camera: its derivatives are those of the scene's own; the picture is another camera's")
+        return self._seen(tables, camera), wanted
 
     def _derivative_options(self, spp: Any, max_depth: Any, seed: Any) -> dict[str, int]:
         if self._obstacles is None:
@@ -290,11 +307,14 @@ class Renderer:
             and bool((self._tables.materials.flags & LAMBERTIAN).all())
         )
 
-    def _view(self, camera: Camera | None) -> flat.Tables:
-        if camera is None:
-            return self._tables
+    def _own(self, camera: Camera | None) -> bool:
+        return camera is None or camera is self.scene.camera
+
+    def _seen(self, tables: flat.Tables, camera: Camera | None) -> flat.Tables:
+        if camera is None or self._own(camera):
+            return tables
         camera.validate()
-        return replace(self._tables, **flat.camera_fields(camera, self._tables.origin))
+        return replace(tables, **flat.camera_fields(camera, tables.origin))
 
 
 def _vertices_of(path: str) -> str | None:

@@ -28,6 +28,8 @@ from .texture_program import compile_textures
 
 # Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
 TableDerivative = dict[str, NDArray[np.float64]]
+# Table name to the (n, 2) spans of rows [first, last) that derivatives are wanted of.
+Wanted = dict[str, NDArray[np.int64]]
 
 _PIECES = {
     "meshes": mesh_map.pieces,
@@ -158,7 +160,7 @@ def pull_back(
     return out
 
 
-def wanted_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> dict[str, NDArray[np.int64]]:
+def wanted_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Wanted:
     """Which rows of which tables depend on some parameters.
 
     Returns

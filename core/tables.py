@@ -1,21 +1,14 @@
-"""The scene as flat tables: what both engines read, and the one place that maps derivatives to parameters.
-
-`flatten` turns a `Scene` into `Tables`. The tables' values that engines differentiate are gathered in
-`Derivative`; `push_forward` carries a tangent of scene parameters to the tables (forward mode) and
-`pull_back` carries gradients of the tables back to the parameters (reverse mode). The two are each
-other's transpose.
-"""
+"""The scene as flat tables: what both engines read. `table_derivatives` maps derivatives of these to parameters."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import parameters, topology
+from . import topology
 from .camera import FILTERS, Camera
 from .camera import KINDS as CAMERA_KINDS
 from .camera_row import PLACES, camera_row
@@ -30,29 +23,6 @@ from .scene import Scene
 from .texture_program import TextureTables, compile_textures
 
 F32 = NDArray[np.float32]
-
-
-@dataclass
-class Derivative:
-    """A tangent of, or a gradient with respect to, the differentiable tables; shapes as in `Tables`."""
-
-    vertices: NDArray[np.float64]
-    albedo: NDArray[np.float64]
-    emission: NDArray[np.float64]
-    point_intensity: NDArray[np.float64]
-    sun_irradiance: NDArray[np.float64]
-    environment: NDArray[np.float64]
-
-
-@dataclass
-class Asked:
-    """Which derivatives a call is asked for; the rest is skipped."""
-
-    moving: NDArray[np.uint8]  # (S,) 1: the mesh's vertices
-    emitting: NDArray[np.uint8]  # (M,) 1: the material's emission
-    colors: bool = False  # any colour, radiance or intensity at all
-    lights: bool = False  # the strength of any point light or sun
-    environment: bool = False
 
 
 @dataclass
@@ -110,10 +80,6 @@ class Tables:
     clip_end: float
     textures: TextureTables | None  # None: nothing in the scene is textured
     environment_pixels: F32 | None  # (h, w, 3) of the environment's image, row 0 on top
-
-    def zero_derivative(self) -> Derivative:
-        """A `Derivative` of zeros."""
-        return Derivative(**{f.name: np.zeros(getattr(self, f.name).shape) for f in fields(Derivative)})
 
     def same_geometry(self, other: Tables) -> bool:
         """Whether meshes, their vertices and their materials' slots are the same as in other tables."""
@@ -256,93 +222,3 @@ def area(light: AreaLight) -> float:
 def _area_radiance(light: AreaLight) -> NDArray[np.float64]:
     """Radiance of a Lambertian one-sided emitter of this power: P / (pi A)."""
     return light.power * light.color / (np.pi * area(light))
-
-
-def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> Derivative:
-    """Tangent of the tables along a tangent of the scene's parameters.
-
-    Parameters
-    ----------
-    tangent
-        Parameter path to an array of the parameter's shape.
-
-    Raises
-    ------
-    ValueError
-        For an unknown path, one that has no derivative, or an array of another shape.
-    """
-    out = tables.zero_derivative()
-    for path, value in tangent.items():
-        shape = np.shape(parameters.get(scene, path))
-        dv = np.asarray(value, np.float64)
-        if dv.shape != shape:
-            raise ValueError(f"tangent of '{path}' must have the shape {shape}, not {dv.shape}")
-        if not np.isfinite(dv).all():
-            raise ValueError(f"tangent of '{path}' has non-finite values")
-        for name, rows, factor in _dependents(scene, tables, path):
-            getattr(out, name)[rows] += factor * dv
-    return out
-
-
-def pull_back(scene: Scene, tables: Tables, gradient: Derivative, wrt: Iterable[str]) -> dict[str, NDArray[np.float64]]:
-    """Gradients of the asked parameters from gradients of the tables (the transpose of `push_forward`)."""
-    out = {}
-    for path in wrt:
-        value = np.asarray(parameters.get(scene, path), np.float64)
-        total = np.zeros(value.shape)
-        for name, rows, factor in _dependents(scene, tables, path):
-            part = factor * getattr(gradient, name)[rows]
-            total += part if part.shape == value.shape else part.sum()
-        out[path] = total
-    return out
-
-
-def asked(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Asked:
-    """Which tables the parameters `wrt` reach.
-
-    Raises
-    ------
-    ValueError
-        For an unknown path, or one that has no derivative.
-    """
-    out = Asked(np.zeros(len(tables.visible), np.uint8), np.zeros(len(tables.albedo), np.uint8))
-    for path in wrt:
-        parameters.get(scene, path)
-        for name, rows, _ in _dependents(scene, tables, path):
-            if name == "vertices":
-                out.moving[tables.mesh_names.index(parameters.split(path)[1])] = 1
-            else:
-                out.colors = True
-            if name == "emission":
-                out.emitting[rows] = 1
-            out.lights |= name in ("point_intensity", "sun_irradiance")
-            out.environment |= name == "environment"
-    return out
-
-
-def _dependents(scene: Scene, tables: Tables, path: str) -> list[tuple[str, Any, Any]]:
-    """The tables' rows that depend on a parameter: (table, rows, factor) with d row = factor * d value."""
-    collection, name, fieldname = parameters.split(path)
-    if collection == "meshes" and fieldname == "vertices":
-        k = tables.mesh_names.index(name)
-        return [("vertices", slice(tables.mesh_first_vertex[k], tables.mesh_first_vertex[k + 1]), 1.0)]
-    if collection == "materials" and fieldname in ("base_color", "emission"):
-        table = "albedo" if fieldname == "base_color" else "emission"
-        return [(table, list(scene.materials).index(name), 1.0)]
-    if collection == "world" and fieldname == "color":
-        return [("environment", slice(None), scene.world.strength)]
-    if collection == "world" and fieldname == "strength":
-        return [("environment", slice(None), scene.world.color)]
-    if collection == "lights" and fieldname in ("power", "strength", "color"):
-        light = scene.lights[name]
-        row = [n for n, other in scene.lights.items() if type(other) is type(light)].index(name)
-        strength = light.strength if isinstance(light, SunLight) else light.power
-        factor = light.color if fieldname != "color" else strength
-        if isinstance(light, SunLight):
-            return [("sun_irradiance", row, factor)]
-        if isinstance(light, PointLight):
-            return [("point_intensity", row, factor / (4.0 * np.pi))]
-        if isinstance(light, AreaLight):
-            return [("emission", len(scene.materials) + row, factor / (np.pi * area(light)))]
-    raise ValueError(f"parameter '{path}' has no derivative in this version; "
-                     "vertices, base_color, emission, power, strength and color have one")

@@ -17,6 +17,7 @@ import pytest
 
 import edgegrad
 from edgegrad import renderer
+from edgegrad.table_derivatives import asked_tables, push_forward, wanted_tables
 
 native_engine = pytest.importorskip("edgegrad.native_engine", reason="the native module isn't built")
 
@@ -116,8 +117,8 @@ def test_forward_and_backward_are_transposes(path: str) -> None:
 def test_instruction_sets_agree(name: str) -> None:
     scene = boxes()
     tables = edgegrad.tables.flatten(scene)
-    asked = edgegrad.tables.asked(scene, tables, WRT)
-    velocity = edgegrad.tables.push_forward(scene, tables, tangent(scene))
+    tables = asked_tables(scene, tables, WRT)
+    wanted, velocity = wanted_tables(scene, tables, WRT), push_forward(scene, tables, tangent(scene))
     options = {"spp": 8, "seed": 1, "max_depth": 2}
     terms = edgegrad.TERMS
     results = []
@@ -126,7 +127,7 @@ def test_instruction_sets_agree(name: str) -> None:
         engine.set_edges(tables.edges())
         assert engine.instruction_set == isa
         results.append(
-            (engine.render(tables, **options), engine.forward(tables, velocity, asked, **options, terms=terms))
+            (engine.render(tables, **options), engine.forward(tables, velocity, wanted, **options, terms=terms))
         )
     for a, b in zip(*results, strict=True):
         # The same samples: only rounding differs, and rays that graze an edge within it.

@@ -16,6 +16,7 @@ from edgegrad import parameters
 from edgegrad import tables as flat
 from edgegrad.reference import Engine
 from edgegrad.renderer import TERMS, Renderer
+from edgegrad.table_derivatives import asked_tables, pull_back, push_forward, wanted_tables
 from tests.block_statistics import ALARM, compare
 from tests.small_scenes import (
     MOTIONS,
@@ -70,12 +71,11 @@ def test_forward_and_reverse_are_transposes(paths: list[str]) -> None:
     engine, tables = make_engine(scene)
     tangent = random_tangent(scene, paths)
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
-    asked = flat.asked(scene, tables, paths)
+    tables = asked_tables(scene, tables, paths)
+    wanted = wanted_tables(scene, tables, paths)
     options: dict[str, Any] = {"spp": 4, "seed": 3, "max_depth": 2}
-    image = engine.forward_exact(tables, flat.push_forward(scene, tables, tangent), asked, terms=TERMS, **options)
-    gradient = flat.pull_back(
-        scene, tables, engine.backward(tables, adjoint, asked, terms=TERMS, **options), paths
-    )
+    image = engine.forward_exact(tables, push_forward(scene, tables, tangent), wanted, terms=TERMS, **options)
+    gradient = pull_back(scene, tables, engine.backward(tables, adjoint, wanted, terms=TERMS, **options), paths)
     forward = float(np.sum(image * adjoint))
     reverse = sum(float(np.sum(gradient[p] * tangent[p])) for p in paths)
     assert forward != 0.0
@@ -88,11 +88,12 @@ def test_each_term_is_transposed(term: str) -> None:
     engine, tables = make_engine(scene)
     tangent = random_tangent(scene, PATHS)
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
-    asked = flat.asked(scene, tables, PATHS)
-    velocity = flat.push_forward(scene, tables, tangent)
-    image = engine.forward_exact(tables, velocity, asked, spp=4, seed=3, max_depth=2, terms=(term,))
-    gradient = engine.backward(tables, adjoint, asked, spp=4, seed=3, max_depth=2, terms=(term,))
-    reverse = sum(float(np.sum(getattr(gradient, n) * getattr(velocity, n))) for n in vars(velocity))
+    tables = asked_tables(scene, tables, PATHS)
+    wanted = wanted_tables(scene, tables, PATHS)
+    velocity = push_forward(scene, tables, tangent)
+    image = engine.forward_exact(tables, velocity, wanted, spp=4, seed=3, max_depth=2, terms=(term,))
+    gradient = engine.backward(tables, adjoint, wanted, spp=4, seed=3, max_depth=2, terms=(term,))
+    reverse = sum(float(np.sum(gradient[name] * part)) for name, part in velocity.items())
     assert float(np.sum(image * adjoint)) == pytest.approx(reverse, rel=1e-10)
 
 
@@ -100,10 +101,10 @@ def test_float32_pictures_are_the_exact_ones() -> None:
     scene = floating_box()
     engine, tables = make_engine(scene)
     tangent = random_tangent(scene, ["meshes.box.vertices"])
-    velocity, asked = flat.push_forward(scene, tables, tangent), flat.asked(scene, tables, tangent)
+    velocity, wanted = push_forward(scene, tables, tangent), wanted_tables(scene, tables, tangent)
     options: dict[str, Any] = {"spp": 2, "seed": 3, "max_depth": 2}
-    exact = engine.forward_exact(tables, velocity, asked, **options)
-    image = engine.forward(tables, velocity, asked, **options)
+    exact = engine.forward_exact(tables, velocity, wanted, **options)
+    image = engine.forward(tables, velocity, wanted, **options)
     assert image.dtype == np.float32
     assert image == pytest.approx(exact, rel=1e-6)
 
@@ -228,11 +229,12 @@ def test_static_scene_has_no_boundary() -> None:
 def test_still_meshes_get_no_gradient() -> None:
     scene = floating_box()
     engine, tables = make_engine(scene)
-    asked = flat.asked(scene, tables, ["meshes.box.vertices"])
-    gradient = engine.backward(tables, np.ones((32, 32, 3), np.float32), asked, spp=2, seed=0, max_depth=2)
-    moving = np.repeat(asked.moving, np.diff(tables.mesh_first_vertex)).astype(bool)
-    assert gradient.vertices[moving].any()
-    assert not gradient.vertices[~moving].any()
+    wanted = wanted_tables(scene, tables, ["meshes.box.vertices"])
+    gradient = engine.backward(tables, np.ones((32, 32, 3), np.float32), wanted, spp=2, seed=0, max_depth=2)
+    assert set(gradient) == {"vertices"}
+    ((first, last),) = wanted["vertices"]
+    assert gradient["vertices"][first:last].any()
+    assert not gradient["vertices"][:first].any() and not gradient["vertices"][last:].any()
 
 
 # ---------------------------------------------------------------- the engine as a tool
@@ -289,10 +291,8 @@ def test_wrong_options_are_named() -> None:
         engine.render(tables, spp=1, seed=0, max_depth=3)
     with pytest.raises(ValueError, match="spp"):
         engine.render(tables, spp=0, seed=0, max_depth=2)
-    derivative = tables.zero_derivative()
-    asked = flat.Asked(np.zeros(len(tables.visible), np.uint8), np.zeros(len(tables.albedo), np.uint8))
     with pytest.raises(ValueError, match="unknown term 'caustics'"):
-        engine.forward(tables, derivative, asked, spp=1, seed=0, max_depth=2, terms=("caustics",))
+        engine.forward(tables, {}, {}, spp=1, seed=0, max_depth=2, terms=("caustics",))
 
 
 def test_scene_without_meshes_shows_the_world() -> None:

@@ -23,7 +23,8 @@ from dataclasses import fields
 
 import numpy as np
 
-from ..tables import Asked, Derivative, Tables
+from ..narrow_derivatives import Asked, Derivative
+from ..tables import Tables
 from .surfaces import Bools, Floats, Ints, Surfaces, dot
 
 

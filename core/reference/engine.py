@@ -8,8 +8,10 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import narrow_derivatives as narrow
 from ..bounces import Bounces
-from ..tables import Asked, Derivative, Tables
+from ..table_derivatives import TableDerivative, Wanted
+from ..tables import Tables
 from ..topology import Edges
 from .blocks import Forward, Reverse, Sink
 from .edges import EdgeTable, seen_edges
@@ -35,6 +37,8 @@ class Engine:
     threads
         Threads for ray queries; 0: one per core. Results don't depend on it.
     """
+
+    narrow = True
 
     def __init__(self, tables: Tables, threads: int) -> None:
         self._threads = threads if threads > 0 else (os.cpu_count() or 1)
@@ -81,8 +85,8 @@ class Engine:
     def forward(
         self,
         tables: Tables,
-        tangent: Derivative,
-        asked: Asked,
+        tangent: TableDerivative,
+        wanted: Wanted,
         *,
         spp: int,
         seed: int,
@@ -92,15 +96,15 @@ class Engine:
     ) -> NDArray[np.float32]:
         """(height, width, 3) derivative image along `tangent`."""
         image = self.forward_exact(
-            tables, tangent, asked, spp=spp, seed=seed, max_depth=max_depth, terms=terms, progress=progress
+            tables, tangent, wanted, spp=spp, seed=seed, max_depth=max_depth, terms=terms, progress=progress
         )
         return image.astype(np.float32)
 
     def forward_exact(
         self,
         tables: Tables,
-        tangent: Derivative,
-        asked: Asked,
+        tangent: TableDerivative,
+        wanted: Wanted,
         *,
         spp: int,
         seed: int,
@@ -109,7 +113,8 @@ class Engine:
         progress: Progress | None = None,
     ) -> NDArray[np.float64]:
         """As `forward`, not rounded to float32."""
-        sink = Forward(tables, self._surfaces, asked, tangent)
+        asked = narrow.asked(tables, wanted)
+        sink = Forward(tables, self._surfaces, asked, narrow.narrowed(tables, tangent))
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
         return sink.image.reshape(tables.height, tables.width, 3)
 
@@ -117,18 +122,19 @@ class Engine:
         self,
         tables: Tables,
         adjoint: NDArray[np.float32],
-        asked: Asked,
+        wanted: Wanted,
         *,
         spp: int,
         seed: int,
         max_depth: int,
         terms: Collection[str] = TERMS,
         progress: Progress | None = None,
-    ) -> Derivative:
-        """Gradient of sum(adjoint * image) with respect to the tables."""
+    ) -> TableDerivative:
+        """Gradient of sum(adjoint * image) with respect to the tables that `wanted` names."""
+        asked = narrow.asked(tables, wanted)
         sink = Reverse(tables, self._surfaces, asked, np.asarray(adjoint, np.float64).reshape(-1, 3))
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
-        return sink.gradient
+        return narrow.widened(tables, sink.gradient, wanted)
 
     def _run(
         self,

@@ -24,6 +24,8 @@ _FIELDS = {
     "lights": ("power", "strength", "color"),
     "world": ("color", "strength"),
 }
+# Tables of the same values.
+_SAME = ("vertices", "environment")
 _COLOR, _GLOW = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
 
 
@@ -88,9 +90,9 @@ def narrowed(tables: Tables, tangent: TableDerivative) -> Derivative:
     for name, place, rows, columns in _places(tables):
         if name in tangent:
             getattr(out, place[0])[place[1]] = tangent[name][rows, columns]
-    for name in ("vertices", "environment"):
+    for name in _SAME:
         if name in tangent:
-            getattr(out, name)[...] = tangent[name]
+            getattr(out, name)[...] = tangent[name].reshape(getattr(out, name).shape)
     return out
 
 
@@ -101,9 +103,9 @@ def widened(tables: Tables, gradient: Derivative, wanted: Wanted) -> TableDeriva
     for name, place, rows, columns in _places(tables):
         if name in out:
             out[name][rows, columns] = getattr(gradient, place[0])[place[1]]
-    for name in ("vertices", "environment"):
+    for name in _SAME:
         if name in out:
-            out[name] = getattr(gradient, name)
+            out[name] = getattr(gradient, name).reshape(size[name])
     return out
 
 

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from . import narrow_derivatives, parameters
 from ._check import number, whole
+from .bounces import MAX_DEPTH
 from .losses import Loss, Pyramid
-from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Progress, Renderer
+from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Progress, Renderer, engine_class
 from .scene import Scene
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten
@@ -187,12 +188,13 @@ def fit(
     started = time.monotonic()
     scene.validate()
     work = _copy(scene)
-    paths = _checked_paths(work, wrt)
+    narrow = engine_class(engine).narrow
+    paths = _checked_paths(work, wrt, narrow)
     seen = views(work, targets)
     iterations = whole("fit", "iterations", iterations, 1, 1_000_000)
     spp = whole("fit", "spp", spp, 1, 1 << 24)
     samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)
-    max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH)
+    max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH)
     per_iteration = len(seen)
     if views_per_iteration is not None:
         per_iteration = whole("fit", "views_per_iteration", views_per_iteration, 1, len(seen))
@@ -361,7 +363,7 @@ class _Run:
                 )
 
 
-def _checked_paths(work: Scene, wrt: Sequence[str]) -> list[str]:
+def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool) -> list[str]:
     if isinstance(wrt, str):
         raise ValueError("fit: wrt must be a list of parameter paths, not one string")
     paths = list(wrt)
@@ -371,7 +373,8 @@ def _checked_paths(work: Scene, wrt: Sequence[str]) -> list[str]:
         if paths.count(path) > 1:
             raise ValueError(f"fit: wrt names '{path}' more than once")
     wanted_tables(work, asked_tables(work, flatten(work), paths), paths)  # raises for each that has no derivative
-    narrow_derivatives.check(paths)
+    if narrow:
+        narrow_derivatives.check(paths)
     return paths
 
 

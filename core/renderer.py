@@ -291,12 +291,12 @@ class Renderer:
 
     def _derivative_options(self, spp: Any, max_depth: Any, seed: Any) -> dict[str, int]:
         if self._obstacles is None:
-            self._obstacles = list(obstacles(self.scene))
+            self._obstacles = list(obstacles(self.scene)) if self._engine.narrow else []
         if self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
-        return _options(spp, max_depth, seed, MAX_DERIVATIVE_DEPTH)
+        return _options(spp, max_depth, seed, MAX_DERIVATIVE_DEPTH if self._engine.narrow else MAX_DEPTH)
 
     def _may_be_convex(self) -> bool:
         faces = int(self._tables.mesh_first_face[-1])

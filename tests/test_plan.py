@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from edgegrad import TERMS, AreaLight, Camera, Material, Mesh, Renderer, Scene, SunLight, World, parameters
-from edgegrad.plan import Plan, Term, plan
+from edgegrad.derivative_plan import Term
+from edgegrad.plan import Plan, plan
 from edgegrad.shape import convex, pierces
 from tests import shapes
 

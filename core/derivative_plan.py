@@ -1,0 +1,266 @@
+"""The terms of a derivative in a given scene: which can be non-zero, over how many edges, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import parameters, topology
+from .differentiable import obstacles
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .material import Material, Mixture
+from .material_table import LAMBERTIAN, flags
+from .mesh import Mesh
+from .motion import STRENGTH, Motion
+from .placement import placed_meshes
+from .renderer import TERMS
+from .scene import Scene
+from .shape import convex, face_normals, pierces
+from .table_derivatives import wanted_tables
+from .tables import Tables
+
+# Two faces whose normals differ by less than this many radians lie in one plane.
+COPLANAR = 1e-5
+
+_LIGHTS = ((AreaLight, "area lights"), (PointLight, "point lights"), (SunLight, "suns"))
+
+
+@dataclass(frozen=True)
+class Term:
+    """One term of the derivative.
+
+    Attributes
+    ----------
+    name
+        As in `edgegrad.TERMS`.
+    computed
+        False: it is zero in this scene.
+    edges, of
+        Candidate edges, and all edges (of the meshes that rays can hit); 0 for the interior.
+    why
+        What is computed or skipped, and the reason, in words.
+    """
+
+    name: str
+    computed: bool
+    edges: int
+    of: int
+    why: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _MeshEdges:
+    """Numbers of a mesh's edges."""
+
+    count: int
+    flat: int  # two faces, one plane, one orientation
+    flat_seams: int  # of those, between two materials
+
+    @staticmethod
+    def of(mesh: Mesh) -> _MeshEdges:
+        found = topology.edges(mesh.faces, topology.weld(mesh.vertices))
+        first = found.face_first.astype(np.int64)
+        pair = np.flatnonzero(np.diff(first) == 2)
+        a, b = found.faces[first[pair]], found.faces[first[pair] + 1]
+        normal = face_normals(mesh)
+        # |n_a - n_b| is the angle between them; face windings decide the orientation.
+        flat = np.linalg.norm(normal[a] - normal[b], axis=1) < COPLANAR
+        material = np.zeros(len(mesh.faces), np.int32) if mesh.face_material is None else mesh.face_material
+        return _MeshEdges(len(found), int(flat.sum()), int((flat & (material[a] != material[b])).sum()))
+
+
+def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_depth: int) -> tuple[Term, ...]:
+    """The terms of the derivative with respect to `wrt`, in the order of `edgegrad.TERMS`."""
+    edges = {name: _MeshEdges.of(mesh) for name, mesh in zip(scene.meshes, placed_meshes(scene), strict=True)}
+    made = {
+        "interior": _interior(scene, tables, wrt, max_depth),
+        "primary": _primary(scene, moves, edges),
+        "shadow": _shadow(scene, moves, edges, max_depth),
+    }
+    return tuple(made[name] for name in TERMS)
+
+
+def _interior(scene: Scene, tables: Tables, wrt: Sequence[str], max_depth: int) -> Term:
+    lit = [name for name in scene.meshes if _reflects(scene, name)]
+    why, computed = [], False
+    for path in wrt:
+        collection, name, fieldname = parameters.split(path)
+        if not wanted_tables(scene, tables, [path]):
+            zero, words = True, f"'{path}': zero, since nothing of the picture reads it"
+        elif collection == "meshes" and fieldname in ("vertices", "transform", "instances"):
+            what = f"vertices of '{name}'" if fieldname == "vertices" else f"'{path}'"
+            zero, words = _moved(scene, name, what, lit, max_depth)
+        elif collection == "camera":
+            zero, words = False, f"'{path}': what each pixel sees slides over surfaces and sky"
+        else:
+            zero, words = _revalued(scene, path, lit, max_depth)
+        computed |= not zero
+        why.append(words)
+    return Term("interior", computed, 0, 0, tuple(why))
+
+
+def _moved(scene: Scene, name: str, what: str, lit: list[str], max_depth: int) -> tuple[bool, str]:
+    """Whether moving a mesh changes no shading, and that in words."""
+    if max_depth < 2 and not _varies(scene, name):
+        return True, f"{what}: zero, since emission alone does not change as a surface moves"
+    if name in lit or _varies(scene, name):
+        return False, f"{what}: its shading changes as it moves and turns"
+    if _emits(scene, name) and lit:
+        return False, f"{what}: it only emits, so its own radiance stays; the light it gives changes"
+    return True, f"{what}: zero, since it {'emits and lights nothing' if _emits(scene, name) else 'is black'}"
+
+
+def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[bool, str]:
+    """Whether a value that moves no edge changes nothing, and that in words."""
+    collection, name, fieldname = parameters.split(path)
+    glows = fieldname in ("emission", f"{parameters.TEXTURES}emission", "alpha", "weights")
+    if collection == "materials" and not any(name in _parts(scene, mesh) for mesh in scene.meshes):
+        return True, f"'{path}': zero, since no face has this material"
+    if max_depth < 2 and (collection == "lights" or (collection == "materials" and not glows)):
+        return True, f"'{path}': zero, since only light seen directly is rendered"
+    if collection == "lights" and not lit:
+        return True, f"'{path}': zero, since every surface is black"
+    moving = collection == "lights" and fieldname not in STRENGTH
+    return False, f"'{path}': changes radiance" + ("" if moving else " and moves no edge")
+
+
+def _primary(scene: Scene, moves: Motion, edges: dict[str, _MeshEdges]) -> Term:
+    total = sum(e.count for e in edges.values())
+    moving = list(edges) if moves.camera else list(moves.meshes)
+    if not moving:
+        return Term("primary", False, 0, total, ("no vertex is a parameter and the camera stands still",))
+    # Where textures or normal maps meet at a seam, radiance jumps within one plane too.
+    flat = {name: 0 if _textured(scene, name) else edges[name].flat - edges[name].flat_seams for name in moving}
+    kept = sum(edges[name].count - flat[name] for name in moving)
+    if moves.camera:
+        why = ["the camera moves, and so do all edges on its picture"]
+    else:
+        why = [f"moving meshes: {len(moving)} of {len(edges)} ({', '.join(moving)})"]
+    still = sum(e.count for name, e in edges.items() if name not in moving)
+    if still:
+        why.append(f"skipped: {_edges(still)} of meshes that stand still")
+    plain = sum(flat.values())
+    if plain:
+        why.append(f"skipped: {_edges(plain)} between two faces of one plane and one material, where nothing jumps")
+    return Term("primary", kept > 0, kept, total, tuple(why))
+
+
+def _shadow(scene: Scene, moves: Motion, edges: dict[str, _MeshEdges], max_depth: int) -> Term:
+    total = sum(e.count for e in edges.values())
+    zero = ""
+    if max_depth < 2:
+        zero = "only light seen directly is rendered, and it has no shadows"
+    elif not moves.any:
+        zero = "no vertex is a parameter and lights stand still: no shadow moves"
+    elif not any(_reflects(scene, name) for name in scene.meshes):
+        zero = "every surface is black: nothing shows a shadow"
+    elif len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
+        zero = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
+    if zero:
+        return Term("shadow", False, 0, total, (zero,))
+    kept = total - sum(e.flat for e in edges.values())
+    why = ["edges of all meshes, since a shadow also moves over a moving surface when its caster stands still"]
+    if total - kept:
+        why.append(f"skipped: {_edges(total - kept)} between two faces of one plane, never a silhouette")
+    absent = [words for kind, words in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
+    if not np.any(scene.world.color * scene.world.strength):
+        absent.append("environment")
+    if not any(_emits(scene, name) for name in scene.meshes):
+        absent.append("emissive meshes")
+    if absent:
+        why.append(f"no shadows of {', '.join(absent)}: there are none")
+    return Term("shadow", kept > 0, kept, total, tuple(why))
+
+
+def missing(scene: Scene, moves: Motion, max_depth: int, narrow: bool) -> tuple[str, ...]:
+    """Sentences on what may not be zero and isn't computed; `narrow`: by engines for flat, diffuse scenes alone."""
+    if not narrow:
+        return tuple(_uncomputed(scene, moves, max_depth))
+    out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
+    out += _pierced(scene, moves)
+    if moves.meshes and not all(convex(scene.meshes[name]) for name in moves.meshes):
+        out.append("surfaces that pass through themselves: not looked for, and left out as well")
+    if max_depth >= 2 and any(_reflects(scene, name) for name in scene.meshes):
+        out.append("light that surfaces pass on to each other (more than one bounce): neither rendered nor derived")
+    return tuple(out)
+
+
+def _pierced(scene: Scene, moves: Motion) -> Iterator[str]:
+    placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
+    names = list(placed)
+    for k, a in enumerate(names):
+        for b in names[k + 1 :]:
+            if (a in moves.meshes or b in moves.meshes) and pierces(placed[a], placed[b]):
+                yield (f"'{a}' and '{b}' may pass through each other: the curve where they do is no edge, "
+                       "and what its motion changes is left out")
+
+
+def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
+    """Boundaries that no term has, of an engine that differentiates every table."""
+    if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
+        return
+    soft = [f"'{name}'" for name, light in scene.lights.items() if _is_soft(light)]
+    if soft:
+        yield f"shadow boundary: edges between a surface and {', '.join(soft)} (a spot, or a light with a size)"
+    if scene.world.image is not None and np.any(scene.world.color * scene.world.strength):
+        yield f"shadow boundary: edges between a surface and the environment's image '{scene.world.image}'"
+    if any(not flags(leaf) & LAMBERTIAN for mesh in scene.meshes for leaf in _leaves(scene, mesh)):
+        yield "reflected and refracted boundary: edges seen in surfaces that are no mirrors and not diffuse"
+    if max_depth > 2:
+        yield "indirect boundary: edges between two surfaces that light each other"
+
+
+def _is_soft(light: Light) -> bool:
+    sized = isinstance(light, PointLight) and light.radius > 0.0
+    return isinstance(light, SpotLight) or sized or (isinstance(light, SunLight) and light.angle > 0.0)
+
+
+def _edges(count: int) -> str:
+    return f"{count:,} edge{'' if count == 1 else 's'}"
+
+
+def _used(scene: Scene, mesh_name: str) -> list[str]:
+    """Names of the materials that faces of the mesh have."""
+    mesh = scene.meshes[mesh_name]
+    slots: NDArray[np.int32] | list[int] = [0] if mesh.face_material is None else np.unique(mesh.face_material)
+    return [mesh.materials[k] for k in slots]
+
+
+def _parts(scene: Scene, mesh_name: str) -> set[str]:
+    """Names of the materials that faces of the mesh have, and of the parts of mixtures among them."""
+    names = _used(scene, mesh_name)
+    mixed = [scene.materials[name] for name in names]
+    return {*names, *(part for m in mixed if isinstance(m, Mixture) for part in m.parts)}
+
+
+def _leaves(scene: Scene, mesh_name: str) -> list[Material]:
+    return [leaf for name in _used(scene, mesh_name) for leaf in scene.leaves(name)]
+
+
+def _reflects(scene: Scene, mesh_name: str) -> bool:
+    return any(
+        not flags(leaf) & LAMBERTIAN or "base_color" in leaf.textures or np.any(leaf.base_color > 0.0)
+        for leaf in _leaves(scene, mesh_name)
+    )
+
+
+def _emits(scene: Scene, mesh_name: str) -> bool:
+    return any("emission" in leaf.textures or np.any(leaf.emission > 0.0) for leaf in _leaves(scene, mesh_name))
+
+
+def _varies(scene: Scene, mesh_name: str) -> bool:
+    """Whether the mesh's own radiance differs from place to place."""
+    return any(not {"emission", "alpha"}.isdisjoint(leaf.textures) for leaf in _leaves(scene, mesh_name))
+
+
+def _textured(scene: Scene, mesh_name: str) -> bool:
+    return any(scene.materials[name].textures or any(leaf.textures for leaf in scene.leaves(name))
+               for name in _used(scene, mesh_name))
+
+
+def _single(scene: Scene) -> bool:
+    """Whether the only mesh is drawn once."""
+    return all(mesh.instances is None or len(mesh.instances) == 1 for mesh in scene.meshes.values())

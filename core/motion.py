@@ -1,0 +1,60 @@
+"""What moves along a tangent of some parameters: meshes, the camera, lights, the environment."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import parameters
+from .scene import Scene
+from .table_derivatives import wanted_tables
+from .tables import Tables
+
+# Fields of lights that change how much they shine and move nothing.
+STRENGTH = ("power", "strength", "color")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What moves.
+
+    Attributes
+    ----------
+    meshes, lights
+        Names, in the scene's order.
+    camera
+        Whether pixels' rays move: by its pose, projection or lens.
+    sky
+        Whether the environment turns.
+    """
+
+    meshes: tuple[str, ...]
+    camera: bool
+    lights: tuple[str, ...]
+    sky: bool
+
+    @property
+    def any(self) -> bool:
+        """Whether anything moves."""
+        return bool(self.meshes or self.camera or self.lights or self.sky)
+
+
+def motion(scene: Scene, tables: Tables, wrt: Collection[str]) -> Motion:
+    """What moves with the parameters `wrt` of a scene with tables of `table_derivatives.asked_tables`."""
+    wanted = wanted_tables(scene, tables, wrt)
+    moving = np.zeros(len(tables.vertices), bool)
+    for first, last in wanted.get("vertices", ()):
+        moving[first:last] = True
+    placed = np.zeros(len(tables.mesh_names), bool)
+    for first, last in wanted.get("instance_to_world", ()):
+        placed[tables.instance_mesh[first:last]] = True
+    starts = tables.mesh_first_vertex
+    meshes = [name for k, name in enumerate(tables.mesh_names) if placed[k] or moving[starts[k] : starts[k + 1]].any()]
+    split = [parameters.split(path) for path in wrt]
+    lights = {name for collection, name, field in split if collection == "lights" and field not in STRENGTH}
+    return Motion(
+        tuple(meshes), "camera" in wanted, tuple(name for name in scene.lights if name in lights),
+        "environment_rotation" in wanted,
+    )

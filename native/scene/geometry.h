@@ -10,40 +10,55 @@ struct Triangle {
     Vec3 p0, p1, p2;
 };
 
-EG_INLINE Triangle gather_triangle(const SceneView& scene, Int face) {
-    Triangle t;
+// The three entries of each lane's row of an integer table.
+EG_INLINE void gather_corners(const int32_t* table, Int row, Rows (&out)[3]) {
     for (int i = 0; i < W; ++i) {
-        const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face[i]);
-        const float* a = scene.vertices + 3 * static_cast<int64_t>(f[0]);
-        const float* b = scene.vertices + 3 * static_cast<int64_t>(f[1]);
-        const float* c = scene.vertices + 3 * static_cast<int64_t>(f[2]);
-        t.p0.x[i] = a[0], t.p0.y[i] = a[1], t.p0.z[i] = a[2];
-        t.p1.x[i] = b[0], t.p1.y[i] = b[1], t.p1.z[i] = b[2];
-        t.p2.x[i] = c[0], t.p2.y[i] = c[1], t.p2.z[i] = c[2];
+        const int32_t* p = table + 3 * static_cast<int64_t>(row[i]);
+        for (int k = 0; k < 3; ++k) out[k][i] = p[k];
     }
-    return t;
+}
+
+EG_INLINE Triangle gather_triangle(const SceneView& scene, Int face) {
+    Rows corner[3];
+    gather_corners(scene.faces, face, corner);
+    return {gather3(scene.vertices, corner[0]), gather3(scene.vertices, corner[1]),
+            gather3(scene.vertices, corner[2])};
+}
+
+// Lanes' instance transforms: the rows of their linear part, and their translation.
+struct Placement {
+    Vec3 x, y, z, origin;
+};
+
+// Rows of lanes that are no instance (-1) are of any.
+EG_INLINE Placement gather_placement(const SceneView& scene, Int instance) {
+    Float m[12];
+    gather_row(scene.instance_to_world, 12, select(instance >= 0, instance, splat(0)), m);
+    return {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}, {m[3], m[7], m[11]}};
+}
+
+// +1, or -1 of transforms that mirror.
+EG_INLINE Float handedness(const Placement& p) {
+    return select(dot(p.x, cross(p.y, p.z)) < 0.0f, splat(-1.0f), 1.0f);
+}
+
+// M^-T v, up to a positive factor: a normal in the world. The columns of M^-T det M are the cross products of
+// M's rows.
+EG_INLINE Vec3 place_normal(const Placement& p, Vec3 v) {
+    const Vec3 a = cross(p.y, p.z), b = cross(p.z, p.x), c = cross(p.x, p.y);
+    return Vec3{dot(a, v), dot(b, v), dot(c, v)} * select(dot(p.x, a) < 0.0f, splat(-1.0f), 1.0f);
 }
 
 // The corners of faces in the world, where `instance` places them (-1: they stand in it themselves). Returns
 // -1 where that mirrors them, and so turns their winding, else 1.
 EG_INLINE Float place_triangle(const SceneView& scene, Int instance, Triangle& t) {
-    Float handed = splat(1.0f);
-    if (!any(instance >= 0)) return handed;
-    for (int i = 0; i < W; ++i) {
-        if (instance[i] < 0) continue;
-        const float* m = scene.instance_to_world + 12 * static_cast<int64_t>(instance[i]);
-        Vec3* const corners[3] = {&t.p0, &t.p1, &t.p2};
-        for (Vec3* p : corners) {
-            const float x = p->x[i], y = p->y[i], z = p->z[i];
-            p->x[i] = m[0] * x + m[1] * y + m[2] * z + m[3];
-            p->y[i] = m[4] * x + m[5] * y + m[6] * z + m[7];
-            p->z[i] = m[8] * x + m[9] * y + m[10] * z + m[11];
-        }
-        const float det = m[0] * (m[5] * m[10] - m[6] * m[9]) + m[1] * (m[6] * m[8] - m[4] * m[10]) +
-                          m[2] * (m[4] * m[9] - m[5] * m[8]);
-        handed[i] = det < 0.0f ? -1.0f : 1.0f;
-    }
-    return handed;
+    const Mask placed = instance >= 0;
+    if (!any(placed)) return splat(1.0f);
+    const Placement m = gather_placement(scene, instance);
+    Vec3* const corners[3] = {&t.p0, &t.p1, &t.p2};
+    for (Vec3* p : corners)
+        *p = select(placed, Vec3{dot(m.x, *p), dot(m.y, *p), dot(m.z, *p)} + m.origin, *p);
+    return select(placed, handedness(m), splat(1.0f));
 }
 
 // M = (p1 - p0) x (p2 - p0): twice the area times the normal.
@@ -111,37 +126,18 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
 }
 
 // Smooth normal at a surface point, unit, on the viewer's side of the triangle; the triangle's own where the
-// surface is flat. An instance's normals go by the inverse transpose of its transform, whose columns are the
-// cross products of the transform's rows, up to a factor.
+// surface is flat.
 EG_INLINE Vec3 smooth_normal(const SceneView& scene, const SurfacePoint& s) {
     if (!scene.corner_normal) return s.normal;
-    Vec3 n = zero3();
-    Mask smooth = splat(0);
-    const Float b0 = 1.0f - s.b1 - s.b2;
-    for (int i = 0; i < W; ++i) {
-        const int32_t* corner = scene.corner_normal + 3 * static_cast<int64_t>(s.face[i]);
-        if (!s.active[i] || corner[0] < 0 || corner[1] < 0 || corner[2] < 0) continue;
-        smooth[i] = -1;
-        const float* a = scene.normals + 3 * static_cast<int64_t>(corner[0]);
-        const float* b = scene.normals + 3 * static_cast<int64_t>(corner[1]);
-        const float* c = scene.normals + 3 * static_cast<int64_t>(corner[2]);
-        n.x[i] = b0[i] * a[0] + s.b1[i] * b[0] + s.b2[i] * c[0];
-        n.y[i] = b0[i] * a[1] + s.b1[i] * b[1] + s.b2[i] * c[1];
-        n.z[i] = b0[i] * a[2] + s.b1[i] * b[2] + s.b2[i] * c[2];
-        if (s.instance[i] < 0) continue;
-        const float* m = scene.instance_to_world + 12 * static_cast<int64_t>(s.instance[i]);
-        const float x = n.x[i], y = n.y[i], z = n.z[i];
-        const float c0[3] = {m[5] * m[10] - m[6] * m[9], m[6] * m[8] - m[4] * m[10],
-                             m[4] * m[9] - m[5] * m[8]};
-        const float c1[3] = {m[9] * m[2] - m[10] * m[1], m[10] * m[0] - m[8] * m[2],
-                             m[8] * m[1] - m[9] * m[0]};
-        const float c2[3] = {m[1] * m[6] - m[2] * m[5], m[2] * m[4] - m[0] * m[6], m[0] * m[5] - m[1] * m[4]};
-        const float det = m[0] * c0[0] + m[1] * c0[1] + m[2] * c0[2];
-        const float turn = det < 0.0f ? -1.0f : 1.0f;
-        n.x[i] = turn * (c0[0] * x + c0[1] * y + c0[2] * z);
-        n.y[i] = turn * (c1[0] * x + c1[1] * y + c1[2] * z);
-        n.z[i] = turn * (c2[0] * x + c2[1] * y + c2[2] * z);
-    }
+    Rows corner[3];
+    gather_corners(scene.corner_normal, s.face, corner);
+    const Int c0 = packet(corner[0]), c1 = packet(corner[1]), c2 = packet(corner[2]);
+    Mask smooth = s.active & ((c0 | c1 | c2) >= 0);
+    if (!any(smooth)) return s.normal;
+    const auto normal = [&](Int c) { return gather3(scene.normals, select(smooth, c, splat(0))); };
+    Vec3 n = normal(c0) * (1.0f - s.b1 - s.b2) + normal(c1) * s.b1 + normal(c2) * s.b2;
+    const Mask placed = s.instance >= 0;
+    if (any(placed)) n = select(placed, place_normal(gather_placement(scene, s.instance), n), n);
     const Float length2 = dot(n, n);
     smooth &= length2 > 0.0f;
     const Float turned = s.side * (1.0f / sqrt(select(smooth, length2, 1.0f)));

@@ -47,9 +47,11 @@ EG_INLINE Int lane_index() {
 }
 
 EG_INLINE Float to_float(Int a) { return __builtin_convertvector(a, Float); }
+EG_INLINE Float to_float(UInt a) { return __builtin_convertvector(a, Float); }
 EG_INLINE Int to_int(Float a) { return __builtin_convertvector(a, Int); }  // towards zero
 EG_INLINE UInt bits(Int a) { return reinterpret_cast<UInt>(a); }
 EG_INLINE Int bits(UInt a) { return reinterpret_cast<Int>(a); }
+EG_INLINE UInt float_bits(Float a) { return reinterpret_cast<UInt>(a); }
 
 EG_INLINE Float select(Mask m, Float a, Float b) { return m ? a : b; }
 EG_INLINE Int select(Mask m, Int a, Int b) { return m ? a : b; }
@@ -106,6 +108,30 @@ EG_INLINE Int gather(const int32_t* base, Int index) {
     for (int i = 0; i < W; ++i) r[i] = base[index[i]];
     return r;
 }
+
+// The same float for all lanes, read from a table: what adjoint/number.h can follow, other than a splat.
+EG_INLINE Float broadcast(const float* p) { return splat(*p); }
+
+// Lanes' rows: a packet, or numbers in memory (what has just been read lane by lane is slow to put together
+// and to take apart again).
+typedef int32_t Rows[W];
+EG_INLINE Int packet(Int rows) { return rows; }
+EG_INLINE Int packet(const Rows& rows) { return load(rows); }
+
+// N neighbouring floats of each lane's row.
+template <int N, typename R>
+EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
+    for (int i = 0; i < W; ++i) {
+        const float* p = base + stride * static_cast<int64_t>(row[i]);
+        for (int k = 0; k < N; ++k) out[k][i] = p[k];
+    }
+}
+
+// a b + c d + e f, and a b - c d, which adjoint/number.h records as one operation.
+EG_INLINE Float sum_of_products(Float a, Float b, Float c, Float d, Float e, Float f) {
+    return a * b + c * d + e * f;
+}
+EG_INLINE Float difference_of_products(Float a, Float b, Float c, Float d) { return a * b - c * d; }
 
 // Appends the lanes of the mask at p + n, and nothing else; needs room for one packet behind p + n.
 #if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16

@@ -15,24 +15,21 @@ EG_INLINE Vec3 operator-(Vec3 a) { return {-a.x, -a.y, -a.z}; }
 EG_INLINE Vec3 operator*(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 EG_INLINE Vec3 operator*(Vec3 a, Float s) { return {a.x * s, a.y * s, a.z * s}; }
 EG_INLINE Vec3 operator*(Float s, Vec3 a) { return a * s; }
-EG_INLINE Float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+EG_INLINE Float dot(Vec3 a, Vec3 b) { return sum_of_products(a.x, b.x, a.y, b.y, a.z, b.z); }
 EG_INLINE Vec3 cross(Vec3 a, Vec3 b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+    return {difference_of_products(a.y, b.z, a.z, b.y), difference_of_products(a.z, b.x, a.x, b.z),
+            difference_of_products(a.x, b.y, a.y, b.x)};
 }
 EG_INLINE Vec3 select(Mask m, Vec3 a, Vec3 b) {
     return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
 EG_INLINE Vec3 zero3() { return {splat(0.0f), splat(0.0f), splat(0.0f)}; }
-EG_INLINE Vec3 splat3(const float* v) { return {splat(v[0]), splat(v[1]), splat(v[2])}; }
-EG_INLINE Vec3 gather3(const float* base, Int row) {
-    Vec3 r = zero3();
-    for (int i = 0; i < W; ++i) {
-        const float* p = base + 3 * static_cast<int64_t>(row[i]);
-        r.x[i] = p[0];
-        r.y[i] = p[1];
-        r.z[i] = p[2];
-    }
-    return r;
+EG_INLINE Vec3 splat3(const float* v) { return {broadcast(v), broadcast(v + 1), broadcast(v + 2)}; }
+template <typename R>
+EG_INLINE Vec3 gather3(const float* base, const R& row) {
+    Float r[3];
+    gather_row(base, 3, row, r);
+    return {r[0], r[1], r[2]};
 }
 EG_INLINE Float largest_component(Vec3 a) { return max(max(abs(a.x), abs(a.y)), abs(a.z)); }
 

@@ -45,8 +45,7 @@ constexpr U jenkins(U x, U y, U z, U w) {
     return c;
 }
 
-EG_INLINE Float hash_to_unit(UInt h) { return __builtin_convertvector(h, Float) * (1.0f / 4294967296.0f); }
-EG_INLINE UInt float_bits(Float a) { return reinterpret_cast<UInt>(a); }
+EG_INLINE Float hash_to_unit(UInt h) { return to_float(h) * (1.0f / 4294967296.0f); }
 
 EG_INLINE Float hash1(Float x) { return hash_to_unit(jenkins<1>(float_bits(x), UInt{}, UInt{}, UInt{})); }
 EG_INLINE Float hash2(Float x, Float y) {

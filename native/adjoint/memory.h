@@ -1,0 +1,29 @@
+// Memory of one thread's tape, kept from one recording to the next.
+#pragma once
+
+#include <cstddef>
+
+namespace edgegrad {
+
+// Bytes that grow, aligned for packets of any width.
+class TapeBuffer {
+ public:
+    TapeBuffer() = default;
+    TapeBuffer(const TapeBuffer&) = delete;
+    TapeBuffer& operator=(const TapeBuffer&) = delete;
+    ~TapeBuffer();
+    // At least `bytes`, of which the first `kept` keep their values.
+    void* grow(size_t bytes, size_t kept);
+    void* data() const { return data_; }
+    size_t size() const { return size_; }
+
+ private:
+    void* data_ = nullptr;
+    size_t size_ = 0;
+};
+
+struct TapeMemory {
+    TapeBuffer ends, partials, leaves, derivatives;
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,229 @@
+// A tape of packets: what reverse-mode and forward-mode automatic differentiation of the shading code need of
+// one evaluation (Griewank and Walther 2008, "Evaluating Derivatives", chapters 3 and 6).
+//
+// A tape is a list of edges (from, to, partial): the number `to` was computed from the number `from`, and
+// `partial` is its derivative by it, one per lane. Edges stand in the order of evaluation, so a backward sweep
+// runs over them from the last to the first and adds partial * adjoint(to) to adjoint(from); a forward sweep
+// runs from the first to the last and adds partial * tangent(from) to tangent(to).
+//
+// Numbers read from a differentiable table are leaves: a backward sweep adds their adjoints to the table's
+// gradient at the places they were read from, a forward sweep starts from the table's tangent there. The
+// adjoint of a gather is a scatter, and both sweeps are transposes of each other by construction.
+//
+// A lane whose adjoint is zero passes nothing on, even if a partial is infinite or not a number: that is what
+// lanes hold which were computed but not selected.
+#pragma once
+
+#include "adjoint/memory.h"
+#include "adjoint/tables.h"
+#include "simd/packet.h"
+
+// Statically placed thread-local storage costs one instruction where a library's own costs a call.
+#if defined(__linux__)
+#define EG_FAST_THREAD_LOCAL __attribute__((tls_model("initial-exec")))
+#else
+#define EG_FAST_THREAD_LOCAL
+#endif
+
+namespace edgegrad::EDGEGRAD_ADJOINT_ISA {
+
+namespace raw = edgegrad::EDGEGRAD_ISA;
+
+class Tape {
+ public:
+    // Becomes the tape that this thread's numbers are recorded on.
+    Tape(TapeMemory& memory, const DifferentiableTables& tables);
+    ~Tape();
+    Tape(const Tape&) = delete;
+    Tape& operator=(const Tape&) = delete;
+
+    // Forgets everything: the start of a new recording.
+    void clear() { edges_ = nodes_ = leaves_ = zeroed_ = 0; }
+
+    // ---- Recording (adjoint/number.h) ----
+
+    int32_t new_node() { return nodes_++; }
+
+    // A node that depends on others (negative: on a constant, no edge is made).
+    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa) {
+        reserve();
+        ends_[edges_] = {a, nodes_};
+        partials_[edges_++] = pa;
+        return nodes_++;
+    }
+    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb) {
+        reserve();
+        int e = edges_;
+        add_edge(e, a, pa), add_edge(e, b, pb);
+        edges_ = e;
+        return nodes_++;
+    }
+    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
+                                                         int32_t c, raw::Float pc, int32_t d, raw::Float pd) {
+        reserve();
+        int e = edges_;
+        add_edge(e, a, pa), add_edge(e, b, pb), add_edge(e, c, pc), add_edge(e, d, pd);
+        edges_ = e;
+        return nodes_++;
+    }
+    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
+                                                         int32_t c, raw::Float pc, int32_t d, raw::Float pd,
+                                                         int32_t f, raw::Float pf, int32_t g, raw::Float pg) {
+        reserve();
+        int e = edges_;
+        add_edge(e, a, pa), add_edge(e, b, pb), add_edge(e, c, pc), add_edge(e, d, pd), add_edge(e, f, pf),
+            add_edge(e, g, pg);
+        edges_ = e;
+        return nodes_++;
+    }
+
+    // Leaves for `count` neighbouring floats from base + index on, of each lane: the first one's node, the
+    // others follow; -1 where no lane reads from what is asked for.
+    int32_t record_leaves(const float* base, raw::Int index, int count);
+
+    // ---- Sweeps ----
+
+    // Adds to the adjoint of an output (before a backward sweep) or to the tangent of an input (before a
+    // forward sweep).
+    void seed(int32_t node, raw::Float value);
+    void backward();
+    void forward();
+    // Adjoint or tangent, after a sweep.
+    raw::Float derivative(int32_t node) const;
+
+    int edge_count() const { return edges_; }
+    int node_count() const { return nodes_; }
+
+ private:
+    struct Ends {
+        int32_t from, to;
+    };
+    struct Leaves {
+        raw::Int place;  // in the table's span; -1: outside
+        int32_t node, count, table;
+    };
+    // Most edges that one call of `record` makes.
+    static constexpr int kMostEdges = 6;
+
+    inline __attribute__((always_inline)) void reserve() {
+        if (__builtin_expect(edges_ + kMostEdges > edge_room_, 0)) grow_edges();
+    }
+    inline __attribute__((always_inline)) void add_edge(int& e, int32_t from, raw::Float partial) {
+        ends_[e] = {from, nodes_};
+        partials_[e] = partial;
+        e += from >= 0;
+    }
+    __attribute__((cold)) void grow_edges();
+    // Derivatives of all nodes, of which those of the latest are set to zero.
+    raw::Float* derivatives();
+
+    Ends* ends_ = nullptr;
+    raw::Float* partials_ = nullptr;
+    int edges_ = 0, edge_room_ = 0;
+    int nodes_ = 0, leaves_ = 0, zeroed_ = 0;
+    const DifferentiableTables& tables_;
+    TapeMemory& memory_;
+    Tape* outer_;
+};
+
+inline thread_local constinit Tape* current_tape EG_FAST_THREAD_LOCAL = nullptr;
+
+inline Tape::Tape(TapeMemory& memory, const DifferentiableTables& tables)
+    : tables_(tables), memory_(memory), outer_(current_tape) {
+    ends_ = static_cast<Ends*>(memory.ends.data());
+    partials_ = static_cast<raw::Float*>(memory.partials.data());
+    const size_t room = memory.ends.size() / sizeof(Ends), more = memory.partials.size() / sizeof(raw::Float);
+    edge_room_ = static_cast<int>(room < more ? room : more);
+    current_tape = this;
+}
+
+inline Tape::~Tape() { current_tape = outer_; }
+
+inline void Tape::grow_edges() {
+    const size_t kept = static_cast<size_t>(edges_), room = 2 * kept + 4096;
+    ends_ = static_cast<Ends*>(memory_.ends.grow(room * sizeof(Ends), kept * sizeof(Ends)));
+    partials_ = static_cast<raw::Float*>(
+        memory_.partials.grow(room * sizeof(raw::Float), kept * sizeof(raw::Float)));
+    edge_room_ = static_cast<int>(room);
+}
+
+inline int32_t Tape::record_leaves(const float* base, raw::Int index, int count) {
+    const auto address = [](const float* p) { return reinterpret_cast<uintptr_t>(p); };
+    for (int t = 0; t < tables_.count; ++t) {
+        const DifferentiableTable& table = tables_.table[t];
+        if (address(base) < address(table.begin) || address(base) >= address(table.end)) continue;
+        const raw::Int place = index + static_cast<int32_t>(base - table.first);
+        const int32_t size = static_cast<int32_t>(table.last - table.first);
+        const raw::Mask inside = (place >= 0) & (place <= size - count);
+        if (!raw::any(inside)) return -1;
+        Leaves* leaves = static_cast<Leaves*>(memory_.leaves.data());
+        const size_t used = static_cast<size_t>(leaves_) * sizeof(Leaves);
+        if (used + sizeof(Leaves) > memory_.leaves.size())
+            leaves = static_cast<Leaves*>(memory_.leaves.grow(2 * used + 64 * sizeof(Leaves), used));
+        leaves[leaves_++] = {raw::select(inside, place, raw::splat(-1)), nodes_, count, t};
+        nodes_ += count;
+        return nodes_ - count;
+    }
+    return -1;
+}
+
+inline raw::Float* Tape::derivatives() {
+    const size_t size = static_cast<size_t>(nodes_), kept = static_cast<size_t>(zeroed_);
+    auto* d = static_cast<raw::Float*>(
+        memory_.derivatives.grow(size * sizeof(raw::Float), kept * sizeof(raw::Float)));
+    for (; zeroed_ < nodes_; ++zeroed_) d[zeroed_] = raw::splat(0.0f);
+    return d;
+}
+
+inline void Tape::seed(int32_t node, raw::Float value) {
+    if (node < 0) return;
+    raw::Float& d = derivatives()[node];
+    d = d + value;
+}
+
+inline raw::Float Tape::derivative(int32_t node) const {
+    if (node < 0 || node >= zeroed_) return raw::splat(0.0f);
+    return static_cast<const raw::Float*>(memory_.derivatives.data())[node];
+}
+
+inline void Tape::backward() {
+    raw::Float* d = derivatives();
+    for (int e = edges_ - 1; e >= 0; --e) {
+        const raw::Float g = d[ends_[e].to];
+        raw::Float& from = d[ends_[e].from];
+        from = from + raw::select(g != 0.0f, partials_[e] * g, 0.0f);
+    }
+    const Leaves* leaves = static_cast<const Leaves*>(memory_.leaves.data());
+    for (int k = 0; k < leaves_; ++k) {
+        const Leaves& leaf = leaves[k];
+        double* gradient = tables_.table[leaf.table].gradient;
+        for (int i = 0; i < raw::W; ++i) {
+            const int32_t place = leaf.place[i];
+            if (place < 0) continue;
+            for (int c = 0; c < leaf.count; ++c)
+                gradient[place + c] += static_cast<double>(d[leaf.node + c][i]);
+        }
+    }
+}
+
+inline void Tape::forward() {
+    raw::Float* d = derivatives();
+    const Leaves* leaves = static_cast<const Leaves*>(memory_.leaves.data());
+    for (int k = 0; k < leaves_; ++k) {
+        const Leaves& leaf = leaves[k];
+        const double* tangent = tables_.table[leaf.table].tangent;
+        for (int i = 0; i < raw::W; ++i) {
+            const int32_t place = leaf.place[i];
+            if (place < 0) continue;
+            for (int c = 0; c < leaf.count; ++c)
+                d[leaf.node + c][i] += static_cast<float>(tangent[place + c]);
+        }
+    }
+    for (int e = 0; e < edges_; ++e) {
+        const raw::Float t = d[ends_[e].from], p = partials_[e];
+        raw::Float& to = d[ends_[e].to];
+        to = to + raw::select((t != 0.0f) & (p != 0.0f), p * t, 0.0f);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ADJOINT_ISA

@@ -135,6 +135,20 @@ EG_INLINE Float difference_of_products(Float a, Float b, Float c, Float d) {
     return {r, current_tape->record(a.node, b.value, b.node, a.value, c.node, -d.value, d.node, -c.value)};
 }
 
+template <int N>
+EG_INLINE Float sum_of_products(const Float (&a)[N], const Float (&b)[N]) {
+    raw::Float r = a[0].value * b[0].value;
+    for (int k = 1; k < N; ++k) r = r + a[k].value * b[k].value;
+    int32_t nodes[2 * N];
+    raw::Float partials[2 * N];
+    int active = 0;
+    for (int k = 0; k < N; ++k) {
+        if (a[k].node >= 0) nodes[active] = a[k].node, partials[active++] = b[k].value;
+        if (b[k].node >= 0) nodes[active] = b[k].node, partials[active++] = a[k].value;
+    }
+    return {r, active ? current_tape->record(active, nodes, partials) : -1};
+}
+
 // ---- Comparisons ----
 
 #define EG_COMPARISON(op)                                                      \

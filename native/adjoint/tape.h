@@ -77,6 +77,14 @@ class Tape {
         return nodes_++;
     }
 
+    int32_t record(int count, const int32_t* from, const raw::Float* partials) {
+        for (int k = 0; k < count; ++k) {
+            reserve();
+            add_edge(edges_, from[k], partials[k]);
+        }
+        return nodes_++;
+    }
+
     // Leaves for `count` neighbouring floats from base + index on, of each lane: the first one's node, the
     // others follow; -1 where no lane reads from what is asked for.
     int32_t record_leaves(const float* base, raw::Int index, int count);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/geometry.h"
+#include "simd/elementary.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -13,8 +14,9 @@ struct CameraRay {
 
 // Direction through the picture point s (pixels, row 0 on top) of a perspective camera, of unit depth.
 EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
-    const Float x = (sx - c.principal[0]) * (1.0f / c.focal);
-    const Float y = (c.principal[1] - sy) * (c.pixel_aspect / c.focal);
+    const Float inverse = 1.0f / broadcast(&c.focal);
+    const Float x = (sx - broadcast(&c.principal[0])) * inverse;
+    const Float y = (broadcast(&c.principal[1]) - sy) * (broadcast(&c.pixel_aspect) * inverse);
     return splat3(c.right) * x + splat3(c.up) * y - splat3(c.back);
 }
 
@@ -33,8 +35,7 @@ EG_INLINE void aperture_point(const CameraView& c, Float u, Float v, Float& x, F
         sincos_turn(select(a1 >= 1.0f, splat(0.0f), a1), s1, c1);
         x = r * (c0 * (1.0f - v) + c1 * v);
         y = r * (s0 * (1.0f - v) + s1 * v);
-        const float turn = c.aperture_rotation * 0.159154943f - 0.5f / sides;
-        sincos_turn(splat(turn - __builtin_floorf(turn)), s, t);
+        sincos_turn(fract(broadcast(&c.aperture_rotation) * 0.159154943f - 0.5f / sides), s, t);
         const Float px = x;
         x = t * px - s * y;
         y = s * px + t * y;
@@ -44,7 +45,7 @@ EG_INLINE void aperture_point(const CameraView& c, Float u, Float v, Float& x, F
         x = r * t;
         y = r * s;
     }
-    x = x * (1.0f / c.aperture_ratio);
+    x = x * (1.0f / broadcast(&c.aperture_ratio));
 }
 
 EG_INLINE CameraRay camera_ray(const CameraView& c, Float sx, Float sy, Float lens_u, Float lens_v) {
@@ -60,8 +61,12 @@ EG_INLINE CameraRay camera_ray(const CameraView& c, Float sx, Float sy, Float le
             return t - to_float(to_int(t)) + select(t < to_float(to_int(t)), splat(1.0f), 0.0f);
         };
         Float s, t, sine, cosine;
-        sincos_turn(turns(c.panorama[0] + fx * (c.panorama[1] - c.panorama[0])), s, t);
-        sincos_turn(turns(c.panorama[2] + fy * (c.panorama[3] - c.panorama[2])), sine, cosine);
+        const auto between = [&c](int edge, Float share) {
+            const Float low = broadcast(&c.panorama[edge]), high = broadcast(&c.panorama[edge + 1]);
+            return low + share * (high - low);
+        };
+        sincos_turn(turns(between(0, fx)), s, t);
+        sincos_turn(turns(between(2, fy)), sine, cosine);
         ray.direction = splat3(c.right) * (s * cosine) + splat3(c.up) * sine - splat3(c.back) * (t * cosine);
         return ray;
     }
@@ -76,9 +81,10 @@ EG_INLINE CameraRay camera_ray(const CameraView& c, Float sx, Float sy, Float le
         // All rays of a picture point meet in the plane of focus.
         Float x, y;
         aperture_point(c, lens_u, lens_v, x, y);
-        const Vec3 lens = splat3(c.right) * (x * c.aperture_radius) + splat3(c.up) * (y * c.aperture_radius);
+        const Float radius = broadcast(&c.aperture_radius);
+        const Vec3 lens = splat3(c.right) * (x * radius) + splat3(c.up) * (y * radius);
         ray.origin = ray.origin + lens;
-        ray.direction = ray.direction - lens * splat(1.0f / c.focus_distance);
+        ray.direction = ray.direction - lens * (1.0f / broadcast(&c.focus_distance));
     }
     return ray;
 }

@@ -4,7 +4,7 @@
 #include "path/path_queue.h"
 #include "path/stream.h"
 #include "shading/emission.h"
-#include "shading/environment.h"
+#include "shading/environment_samples.h"
 #include "shading/lambertian.h"
 #include "shading/lights.h"
 #include "shading/terminator.h"

@@ -125,17 +125,25 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
     return s;
 }
 
+// The corner normals of faces, interpolated; `smooth` is where a face of an active lane has all three.
+EG_INLINE Vec3 interpolated_normal(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
+                                   Mask& smooth) {
+    Rows corner[3];
+    gather_corners(scene.corner_normal, select(active, face, splat(0)), corner);
+    const Int c0 = packet(corner[0]), c1 = packet(corner[1]), c2 = packet(corner[2]);
+    smooth = active & ((c0 | c1 | c2) >= 0);
+    if (!any(smooth)) return zero3();
+    const auto normal = [&](Int c) { return gather3(scene.normals, select(smooth, c, splat(0))); };
+    return normal(c0) * (1.0f - b1 - b2) + normal(c1) * b1 + normal(c2) * b2;
+}
+
 // Smooth normal at a surface point, unit, on the viewer's side of the triangle; the triangle's own where the
 // surface is flat.
 EG_INLINE Vec3 smooth_normal(const SceneView& scene, const SurfacePoint& s) {
     if (!scene.corner_normal) return s.normal;
-    Rows corner[3];
-    gather_corners(scene.corner_normal, s.face, corner);
-    const Int c0 = packet(corner[0]), c1 = packet(corner[1]), c2 = packet(corner[2]);
-    Mask smooth = s.active & ((c0 | c1 | c2) >= 0);
+    Mask smooth;
+    Vec3 n = interpolated_normal(scene, s.active, s.face, s.b1, s.b2, smooth);
     if (!any(smooth)) return s.normal;
-    const auto normal = [&](Int c) { return gather3(scene.normals, select(smooth, c, splat(0))); };
-    Vec3 n = normal(c0) * (1.0f - s.b1 - s.b2) + normal(c1) * s.b1 + normal(c2) * s.b2;
     const Mask placed = s.instance >= 0;
     if (any(placed)) n = select(placed, place_normal(gather_placement(scene, s.instance), n), n);
     const Float length2 = dot(n, n);

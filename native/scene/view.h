@@ -1,6 +1,7 @@
 // What the kernels read: plain pointers into the engine's tables (core/tables.py has the same names).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "embree/api.h"
@@ -24,22 +25,26 @@ constexpr int32_t kEmissiveTriangle = 0, kPointLight = 1, kSunLight = 2;
 constexpr int kFilterSize = 1024;
 
 struct CameraView {
+    // Floats that have derivatives, one behind the other (kCameraFloats).
     float position[3];
     float right[3], up[3], back[3];  // axes X, Y, Z; it looks along -Z
+    float focal;                     // pixels; orthographic: pixels per metre
+    float pixel_aspect;              // height of a pixel by its width
+    float principal[2];              // pixels of the rendered window
+    float panorama[4];  // longitude and latitude of the full picture's left, right, lower and upper edge
+    float aperture_radius, focus_distance, aperture_rotation, aperture_ratio;
+
     CameraKind kind;
-    float focal;         // pixels; orthographic: pixels per metre
-    float pixel_aspect;  // height of a pixel by its width
-    float principal[2];  // pixels of the rendered window
-    float panorama[4];   // longitude and latitude of the full picture's left, right, lower and upper edge
+    int32_t aperture_blades;
     int32_t full_width, full_height;
     int32_t window_x, window_y;  // first pixel of the window in the full picture
-    float aperture_radius, focus_distance, aperture_rotation, aperture_ratio;
-    int32_t aperture_blades;
-    int32_t width, height;  // of the window
+    int32_t width, height;       // of the window
     float clip_start, clip_end;
     const float*
         filter;  // kFilterSize + 1 places of the pixel filter's inverted distribution; null: box of one pixel
 };
+constexpr int kCameraFloats = 24;
+static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 
 struct SceneView {
     const embree::Api* api;

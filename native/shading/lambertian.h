@@ -1,8 +1,8 @@
 // The Lambertian surface, f = albedo / pi: what most surfaces of a scene under reconstruction are.
 #pragma once
 
+#include "sampling/hemisphere.h"
 #include "shading/bsdf/sample.h"
-#include "shading/direct_light.h"
 #include "texture/normal_map.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

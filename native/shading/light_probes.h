@@ -2,7 +2,7 @@
 #pragma once
 
 #include "../light_probes.h"
-#include "shading/environment.h"
+#include "shading/environment_samples.h"
 #include "shading/lights.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -23,60 +23,32 @@ EG_INLINE Vec3 normalized_or(Vec3 v, Vec3 fallback) {
 
 // M^T v for the linear part M of lanes' instance transforms: a normal in the mesh's space, up to its length.
 EG_INLINE Vec3 normal_to_mesh(const SceneView& scene, Int instance, Vec3 v) {
-    Vec3 r = v;
-    if (!any(instance >= 0)) return r;
-    for (int i = 0; i < W; ++i) {
-        if (instance[i] < 0) continue;
-        const float* m = scene.instance_to_world + 12 * static_cast<int64_t>(instance[i]);
-        r.x[i] = m[0] * v.x[i] + m[4] * v.y[i] + m[8] * v.z[i];
-        r.y[i] = m[1] * v.x[i] + m[5] * v.y[i] + m[9] * v.z[i];
-        r.z[i] = m[2] * v.x[i] + m[6] * v.y[i] + m[10] * v.z[i];
-    }
-    return r;
+    const Mask placed = instance >= 0;
+    if (!any(placed)) return v;
+    const Placement m = gather_placement(scene, instance);
+    return select(placed, m.x * v.x + m.y * v.y + m.z * v.z, v);
 }
 
-// M^-T v, up to a positive factor: a normal of the mesh in the world. The columns of M^-T det M are the cross
-// products of M's rows.
+// M^-T v, up to a positive factor: a normal of the mesh in the world.
 EG_INLINE Vec3 normal_to_world(const SceneView& scene, Int instance, Vec3 v) {
-    Vec3 r = v;
-    if (!any(instance >= 0)) return r;
-    for (int i = 0; i < W; ++i) {
-        if (instance[i] < 0) continue;
-        const float* m = scene.instance_to_world + 12 * static_cast<int64_t>(instance[i]);
-        const float x = v.x[i], y = v.y[i], z = v.z[i];
-        const float a[3] = {m[5] * m[10] - m[6] * m[9], m[6] * m[8] - m[4] * m[10],
-                            m[4] * m[9] - m[5] * m[8]};
-        const float b[3] = {m[9] * m[2] - m[10] * m[1], m[10] * m[0] - m[8] * m[2],
-                            m[8] * m[1] - m[9] * m[0]};
-        const float c[3] = {m[1] * m[6] - m[2] * m[5], m[2] * m[4] - m[0] * m[6], m[0] * m[5] - m[1] * m[4]};
-        const float turn = m[0] * a[0] + m[1] * a[1] + m[2] * a[2] < 0.0f ? -1.0f : 1.0f;
-        r.x[i] = turn * (a[0] * x + a[1] * y + a[2] * z);
-        r.y[i] = turn * (b[0] * x + b[1] * y + b[2] * z);
-        r.z[i] = turn * (c[0] * x + c[1] * y + c[2] * z);
-    }
-    return r;
+    const Mask placed = instance >= 0;
+    return any(placed) ? select(placed, place_normal(gather_placement(scene, instance), v), v) : v;
 }
 
 // Length of the interpolated corner normals, which tangent space keeps; 1 where the surface is flat.
 EG_INLINE Float interpolated_length(const SceneView& scene, Mask active, const TexturePoint& point) {
-    Float length2 = splat(1.0f);
-    if (!scene.corner_normal) return length2;
-    for (int i = 0; i < W; ++i) {
-        if (!active[i]) continue;
-        const int32_t* corner = scene.corner_normal + 3 * static_cast<int64_t>(point.face[i]);
-        if (corner[0] < 0 || corner[1] < 0 || corner[2] < 0) continue;
-        const float b1 = point.b1[i], b2 = point.b2[i], b0 = 1.0f - b1 - b2;
-        const float* a = scene.normals + 3 * static_cast<int64_t>(corner[0]);
-        const float* b = scene.normals + 3 * static_cast<int64_t>(corner[1]);
-        const float* c = scene.normals + 3 * static_cast<int64_t>(corner[2]);
-        float sum = 0.0f;
-        for (int k = 0; k < 3; ++k) {
-            const float n = b0 * a[k] + b1 * b[k] + b2 * c[k];
-            sum += n * n;
-        }
-        if (sum > 0.0f) length2[i] = sum;
-    }
-    return sqrt(length2);
+    if (!scene.corner_normal) return splat(1.0f);
+    Mask smooth;
+    const Vec3 n = interpolated_normal(scene, active, point.face, point.b1, point.b2, smooth);
+    const Float length2 = dot(n, n);
+    return sqrt(select(smooth & (length2 > 0.0f), length2, 1.0f));
+}
+
+// Indices of lanes that have none take that of one that has: any place that can be read.
+EG_INLINE Int fill_lanes(Mask known, Int index) {
+    int lane = 0;
+    while (!known[lane]) ++lane;
+    return select(known, index, splat(static_cast<int>(index[lane])));
 }
 
 // Lanes' leaves may have different UV maps; -1: none. The mesh's tangents are used where it has them
@@ -87,46 +59,52 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int leaf, co
     const TextureView& textures = scene.textures;
     UvTangent r{splat(0), zero3(), splat(1.0f)};
     const Int face = select(active, point.face, splat(0));
+    Mask made = splat(0), own = splat(0);  // whether a lane has tangents, or UVs alone
+    Int at = splat(0), step = splat(0);    // its face's first float, and those of a corner
     for (int i = 0; i < W; ++i) {
         if (!active[i] || !textures.leaf_uv || textures.leaf_uv[leaf[i]] < 0) continue;
         const int32_t mesh = textures.face_mesh[face[i]];
         const auto attribute = [&](int32_t number) -> const TextureAttribute& {
             return textures.mesh_attributes[number * textures.mesh_count + mesh];
         };
-        const float b1 = point.b1[i], b2 = point.b2[i];
-        const TextureAttribute& made = attribute(textures.leaf_tangent[leaf[i]]);
+        const TextureAttribute& tangents = attribute(textures.leaf_tangent[leaf[i]]);
         const TextureAttribute& uv = attribute(textures.leaf_uv[leaf[i]]);
-        if (made.components == 4) {
-            const float* p = textures.attributes + made.offset + static_cast<int64_t>(face[i]) * 12;
-            const Texel t =
-                load_texel(p) * (1.0f - b1 - b2) + load_texel(p + 4) * b1 + load_texel(p + 8) * b2;
-            r.tangent.x[i] = t[0], r.tangent.y[i] = t[1], r.tangent.z[i] = t[2];
-            r.sign[i] = t[3] < 0.0f ? -1.0f : 1.0f;
-            r.known[i] = -1;
-        } else if (uv.components >= 2) {
-            const int n_uv = uv.components;
-            const float* p = textures.attributes + uv.offset + static_cast<int64_t>(face[i]) * 3 * n_uv;
-            const float u1 = p[n_uv] - p[0], v1 = p[n_uv + 1] - p[1];
-            const float u2 = p[2 * n_uv] - p[0], v2 = p[2 * n_uv + 1] - p[1];
-            const float det = u1 * v2 - u2 * v1;
-            if (det == 0.0f) continue;
-            const float turn = det < 0.0f ? -1.0f : 1.0f;
-            const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face[i]);
-            const float *p0 = scene.vertices + 3 * static_cast<int64_t>(f[0]),
-                        *p1 = scene.vertices + 3 * static_cast<int64_t>(f[1]),
-                        *p2 = scene.vertices + 3 * static_cast<int64_t>(f[2]);
-            float along[3];
-            for (int k = 0; k < 3; ++k) along[k] = turn * ((p1[k] - p0[k]) * v2 - (p2[k] - p0[k]) * v1);
-            r.tangent.x[i] = along[0], r.tangent.y[i] = along[1], r.tangent.z[i] = along[2];
-            r.sign[i] = turn;
-            r.known[i] = -2;
-        }
+        const auto take = [&](const TextureAttribute& a, Mask& lanes) {
+            lanes[i] = -1;
+            at[i] = static_cast<int32_t>(a.offset + static_cast<int64_t>(face[i]) * 3 * a.components);
+            step[i] = a.components;
+        };
+        if (tangents.components == 4)
+            take(tangents, made);
+        else if (uv.components >= 2)
+            take(uv, own);
     }
-    const Mask own = r.known == -2;
+    if (any(made)) {
+        const Int index = fill_lanes(made, at);
+        Rows corner[3];
+        for (int k = 0; k < 3; ++k) store(corner[k], index + 4 * k);
+        const Float weight[3] = {1.0f - point.b1 - point.b2, point.b1, point.b2};
+        const Color4 t = sum_texels(textures.attributes, corner, weight, 4);
+        r.tangent = select(made, Vec3{t.c[0], t.c[1], t.c[2]}, zero3());
+        r.sign = select(made & (t.c[3] < 0.0f), splat(-1.0f), 1.0f);
+        r.known = made;
+    }
     if (any(own)) {
-        const Vec3 flat = r.tangent - n * (dot(n, r.tangent) / max(dot(n, n), 1e-30f));
+        const Int index = fill_lanes(own, at);
+        const auto uv = [&](int corner, int axis) {
+            return gather(textures.attributes + axis, index + select(own, step, splat(0)) * corner);
+        };
+        const Float u0 = uv(0, 0), v0 = uv(0, 1);
+        const Float u1 = uv(1, 0) - u0, v1 = uv(1, 1) - v0, u2 = uv(2, 0) - u0, v2 = uv(2, 1) - v0;
+        const Float det = difference_of_products(u1, v2, u2, v1);
+        own &= det != 0.0f;
+        const Float turn = select(det < 0.0f, splat(-1.0f), 1.0f);
+        const Triangle t = gather_triangle(scene, face);
+        const Vec3 along = ((t.p1 - t.p0) * v2 - (t.p2 - t.p0) * v1) * turn;
+        const Vec3 flat = along - n * (dot(n, along) / max(dot(n, n), 1e-30f));
         r.tangent = select(own, normalized_or(flat, zero3()), r.tangent);
-        r.known = r.known != 0;
+        r.sign = select(own, turn, r.sign);
+        r.known |= own;
     }
     return r;
 }
@@ -176,15 +154,12 @@ EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int leaf, co
     Vec3 direction = t.tangent;
     const Mask radial = active & ~t.known;
     if (any(radial) && scene.textures.mesh_box && scene.textures.mesh_count > 0) {
-        const Triangle triangle = gather_triangle(scene, select(active, point.face, splat(0)));
-        const Vec3 p = interpolate(triangle, point.b1, point.b2);
-        for (int i = 0; i < W; ++i) {
-            if (!radial[i]) continue;
-            const float* box = scene.textures.mesh_box + 6 * scene.textures.face_mesh[point.face[i]];
-            direction.x[i] = -(p.y[i] - box[1]) / box[4];
-            direction.y[i] = (p.x[i] - box[0]) / box[3];
-            direction.z[i] = 0.0f;
-        }
+        const Int face = select(active, point.face, splat(0));
+        const Vec3 p = interpolate(gather_triangle(scene, face), point.b1, point.b2);
+        Float box[6];
+        gather_row(scene.textures.mesh_box, 6, gather(scene.textures.face_mesh, face), box);
+        direction =
+            select(radial, Vec3{(box[1] - p.y) / box[4], (p.x - box[0]) / box[3], splat(0.0f)}, direction);
     }
     direction = normal_to_world(scene, point.instance, direction);
     Vec3 a, b;

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "adjoint/memory.h"
+#include "adjoint/tables.h"
 #include "light_probes.h"
 #include "scene/view.h"
 
@@ -98,6 +100,17 @@ struct BsdfResult {
     int32_t *sample_active, *sample_specular, *sample_transmitted, *sample_ray_kind;
 };
 
+// Derivatives of what a probe computes: backward from `adjoint` to the tables' gradients, or where that is
+// null, forward from the tables' tangents to `tangent`. Both have one row per point.
+struct ProbeSweep {
+    const DifferentiableTables* tables;
+    TapeMemory* memory;
+    const float* adjoint;
+    float* tangent;
+};
+// Of BSDFs: value and emission.
+constexpr int kBsdfOutputs = 6;
+
 // Rays to trace by themselves, in columns of whole packets.
 struct RayBatch {
     const float *origin[3], *direction[3], *far;
@@ -125,6 +138,8 @@ struct KernelTable {
                             DerivativeView& gradient);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
     void (*bsdfs)(const BsdfTask&, const BsdfResult&);
+    void (*texture_derivatives)(const SceneView&, const TextureTask&, const float* rows, const ProbeSweep&);
+    void (*bsdf_derivatives)(const BsdfTask&, const ProbeSweep&);
     void (*light_samples)(const SceneView&, const LightProbes&);
     void (*light_directions)(const SceneView&, const DirectionProbes&);
     void (*sky)(const SceneView&, const SkyProbes&);

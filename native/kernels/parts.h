@@ -13,3 +13,10 @@ void add_derivative_kernels(KernelTable& table);
 void add_probe_kernels(KernelTable& table);
 
 }  // namespace edgegrad::EDGEGRAD_ISA
+
+// Those on numbers that record derivatives (adjoint/number.h).
+namespace edgegrad::EDGEGRAD_ADJOINT_ISA {
+
+void add_adjoint_probe_kernels(KernelTable& table);
+
+}  // namespace edgegrad::EDGEGRAD_ADJOINT_ISA

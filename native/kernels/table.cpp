@@ -17,6 +17,7 @@ const KernelTable& kernel_table() {
         add_path_kernels(table);
         add_derivative_kernels(table);
         add_probe_kernels(table);
+        EDGEGRAD_ADJOINT_ISA::add_adjoint_probe_kernels(table);
         return table;
     }();
     return made;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "adjoint/probe_bindings.h"
 #include "column.h"
 #include "dispatch.h"
 #include "texture/opcodes.h"
@@ -81,26 +82,83 @@ std::vector<TextureAttribute> read_attributes(nb::handle t) {
 
 using Rows = nb::ndarray<float, nb::shape<-1, kMaterialParams>, nb::c_contig, nb::device::cpu>;
 
-// Runs programs at points (fields of `points` as in TextureTask) and overwrites their places in `rows`.
+// Programs and the points to run them at (fields of `points` as in TextureTask).
+class Points {
+ public:
+    Points(nb::handle tables, nb::handle points)
+        : textures(read_textures(tables)),
+          program_(column<int32_t>(points, "program")),
+          face_(column<int32_t>(points, "face")),
+          ray_kind_(column<int32_t>(points, "ray_kind")),
+          backside_(column<int32_t>(points, "backside")),
+          b1(column<float>(points, "b1")),
+          b2(column<float>(points, "b2")),
+          position(column<float>(points, "position")),
+          normal(column<float>(points, "normal")),
+          true_normal(column<float>(points, "true_normal")),
+          view(column<float>(points, "view")) {
+        const size_t n = count();
+        require(face_.size() == n && ray_kind_.size() == n && backside_.size() == n && b1.size() == n &&
+                b2.size() == n && position.size() == 3 * n && normal.size() == 3 * n &&
+                true_normal.size() == 3 * n && view.size() == 3 * n);
+        for (int32_t p : program_) require(p < static_cast<int32_t>(textures.program_first.size()) - 1);
+    }
+
+    size_t count() const { return program_.size(); }
+    SceneView scene() const {
+        SceneView view{};
+        view.textures = textures.view();
+        return view;
+    }
+    TextureTask task() const {
+        return {static_cast<int64_t>(count()), program_.data(),    face_.data(), ray_kind_.data(),
+                backside_.data(),              b1.data(),          b2.data(),    position.data(),
+                normal.data(),                 true_normal.data(), view.data()};
+    }
+
+    const TextureTables textures;
+
+ private:
+    std::vector<int32_t> program_, face_, ray_kind_, backside_;
+
+ public:
+    const std::vector<float> b1, b2, position, normal, true_normal, view;
+};
+
+// Runs the programs and overwrites their places in `rows`.
 void evaluate(nb::handle tables, nb::handle points, Rows rows, const std::string& instruction_set) {
-    const TextureTables textures = read_textures(tables);
-    const auto program = column<int32_t>(points, "program"), face = column<int32_t>(points, "face"),
-               ray_kind = column<int32_t>(points, "ray_kind"), backside = column<int32_t>(points, "backside");
-    const auto b1 = column<float>(points, "b1"), b2 = column<float>(points, "b2"),
-               position = column<float>(points, "position"), normal = column<float>(points, "normal"),
-               true_normal = column<float>(points, "true_normal"), view = column<float>(points, "view");
-    const size_t n = program.size();
-    require(face.size() == n && ray_kind.size() == n && backside.size() == n && b1.size() == n &&
-            b2.size() == n && position.size() == 3 * n && normal.size() == 3 * n &&
-            true_normal.size() == 3 * n && view.size() == 3 * n && rows.shape(0) == n);
-    for (int32_t p : program) require(p < static_cast<int32_t>(textures.program_first.size()) - 1);
-    SceneView scene{};
-    scene.textures = textures.view();
-    const TextureTask task = {static_cast<int64_t>(n), program.data(),     face.data(), ray_kind.data(),
-                              backside.data(),         b1.data(),          b2.data(),   position.data(),
-                              normal.data(),           true_normal.data(), view.data()};
+    const Points p(tables, points);
+    require(rows.shape(0) == p.count());
     const nb::gil_scoped_release release;
-    kernels(instruction_set).textures(scene, task, rows.data());
+    kernels(instruction_set).textures(p.scene(), p.task(), rows.data());
+}
+
+// Names of the floats that programs depend on.
+std::vector<std::pair<const char*, const std::vector<float>*>> tables_of(const Points& p) {
+    const TextureTables& t = p.textures;
+    return {{"b1", &p.b1},           {"b2", &p.b2},
+            {"position", &p.position}, {"normal", &p.normal},
+            {"true_normal", &p.true_normal}, {"view", &p.view},
+            {"pixels", &t.pixels},   {"constants", &t.constants},
+            {"lookups", &t.lookups}, {"attributes", &t.attributes}};
+}
+
+nb::dict backward(nb::handle tables, nb::handle points, const Adjoint& adjoint,
+                  const std::string& instruction_set) {
+    const Points p(tables, points);
+    const std::vector<float> rows(p.count() * kMaterialParams);
+    return probe_backward(tables_of(p), adjoint, p.count(), kMaterialParams, [&](const ProbeSweep& sweep) {
+        kernels(instruction_set).texture_derivatives(p.scene(), p.task(), rows.data(), sweep);
+    });
+}
+
+nb::object forward(nb::handle tables, nb::handle points, nb::handle tangents,
+                   const std::string& instruction_set) {
+    const Points p(tables, points);
+    const std::vector<float> rows(p.count() * kMaterialParams);
+    return probe_forward(tables_of(p), tangents, p.count(), kMaterialParams, [&](const ProbeSweep& sweep) {
+        kernels(instruction_set).texture_derivatives(p.scene(), p.task(), rows.data(), sweep);
+    });
 }
 
 }  // namespace
@@ -135,6 +193,10 @@ void bind_textures(nb::module_& m) {
         "Names of the operations of texture programs, in the order of their numbers.");
     m.def("evaluate_textures", &evaluate, "tables"_a, "points"_a, "rows"_a, "instruction_set"_a,
           "Runs texture programs at points and overwrites their places in rows.");
+    m.def("textures_backward", &backward, "tables"_a, "points"_a, "adjoint"_a, "instruction_set"_a,
+          "Gradients of texture programs' rows.");
+    m.def("textures_forward", &forward, "tables"_a, "points"_a, "tangents"_a, "instruction_set"_a,
+          "Tangents of texture programs' rows.");
 }
 
 }  // namespace edgegrad

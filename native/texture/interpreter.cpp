@@ -79,7 +79,7 @@ struct TextureRegisters {
 
     EG_INLINE Float in(int k) const {
         const int32_t i = at->in[k];
-        return i < 0 ? splat(constants[~i]) : value[i];
+        return i < 0 ? broadcast(constants + ~i) : value[i];
     }
     EG_INLINE Vec3 in3() const { return {in(0), in(1), in(2)}; }
     EG_INLINE void out(Float a) { value[at->out[0]] = a; }

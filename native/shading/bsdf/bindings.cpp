@@ -5,6 +5,7 @@
 
 #include <stdexcept>
 
+#include "adjoint/probe_bindings.h"
 #include "column.h"
 #include "dispatch.h"
 
@@ -31,31 +32,55 @@ struct Output {
 };
 
 // `materials` has kind, flags, params (core/material_table.py); fields of `points` as in BsdfTask.
+class Points {
+ public:
+    Points(nb::handle materials, nb::handle points)
+        : kind_(column<int32_t>(materials, "kind")),
+          flags_(column<int32_t>(materials, "flags")),
+          material_(column<int32_t>(points, "material")),
+          inside_(column<int32_t>(points, "from_inside")),
+          rows(column<float>(materials, "params")),
+          normal(column<float>(points, "normal")),
+          true_normal(column<float>(points, "true_normal")),
+          tangent(column<float>(points, "tangent")),
+          wo(column<float>(points, "wo")),
+          wi(column<float>(points, "wi")),
+          random(column<float>(points, "random")) {
+        const size_t n = material_.size(), count = kind_.size();
+        bool fine = flags_.size() == count && rows.size() == kMaterialParams * count && inside_.size() == n;
+        for (const auto* v : {&normal, &true_normal, &tangent, &wo, &wi, &random}) fine &= v->size() == 3 * n;
+        for (int32_t k : material_) fine &= k >= 0 && static_cast<size_t>(k) < count;
+        if (!fine) throw std::invalid_argument("the points or materials of BSDFs have sizes that disagree");
+    }
+
+    size_t count() const { return material_.size(); }
+    BsdfTask task() const {
+        const size_t n = count();
+        return {static_cast<int64_t>(n),
+                kind_.data(),
+                flags_.data(),
+                rows.data(),
+                material_.data(),
+                inside_.data(),
+                normal.data(),
+                true_normal.data(),
+                tangent.data(),
+                wo.data(),
+                wi.data(),
+                {random.data(), random.data() + n, random.data() + 2 * n}};
+    }
+
+ private:
+    std::vector<int32_t> kind_, flags_, material_, inside_;
+
+ public:
+    const std::vector<float> rows, normal, true_normal, tangent, wo, wi, random;
+};
+
 nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& instruction_set) {
-    const auto kind = column<int32_t>(materials, "kind"), flags = column<int32_t>(materials, "flags");
-    const auto rows = column<float>(materials, "params");
-    const auto material = column<int32_t>(points, "material"),
-               inside = column<int32_t>(points, "from_inside");
-    const auto normal = column<float>(points, "normal"), true_normal = column<float>(points, "true_normal"),
-               tangent = column<float>(points, "tangent"), wo = column<float>(points, "wo"),
-               wi = column<float>(points, "wi"), random = column<float>(points, "random");
-    const size_t n = material.size(), count = kind.size();
-    bool fine = flags.size() == count && rows.size() == kMaterialParams * count && inside.size() == n;
-    for (const auto* v : {&normal, &true_normal, &tangent, &wo, &wi, &random}) fine &= v->size() == 3 * n;
-    for (int32_t k : material) fine &= k >= 0 && static_cast<size_t>(k) < count;
-    if (!fine) throw std::invalid_argument("the points or materials of BSDFs have sizes that disagree");
-    const BsdfTask task = {static_cast<int64_t>(n),
-                           kind.data(),
-                           flags.data(),
-                           rows.data(),
-                           material.data(),
-                           inside.data(),
-                           normal.data(),
-                           true_normal.data(),
-                           tangent.data(),
-                           wo.data(),
-                           wi.data(),
-                           {random.data(), random.data() + n, random.data() + 2 * n}};
+    const Points p(materials, points);
+    const BsdfTask task = p.task();
+    const size_t n = p.count();
     Output<float> value(n, 3), pdf(n), emission(n, 3), sample_wi(n, 3), weight(n, 3), sample_pdf(n);
     Output<int32_t> active(n), specular(n), transmitted(n), ray_kind(n);
     const BsdfResult result = {value.values.data(),     pdf.values.data(),      emission.values.data(),
@@ -80,11 +105,37 @@ nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& in
     return out;
 }
 
+// Names of the floats that BSDFs depend on.
+std::vector<std::pair<const char*, const std::vector<float>*>> tables_of(const Points& p) {
+    return {{"params", &p.rows},     {"normal", &p.normal}, {"true_normal", &p.true_normal},
+            {"tangent", &p.tangent}, {"wo", &p.wo},         {"wi", &p.wi}};
+}
+
+nb::dict backward(nb::handle materials, nb::handle points, const Adjoint& adjoint,
+                  const std::string& instruction_set) {
+    const Points p(materials, points);
+    return probe_backward(tables_of(p), adjoint, p.count(), kBsdfOutputs, [&](const ProbeSweep& sweep) {
+        kernels(instruction_set).bsdf_derivatives(p.task(), sweep);
+    });
+}
+
+nb::object forward(nb::handle materials, nb::handle points, nb::handle tangents,
+                   const std::string& instruction_set) {
+    const Points p(materials, points);
+    return probe_forward(tables_of(p), tangents, p.count(), kBsdfOutputs, [&](const ProbeSweep& sweep) {
+        kernels(instruction_set).bsdf_derivatives(p.task(), sweep);
+    });
+}
+
 }  // namespace
 
 void bind_bsdfs(nb::module_& m) {
     m.def("evaluate_bsdfs", &evaluate, "materials"_a, "points"_a, "instruction_set"_a,
           "Evaluates and samples BSDFs at points.");
+    m.def("bsdfs_backward", &backward, "materials"_a, "points"_a, "adjoint"_a, "instruction_set"_a,
+          "Gradients of BSDFs' values and emissions.");
+    m.def("bsdfs_forward", &forward, "materials"_a, "points"_a, "tangents"_a, "instruction_set"_a,
+          "Tangents of BSDFs' values and emissions.");
 }
 
 }  // namespace edgegrad

@@ -6,22 +6,34 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-static void bsdf_kernel(const BsdfTask& task, const BsdfResult& result) {
-    for (int64_t first = 0; first < task.count; first += W) {
-        const Int lane = lane_index();
-        const int left = static_cast<int>(task.count - first < W ? task.count - first : W);
-        const Mask active = lane < left;
-        const Int at = select(active, lane, splat(0));
-        const Int material = gather(task.material + first, at);
-        const auto number = [&](const float* values) { return gather(values + first, at); };
-        const auto vector = [&](const float* values) { return gather3(values + 3 * first, at); };
-        Float row[kMaterialParams];
-        for (int k = 0; k < kMaterialParams; ++k)
-            row[k] = gather(task.rows + k, material * static_cast<int32_t>(kMaterialParams));
-        const Bsdf f =
+// A packet of the task's points.
+struct BsdfPoints {
+    Mask active;
+    Int at;  // relative to the packet's first point
+    Bsdf bsdf;
+    Vec3 wi;
+};
+
+EG_INLINE BsdfPoints load_points(const BsdfTask& task, int64_t first) {
+    const Int lane = lane_index();
+    const Mask active = lane < static_cast<int>(task.count - first < W ? task.count - first : W);
+    const Int at = select(active, lane, splat(0));
+    const Int material = gather(task.material + first, at);
+    const auto vector = [&](const float* values) { return gather3(values + 3 * first, at); };
+    Float row[kMaterialParams];
+    gather_row(task.rows, kMaterialParams, material, row);
+    return {active, at,
             make_bsdf(active, gather(task.kind, material), gather(task.flags, material), material_values(row),
                       vector(task.normal), vector(task.true_normal), vector(task.tangent),
-                      gather(task.from_inside + first, at) != 0, vector(task.wo));
+                      gather(task.from_inside + first, at) != 0, vector(task.wo)),
+            vector(task.wi)};
+}
+
+static void bsdf_kernel(const BsdfTask& task, const BsdfResult& result) {
+    for (int64_t first = 0; first < task.count; first += W) {
+        const int left = static_cast<int>(task.count - first < W ? task.count - first : W);
+        const auto [active, at, f, wi] = load_points(task, first);
+        const auto number = [&, at = at](const float* values) { return gather(values + first, at); };
         const auto write = [&](float* out, int stride, Float value) {
             for (int i = 0; i < left; ++i) out[stride * (first + i)] = value[i];
         };
@@ -31,7 +43,7 @@ static void bsdf_kernel(const BsdfTask& task, const BsdfResult& result) {
         const auto write_index = [&](int32_t* out, Int value) {
             for (int i = 0; i < left; ++i) out[first + i] = value[i];
         };
-        const BsdfValue e = evaluate(f, active, vector(task.wi));
+        const BsdfValue e = evaluate(f, active, wi);
         write3(result.value, e.value);
         write(result.pdf, 1, e.pdf);
         write3(result.emission, emitted(f));

@@ -4,9 +4,9 @@
 // `Float` into the namespace EDGEGRAD_ADJOINT_ISA: the very code that pictures are made with. Integers and
 // masks stay plain packets, so branches and selections are not differentiated; neither are whole numbers.
 //
-// Where a function has no derivative, the one that keeps sums finite is taken: 0 for a square root at 0 (it is
-// met where a guard max(x, 0) holds, whose derivative is 0 too), for an angle at the origin, and for the inverse
-// sine at its ends.
+// Where a function has no derivative, the one that keeps sums finite is taken: 0 for a square root at 0 (it
+// is met where a guard max(x, 0) holds, whose derivative is 0 too), for an angle at the origin, and for the
+// inverse sine at its ends.
 #pragma once
 
 #include "adjoint/tape.h"
@@ -126,8 +126,8 @@ EG_INLINE Float& operator/=(Float& a, B b) {
 EG_INLINE Float sum_of_products(Float a, Float b, Float c, Float d, Float e, Float f) {
     const raw::Float r = raw::sum_of_products(a.value, b.value, c.value, d.value, e.value, f.value);
     if ((a.node & b.node & c.node & d.node & e.node & f.node) < 0) return {r, -1};
-    return {r, current_tape->record(a.node, b.value, b.node, a.value, c.node, d.value, d.node, c.value, e.node,
-                                    f.value, f.node, e.value)};
+    return {r, current_tape->record(a.node, b.value, b.node, a.value, c.node, d.value, d.node, c.value,
+                                    e.node, f.value, f.node, e.value)};
 }
 EG_INLINE Float difference_of_products(Float a, Float b, Float c, Float d) {
     const raw::Float r = raw::difference_of_products(a.value, b.value, c.value, d.value);
@@ -151,7 +151,7 @@ EG_INLINE Float sum_of_products(const Float (&a)[N], const Float (&b)[N]) {
 
 // ---- Comparisons ----
 
-#define EG_COMPARISON(op)                                                      \
+#define EG_COMPARISON(op)                                                       \
     EG_INLINE Mask operator op(Float a, Float b) { return a.value op b.value; } \
     EG_INLINE Mask operator op(Float a, float b) { return a.value op b; }       \
     EG_INLINE Mask operator op(float a, Float b) { return a op b.value; }

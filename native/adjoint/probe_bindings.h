@@ -20,8 +20,8 @@ using ProbeTables = std::vector<std::pair<const char*, const std::vector<float>*
 using ProbeKernel = std::function<void(const ProbeSweep&)>;
 
 // Gradients (float64, flat) by the tables' names.
-nanobind::dict probe_backward(const ProbeTables& tables, const Adjoint& adjoint, size_t points, size_t outputs,
-                              const ProbeKernel& kernel);
+nanobind::dict probe_backward(const ProbeTables& tables, const Adjoint& adjoint, size_t points,
+                              size_t outputs, const ProbeKernel& kernel);
 
 // Tangents (float64) are attributes of `tangents` with the tables' names; of the outputs (points, outputs).
 nanobind::object probe_forward(const ProbeTables& tables, nanobind::handle tangents, size_t points,

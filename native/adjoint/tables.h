@@ -8,9 +8,9 @@
 namespace edgegrad {
 
 struct DifferentiableTable {
-    const float *begin, *end;    // the whole table, by which its reads are known
-    const float *first, *last;   // the span of it that is asked for
-    double* gradient = nullptr;  // of the span: backward sweeps add to it
+    const float *begin, *end;         // the whole table, by which its reads are known
+    const float *first, *last;        // the span of it that is asked for
+    double* gradient = nullptr;       // of the span: backward sweeps add to it
     const double* tangent = nullptr;  // of the span: forward sweeps start from it
 };
 

@@ -2,9 +2,9 @@
 // one evaluation (Griewank and Walther 2008, "Evaluating Derivatives", chapters 3 and 6).
 //
 // A tape is a list of edges (from, to, partial): the number `to` was computed from the number `from`, and
-// `partial` is its derivative by it, one per lane. Edges stand in the order of evaluation, so a backward sweep
-// runs over them from the last to the first and adds partial * adjoint(to) to adjoint(from); a forward sweep
-// runs from the first to the last and adds partial * tangent(from) to tangent(to).
+// `partial` is its derivative by it, one per lane. Edges stand in the order of evaluation, so a backward
+// sweep runs over them from the last to the first and adds partial * adjoint(to) to adjoint(from); a forward
+// sweep runs from the first to the last and adds partial * tangent(from) to tangent(to).
 //
 // Numbers read from a differentiable table are leaves: a backward sweep adds their adjoints to the table's
 // gradient at the places they were read from, a forward sweep starts from the table's tangent there. The
@@ -150,8 +150,8 @@ inline Tape::~Tape() { current_tape = outer_; }
 inline void Tape::grow_edges() {
     const size_t kept = static_cast<size_t>(edges_), room = 2 * kept + 4096;
     ends_ = static_cast<Ends*>(memory_.ends.grow(room * sizeof(Ends), kept * sizeof(Ends)));
-    partials_ = static_cast<raw::Float*>(
-        memory_.partials.grow(room * sizeof(raw::Float), kept * sizeof(raw::Float)));
+    partials_ =
+        static_cast<raw::Float*>(memory_.partials.grow(room * sizeof(raw::Float), kept * sizeof(raw::Float)));
     edge_room_ = static_cast<int>(room);
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edgegrad import Image, _native
+from edgegrad import Image, Mesh, _native
 from edgegrad import expression as e
 from edgegrad import procedural as t
 from edgegrad.material import KINDS
@@ -99,8 +100,9 @@ class Bsdfs:
     def __init__(self, kind: str, n: int, seed: int, below: bool = False) -> None:
         rng = np.random.default_rng(seed)
         number = [k.upper().replace(" ", "_") for k in KINDS].index(kind)
-        self.materials = SimpleNamespace(kind=np.full(n, number, np.int32), params=random_rows(rng, n),
-                                         flags=np.full(n, SHADERS[kind], np.int32))
+        self.materials = SimpleNamespace(
+            kind=np.full(n, number, np.int32), params=random_rows(rng, n), flags=np.full(n, SHADERS[kind], np.int32)
+        )
         self.points = random_points(rng, n, below)
         self.isa = _native.instruction_sets()[0]
 
@@ -135,8 +137,10 @@ def test_bsdfs_against_differences(shader: str, below: bool) -> None:
             tangents = zero_tangents(bsdfs.floats())
             setattr(tangents, name, change.ravel())
             found = bsdfs.forward(tangents)
-            check_derivative(found, lambda h, name=name, change=change: bsdfs.value(name, h * change), 5e-3,
-                             outliers=0.03, sharp=0.5)  # fmt: skip
+            decided = check_derivative(found, lambda h, name=name, change=change: bsdfs.value(name, h * change), 1e-3,
+                                       outliers=0.04)  # fmt: skip
+            small = np.abs(found).max() < 1e-3 * np.abs(bsdfs.value(name, 0 * change)).max()
+            assert decided > 0.2 or small, (name, place)
 
 
 @pytest.mark.parametrize("below", [False, True])
@@ -169,15 +173,13 @@ TABLE_FLOATS = ("pixels", "constants", "lookups", "attributes")
 class Textures:
     """Expressions of the attributes "P" and "Q" at random points, with all floats they depend on by name."""
 
-    def __init__(self, expressions: list[e.Expression], n: int, seed: int, images: dict[str, Image] | None = None,
-                 scale: float = 1.0) -> None:  # fmt: skip
+    def __init__(self, expressions: list[e.Expression], n: int, seed: int,
+                 images: dict[str, Image] | None = None) -> None:  # fmt: skip
         rng = np.random.default_rng(seed)
-        corners = np.repeat(np.arange(3 * n, dtype=np.int32), 1).reshape(n, 3)
-        from edgegrad import Mesh
-
+        corners = np.arange(3 * n, dtype=np.int32).reshape(n, 3)
         mesh = Mesh(rng.normal(size=(3 * n, 3)), corners, ("m0",), attributes={
-            "P": (scale * rng.uniform(-1.5, 1.5, (n, 1, 3)) + 0.02 * rng.normal(size=(n, 3, 3))).astype(np.float32),
-            "Q": (rng.uniform(0.1, 1.5, (n, 1, 3)) + 0.02 * rng.normal(size=(n, 3, 3))).astype(np.float32)})  # fmt: skip
+            name: (rng.uniform(low, high, (n, 1, 3)) + 0.02 * rng.normal(size=(n, 3, 3))).astype(np.float32)
+            for name, low, high in (("P", -1.5, 1.5), ("Q", 0.1, 0.9))})  # fmt: skip
         self.tables = compile_textures(scene_of(expressions, {"mesh": mesh}, images))
         self.points = points(n, face=np.arange(n), b1=rng.uniform(0.1, 0.4, n), b2=rng.uniform(0.1, 0.4, n),
                              position=rng.normal(size=(n, 3)), normal=units(rng, n), true_normal=units(rng, n),
@@ -212,25 +214,30 @@ class Textures:
         self.points.program[:] = program
         return _native.textures_backward(self.tables, self.points, adjoint, self.isa)
 
-    def check(self, program: int, step: float, outliers: float, **tolerances: float) -> None:
-        """Both sweeps of a program, for a random direction of all floats and of each table alone."""
+    def check(self, program: int, step: float, outliers: float, names: Iterable[str]) -> list[float]:
+        """Both sweeps of a program for random directions of all tables, and differences for those named."""
         rng = np.random.default_rng(program)
         adjoint = np.zeros((len(self.points.face), WIDTH), np.float32)
         adjoint[:, :8] = rng.normal(size=(len(adjoint), 8))
         gradients = self.backward(program, adjoint)
-        for names in ([name] for name in self.floats() if self.floats()[name].size):
+        decided = []
+        for name, values in self.floats().items():
+            if values.size == 0:
+                continue
             tangents = zero_tangents(self.floats())
-            for name in names:
-                setattr(tangents, name, rng.choice([-1.0, 1.0], self.floats()[name].size))
+            setattr(tangents, name, rng.choice([-1.0, 1.0], values.size))
             found = self.forward(program, tangents)
-            terms = adjoint * found
-            pulled = sum(float(np.sum(g * getattr(tangents, name))) for name, g in gradients.items())
-            assert abs(np.sum(terms) - pulled) <= DOT_PRODUCT * np.sum(np.abs(terms)) + 1e-9
-            check_derivative(found, lambda h, d=tangents: self.value(program, d, h), step, outliers, **tolerances)
+            terms, pulled = adjoint * found, gradients[name] * getattr(tangents, name)
+            size = np.sum(np.abs(terms)) + np.sum(np.abs(pulled))
+            assert abs(np.sum(terms) - np.sum(pulled)) <= DOT_PRODUCT * size, name
+            if name in names:
+                share = check_derivative(found, lambda h, d=tangents: self.value(program, d, h), step, outliers)
+                decided.append(share)
+        return decided
 
 
-# Nodes that jump or bend so often that a difference says little: their sweeps are only compared with each other.
-ROUGH = ("math SNAP", "vector SNAP")
+# Constants of most nodes are limits and switches, where differences see kinks.
+VARIABLES = (*TEXTURE_FLOATS, "pixels", "lookups", "attributes")
 
 
 @pytest.mark.parametrize(
@@ -239,11 +246,32 @@ ROUGH = ("math SNAP", "vector SNAP")
 def test_nodes(group: str) -> None:
     cases = getattr(node_cases, group)()
     textures = Textures([expression for _, expression in cases.values()], 96, seed=2)
+    # Noise is looked up at coordinates of some hundreds, which have few digits left.
+    step = 4e-3 if group == "textures" else 1e-3
+    decided: list[float] = []
     for k, name in enumerate(cases):
         try:
-            textures.check(int(textures.tables.leaf_program[k]), 1e-3, outliers=0.08, sharp=0.0)
+            # White noise has a derivative of zero, and a difference of anything.
+            names = () if name.startswith("white noise") else VARIABLES
+            decided += textures.check(int(textures.tables.leaf_program[k]), step, 0.1, names)
         except AssertionError as error:
             raise AssertionError(name) from error
+    assert np.mean(np.array(decided) > 0.5) > 0.75
+
+
+CONSTANTS = {
+    "math": e.Math("MULTIPLY_ADD", e.Attribute("P"), 1.7, 0.4),
+    "mapping": e.Transform(e.Attribute("P"), ((1.5, 0.2, 0.1, 0.3), (0.7, -0.4, 0.6, 0.2), (0.3, 0.9, 1.1, -0.7))),
+    "mix": e.Mix(0.3, e.Attribute("P"), (0.2, 0.4, 0.7), "SCREEN"),
+    "noise": t.Noise(e.Attribute("P"), scale=3.3, detail=2.4, roughness=0.6, lacunarity=2.1, distortion=0.4),
+    "voronoi": t.Voronoi(e.Attribute("P"), scale=2.6, detail=1.4, roughness=0.6, lacunarity=2.1, randomness=0.8),
+}
+
+
+@pytest.mark.parametrize("name", CONSTANTS)
+def test_constants_of_nodes(name: str) -> None:
+    textures = Textures([CONSTANTS[name]], 256, seed=8)
+    assert textures.check(0, 2e-4 if name == "noise" else 1e-3, 0.08, ["constants"])[0] > 0.5
 
 
 @pytest.mark.parametrize("interpolation", e.INTERPOLATIONS)
@@ -254,9 +282,6 @@ def test_images(interpolation: str, extension: str) -> None:
         pixels = rng.uniform(0.1, 1.0, (5, 6, channels)).astype(np.float32)
         node = e.ImageTexture("image", e.Attribute("P"), interpolation, extension, alpha=alpha)
         textures = Textures([node], 128, seed=5, images={"image": Image(pixels)})
-        textures.check(0, 1e-3, outliers=0.08, sharp=0.7)
-
-
-def test_noise_is_smooth_in_its_coordinates() -> None:
-    textures = Textures([t.Noise(e.Attribute("P"), detail=2.5)], 256, seed=6)
-    textures.check(0, 2e-3, outliers=0.02, sharp=0.7)
+        assert textures.check(0, 1e-3, 0.08, ["pixels"])[0] > 0.8
+        moved = textures.check(0, 1e-3, 0.08, ["attributes"])[0]
+        assert moved > 0.5 or interpolation == "CLOSEST"

@@ -121,10 +121,12 @@ EG_INLINE Int packet(const Rows& rows) { return load(rows); }
 // N neighbouring floats of each lane's row.
 template <int N, typename R>
 EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
-    for (int k = 0; k < N; ++k) out[k] = Float{};
-    for (int i = 0; i < W; ++i) {
-        const float* p = base + stride * static_cast<int64_t>(row[i]);
-        for (int k = 0; k < N; ++k) out[k][i] = p[k];
+    const float* rows[W];
+    for (int i = 0; i < W; ++i) rows[i] = base + stride * static_cast<int64_t>(row[i]);
+    for (int k = 0; k < N; ++k) {
+        Float column{};
+        for (int i = 0; i < W; ++i) column[i] = rows[i][k];
+        out[k] = column;
     }
 }
 

@@ -246,14 +246,14 @@ VARIABLES = (*TEXTURE_FLOATS, "pixels", "lookups", "attributes")
 def test_nodes(group: str) -> None:
     cases = getattr(node_cases, group)()
     textures = Textures([expression for _, expression in cases.values()], 96, seed=2)
-    # Noise is looked up at coordinates of some hundreds, which have few digits left.
-    step = 4e-3 if group == "textures" else 1e-3
+    # Noise is looked up at coordinates of some hundreds, which have few digits left; cells have many edges.
+    step, outliers = (2e-3, 0.25) if group == "textures" else (1e-3, 0.1)
     decided: list[float] = []
     for k, name in enumerate(cases):
         try:
             # White noise has a derivative of zero, and a difference of anything.
             names = () if name.startswith("white noise") else VARIABLES
-            decided += textures.check(int(textures.tables.leaf_program[k]), step, 0.15, names)
+            decided += textures.check(int(textures.tables.leaf_program[k]), step, outliers, names)
         except AssertionError as error:
             raise AssertionError(name) from error
     assert np.mean(np.array(decided) > 0.5) > 0.75

@@ -37,7 +37,7 @@ EG_INLINE TexturePoints load_points(const TextureTask& task, int64_t first) {
     return r;
 }
 
-static void texture_kernel(const SceneView& scene, const TextureTask& task, float* rows) {
+inline void texture_kernel(const SceneView& scene, const TextureTask& task, float* rows) {
     for (int64_t first = 0; first < task.count; first += W) {
         const int left = static_cast<int>(task.count - first < W ? task.count - first : W);
         const TexturePoints p = load_points(task, first);

@@ -29,7 +29,7 @@ EG_INLINE BsdfPoints load_points(const BsdfTask& task, int64_t first) {
             vector(task.wi)};
 }
 
-static void bsdf_kernel(const BsdfTask& task, const BsdfResult& result) {
+inline void bsdf_kernel(const BsdfTask& task, const BsdfResult& result) {
     for (int64_t first = 0; first < task.count; first += W) {
         const int left = static_cast<int>(task.count - first < W ? task.count - first : W);
         const auto [active, at, f, wi] = load_points(task, first);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -110,11 +111,11 @@ class Bsdfs:
         names = ("normal", "true_normal", "tangent", "wo", "wi")
         return {"params": self.materials.params} | {name: getattr(self.points, name) for name in names}
 
-    def value(self, name: str, change: F64) -> F64:
-        """(n, 6) values and emissions where a table has changed."""
+    def along(self, name: str, direction: F64, h: float) -> F64:
+        """(n, 6) values and emissions where a table has moved by h times the direction."""
         materials, where = SimpleNamespace(**vars(self.materials)), SimpleNamespace(**vars(self.points))
         holder = materials if name == "params" else where
-        setattr(holder, name, (getattr(holder, name) + change).astype(np.float32))
+        setattr(holder, name, (getattr(holder, name) + h * direction).astype(np.float32))
         out = _native.evaluate_bsdfs(materials, where, self.isa)
         return np.concatenate([out["value"], out["emission"]], axis=1).astype(float)
 
@@ -137,9 +138,8 @@ def test_bsdfs_against_differences(shader: str, below: bool) -> None:
             tangents = zero_tangents(bsdfs.floats())
             setattr(tangents, name, change.ravel())
             found = bsdfs.forward(tangents)
-            decided = check_derivative(found, lambda h, name=name, change=change: bsdfs.value(name, h * change), 1e-3,
-                                       outliers=0.04)  # fmt: skip
-            small = np.abs(found).max() < 1e-3 * np.abs(bsdfs.value(name, 0 * change)).max()
+            decided = check_derivative(found, partial(bsdfs.along, name, change), 1e-3, outliers=0.04)
+            small = np.abs(found).max() < 1e-3 * np.abs(bsdfs.along(name, change, 0.0)).max()
             assert decided > 0.2 or small, (name, place)
 
 
@@ -199,7 +199,7 @@ class Textures:
                 setattr(holder, name, (v + h * getattr(tangents, name).reshape(v.shape)).astype(np.float32))
         return tables, where  # type: ignore[return-value]
 
-    def value(self, program: int, tangents: SimpleNamespace, h: float) -> F64:
+    def along(self, program: int, tangents: SimpleNamespace, h: float) -> F64:
         tables, where = self.changed(tangents, h)
         where.program = np.full(len(where.face), program, np.int32)
         rows = np.zeros((len(where.face), WIDTH), np.float32)
@@ -231,7 +231,7 @@ class Textures:
             size = np.sum(np.abs(terms)) + np.sum(np.abs(pulled))
             assert abs(np.sum(terms) - np.sum(pulled)) <= DOT_PRODUCT * size, name
             if name in names:
-                share = check_derivative(found, lambda h, d=tangents: self.value(program, d, h), step, outliers)
+                share = check_derivative(found, partial(self.along, program, tangents), step, outliers)
                 decided.append(share)
         return decided
 

@@ -38,6 +38,9 @@ MAX_DERIVATIVE_DEPTH = 2
 # convex body, its light needs no shadow rays.
 CONVEXITY_FACES = 20_000
 
+# Parameters that neither change textures nor are changed by them.
+_UNTEXTURED = ("camera.", "world.", "lights.")
+
 Progress = Callable[[float], None]
 
 
@@ -154,7 +157,8 @@ class Renderer:
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
         self._moved = False  # vertices have moved in the engine that the tables don't know of
-        self._engine = engine_class(engine)(self._tables, threads)
+        self._engine_class, self._threads = engine_class(engine), threads
+        self._engine = self._engine_class(self._tables, threads)
 
     @property
     def edges(self) -> Edges:
@@ -194,10 +198,18 @@ class Renderer:
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
+        # Engines take over what vertices they have and values; what places meshes is built in.
+        fixed = ("instance_to_world", "custom_normals", "corner_normal")
+        placed_anew = any(not np.array_equal(getattr(tables, f), getattr(self._tables, f)) for f in fixed)
         self._tables = tables
         self._obstacles = None
         self._moved = False
-        self._engine.update(tables)
+        if placed_anew:
+            self._engine = self._engine_class(tables, self._threads)
+            if self._edges is not None:
+                self._engine.set_edges(self._edges)
+        else:
+            self._engine.update(tables)
 
     def _update_named(self, paths: Collection[str]) -> bool:
         """Take over the named changes by themselves; False if that can't be done."""
@@ -205,11 +217,13 @@ class Renderer:
         values = [path for path in paths if _vertices_of(path) is None]
         for path in paths:
             parameters.get(self.scene, path)
-        placed = [self.scene.meshes[name] for name in moved]
-        whole_tables = any(mesh.instances is not None or is_moved(mesh) for mesh in placed) or any(
-            path.startswith(("meshes.", "images.")) or isinstance(_held(self.scene, path), AreaLight) for path in values
-        )
-        if whole_tables or self._tables.textures is not None:
+        if any(mesh.instances is not None or is_moved(mesh) for mesh in (self.scene.meshes[name] for name in moved)):
+            return False
+        if self._tables.textures is not None and not all(path.startswith(_UNTEXTURED) for path in paths):
+            return False
+        if any(self._changes_geometry(path) for path in values):
+            return False
+        if flat.shows_image(self.scene) == (self._tables.environment_pixels is None):
             return False
         for name in moved:
             mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
@@ -222,6 +236,14 @@ class Renderer:
             self._obstacles = None
             self._engine.update_values(self._tables)
         return True
+
+    def _changes_geometry(self, path: str) -> bool:
+        """Whether a value other than vertices may have changed where meshes are, or images."""
+        if path.startswith(("meshes.", "images.")) or isinstance(_held(self.scene, path), AreaLight):
+            return True
+        # An instanced mesh stands in the world if it gives light.
+        instanced = any(mesh.instances is not None for mesh in self.scene.meshes.values())
+        return instanced and path.startswith("materials.") and path.endswith(".emission")
 
     def render(
         self,

@@ -195,7 +195,8 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
     for name, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
         material = scene.materials[name]
         for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
-            flags[first + k] = material_table.flags(scene.leaves(name)[k], asked.get(part, ()))
+            if part in asked:
+                flags[first + k] = material_table.flags(scene.leaves(name)[k], asked[part])
     if not np.array_equal(flags, tables.materials.flags):
         tables = replace(tables, materials=replace(tables.materials, flags=flags))
     if tables.environment_pixels is None and not {"world.color", "world.strength"}.isdisjoint(wrt):

@@ -140,9 +140,8 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
     placed = geometry(scene, meshes, origin)
     origin = placed["origin"]
     textures = compile_textures(scene, origin, meshes) if _needs_textures(scene) else None
-    lit = np.any(scene.world.color * scene.world.strength)
     return Tables(**placed, **_values(scene, origin), textures=textures,
-                  environment_pixels=environment_pixels(scene) if lit else None)
+                  environment_pixels=environment_pixels(scene) if shows_image(scene) else None)
 
 
 def with_values(scene: Scene, tables: Tables) -> Tables:
@@ -154,6 +153,11 @@ def with_values(scene: Scene, tables: Tables) -> Tables:
     scene.world.validate()
     scene.camera.validate()
     return replace(tables, **_values(scene, tables.origin))
+
+
+def shows_image(scene: Scene) -> bool:
+    """Whether the environment has an image, and isn't black."""
+    return scene.world.image is not None and bool(np.any(scene.world.color * scene.world.strength))
 
 
 def _needs_textures(scene: Scene) -> bool:

@@ -6,7 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters
+from .material import Mixture
 from .scene import Scene
+from .table_derivatives import asked_tables, wanted_tables
+from .tables import flatten
 
 
 def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str) -> str:
@@ -17,8 +20,11 @@ def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str) -> str:
     collection, name, fieldname = parameters.split(path)
     if not losses.any():
         return "the pictures already equal their targets"
-    if collection == "materials" and not any(name in mesh.materials for mesh in scene.meshes.values()):
+    if collection == "materials" and not _is_used(scene, name):
         return "no mesh uses this material"
+    tables = asked_tables(scene, flatten(scene), [path])
+    if not wanted_tables(scene, tables, [path]):
+        return "nothing of the picture reads it (it is textured, or of no effect on what has no size)"
     if collection == "lights" and fieldname == "color" and np.size(parameters.get(scene, path)):
         held = parameters.owner(scene, path)[0]
         if not getattr(held, "power", getattr(held, "strength", 1.0)):
@@ -28,3 +34,9 @@ def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str) -> str:
     if fieldname in ("power", "strength") and not np.any(parameters.owner(scene, path)[0].color):
         return "its colour is black"
     return "nothing that the cameras see depends on it (out of view, hidden, unlit, or all of it masked)"
+
+
+def _is_used(scene: Scene, name: str) -> bool:
+    """Whether a mesh has the material, or a mixture that it is a part of."""
+    users = {name, *(other for other, m in scene.materials.items() if isinstance(m, Mixture) and name in m.parts)}
+    return any(not users.isdisjoint(mesh.materials) for mesh in scene.meshes.values())

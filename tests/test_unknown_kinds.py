@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edgegrad import Scene, parameters, tables
+from edgegrad import Material, Scene, parameters, tables
 from edgegrad.table_derivatives import pull_back
 from edgegrad.unknown_poses import rotations, scene_extent
 from edgegrad.unknowns import unknown
+from edgegrad.untouched import why_untouched
 from tests import shapes as solids
 from tests.rich_scene import everything, turn
 from tests.table_values import WITHOUT, values
@@ -148,3 +149,21 @@ def test_sizes_stay_above_zero_and_shares_within_one() -> None:
         for _ in range(50):
             value = item.take_step(np.full(np.shape(parameters.get(scene, path)), push), 1.0)
         np.testing.assert_allclose(value, end)
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("materials.wood.alpha", "nothing of the picture reads it"),
+        ("lights.point.radius", "nothing of the picture reads it"),
+        ("meshes.still.attributes.unread", "nothing of the picture reads it"),
+        ("materials.spare.roughness", "no mesh uses this material"),
+        ("materials.clay.roughness", "nothing that the cameras see depends on it"),
+    ],
+)
+def test_why_nothing_depends_on_a_parameter(path: str, reason: str) -> None:
+    scene = everything()
+    scene.materials = {**scene.materials, "spare": Material()}
+    scene.meshes = {"still": scene.meshes["still"]}  # has "clay" as a part of a mixture only
+    scene.lights = {name: light for name, light in scene.lights.items() if name == "point"}
+    assert why_untouched(scene, np.ones(1), path).startswith(reason)

@@ -1,0 +1,99 @@
+"""A renderer that is told what has changed shows what a new one would, for every kind of parameter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from edgegrad import Camera, Image, Material, Mesh, PointLight, Renderer, Scene, World, parameters
+from edgegrad import expression as e
+from tests import shapes
+from tests.rich_scene import turn
+
+
+def scene_of_all() -> Scene:
+    vertices, faces = shapes.cube(1.0)
+    rng = np.random.default_rng(1)
+    places = np.tile(np.eye(4), (2, 1, 1))
+    places[0, :3, 3], places[1, :3, 3] = [1.5, 0.0, 0.0], [-1.5, 0.0, 0.3]
+    to_world = shapes.camera().to_world
+    return Scene(
+        Camera(to_world, 0.8, 24, 18),
+        {
+            "solid": Mesh(vertices, faces, ("paint",), smoothing=faces, normals=vertices.copy(),
+                          attributes={"UVMap": rng.random((12, 3, 2)).astype(np.float32)}),
+            "copies": Mesh(vertices, faces, ("clay",), instances=places),
+        },
+        {
+            "paint": Material(textures={"base_color": e.Mix(0.2, e.ImageTexture("dots", e.Attribute("UVMap")), 0.7)}),
+            "clay": Material(np.array([0.6, 0.5, 0.4])),
+        },
+        {"lamp": PointLight(np.array([2.0, -4.0, 3.0]), 300.0, 0.2)},
+        World(np.ones(3), 0.3, "sky"),
+        {"dots": Image(rng.random((4, 4, 3)).astype(np.float32)), "sky": Image(rng.random((4, 8, 3)).astype("f4"))},
+    )  # fmt: skip
+
+
+def placed(pose: Any) -> Any:
+    out = np.array(pose)
+    out[..., :3, :3] = turn(0.1, 0.3, -0.2) @ out[..., :3, :3]
+    out[..., :3, 3] += [0.1, -0.1, 0.2]
+    return out
+
+
+CHANGES = {
+    "meshes.solid.vertices": lambda v: 1.2 * v,
+    "meshes.solid.normals": lambda v: v + np.array([0.5, 0.2, 0.0]),
+    "meshes.solid.attributes.UVMap": lambda v: 0.5 * v,
+    "meshes.solid.transform": placed,
+    "meshes.copies.transform": placed,
+    "meshes.copies.instances": placed,
+    "meshes.copies.vertices": lambda v: 1.3 * v,
+    "images.dots.pixels": lambda v: 1.0 - v,
+    "images.sky.pixels": lambda v: 1.0 - v,
+    "materials.paint.textures.base_color": lambda v: np.where(v == 0.2, 0.6, v),
+    "materials.clay.base_color": lambda v: 0.5 * v,
+    "materials.paint.emission": lambda v: v + 0.5,
+    "lights.lamp.position": lambda v: v + 1.0,
+    "lights.lamp.radius": lambda v: 3.0 * v,
+    "world.color": lambda v: 0.0 * v,
+    "world.rotation": lambda v: turn(0.0, 0.0, 1.0) @ v,
+    "camera.to_world": placed,
+    "camera.fov_x": lambda v: 1.2 * v,
+}
+
+
+@pytest.mark.parametrize("path", CHANGES)
+@pytest.mark.parametrize("named", [True, False], ids=["named", "found"])
+def test_updates_show_what_a_new_renderer_shows(path: str, named: bool) -> None:
+    scene = scene_of_all()
+    renderer = Renderer(scene, threads=1)
+    before = renderer.render(spp=16, max_depth=3)
+    parameters.put(scene, path, CHANGES[path](parameters.get(scene, path)))
+    renderer.update([path] if named else None)
+    after = renderer.render(spp=16, max_depth=3)
+    fresh = Renderer(scene, threads=1).render(spp=16, max_depth=3)
+    # Positions are relative to the first scene's centre: a few paths round to another side of an edge.
+    assert np.mean(np.abs(after - fresh)) < 2e-3 * np.mean(np.abs(fresh))
+    assert np.mean(np.abs(after - before)) > 1e-3 * np.mean(np.abs(before))
+
+
+@pytest.mark.parametrize("paths", [["materials.clay.emission"], None])
+def test_instances_that_begin_to_glow_change_the_topology(paths: list[str] | None) -> None:
+    scene = scene_of_all()
+    renderer = Renderer(scene, threads=1)
+    parameters.put(scene, "materials.clay.emission", np.ones(3))
+    with pytest.raises(ValueError, match="its topology has changed; make a new Renderer"):
+        renderer.update(paths)
+
+
+def test_a_black_world_that_lights_up_shows_its_image() -> None:
+    scene = scene_of_all()
+    scene.world.color = np.zeros(3)
+    renderer = Renderer(scene, threads=1)
+    renderer.render(spp=1)
+    scene.world.color = np.ones(3)
+    renderer.update(["world.color"])
+    np.testing.assert_array_equal(renderer.render(spp=4), Renderer(scene, threads=1).render(spp=4))

@@ -12,7 +12,8 @@ from .tables import Tables
 def pieces(scene: Scene, tables: Tables, name: str, _field: str) -> list[Piece]:
     """Texels of all textures and of the environment that an image is.
 
-    The alpha of an image that is opaque everywhere isn't stored, and has the derivative 0.
+    An alpha that no texture reads, or that isn't stored because it is 1 everywhere (`table_derivatives.asked_tables`
+    has it stored), has the derivative 0.
     """
     pixels = scene.images[name].pixels
     out = []

@@ -333,7 +333,7 @@ class Renderer:
         return camera is None or camera is self.scene.camera
 
     def _seen(self, tables: flat.Tables, camera: Camera | None) -> flat.Tables:
-        if camera is None or self._own(camera):
+        if camera is None:
             return tables
         camera.validate()
         return replace(tables, **flat.camera_fields(camera, tables.origin))

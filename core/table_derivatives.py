@@ -24,7 +24,7 @@ from .placement import placed_meshes
 from .scene import Scene
 from .table_map import Piece
 from .tables import Tables, environment_pixels
-from .texture_program import compile_textures
+from .texture_program import compile_textures, is_opaque
 
 # Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
 TableDerivative = dict[str, NDArray[np.float64]]
@@ -180,10 +180,11 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
 
     What is zero adds nothing to a picture and is left out of its tables; its derivative isn't zero. So lobes whose
     weights are asked for count as present, and the environment's image is there even if its colour is black. Numbers
-    of expressions that are asked for get places of their own in the programs' constants.
+    of expressions that are asked for get places of their own in the programs' constants, and images that are asked for
+    keep an alpha that is 1 everywhere.
     """
     asked: dict[str, set[str]] = {}
-    expressions = []
+    expressions, with_alpha = [], []
     for path in wrt:
         parameters.owner(scene, path)
         collection, name, field = parameters.split(path)
@@ -191,6 +192,8 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
             expressions.append((name, field[len(parameters.TEXTURES) :]))
         elif collection == "materials":
             asked.setdefault(name, set()).add(field)
+        elif collection == "images" and _loses_alpha(scene, tables, name):
+            with_alpha.append(name)
     flags = tables.materials.flags.copy()
     for name, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
         material = scene.materials[name]
@@ -201,10 +204,17 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
         tables = replace(tables, materials=replace(tables.materials, flags=flags))
     if tables.environment_pixels is None and not {"world.color", "world.strength"}.isdisjoint(wrt):
         tables = replace(tables, environment_pixels=environment_pixels(scene))
-    if expressions:
-        compiled = compile_textures(scene, tables.origin, placed_meshes(scene), expressions)
+    if expressions or with_alpha:
+        compiled = compile_textures(scene, tables.origin, placed_meshes(scene), expressions, with_alpha)
         tables = replace(tables, textures=compiled)
     return tables
+
+
+def _loses_alpha(scene: Scene, tables: Tables, name: str) -> bool:
+    """Whether an image's alpha isn't stored because it is 1 everywhere, though some texture would read it."""
+    pixels = scene.images[name].pixels
+    stored = tables.textures.stored_images if tables.textures is not None else ()
+    return pixels.shape[2] == 4 and is_opaque(pixels) and any(image.name == name for image in stored)
 
 
 def _united(spans: list[tuple[int, int]]) -> NDArray[np.int64]:

@@ -110,6 +110,7 @@ def compile_textures(
     origin: NDArray[np.float64] | None = None,
     meshes: Sequence[Mesh] | None = None,
     asked: Collection[tuple[str, str]] = (),
+    with_alpha: Collection[str] = (),
 ) -> TextureTables:
     """Tables of all textures of a validated scene.
 
@@ -122,6 +123,8 @@ def compile_textures(
     asked
         Materials and fields whose expressions' numbers are parameters: each of these gets a place of its own, and
         nothing is computed from them beforehand.
+    with_alpha
+        Images whose alpha is kept even if it is 1 everywhere.
 
     Raises
     ------
@@ -155,7 +158,7 @@ def compile_textures(
         leaf_weight_program=np.array(leaf_weight_program, np.int32),
         leaf_uv=np.array(leaf_uv, np.int32),
         leaf_tangent=np.array(leaf_tangent, np.int32),
-        **_images(scene.images, resources),
+        **_images(scene.images, resources, with_alpha),
         **_lookup_tables(resources),
         **_attributes(placed, resources),
         mesh_box=_boxes(placed, start),
@@ -281,7 +284,12 @@ class _TooManyRegisters(Exception):
     pass
 
 
-def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, Any]:
+def is_opaque(pixels: F32) -> bool:
+    """Whether an image's alpha is 1 everywhere, or it has none."""
+    return pixels.shape[2] < 4 or bool(np.all(pixels[..., 3] == 1.0))
+
+
+def _images(images: Mapping[str, Image], resources: Resources, with_alpha: Collection[str]) -> dict[str, Any]:
     """Each picture's pixels once; twice only if nodes read them both with and without their alpha."""
     parts: list[F32] = []
     held: dict[tuple[str, int, bool], int] = {}
@@ -290,7 +298,8 @@ def _images(images: Mapping[str, Image], resources: Resources) -> dict[str, Any]
     for name, interpolation, extension, alpha in resources.images:
         pixels = images[name].pixels
         # An alpha that is 1 everywhere, or that nobody wants, takes no memory.
-        opaque = pixels.shape[2] == 4 and (alpha == "NONE" or bool(np.all(pixels[..., 3] == 1.0)))
+        ones = name not in with_alpha and is_opaque(pixels)
+        opaque = pixels.shape[2] == 4 and (alpha == "NONE" or ones)
         multiply = pixels.shape[2] == 4 and not opaque and alpha in ("STRAIGHT", "PREMULTIPLIED")
         if opaque:
             pixels = pixels[..., :3]

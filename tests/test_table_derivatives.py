@@ -185,6 +185,23 @@ def test_what_is_zero_but_asked_for_is_in_the_tables() -> None:
     assert (alpha & TRANSPARENCY)[[0, 3]].all() and not (plain & TRANSPARENCY).any()
 
 
+def test_asked_for_images_keep_their_alpha() -> None:
+    """Of colours at alpha 1 and just below it: the derivative by alpha is that of colour times alpha, and of alpha."""
+    path = "images.opaque.pixels"
+    asked = asked_tables(SCENE, FLAT, [path])
+    stored = {image.name: image for image in asked.textures.stored_images}["opaque"]
+    assert (stored.channels, stored.multiplied) == (4, True)
+    assert {image.name: image for image in FLAT.textures.stored_images}["opaque"].channels == 3
+    scene = everything()
+    pixels = np.array(parameters.get(scene, path))
+    direction = np.random.default_rng(9).uniform(-0.5, -0.1, pixels.shape)
+    parameters.put(scene, path, pixels + 1e-2 * direction)
+    tangent = push_forward(SCENE, asked, {path: direction})["texture_pixels"]
+    difference = (tables.flatten(scene).textures.pixels - asked.textures.pixels) / 1e-2
+    np.testing.assert_allclose(difference, tangent, atol=5e-3)  # of second order: the product of both changes
+    assert asked_tables(SCENE, FLAT, ["images.rgba.pixels", "images.sky.pixels"]) is FLAT
+
+
 @pytest.mark.parametrize(
     ("path", "message"),
     [

@@ -16,11 +16,6 @@
 #define EDGEGRAD_ISA EDGEGRAD_ADJOINT_ISA
 #define EDGEGRAD_TAPED 1
 
-// The compiler decides what is worth it: an operation is many instructions here.
-#undef EG_INLINE
-#undef EG_INLINE_LAMBDA
-#define EG_INLINE inline
-#define EG_INLINE_LAMBDA
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -278,3 +273,12 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA
+
+#include "simd/vector.h"
+
+// Operations and vectors are inlined by force, but not what is made of them: an operation is many instructions
+// here, and the compiler would need minutes.
+#undef EG_INLINE
+#undef EG_INLINE_LAMBDA
+#define EG_INLINE inline
+#define EG_INLINE_LAMBDA

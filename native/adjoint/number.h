@@ -16,7 +16,6 @@
 #define EDGEGRAD_ISA EDGEGRAD_ADJOINT_ISA
 #define EDGEGRAD_TAPED 1
 
-
 namespace edgegrad::EDGEGRAD_ISA {
 
 using raw::any;
@@ -128,6 +127,21 @@ EG_INLINE Float difference_of_products(Float a, Float b, Float c, Float d) {
     const raw::Float r = raw::difference_of_products(a.value, b.value, c.value, d.value);
     if ((a.node & b.node & c.node & d.node) < 0) return {r, -1};
     return {r, current_tape->record(a.node, b.value, b.node, a.value, c.node, -d.value, d.node, -c.value)};
+}
+
+// a + (b - a) t.
+EG_INLINE Float lerp(Float a, Float b, Float t) {
+    const raw::Float step = b.value - a.value, r = a.value + step * t.value;
+    if ((a.node & b.node & t.node) < 0) return {r, -1};
+    return {r, current_tape->record(a.node, 1.0f - t.value, b.node, t.value, t.node, step)};
+}
+// Of a triangle's corners.
+EG_INLINE Float interpolate(Float p0, Float p1, Float p2, Float b1, Float b2) {
+    const raw::Float e1 = p1.value - p0.value, e2 = p2.value - p0.value;
+    const raw::Float r = p0.value + e1 * b1.value + e2 * b2.value;
+    if ((p0.node & p1.node & p2.node & b1.node & b2.node) < 0) return {r, -1};
+    return {r, current_tape->record(p0.node, 1.0f - b1.value - b2.value, p1.node, b1.value, p2.node, b2.value,
+                                    b1.node, e1, b2.node, e2)};
 }
 
 template <int N>
@@ -276,8 +290,8 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
 
 #include "simd/vector.h"
 
-// Operations and vectors are inlined by force, but not what is made of them: an operation is many instructions
-// here, and the compiler would need minutes.
+// Operations and vectors are inlined by force, but not what is made of them: an operation is many
+// instructions here, and the compiler would need minutes.
 #undef EG_INLINE
 #undef EG_INLINE_LAMBDA
 #define EG_INLINE inline

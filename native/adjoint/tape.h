@@ -51,32 +51,16 @@ class Tape {
         partials_[edges_++] = pa;
         return nodes_++;
     }
-    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb) {
-        reserve();
-        int e = edges_;
-        add_edge(e, a, pa), add_edge(e, b, pb);
-        edges_ = e;
-        return nodes_++;
-    }
+    template <typename... Edges>
     inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
-                                                         int32_t c, raw::Float pc, int32_t d, raw::Float pd) {
+                                                         Edges... rest) {
+        static_assert(2 + sizeof...(rest) / 2 <= kMostEdges);
         reserve();
         int e = edges_;
-        add_edge(e, a, pa), add_edge(e, b, pb), add_edge(e, c, pc), add_edge(e, d, pd);
+        add_edges(e, a, pa, b, pb, rest...);
         edges_ = e;
         return nodes_++;
     }
-    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
-                                                         int32_t c, raw::Float pc, int32_t d, raw::Float pd,
-                                                         int32_t f, raw::Float pf, int32_t g, raw::Float pg) {
-        reserve();
-        int e = edges_;
-        add_edge(e, a, pa), add_edge(e, b, pb), add_edge(e, c, pc), add_edge(e, d, pd), add_edge(e, f, pf),
-            add_edge(e, g, pg);
-        edges_ = e;
-        return nodes_++;
-    }
-
     int32_t record(int count, const int32_t* from, const raw::Float* partials) {
         for (int k = 0; k < count; ++k) {
             reserve();
@@ -120,6 +104,12 @@ class Tape {
         ends_[e] = {from, nodes_};
         partials_[e] = partial;
         e += from >= 0;
+    }
+    template <typename... Edges>
+    inline __attribute__((always_inline)) void add_edges(int& e, int32_t from, raw::Float partial,
+                                                         Edges... rest) {
+        add_edge(e, from, partial);
+        if constexpr (sizeof...(rest) > 0) add_edges(e, rest...);
     }
     __attribute__((cold)) void grow_edges();
     void scatter(const Leaves& leaves, const raw::Float* adjoint) const;

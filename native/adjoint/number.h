@@ -194,6 +194,37 @@ EG_INLINE Float abs(Float a) {
 EG_INLINE Float clamp(Float a, Float low, Float high) { return min(max(a, low), high); }
 EG_INLINE Float saturate(Float a) { return clamp(a, splat(0.0f), splat(1.0f)); }
 
+// ---- Reading tables ----
+
+EG_INLINE int32_t leaves(const float* base, Int index, int count) {
+    return current_tape ? current_tape->record_leaves(base, index, count) : -1;
+}
+EG_INLINE Float gather(const float* base, Int index) {
+    return {raw::gather(base, index), leaves(base, index, 1)};
+}
+EG_INLINE Int gather(const int32_t* base, Int index) { return raw::gather(base, index); }
+EG_INLINE Float broadcast(const float* p) { return {raw::broadcast(p), leaves(p, raw::splat(0), 1)}; }
+template <int N, typename R>
+EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
+    raw::Float values[N] = {};
+    raw::gather_row(base, stride, row, values);
+    const int32_t first = leaves(base, packet(row) * stride, N);
+    for (int k = 0; k < N; ++k) out[k] = {values[k], first < 0 ? -1 : first + k};
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA
+
+// Single operations are inlined by force, as on raw packets: most have constant operands and are a test and
+// an instruction. Of everything larger the compiler decides what is worth it; it would need minutes.
+#include "simd/vector.h"
+
+#undef EG_INLINE
+#undef EG_INLINE_LAMBDA
+#define EG_INLINE inline
+#define EG_INLINE_LAMBDA
+
+namespace edgegrad::EDGEGRAD_ISA {
+
 // ---- Whole numbers and remainders ----
 
 EG_INLINE Float floor(Float a) { return {raw::floor(a.value), -1}; }
@@ -268,31 +299,4 @@ EG_INLINE Float tanh(Float a) {
     return result(r, a, 1.0f - r * r);
 }
 
-// ---- Reading tables ----
-
-EG_INLINE int32_t leaves(const float* base, Int index, int count) {
-    return current_tape ? current_tape->record_leaves(base, index, count) : -1;
-}
-EG_INLINE Float gather(const float* base, Int index) {
-    return {raw::gather(base, index), leaves(base, index, 1)};
-}
-EG_INLINE Int gather(const int32_t* base, Int index) { return raw::gather(base, index); }
-EG_INLINE Float broadcast(const float* p) { return {raw::broadcast(p), leaves(p, raw::splat(0), 1)}; }
-template <int N, typename R>
-EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
-    raw::Float values[N] = {};
-    raw::gather_row(base, stride, row, values);
-    const int32_t first = leaves(base, packet(row) * stride, N);
-    for (int k = 0; k < N; ++k) out[k] = {values[k], first < 0 ? -1 : first + k};
-}
-
 }  // namespace edgegrad::EDGEGRAD_ISA
-
-#include "simd/vector.h"
-
-// Operations and vectors are inlined by force, but not what is made of them: an operation is many
-// instructions here, and the compiler would need minutes.
-#undef EG_INLINE
-#undef EG_INLINE_LAMBDA
-#define EG_INLINE inline
-#define EG_INLINE_LAMBDA

@@ -44,16 +44,17 @@ class Tape {
 
     int32_t new_node() { return nodes_++; }
 
-    // A node that depends on others (negative: on a constant, no edge is made).
-    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa) {
+    // A node that depends on others (negative: on a constant, no edge is made). Calls of these are many:
+    // inlined, they would fill the cache for instructions.
+    __attribute__((noinline)) int32_t record(int32_t a, raw::Float pa) {
         reserve();
         ends_[edges_] = {a, nodes_};
         partials_[edges_++] = pa;
         return nodes_++;
     }
     template <typename... Edges>
-    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
-                                                         Edges... rest) {
+    __attribute__((noinline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
+                                             Edges... rest) {
         static_assert(2 + sizeof...(rest) / 2 <= kMostEdges);
         reserve();
         int e = edges_;

@@ -142,18 +142,18 @@ void evaluate(nb::handle tables, nb::handle points, Rows rows, const std::string
 }
 
 // Names of the floats that programs depend on.
-std::vector<std::pair<const char*, const std::vector<float>*>> tables_of(const Points& p) {
+ProbeTables tables_of(const Points& p) {
     const TextureTables& t = p.textures;
-    return {{"b1", &p.b1},
-            {"b2", &p.b2},
-            {"position", &p.position},
-            {"normal", &p.normal},
-            {"true_normal", &p.true_normal},
-            {"view", &p.view},
-            {"pixels", &t.pixels},
-            {"constants", &t.constants},
-            {"lookups", &t.lookups},
-            {"attributes", &t.attributes}};
+    return {{"b1", p.b1},
+            {"b2", p.b2},
+            {"position", p.position},
+            {"normal", p.normal},
+            {"true_normal", p.true_normal},
+            {"view", p.view},
+            {"pixels", t.pixels},
+            {"constants", t.constants},
+            {"lookups", t.lookups},
+            {"attributes", t.attributes}};
 }
 
 nb::dict backward(nb::handle tables, nb::handle points, const Adjoint& adjoint,

@@ -28,8 +28,8 @@ TABLES = (
 PERSPECTIVE, ORTHOGRAPHIC, EQUIRECTANGULAR = range(3)
 POINTS = 200
 FACES = 24
-# Place of the radius in the camera's row.
-APERTURE = 20
+APERTURE = 20  # place of its radius in the camera's row
+# Rotation of other axes.
 ROTATION = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 
 

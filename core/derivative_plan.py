@@ -8,22 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import parameters, topology
+from . import parameters
 from .differentiable import obstacles
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, flags
-from .mesh import Mesh
+from .mesh_edges import MeshEdges
 from .motion import STRENGTH, Motion
 from .placement import placed_meshes
+from .primary_plan import crossing_pairs, edge_count, mesh_edges, primary_rules
 from .renderer import TERMS
 from .scene import Scene
-from .shape import convex, face_normals, pierces
+from .shape import convex
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
-# Two faces whose normals differ by less than this many radians lie in one plane.
-COPLANAR = 1e-5
+# Meshes of more faces are not searched for places where they pass through themselves (native/boundary/crossings.h).
+SELF_CROSSING_FACES = 50_000
 
 _LIGHTS = ((AreaLight, "area lights"), (PointLight, "point lights"), (SunLight, "suns"))
 
@@ -51,33 +52,14 @@ class Term:
     why: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class _MeshEdges:
-    """Numbers of a mesh's edges."""
-
-    count: int
-    flat: int  # two faces, one plane, one orientation
-    flat_seams: int  # of those, between two materials
-
-    @staticmethod
-    def of(mesh: Mesh) -> _MeshEdges:
-        found = topology.edges(mesh.faces, topology.weld(mesh.vertices))
-        first = found.face_first.astype(np.int64)
-        pair = np.flatnonzero(np.diff(first) == 2)
-        a, b = found.faces[first[pair]], found.faces[first[pair] + 1]
-        normal = face_normals(mesh)
-        # |n_a - n_b| is the angle between them; face windings decide the orientation.
-        flat = np.linalg.norm(normal[a] - normal[b], axis=1) < COPLANAR
-        material = np.zeros(len(mesh.faces), np.int32) if mesh.face_material is None else mesh.face_material
-        return _MeshEdges(len(found), int(flat.sum()), int((flat & (material[a] != material[b])).sum()))
-
-
 def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_depth: int) -> tuple[Term, ...]:
     """The terms of the derivative with respect to `wrt`, in the order of `edgegrad.TERMS`."""
-    edges = {name: _MeshEdges.of(mesh) for name, mesh in zip(scene.meshes, placed_meshes(scene), strict=True)}
+    placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
+    edges = mesh_edges(scene, placed)
+    primary = primary_rules(scene, placed, edges, moves, wrt)
     made = {
         "interior": _interior(scene, tables, wrt, max_depth),
-        "primary": _primary(scene, moves, edges),
+        "primary": Term("primary", primary.computed, primary.edges, primary.of, primary.why),
         "shadow": _shadow(scene, moves, edges, max_depth),
     }
     return tuple(made[name] for name in TERMS)
@@ -127,28 +109,7 @@ def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[
     return False, f"'{path}': changes radiance" + ("" if moving else " and moves no edge")
 
 
-def _primary(scene: Scene, moves: Motion, edges: dict[str, _MeshEdges]) -> Term:
-    total = sum(e.count for e in edges.values())
-    moving = list(edges) if moves.camera else list(moves.meshes)
-    if not moving:
-        return Term("primary", False, 0, total, ("no vertex is a parameter and the camera stands still",))
-    # Where textures or normal maps meet at a seam, radiance jumps within one plane too.
-    flat = {name: 0 if _textured(scene, name) else edges[name].flat - edges[name].flat_seams for name in moving}
-    kept = sum(edges[name].count - flat[name] for name in moving)
-    if moves.camera:
-        why = ["the camera moves, and so do all edges on its picture"]
-    else:
-        why = [f"moving meshes: {len(moving)} of {len(edges)} ({', '.join(moving)})"]
-    still = sum(e.count for name, e in edges.items() if name not in moving)
-    if still:
-        why.append(f"skipped: {_edges(still)} of meshes that stand still")
-    plain = sum(flat.values())
-    if plain:
-        why.append(f"skipped: {_edges(plain)} between two faces of one plane and one material, where nothing jumps")
-    return Term("primary", kept > 0, kept, total, tuple(why))
-
-
-def _shadow(scene: Scene, moves: Motion, edges: dict[str, _MeshEdges], max_depth: int) -> Term:
+def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth: int) -> Term:
     total = sum(e.count for e in edges.values())
     zero = ""
     if max_depth < 2:
@@ -164,7 +125,7 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, _MeshEdges], max_depth
     kept = total - sum(e.flat for e in edges.values())
     why = ["edges of all meshes, since a shadow also moves over a moving surface when its caster stands still"]
     if total - kept:
-        why.append(f"skipped: {_edges(total - kept)} between two faces of one plane, never a silhouette")
+        why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
     absent = [words for kind, words in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
     if not np.any(scene.world.color * scene.world.strength):
         absent.append("environment")
@@ -181,25 +142,28 @@ def missing(scene: Scene, moves: Motion, max_depth: int, narrow: bool) -> tuple[
         return tuple(_uncomputed(scene, moves, max_depth))
     out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
     out += _pierced(scene, moves)
-    if moves.meshes and not all(convex(scene.meshes[name]) for name in moves.meshes):
-        out.append("surfaces that pass through themselves: not looked for, and left out as well")
     if max_depth >= 2 and any(_reflects(scene, name) for name in scene.meshes):
         out.append("light that surfaces pass on to each other (more than one bounce): neither rendered nor derived")
     return tuple(out)
 
 
 def _pierced(scene: Scene, moves: Motion) -> Iterator[str]:
+    """What piercing surfaces change beyond the picture of their common line (the primary boundary's)."""
     placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
-    names = list(placed)
-    for k, a in enumerate(names):
-        for b in names[k + 1 :]:
-            if (a in moves.meshes or b in moves.meshes) and pierces(placed[a], placed[b]):
-                yield (f"'{a}' and '{b}' may pass through each other: the curve where they do is no edge, "
-                       "and what its motion changes is left out")
+    for a, b in crossing_pairs(placed):
+        if a in moves.meshes or b in moves.meshes:
+            yield (f"'{a}' and '{b}' may pass through each other: the line where they do is seen as an edge is, but "
+                   "what it covers of a surface that lights others is left out")
+    large = [name for name in moves.meshes
+             if len(placed[name].faces) > SELF_CROSSING_FACES and not convex(placed[name])]
+    if large:
+        yield (f"surfaces that pass through themselves: not looked for in {', '.join(large)} of more than "
+               f"{SELF_CROSSING_FACES:,} faces, and left out")
 
 
 def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     """Boundaries that no term has, of an engine that differentiates every table."""
+    yield from _pierced(scene, moves)
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
     soft = [f"'{name}'" for name, light in scene.lights.items() if _is_soft(light)]
@@ -216,10 +180,6 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
 def _is_soft(light: Light) -> bool:
     sized = isinstance(light, PointLight) and light.radius > 0.0
     return isinstance(light, SpotLight) or sized or (isinstance(light, SunLight) and light.angle > 0.0)
-
-
-def _edges(count: int) -> str:
-    return f"{count:,} edge{'' if count == 1 else 's'}"
 
 
 def _used(scene: Scene, mesh_name: str) -> list[str]:
@@ -254,11 +214,6 @@ def _emits(scene: Scene, mesh_name: str) -> bool:
 def _varies(scene: Scene, mesh_name: str) -> bool:
     """Whether the mesh's own radiance differs from place to place."""
     return any(not {"emission", "alpha"}.isdisjoint(leaf.textures) for leaf in _leaves(scene, mesh_name))
-
-
-def _textured(scene: Scene, mesh_name: str) -> bool:
-    return any(scene.materials[name].textures or any(leaf.textures for leaf in scene.leaves(name))
-               for name in _used(scene, mesh_name))
 
 
 def _single(scene: Scene) -> bool:

@@ -25,7 +25,7 @@ _FIELDS = {
     "world": ("color", "strength"),
 }
 # Tables of the same values.
-_SAME = ("vertices", "environment")
+_SAME = ("vertices", "environment", "camera", "instance_to_world")
 _COLOR, _GLOW = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
 
 
@@ -39,6 +39,8 @@ class Derivative:
     point_intensity: NDArray[np.float64]
     sun_irradiance: NDArray[np.float64]
     environment: NDArray[np.float64]
+    camera: NDArray[np.float64]  # this and the next: of the primary boundary term alone
+    instance_to_world: NDArray[np.float64]
 
     @staticmethod
     def zero(tables: Tables) -> Derivative:
@@ -55,6 +57,8 @@ class Asked:
     colors: bool = False  # any colour, radiance or intensity at all
     lights: bool = False  # the strength of any point light or sun
     environment: bool = False
+    camera: bool = False  # any float of the camera
+    instances: bool = False  # any instance's transform
 
 
 def check(wrt: Iterable[str]) -> None:
@@ -81,6 +85,8 @@ def asked(tables: Tables, wanted: Wanted) -> Asked:
         colors=not {"leaf_params", "light_params", "environment"}.isdisjoint(wanted),
         lights=bool(rows["light_params"][np.concatenate([points, suns])].any()),
         environment="environment" in wanted,
+        camera="camera" in wanted,
+        instances="instance_to_world" in wanted,
     )
 
 

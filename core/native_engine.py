@@ -68,6 +68,7 @@ class Engine:
     """
 
     narrow = True
+    any_primary = True
 
     def __init__(self, tables: Tables, threads: int, instruction_set: str = "") -> None:
         self._scene = _native.Scene(tables, threads, instruction_set, str(embree_library()))
@@ -80,6 +81,19 @@ class Engine:
     def instruction_set(self) -> str:
         """Name of the instruction set in use."""
         return str(self._scene.instruction_set)
+
+    @property
+    def guided(self) -> bool:
+        """Whether samples of edges are distributed by what a first pass over them finds.
+
+        That is other samples for other tangents and adjoints: without it forward and reverse mode take the same ones,
+        and are each other's transpose up to rounding, not only in the mean.
+        """
+        return bool(self._scene.guided)
+
+    @guided.setter
+    def guided(self, guided: bool) -> None:
+        self._scene.guided = guided
 
     def update(self, tables: Tables) -> None:
         """Take other values of the same topology; moved meshes are refitted."""

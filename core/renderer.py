@@ -52,6 +52,7 @@ class EngineLike(Protocol):
     """What the native and the reference engine have in common."""
 
     narrow: bool  # it has derivatives of flat, diffuse, directly lit scenes alone
+    any_primary: bool  # but for the primary boundary term, which it has of every scene
 
     def __init__(self, tables: flat.Tables, threads: int) -> None: ...
     def set_edges(self, edges: Edges) -> None: ...
@@ -275,8 +276,8 @@ class Renderer:
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
-        options = self._derivative_options(spp, max_depth, seed)
-        tables, wanted = self._asked(tuple(tangent), camera)
+        options = self._derivative_options(spp, max_depth, seed, terms)
+        tables, wanted = self._asked(tuple(tangent), camera, terms)
         velocity = push_forward(self.scene, tables, tangent)
         return self._engine.forward(tables, velocity, wanted, **options, terms=_terms(terms), progress=progress)
 
@@ -293,25 +294,34 @@ class Renderer:
         progress: Progress | None = None,
     ) -> dict[str, NDArray[np.float64]]:
         """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
-        options = self._derivative_options(spp, max_depth, seed)
+        options = self._derivative_options(spp, max_depth, seed, terms)
         if isinstance(wrt, str):
             raise ValueError("wrt must be a list of parameter paths, not one string")
-        tables, wanted = self._asked(wrt, camera)
+        tables, wanted = self._asked(wrt, camera, terms)
         image = array("adjoint image", "pixels", adjoint, (tables.height, tables.width, 3), np.float32)
         gradient = self._engine.backward(tables, image, wanted, **options, terms=_terms(terms), progress=progress)
         return pull_back(self.scene, tables, gradient, wrt)
 
-    def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Wanted]:
+    def _asked(
+        self, wrt: Collection[str], camera: Camera | None, terms: Sequence[str]
+    ) -> tuple[flat.Tables, Wanted]:
         """The tables that a camera's derivatives with respect to some parameters are taken of, and which rows."""
         tables = asked_tables(self.scene, self._tables, wrt)
         wanted = wanted_tables(self.scene, tables, wrt)
-        if self._engine.narrow:
+        if self._engine.narrow and not self._any_scene(terms):
             narrow_derivatives.check(wrt)
         if "camera" in wanted and not self._own(camera):
             raise ValueError("camera: its derivatives are those of the scene's own; the picture is another camera's")
         return self._seen(tables, camera), wanted
 
-    def _derivative_options(self, spp: Any, max_depth: Any, seed: Any) -> dict[str, int]:
+    def _any_scene(self, terms: Sequence[str]) -> bool:
+        """Whether the terms have derivatives of every scene: radiance on both sides of an edge is the picture's."""
+        return self._engine.any_primary and set(terms) <= {"primary"}
+
+    def _derivative_options(self, spp: Any, max_depth: Any, seed: Any, terms: Sequence[str]) -> dict[str, int]:
+        if self._any_scene(terms):
+            _ = self.edges
+            return _options(spp, max_depth, seed)
         if self._obstacles is None:
             self._obstacles = list(obstacles(self.scene)) if self._engine.narrow else []
         if self._obstacles:

@@ -81,6 +81,14 @@ class Tables:
     textures: TextureTables | None  # None: nothing in the scene is textured
     environment_pixels: F32 | None  # (h, w, 3) of the environment's image, row 0 on top
 
+    @property
+    def camera(self) -> F32:
+        """(24,) the camera's floats in one row (`camera_row.PLACES`)."""
+        lens = self.aperture[[0, 1, 3, 4]]  # radius, focus distance, rotation, ratio
+        parts = [self.camera_position, self.camera_axes.ravel(), [self.focal, self.pixel_aspect], self.principal_point,
+                 self.panorama, lens]
+        return np.concatenate([np.asarray(part, np.float32) for part in parts])
+
     def same_geometry(self, other: Tables) -> bool:
         """Whether meshes, their vertices and their materials' slots are the same as in other tables."""
         names = (

@@ -16,6 +16,7 @@
 #include "emitter_bindings.h"
 #include "engine.h"
 #include "ray_bindings.h"
+#include "scene/camera_row.h"
 #include "shading/bsdf/bindings.h"
 #include "texture/bindings.h"
 
@@ -231,6 +232,8 @@ class Scene {
         engine_->move_vertices(mesh, vertices.data(), vertices.shape(0), origin.data());
     }
 
+    void set_guided(bool guided) { engine_->set_guided(guided); }
+    bool guided() const { return engine_->guided(); }
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
 
     Image render(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::object progress) {
@@ -260,10 +263,14 @@ class Scene {
         d.point_intensity = column<double>(tangent, "point_intensity");
         d.sun_irradiance = column<double>(tangent, "sun_irradiance");
         d.environment = column<double>(tangent, "environment");
+        d.camera = column<double>(tangent, "camera");
+        d.instance_to_world = column<double>(tangent, "instance_to_world");
         const SceneTables& t = engine_->tables();
         if (d.vertices.size() != t.vertices.size() || d.albedo.size() != t.albedo.size() ||
             d.emission.size() != t.emission.size() || d.point_intensity.size() != t.point_intensity.size() ||
-            d.sun_irradiance.size() != t.sun_irradiance.size() || d.environment.size() != 3)
+            d.sun_irradiance.size() != t.sun_irradiance.size() || d.environment.size() != 3 ||
+            d.camera.size() != edgegrad::kCameraFloats ||
+            d.instance_to_world.size() != t.instance_to_world.size())
             throw std::invalid_argument("the tangent's tables have other sizes than the scene's");
         const Asked what = read_asked(asked);
         const Progress report = make_progress(std::move(progress));
@@ -299,6 +306,9 @@ class Scene {
         out["point_intensity"] = rows(d.point_intensity);
         out["sun_irradiance"] = rows(d.sun_irradiance);
         out["environment"] = to_numpy(std::move(d.environment), {3});
+        out["camera"] = to_numpy(std::move(d.camera), {edgegrad::kCameraFloats});
+        const size_t instances = d.instance_to_world.size() / 12;
+        out["instance_to_world"] = to_numpy(std::move(d.instance_to_world), {instances, 3, 4});
         return out;
     }
 
@@ -313,6 +323,8 @@ class Scene {
         a.colors = nb::cast<bool>(asked.attr("colors"));
         a.lights = nb::cast<bool>(asked.attr("lights"));
         a.environment = nb::cast<bool>(asked.attr("environment"));
+        a.camera = nb::cast<bool>(asked.attr("camera"));
+        a.instances = nb::cast<bool>(asked.attr("instances"));
         if (a.moving.size() + 1 != engine_->tables().mesh_first_face.size())
             throw std::invalid_argument("`moving` must have one entry per mesh");
         return a;
@@ -347,6 +359,7 @@ NB_MODULE(_native, m) {
         .def("update_values", &Scene::update_values, "tables"_a)
         .def("move_vertices", &Scene::move_vertices, "mesh"_a, "vertices"_a, "origin"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
+        .def_prop_rw("guided", &Scene::guided, &Scene::set_guided)
         .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "progress"_a.none())
         .def("forward", &Scene::forward, "tangent"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
              "progress"_a.none())

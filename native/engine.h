@@ -38,6 +38,11 @@ class Engine {
     void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                    std::vector<uint32_t> faces, std::vector<uint32_t> opposite);
     void set_camera(const CameraView& camera) { tables_.camera = camera; }
+    // Whether a first pass over the edges guides a second one (boundary/boundary_plan.h). It goes by what
+    // forward and reverse mode see: without it both take the same samples, and are exactly each other's
+    // transpose.
+    void set_guided(bool guided) { guided_ = guided; }
+    bool guided() const { return guided_; }
     const SceneTables& tables() const { return tables_; }
 
     // Pictures are (height, width, 3).
@@ -56,6 +61,7 @@ class Engine {
     template <typename F>
     bool place_vertices(int32_t mesh, const F& coordinate);
     void moved_vertices(const std::vector<int32_t>& moved, bool far);
+    bool hides_no_light(const std::vector<int8_t>& sides) const;
 
     const embree::Api& api_;
     const KernelTable& kernels_;
@@ -67,7 +73,7 @@ class Engine {
     mutable std::shared_ptr<const LightList> lights_;
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
-    bool has_edges_ = false;
+    bool has_edges_ = false, guided_ = true;
     // What the topology alone says, once the edges are known.
     std::vector<uint8_t> closed_;  // by mesh
     bool connected_ = false;

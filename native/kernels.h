@@ -38,6 +38,7 @@ struct Workspace {
     float* b2;
     float* screen_x;
     float* screen_y;
+    int32_t* visible;  // by sample of an edge: whether it is seen
 };
 
 // Most scatterings of each kind; a ray beyond them brings light but isn't scattered again.
@@ -57,12 +58,14 @@ struct ImageTask {
     int32_t row, column;  // of the first pixel in the window
     int32_t width;        // of the window
     BounceLimits limits;
+    bool one_stream;  // all pixels have the random numbers of the first: the two sides of edges
 };
 
 // Pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of `total`
 // systematic ones over their summed mass.
 struct BoundaryTask {
     const int32_t* edge;
+    const int32_t* instance;  // -1: none; null: none has one
     const float* u0;
     const float* u1;
     const double* cumulative;  // (pieces + 1) mass
@@ -71,11 +74,20 @@ struct BoundaryTask {
     int32_t max_depth;
     uint32_t seed;
     bool environment;  // shadow term: of the environment, else of the finite emitters
+    BounceLimits limits;
+    // The mass cut into equal shares, and how much of the samples goes to those before each (shares + 1);
+    // null: to all alike. What samples count for is scaled by `scale`; `score`, if not null, takes the size
+    // of each one.
+    const double* guide;
+    int64_t shares;
+    float scale;
+    float* score;
 };
 
-// Forward mode: one splat per boundary sample; pixel -1: none.
+// Forward mode: one value per boundary sample, at a place of the picture (x below kNowhere: at none).
+constexpr float kNowhere = -1e9f;
 struct Splats {
-    int32_t* pixel;
+    float *x, *y;
     float* value[3];
 };
 
@@ -145,10 +157,11 @@ struct KernelTable {
                              float* image);
     void (*interior_backward)(const SceneView&, const ImageTask&, Workspace&, const float* adjoint,
                               DerivativeView& gradient);
-    void (*primary_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent,
+    void (*primary_forward)(const SceneView&, const BoundaryTask&, Workspace&, const DerivativeView& tangent,
                             Splats& splats);
-    void (*primary_backward)(const SceneView&, const BoundaryTask&, const float* adjoint,
+    void (*primary_backward)(const SceneView&, const BoundaryTask&, Workspace&, const float* adjoint,
                              DerivativeView& gradient);
+    void (*add_splats)(const CameraView&, const Splats&, int64_t count, float* image);  // in their order
     void (*shadow_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent,
                            Splats& splats);
     void (*shadow_backward)(const SceneView&, const BoundaryTask&, const float* adjoint,

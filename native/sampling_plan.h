@@ -5,14 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "boundary/candidates.h"
 #include "engine.h"
+#include "scene/camera_row.h"
 
 namespace edgegrad {
-
-// Boundary samples per task, and per batch of stored splats (16 MB).
-constexpr int64_t kBoundaryChunk = 4096;
-constexpr int64_t kSplatBatch = int64_t{1} << 20;
 
 // The picture as chunks of consecutive pixels.
 struct ImagePlan {
@@ -59,41 +55,6 @@ struct ImagePlan {
     int64_t chunks;
 };
 
-// Samples of one boundary term.
-struct BoundaryPlan {
-    // `wanted` samples in all, at most four times those of the picture.
-    BoundaryPlan(Candidates pieces, double wanted, int64_t pixels, const RenderOptions& render,
-                 bool towards_environment)
-        : candidates(std::move(pieces)), options(render), environment(towards_environment) {
-        const double most = 4.0 * static_cast<double>(pixels) * options.samples;
-        total = candidates.size() == 0 ? 0 : static_cast<int64_t>(std::min(std::ceil(wanted), most));
-        chunks = (total + kBoundaryChunk - 1) / kBoundaryChunk;
-    }
-
-    BoundaryTask task(int64_t first, int64_t count) const {
-        return {candidates.edge.data(),
-                candidates.u0.data(),
-                candidates.u1.data(),
-                candidates.cumulative.data(),
-                candidates.size(),
-                first,
-                count,
-                total,
-                options.max_depth,
-                options.seed,
-                environment};
-    }
-    BoundaryTask chunk(int64_t k) const {
-        const int64_t first = k * kBoundaryChunk;
-        return task(first, std::min(kBoundaryChunk, total - first));
-    }
-
-    Candidates candidates;
-    RenderOptions options;
-    bool environment;
-    int64_t total = 0, chunks = 0;
-};
-
 // The vertices of the moving meshes as one span: only these need memory for derivatives.
 struct VertexSpan {
     VertexSpan(const SceneTables& tables, const Asked& asked) {
@@ -119,8 +80,12 @@ inline DerivativeView derivative_view(Derivative& d, int32_t table_first, const 
             d.point_intensity.data(),
             d.sun_irradiance.data(),
             d.environment.data(),
+            d.camera.data(),
+            d.instance_to_world.data(),
             span.any,
-            asked.colors};
+            asked.colors,
+            asked.camera,
+            asked.instances};
 }
 
 // Gradient buffers, summed in a fixed order.
@@ -128,7 +93,8 @@ class GradientGroups {
  public:
     GradientGroups(const SceneTables& tables, const VertexSpan& span) : tables_(tables), span_(span) {
         const size_t size = 3 * static_cast<size_t>(span.last - span.first) + 2 * tables.albedo.size() +
-                            tables.point_intensity.size() + tables.sun_irradiance.size() + 3;
+                            tables.point_intensity.size() + tables.sun_irradiance.size() + 3 + kCameraFloats +
+                            tables.instance_to_world.size();
         // Many groups balance the load, but each costs memory to clear and to sum.
         const size_t groups = std::clamp<size_t>((size_t{1} << 22) / size, 4, 32);
         groups_.resize(groups);
@@ -136,6 +102,7 @@ class GradientGroups {
 
     int64_t count() const { return static_cast<int64_t>(groups_.size()); }
 
+    // A group's buffers, cleared.
     DerivativeView view(int64_t group, const Asked& asked) {
         Derivative& d = groups_[static_cast<size_t>(group)];
         d.vertices.assign(3 * static_cast<size_t>(span_.last - span_.first), 0.0);
@@ -144,7 +111,13 @@ class GradientGroups {
         d.point_intensity.assign(tables_.point_intensity.size(), 0.0);
         d.sun_irradiance.assign(tables_.sun_irradiance.size(), 0.0);
         d.environment.assign(3, 0.0);
-        return derivative_view(d, span_.first, span_, asked);
+        d.camera.assign(kCameraFloats, 0.0);
+        d.instance_to_world.assign(tables_.instance_to_world.size(), 0.0);
+        return again(group, asked);
+    }
+    // The same buffers with what is in them.
+    DerivativeView again(int64_t group, const Asked& asked) {
+        return derivative_view(groups_[static_cast<size_t>(group)], span_.first, span_, asked);
     }
 
     Derivative reduce(int threads) {
@@ -155,6 +128,8 @@ class GradientGroups {
         total.point_intensity.assign(tables_.point_intensity.size(), 0.0);
         total.sun_irradiance.assign(tables_.sun_irradiance.size(), 0.0);
         total.environment.assign(3, 0.0);
+        total.camera.assign(kCameraFloats, 0.0);
+        total.instance_to_world.assign(tables_.instance_to_world.size(), 0.0);
         constexpr int64_t kPart = 1 << 16;
         const int64_t size = 3 * static_cast<int64_t>(span_.last - span_.first);
         double* out = total.vertices.data() + 3 * static_cast<int64_t>(span_.first);
@@ -169,6 +144,8 @@ class GradientGroups {
             add(total.point_intensity, d.point_intensity);
             add(total.sun_irradiance, d.sun_irradiance);
             add(total.environment, d.environment);
+            add(total.camera, d.camera);
+            add(total.instance_to_world, d.instance_to_world);
         }
         return total;
     }

@@ -14,7 +14,7 @@ class ThreadWorkspace {
         if (memory_.empty()) {
             // Compacting writes whole packets behind the end.
             constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            constexpr size_t rows = 3 + 16 + 4 + 6 + 2;
+            constexpr size_t rows = 3 + 16 + 4 + 6 + 2 + 1;
             memory_.resize(rows * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
@@ -32,7 +32,7 @@ class ThreadWorkspace {
             take(w.hits.b1), take(w.hits.b2), take(w.hits.distance);
             // Derivatives follow no path beyond the first hit: they share that memory.
             w.path = w.paths.path, w.face = w.hits.face, w.b1 = w.hits.b1, w.b2 = w.hits.b2;
-            take(w.screen_x), take(w.screen_y);
+            take(w.screen_x), take(w.screen_y), take(w.visible);
         }
         return view_;
     }

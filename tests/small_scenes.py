@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 
 import edgegrad
+from edgegrad import parameters
 from edgegrad.renderer import Renderer, engine_class
 
 Floats = NDArray[np.float64]
@@ -172,6 +173,21 @@ MOTIONS: dict[str, Moving] = {
     "standing box slides": translated(standing_box, "box", (1.0, 0.0, 0.3)),
     "lamp moves": translated(floating_box, "lamp", (1.0, -0.5, 0.3)),
 }
+
+
+def along(make: Callable[[float], edgegrad.Scene], paths: list[str]) -> Moving:
+    """`make` with the rate of change of its parameters beside it."""
+
+    def at(theta: float) -> tuple[edgegrad.Scene, dict[str, Floats]]:
+        h = 1e-5
+        ahead, behind = make(theta + h), make(theta - h)
+        rate = {
+            p: (np.asarray(parameters.get(ahead, p), float) - np.asarray(parameters.get(behind, p), float)) / (2 * h)
+            for p in paths
+        }
+        return make(theta), rate
+
+    return at
 
 
 def central_difference(make: Moving, eps: float, spp: int, seeds: int, engine: str) -> tuple[Floats, Floats]:

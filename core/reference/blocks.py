@@ -129,7 +129,7 @@ class Reverse(Sink):
     def __init__(self, tables: Tables, surfaces: Surfaces, asked: Asked, adjoint: Floats) -> None:
         super().__init__(tables, surfaces, asked)
         self._adjoint = adjoint
-        self._gradient = {f.name: np.zeros(np.shape(getattr(tables, f.name))) for f in fields(Derivative)}
+        self._gradient = dict(vars(Derivative.zero(tables)))
 
     @property
     def gradient(self) -> Derivative:

@@ -3,23 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "boundary/picture_frame.h"
+#include "boundary/seams.h"
 #include "parallel.h"
 
 namespace edgegrad {
 namespace {
 
-struct V {
-    double x, y, z;
-};
-V operator-(V a, V b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-V cross(V a, V b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-double dot(V a, V b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-double length(V a) { return std::sqrt(dot(a, a)); }
+using V = Vector;
+
 V vertex(const SceneView& scene, int64_t k) {
     const float* p = scene.vertices + 3 * k;
     return {p[0], p[1], p[2]};
 }
 V vector(const float* p) { return {p[0], p[1], p[2]}; }
+
+// Where an instance places the points of its mesh; without one they stay.
+struct Placement {
+    const float* matrix;  // rows of 4; null: none
+
+    V operator()(V p) const {
+        if (!matrix) return p;
+        const auto row = [&](const float* m) {
+            return m[0] * p.x + m[1] * p.y + m[2] * p.z + static_cast<double>(m[3]);
+        };
+        return {row(matrix), row(matrix + 4), row(matrix + 8)};
+    }
+};
 
 // Faces whose normals differ by less than this sine lie in one plane.
 constexpr double kCoplanar = 1e-6;
@@ -31,56 +41,52 @@ constexpr double kHidden = 0.05;
 // Edges per item of parallel work.
 constexpr int64_t kEdgeBlock = 1 << 13;
 
-// Cuts [u0, u1] to where a + u (b - a) >= 0; false if nothing is left.
-bool clip(double a, double b, double& u0, double& u1) {
-    if (a < 0.0 && b < 0.0) return false;
-    if (a < 0.0) u0 = std::max(u0, a / (a - b));
-    if (b < 0.0) u1 = std::min(u1, a / (a - b));
-    return u0 < u1;
-}
-
 // The faces of an edge, for what its shape tells.
 struct Wedge {
-    int faces = 0;  // with an area
-    V normal[2];    // unit normals of the first two as they are wound
-    V third[2];     // their third corners, from the edge's first vertex
-    bool same_material = true;
+    int faces = 0;             // with an area
+    V normal[2];               // unit normals of the first two as they are wound
+    V third[2];                // their third corners, from the edge's first vertex
+    bool same_surface = true;  // of one material, and no seam between them
 
-    // Two faces in one plane, of one orientation and one material: nothing jumps there.
+    // Two faces in one plane, of one orientation and one surface: nothing jumps there.
     bool flat() const {
-        return faces == 2 && same_material && dot(normal[0], normal[1]) > 0.0 &&
+        return faces == 2 && same_surface && dot(normal[0], normal[1]) > 0.0 &&
                length(cross(normal[0], normal[1])) < kCoplanar;
     }
 };
 
-Wedge wedge_of(const SceneView& scene, int64_t edge, V a) {
+Wedge wedge_of(const SceneView& scene, const EdgeList& edges, int64_t edge,
+               const Placement& place = {nullptr}) {
     Wedge wedge;
+    const V a = place(vertex(scene, scene.edge_vertices[2 * edge]));
     const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
     for (uint32_t k = first; k < last; ++k) {
         const uint32_t face = scene.edge_faces[k];
         const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face);
-        const V p0 = vertex(scene, f[0]);
-        const V m = cross(vertex(scene, f[1]) - p0, vertex(scene, f[2]) - p0);
+        const V p0 = place(vertex(scene, f[0]));
+        const V m = cross(place(vertex(scene, f[1])) - p0, place(vertex(scene, f[2])) - p0);
         const double l = length(m);
         if (l <= 0.0) continue;  // no area, no border
         if (wedge.faces < 2) {
             wedge.normal[wedge.faces] = {m.x / l, m.y / l, m.z / l};
-            wedge.third[wedge.faces] = vertex(scene, scene.edge_opposite[k]) - a;
+            wedge.third[wedge.faces] = place(vertex(scene, scene.edge_opposite[k])) - a;
         }
         ++wedge.faces;
-        wedge.same_material &= scene.face_material[face] == scene.face_material[scene.edge_faces[first]];
+        wedge.same_surface &= scene.face_material[face] == scene.face_material[scene.edge_faces[first]];
     }
+    // Only where it decides: seams take a look at every attribute.
+    if (wedge.flat()) wedge.same_surface = !is_seam(edges.tables, edge);
     return wedge;
 }
 
 // Share of an edge's length on the screen by which it is sampled: 0 if it can't carry a jump.
-double jump_weight(const Wedge& wedge, V camera_to_a, V t, int solid_side) {
+double jump_weight(const Wedge& wedge, V ray, V t, int solid_side) {
     if (wedge.faces == 0 || wedge.flat()) return 0.0;
-    if (wedge.faces != 2 || !wedge.same_material) return 1.0;  // border or junction
-    const V sheet = cross(camera_to_a, t);                     // normal of the sheet through camera and edge
+    if (wedge.faces != 2 || !wedge.same_surface) return 1.0;  // border or junction
+    const V sheet = cross(ray, t);                            // normal of the sheet through camera and edge
     if (dot(sheet, wedge.third[0]) * dot(sheet, wedge.third[1]) >= 0.0) return 1.0;  // silhouette
     const double crease = std::clamp(length(wedge.normal[0] - wedge.normal[1]), kLeastCrease, 1.0);
-    return solid_side * dot(wedge.normal[0], camera_to_a) > 0.0 ? kHidden * crease : crease;
+    return solid_side * dot(wedge.normal[0], ray) > 0.0 ? kHidden * crease : crease;
 }
 
 // Where the finite emitters are: a ball around triangles and point lights, directions of suns.
@@ -136,25 +142,27 @@ bool may_be_silhouette(const Wedge& wedge, V a, V t, const EmitterBounds& emitte
     return false;
 }
 
-// Candidates of all edges by visit(edge, solid side, add) over blocks of edges in parallel, joined in order.
+// Candidates of all edges by visit(edge, mesh, add) over blocks of edges in parallel, joined in order.
 template <typename Visit>
 Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& visit) {
     struct Block {
-        std::vector<int32_t> edge;
+        std::vector<int32_t> edge, instance;
         std::vector<float> u0, u1;
         std::vector<double> mass;
     };
-    const int64_t blocks = (edges.count + kEdgeBlock - 1) / kEdgeBlock;
+    const int64_t count = edges.count(), blocks = (count + kEdgeBlock - 1) / kEdgeBlock;
+    const bool placed = !edges.tables.instance_mesh.empty();
     std::vector<Block> parts(static_cast<size_t>(blocks));
     parallel_for(edges.threads, blocks, nullptr, [&](int, int64_t k) {
         Block& part = parts[static_cast<size_t>(k)];
         int64_t mesh = 0;
-        for (int64_t edge = k * kEdgeBlock; edge < std::min(edges.count, (k + 1) * kEdgeBlock); ++edge) {
+        for (int64_t edge = k * kEdgeBlock; edge < std::min(count, (k + 1) * kEdgeBlock); ++edge) {
             const auto face = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[edge]]);
             while (face >= scene.mesh_first_face[mesh + 1]) ++mesh;
-            visit(edge, edges.solid_side[mesh], [&](double u0, double u1, double mass) {
+            visit(edge, mesh, [&](int32_t instance, double u0, double u1, double mass) {
                 if (!(mass > 0.0)) return;
                 part.edge.push_back(static_cast<int32_t>(edge));
+                if (placed) part.instance.push_back(instance);
                 part.u0.push_back(static_cast<float>(u0));
                 part.u1.push_back(static_cast<float>(u1));
                 part.mass.push_back(mass);
@@ -164,6 +172,7 @@ Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& v
     Candidates out;
     for (const Block& part : parts) {
         out.edge.insert(out.edge.end(), part.edge.begin(), part.edge.end());
+        out.instance.insert(out.instance.end(), part.instance.begin(), part.instance.end());
         out.u0.insert(out.u0.end(), part.u0.begin(), part.u0.end());
         out.u1.insert(out.u1.end(), part.u1.begin(), part.u1.end());
         for (double mass : part.mass) out.cumulative.push_back(out.cumulative.back() + mass);
@@ -173,44 +182,42 @@ Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& v
 
 }  // namespace
 
-Candidates primary_candidates(const SceneView& scene, const EdgeList& edges) {
-    const CameraView& c = scene.camera;
-    const V origin = vector(c.position), right = vector(c.right), up = vector(c.up), back = vector(c.back);
-    return collect(scene, edges, [&](int64_t edge, int solid_side, const auto& add) {
-        if (!scene.face_moving[scene.edge_faces[scene.edge_face_first[edge]]]) return;
-        const V a = vertex(scene, scene.edge_vertices[2 * edge]);
-        const V b = vertex(scene, scene.edge_vertices[2 * edge + 1]);
-        // Camera space, depth positive; every clip plane is linear along the edge.
-        double x[2], y[2], z[2];
-        const V ends[2] = {a - origin, b - origin};
-        for (int k = 0; k < 2; ++k) {
-            z[k] = -dot(back, ends[k]);
-            x[k] = c.focal * dot(right, ends[k]) + c.principal[0] * z[k];  // picture x times depth
-            y[k] = -c.focal * dot(up, ends[k]) + c.principal[1] * z[k];
-        }
-        double u0 = 0.0, u1 = 1.0;
-        if (!clip(z[0] - c.clip_start, z[1] - c.clip_start, u0, u1)) return;
-        if (!clip(c.clip_end - z[0], c.clip_end - z[1], u0, u1)) return;
-        if (!clip(x[0], x[1], u0, u1) || !clip(c.width * z[0] - x[0], c.width * z[1] - x[1], u0, u1)) return;
-        if (!clip(y[0], y[1], u0, u1) || !clip(c.height * z[0] - y[0], c.height * z[1] - y[1], u0, u1))
+Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const Asked& asked) {
+    const PictureFrame frame(scene.camera);
+    const SceneTables& tables = edges.tables;
+    std::vector<std::vector<int32_t>> instances(static_cast<size_t>(tables.visible_meshes));
+    for (size_t k = 0; k < tables.instance_mesh.size(); ++k)
+        instances[static_cast<size_t>(tables.instance_mesh[k])].push_back(static_cast<int32_t>(k));
+    return collect(scene, edges, [&](int64_t edge, int64_t mesh, const auto& add) {
+        const auto& copies = instances[static_cast<size_t>(mesh)];
+        if (!asked.camera && !asked.moving[static_cast<size_t>(mesh)] &&
+            !(asked.instances && !copies.empty()))
             return;
-        double sx[2], sy[2];
-        for (int k = 0; k < 2; ++k) {
-            const double u = k ? u1 : u0, depth = z[0] + u * (z[1] - z[0]);
-            sx[k] = (x[0] + u * (x[1] - x[0])) / depth;
-            sy[k] = (y[0] + u * (y[1] - y[0])) / depth;
-        }
-        const double pixels = std::hypot(sx[1] - sx[0], sy[1] - sy[0]);
-        add(u0, u1, pixels * jump_weight(wedge_of(scene, edge, a), a - origin, b - a, solid_side));
+        if (!(tables.mesh_mask[static_cast<size_t>(mesh)] & (1 << kCameraRay))) return;
+        const auto visit = [&](int32_t instance) {
+            const Placement place{instance < 0 ? nullptr : scene.instance_to_world + 12 * int64_t{instance}};
+            const V a = place(vertex(scene, scene.edge_vertices[2 * edge]));
+            const V b = place(vertex(scene, scene.edge_vertices[2 * edge + 1]));
+            double weight = -1.0;  // found for edges that are in the picture only
+            frame.pieces(a, b, [&](double u0, double u1, double pixels) {
+                if (weight < 0.0)
+                    weight = jump_weight(wedge_of(scene, edges, edge, place), frame.ray_through(a), b - a,
+                                         edges.solid_side[mesh]);
+                add(instance, u0, u1, pixels * weight);
+            });
+        };
+        if (copies.empty()) visit(-1);
+        for (int32_t instance : copies) visit(instance);
     });
 }
 
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
     const EmitterBounds emitters(scene);
-    return collect(scene, edges, [&](int64_t edge, int solid_side, const auto& add) {
+    return collect(scene, edges, [&](int64_t edge, int64_t mesh, const auto& add) {
+        const int solid_side = edges.solid_side[mesh];
         const V a = vertex(scene, scene.edge_vertices[2 * edge]);
         const V t = vertex(scene, scene.edge_vertices[2 * edge + 1]) - a;
-        const Wedge wedge = wedge_of(scene, edge, a);
+        const Wedge wedge = wedge_of(scene, edges, edge);
         if (wedge.faces == 0 || wedge.flat()) return;
         double mass = length(t);
         if (environment) {
@@ -228,7 +235,7 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
         }
         // A line that touches a concave edge with both faces on one side runs inside the body.
         const bool concave = wedge.faces == 2 && solid_side * dot(wedge.normal[0], wedge.third[1]) > 0.0;
-        add(0.0, 1.0, concave ? kHidden * mass : mass);
+        add(-1, 0.0, 1.0, concave ? kHidden * mass : mass);
     });
 }
 

@@ -1,17 +1,19 @@
-// Candidate edges of the primary boundary: which edges can carry a jump the camera sees, clipped to
-// the view frustum, with the mass by which they are sampled.
+// Candidate edges of the boundary terms: which edges can carry a jump, clipped to what the camera sees, with
+// the mass by which they are sampled.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "scene/tables.h"
 #include "scene/view.h"
 
 namespace edgegrad {
 
-// Pieces of edges inside the frustum; u is the position along the edge, 0 at its first vertex.
+// Pieces of edges; u is the position along the edge, 0 at its first vertex.
 struct Candidates {
     std::vector<int32_t> edge;
+    std::vector<int32_t> instance;  // -1: the edge stands in the world; empty: all do
     std::vector<float> u0, u1;
     std::vector<double> cumulative{0.0};  // mass up to each piece, pixels
 
@@ -21,15 +23,19 @@ struct Candidates {
 
 // All edges of a scene, in the order of meshes.
 struct EdgeList {
-    int64_t count;
+    const SceneTables& tables;
     const int8_t* solid_side;  // by mesh (boundary/solids.h)
     int threads;
+
+    int64_t count() const { return static_cast<int64_t>(tables.edge_vertices.size() / 2); }
 };
 
-// Edges that the camera sees, of moving meshes (static ones under a static camera sweep over nothing). Only a
-// flat pair of faces can't carry a jump: two faces in one plane, of one orientation and one material.
-// Silhouettes, open borders, creases between flat faces and material borders are one case (derivations A3).
-Candidates primary_candidates(const SceneView& scene, const EdgeList& edges);
+// Edges that the camera sees and that may move in the picture: those of moving meshes and
+// instances, or all if the camera moves.
+// Only a flat pair of faces can't carry a jump: two faces in one plane, of one orientation, one material and
+// no seam between them (boundary/seams.h). Silhouettes, open borders, creases, the edges between the facets
+// of a smooth mesh and material borders are one case (derivations A3, 0.5a).
+Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const Asked& asked);
 
 // Edges that may hide light from a surface: silhouettes as seen from some point of the finite
 // emitters, or (towards the environment) all that are not flat. Of all meshes: what moves may also

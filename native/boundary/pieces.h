@@ -7,20 +7,58 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 struct PieceSample {
     Mask active;
-    Int edge;
-    Vec3 a, t;      // first vertex, and from it to the second
+    Int edge, instance;
+    Vec3 a, t;      // first end, and from it to the second
     Float u0, u1;   // the piece
     Float tau;      // place along the piece, uniform in [0, 1]
     Float density;  // expected number of samples on the piece
     PathIndex random;
 };
 
-// Samples [task.first + at, …): number k lies in the k-th of `total` equal shares of the mass.
+// A point of an instanced mesh in the world; `instance` -1: it stands there itself.
+EG_INLINE void place_point(const SceneView& scene, int32_t instance, float (&p)[3]) {
+    if (instance < 0) return;
+    const float* m = scene.instance_to_world + 12 * static_cast<int64_t>(instance);
+    const float x = p[0], y = p[1], z = p[2];
+    for (int r = 0; r < 3; ++r) p[r] = m[4 * r] * x + m[4 * r + 1] * y + m[4 * r + 2] * z + m[4 * r + 3];
+}
+
+// An end (0 or 1) of an edge, or of a line along which two faces pierce each other.
+EG_INLINE void edge_end(const SceneView& scene, int32_t edge, int32_t instance, int end, float (&p)[3]) {
+    const float* from =
+        edge < scene.edge_count
+            ? scene.vertices + 3 * static_cast<int64_t>(scene.edge_vertices[2 * edge + end])
+            : scene.crossing_ends + 6 * static_cast<int64_t>(edge - scene.edge_count) + 3 * end;
+    for (int c = 0; c < 3; ++c) p[c] = from[c];
+    place_point(scene, instance, p);
+}
+
+// Where a task's samples have come to.
+struct PieceCursor {
+    int64_t piece = 0, share = 0;
+};
+
+// Last entry of ascending cumulated values that isn't above `place`.
+EG_INLINE int64_t last_below(const double* cumulative, int64_t count, double place) {
+    int64_t low = 0, high = count;
+    while (high - low > 1) {
+        const int64_t mid = (low + high) / 2;
+        (cumulative[mid] <= place ? low : high) = mid;
+    }
+    return low;
+}
+
+// Samples [task.first + at, …): number k lies in the k-th of `total` equal parts of the mass, or of the
+// guide, which goes through the mass at another speed.
 EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                   int64_t& piece) {
+                                   PieceCursor& cursor) {
     PieceSample s;
-    const double step = task.cumulative[task.pieces] / static_cast<double>(task.total);
+    const double mass = task.cumulative[task.pieces];
+    const double guided = task.guide ? task.guide[task.shares] : mass;
+    const double step = guided / static_cast<double>(task.total);
+    const double share = mass / static_cast<double>(task.shares);
     s.edge = splat(0);
+    s.instance = splat(-1);
     s.u0 = s.tau = splat(0.0f);
     s.u1 = s.density = splat(1.0f);
     for (int i = 0; i < W; ++i) {
@@ -31,43 +69,55 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
         if (k >= task.count) continue;
         const double jitter =
             static_cast<double>(hash(number ^ hash(task.seed ^ 0x51ed270bu)) >> 8) * 5.9604645e-8;
-        const double place = (static_cast<double>(task.first + k) + jitter) * step;
+        double place = (static_cast<double>(task.first + k) + jitter) * step, density = 1.0 / step;
+        if (task.guide) {
+            int64_t& j = cursor.share;
+            while (j + 1 < task.shares && task.guide[j + 1] <= place) ++j;
+            const double part = task.guide[j + 1] - task.guide[j];
+            place = (static_cast<double>(j) + (place - task.guide[j]) / part) * share;
+            density *= part / share;
+        }
+        int64_t& piece = cursor.piece;
         while (piece + 1 < task.pieces && task.cumulative[piece + 1] <= place) ++piece;
-        const double mass = task.cumulative[piece + 1] - task.cumulative[piece];
-        const double tau = (place - task.cumulative[piece]) / mass;
+        const double length = task.cumulative[piece + 1] - task.cumulative[piece];
+        const double tau = (place - task.cumulative[piece]) / length;
         s.edge[i] = task.edge[piece];
+        if (task.instance) s.instance[i] = task.instance[piece];
         s.u0[i] = task.u0[piece];
         s.u1[i] = task.u1[piece];
         s.tau[i] = static_cast<float>(tau < 0.0 ? 0.0 : tau > 1.0 ? 1.0 : tau);
-        s.density[i] = static_cast<float>(mass / step);
+        s.density[i] = static_cast<float>(length * density);
     }
     // One low-discrepancy sequence over all samples: neighbouring shares of the mass get stratified
     // random numbers.
     s.random.pixel = splat(0);
     s.random.stream = splat(hash(task.seed ^ (task.environment ? 0x6b2fb644u : 0x2545f491u)));
     for (int i = 0; i < W; ++i) {
-        const uint32_t* ends = scene.edge_vertices + 2 * static_cast<int64_t>(s.edge[i]);
-        const float* p = scene.vertices + 3 * static_cast<int64_t>(ends[0]);
-        const float* q = scene.vertices + 3 * static_cast<int64_t>(ends[1]);
+        float p[3], q[3];
+        edge_end(scene, s.edge[i], s.instance[i], 0, p);
+        edge_end(scene, s.edge[i], s.instance[i], 1, q);
         s.a.x[i] = p[0], s.a.y[i] = p[1], s.a.z[i] = p[2];
         s.t.x[i] = q[0] - p[0], s.t.y[i] = q[1] - p[1], s.t.z[i] = q[2] - p[2];
     }
     return s;
 }
 
-// First piece whose mass reaches beyond the task's first sample.
-EG_INLINE int64_t first_piece(const BoundaryTask& task) {
-    const double place =
-        static_cast<double>(task.first) * (task.cumulative[task.pieces] / static_cast<double>(task.total));
-    int64_t low = 0, high = task.pieces;
-    while (high - low > 1) {
-        const int64_t mid = (low + high) / 2;
-        (task.cumulative[mid] <= place ? low : high) = mid;
+// The cursor of the task's first sample.
+EG_INLINE PieceCursor first_piece(const BoundaryTask& task) {
+    PieceCursor cursor;
+    const double mass = task.cumulative[task.pieces];
+    double place = static_cast<double>(task.first) / static_cast<double>(task.total);
+    if (task.guide) {
+        cursor.share = last_below(task.guide, task.shares, place * task.guide[task.shares]);
+        // The piece at the share's beginning: the samples' cursor goes on from there.
+        place = static_cast<double>(cursor.share) / static_cast<double>(task.shares);
     }
-    return low;
+    cursor.piece = last_below(task.cumulative, task.pieces, place * mass);
+    return cursor;
 }
 
-// Pixel that a direction of unit depth goes through; lanes outside of the picture become inactive.
+// Pixel of a pinhole camera that a direction of unit depth goes through; lanes outside of the picture become
+// inactive.
 EG_INLINE Int pixel_of(const CameraView& c, Vec3 direction, Mask& active) {
     const Float x = dot(splat3(c.right), direction) * c.focal + c.principal[0];
     const Float y = c.principal[1] - dot(splat3(c.up), direction) * c.focal;
@@ -76,10 +126,11 @@ EG_INLINE Int pixel_of(const CameraView& c, Vec3 direction, Mask& active) {
     return select(active, to_int(y) * c.width + to_int(x), splat(0));
 }
 
-EG_INLINE void write_splats(const BoundaryTask& task, Splats& splats, int64_t at, Mask active, Int pixel,
-                            Vec3 value) {
+EG_INLINE void write_splats(const BoundaryTask& task, Splats& splats, int64_t at, Mask active, Float x,
+                            Float y, Vec3 value) {
     for (int i = 0; i < W && at + i < task.count; ++i) {
-        splats.pixel[at + i] = active[i] ? pixel[i] : -1;
+        splats.x[at + i] = active[i] ? x[i] : kNowhere;
+        splats.y[at + i] = y[i];
         splats.value[0][at + i] = value.x[i];
         splats.value[1][at + i] = value.y[i];
         splats.value[2][at + i] = value.z[i];

@@ -108,7 +108,7 @@ EG_INLINE Vec3 environment_direction(const SceneView& scene, const PieceSample& 
 
 template <typename Wanted>
 EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                     int64_t& piece, const Wanted& wanted_pixels) {
+                                     PieceCursor& piece, const Wanted& wanted_pixels) {
     ShadowSample s;
     PieceSample p = sample_piece(scene, task, at, piece);
     s.edge = p.edge;
@@ -141,7 +141,7 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     if (!any(s.active)) return s;
 
     // The surface that is lit past the edge.
-    const Ignored ignored{s.edge, splat(-1)};
+    const Ignored ignored = {s.edge, splat(-1)};
     const Closest behind = intersect(scene, s.active, s.point, -s.towards, splat(0.0f),
                                      splat(__builtin_inff()), ignored, embree::kIncoherent);
     const Float scale = largest_component(s.point);
@@ -213,18 +213,20 @@ EG_INLINE void shadow_blocks(Mode& mode, const SceneView& scene, const ShadowSam
 
 static void shadow_forward_kernel(const SceneView& scene, const BoundaryTask& task,
                                   const DerivativeView& tangent, Splats& splats) {
-    int64_t piece = first_piece(task);
+    PieceCursor piece = first_piece(task);
     for (int64_t at = 0; at < task.count; at += W) {
         const ShadowSample s = sample_shadow(scene, task, at, piece, [](Int) { return splat(-1); });
         Forward mode{scene, tangent};
         if (any(s.active)) shadow_blocks(mode, scene, s);
-        write_splats(task, splats, at, s.active, s.pixel, mode.value);
+        const Int row = quotient(s.pixel, scene.camera.width);
+        write_splats(task, splats, at, s.active, to_float(s.pixel - row * scene.camera.width) + 0.5f,
+                     to_float(row) + 0.5f, mode.value);
     }
 }
 
 static void shadow_backward_kernel(const SceneView& scene, const BoundaryTask& task, const float* adjoint,
                                    DerivativeView& gradient) {
-    int64_t piece = first_piece(task);
+    PieceCursor piece = first_piece(task);
     for (int64_t at = 0; at < task.count; at += W) {
         const ShadowSample s = sample_shadow(scene, task, at, piece, [&](Int pixel) {
             return largest_component(gather3(adjoint, pixel)) > 0.0f;

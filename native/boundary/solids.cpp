@@ -44,7 +44,9 @@ std::vector<uint8_t> closed_meshes(const SceneTables& t) {
 std::vector<int8_t> solid_sides(const SceneTables& t, const std::vector<uint8_t>& closed) {
     std::vector<int8_t> sides(closed.size(), 0);
     for (size_t mesh = 0; mesh < closed.size(); ++mesh) {
-        if (!closed[mesh]) continue;
+        const bool placed = std::find(t.instance_mesh.begin(), t.instance_mesh.end(),
+                                      static_cast<int32_t>(mesh)) != t.instance_mesh.end();
+        if (!closed[mesh] || placed) continue;
         const auto first = static_cast<size_t>(t.mesh_first_vertex[mesh]);
         const auto last = static_cast<size_t>(t.mesh_first_vertex[mesh + 1]);
         const float* origin = &t.vertices[3 * first];

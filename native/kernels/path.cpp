@@ -1,8 +1,16 @@
-// The picture's kernel of one instruction set.
+// The picture's kernel of one instruction set, and the paths that it shares with the primary boundary's.
 #include "kernels/parts.h"
 #include "path/radiance.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
+
+void run_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count) {
+    while (true) {
+        count = shade_paths(scene, task, work, count);
+        if (count == 0) return;
+        trace_paths(scene, work, count);
+    }
+}
 
 void add_path_kernels(KernelTable& table) { table.radiance = radiance_kernel; }
 

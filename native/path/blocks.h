@@ -7,6 +7,7 @@
 // modes thus come from the same samples and are each other's transpose.
 #pragma once
 
+#include "scene/camera_row.h"
 #include "scene/geometry.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -48,6 +49,23 @@ struct Forward {
             value.z[i] += color.z[i] * d;
         }
     }
+    // A velocity that is linear in the camera's floats, with the coefficients `row`.
+    EG_INLINE void camera(Mask m, const Float row[kCameraFloats], Vec3 color) {
+        Float d = splat(0.0f);
+        for (int k = 0; k < kCameraFloats; ++k) d = d + row[k] * static_cast<float>(tangent.camera[k]);
+        value = value + color * select(m, d, 0.0f);
+    }
+    // A point of an instance, at `local` in the mesh's own space.
+    EG_INLINE void placed(Mask m, Int instance, Vec3 local, Vec3 g, Vec3 color) {
+        Float d = splat(0.0f);
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            const double* p = tangent.instance_to_world + 12 * static_cast<int64_t>(instance[i]);
+            const float q[4] = {local.x[i], local.y[i], local.z[i], 1.0f}, out[3] = {g.x[i], g.y[i], g.z[i]};
+            for (int k = 0; k < 12; ++k) d[i] += out[k / 4] * q[k % 4] * static_cast<float>(p[k]);
+        }
+        value = value + color * d;
+    }
     // A row of a table of colours that the radiance depends on linearly: `color` per channel.
     EG_INLINE void row(Mask m, const double* table, Int index, Vec3 color) {
         for (int i = 0; i < W; ++i) {
@@ -81,6 +99,20 @@ struct Backward {
         for (int i = 0; i < W; ++i)
             if (moves[i])
                 add(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + vertex_slot], a[i], g, i);
+    }
+    EG_INLINE void camera(Mask m, const Float row[kCameraFloats], Vec3 color) {
+        const Float a = select(m, dot(adjoint, color), 0.0f);
+        for (int k = 0; k < kCameraFloats; ++k)
+            for (int i = 0; i < W; ++i) gradient.camera[k] += static_cast<double>(a[i] * row[k][i]);
+    }
+    EG_INLINE void placed(Mask m, Int instance, Vec3 local, Vec3 g, Vec3 color) {
+        const Float a = dot(adjoint, color);
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            double* p = gradient.instance_to_world + 12 * static_cast<int64_t>(instance[i]);
+            const float q[4] = {local.x[i], local.y[i], local.z[i], 1.0f}, out[3] = {g.x[i], g.y[i], g.z[i]};
+            for (int k = 0; k < 12; ++k) p[k] += static_cast<double>(a[i] * out[k / 4] * q[k % 4]);
+        }
     }
     EG_INLINE void row(Mask m, double* table, Int index, Vec3 color) {
         const Vec3 a = adjoint * color;

@@ -2,16 +2,12 @@
 #pragma once
 
 #include "path/path_tracer.h"
+#include "path/run.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 static void radiance_kernel(const SceneView& scene, const ImageTask& task, Workspace& work, float* image) {
-    int count = start_paths(scene, task, work);
-    while (true) {
-        count = shade_paths(scene, task, work, count);
-        if (count == 0) break;
-        trace_paths(scene, work, count);
-    }
+    run_paths(scene, task, work, start_paths(scene, task, work));
     accumulate(task, work, image);
 }
 

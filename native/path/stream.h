@@ -27,6 +27,10 @@ EG_INLINE PathIndex path_index(const ImageTask& task, Int path) {
     PathIndex index;
     index.pixel = quotient(path, task.samples);
     index.sample = bits(path - index.pixel * task.samples + task.first_sample);
+    if (task.one_stream) {
+        index.stream = splat(hash(task.seed));
+        return index;
+    }
     // A pixel's random numbers are those that it has in the full picture: a crop is a part of it.
     Int number = index.pixel + (task.first_pixel + task.skipped_all);
     if (task.skipped_row > 0)

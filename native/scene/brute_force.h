@@ -12,16 +12,16 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Faces that the ray passes through: those of the edge, and one more.
+// Whether rays ignore the face, as one of their edge.
 EG_INLINE Mask passes_face(const SceneView& scene, const Ignored& ignored, int32_t face) {
-    Mask passes = ignored.face == splat(face);
+    Mask passes = splat(0);
     for (int i = 0; i < W; ++i) {
         if (ignored.edge[i] < 0) continue;
         for (uint32_t k = scene.edge_face_first[ignored.edge[i]];
              k < scene.edge_face_first[ignored.edge[i] + 1]; ++k)
             if (scene.edge_faces[k] == static_cast<uint32_t>(face)) passes[i] = -1;
     }
-    return passes & (ignored.edge >= 0);
+    return passes;
 }
 
 struct BruteHit {

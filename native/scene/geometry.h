@@ -75,10 +75,10 @@ EG_INLINE Float ray_offset(const Triangle& t) {
     return 2e-6f * max(max(largest_component(t.p0), largest_component(t.p1)), largest_component(t.p2));
 }
 
-// Faces that a ray passes through, where `edge` is not negative: those of the edge, and one more.
+// Faces that a ray passes through: those of an edge (-1: none).
 struct Ignored {
     Int edge;
-    Int face;  // or -1
+    Int instance;  // which of the edge's copies; -1: it stands in the world itself
 };
 
 EG_INLINE Ignored ignore_nothing() { return {splat(-1), splat(-1)}; }
@@ -96,9 +96,6 @@ struct SurfacePoint {
     Float offset;  // distance that rays start off the surface
     Int material;
     Int mesh, instance;  // where a ray met the surface; instance -1: none
-    // Of a point on an edge (boundary/edge_point.h):
-    Ignored ignored;  // faces that it lies on: the edge's, and one in which the edge lies (contact)
-    Vec3 along;       // in the point's own surface, across the edge and away from it
 };
 
 // The surface point of a face at barycentrics (b1, b2) seen along `view` (towards the surface).
@@ -120,8 +117,6 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
     s.side = side * handed;
     s.normal = m * (side / select(s.length_m > 0.0f, s.length_m, 1.0f));
     s.offset = ray_offset(s.triangle);
-    s.ignored = ignore_nothing();
-    s.along = zero3();
     s.material = gather(scene.face_material, s.face);
     return s;
 }

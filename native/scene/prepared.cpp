@@ -8,8 +8,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
                              const Asked* asked, bool convex, std::shared_ptr<const LightList> lights)
     : lights_(std::move(lights)),
       brute_triangles_(brute_triangles(tables)),
-      face_moving_(tables.face_material.size(), 0),
-      edge_count_(static_cast<int64_t>(tables.edge_vertices.size() / 2)) {
+      face_moving_(tables.face_material.size(), 0) {
     for (size_t m = 0; asked && m < asked->moving.size(); ++m)
         if (asked->moving[m])
             std::fill(face_moving_.begin() + tables.mesh_first_face[m],
@@ -59,7 +58,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
                 view_.emission_varies = true;
         }
     }
-    if (!asked && tables.environment_map) {
+    if (tables.environment_map) {
         constexpr int32_t scattered = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
         view_.sky = tables.environment_map->view();
         view_.sky.sampled = (tables.environment_mask & scattered) == scattered;
@@ -91,6 +90,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.edge_face_first = tables.edge_face_first.data();
     view_.edge_faces = tables.edge_faces.data();
     view_.edge_opposite = tables.edge_opposite.data();
+    view_.edge_count = static_cast<int32_t>(tables.edge_vertices.size() / 2);
     view_.camera = tables.camera;
     view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();
 }

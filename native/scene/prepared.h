@@ -13,19 +13,17 @@ namespace edgegrad {
 
 class PreparedScene {
  public:
-    // For derivatives that are `asked` for, or for the picture with its `lights`; the other is null.
+    // With the picture's `lights`, and what estimators of `asked` derivatives have beside them (null: none).
     PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked,
-                  bool convex, std::shared_ptr<const LightList> lights = nullptr);
+                  bool convex, std::shared_ptr<const LightList> lights);
 
     const SceneView& view() const { return view_; }
-    int64_t edge_count() const { return edge_count_; }
 
  private:
     std::optional<EmitterTable> emitters_;
     std::shared_ptr<const LightList> lights_;
     std::vector<BruteTriangle> brute_triangles_;
     std::vector<int32_t> face_moving_;
-    int64_t edge_count_;
     SceneView view_{};
 };
 

@@ -22,7 +22,7 @@ struct EdgeContext {
     embree::QueryContext base;  // first: Embree passes its address to the filter
     const SceneView* scene;
     int32_t edge[W];
-    int32_t face[W];  // one more to ignore, or -1
+    int32_t instance[W];  // which of the edge's copies
 };
 
 // Ignoring faces is a filter in the traversal: re-tracing behind an ignored hit would step over
@@ -39,7 +39,11 @@ static void ignore_edge_faces(const embree::FilterArguments* args) {
         const int32_t edge = context->edge[lane];
         if (edge < 0) continue;
         const uint32_t face = hit[5 * n + i] + static_cast<uint32_t>(scene.mesh_first_face[hit[6 * n + i]]);
-        if (static_cast<int32_t>(face) == context->face[lane]) args->valid[i] = 0;
+        const uint32_t copy = hit[7 * n + i];  // Embree's number of the instance
+        if (copy == embree::kInvalidId
+                ? context->instance[lane] >= 0
+                : static_cast<int32_t>(copy) - scene.mesh_count != context->instance[lane])
+            continue;
         for (uint32_t k = scene.edge_face_first[edge]; k < scene.edge_face_first[edge + 1]; ++k)
             if (scene.edge_faces[k] == face) args->valid[i] = 0;
     }
@@ -95,7 +99,7 @@ EG_INLINE void set_filter(const SceneView& scene, const Ignored& ignored, EdgeCo
     if (!any(ignored.edge >= 0)) return;
     context.scene = &scene;
     store(context.edge, ignored.edge);
-    store(context.face, ignored.face);
+    store(context.instance, ignored.instance);
     args.flags |= embree::kInvokeArgumentFilter;
     args.filter = ignore_edge_faces;
 }
@@ -170,7 +174,7 @@ EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 d
 
 EG_INLINE Mask occluded_from(const SceneView& scene, Mask active, const SurfacePoint& x, Vec3 direction,
                              Float far) {
-    return occluded(scene, active, leave_surface(x), direction, far, x.ignored);
+    return occluded(scene, active, leave_surface(x), direction, far, ignore_nothing());
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

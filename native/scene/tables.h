@@ -59,11 +59,14 @@ struct Asked {
     bool colors = true;             // any colour, radiance or intensity at all
     bool lights = true;             // strengths of point lights or suns
     bool environment = true;        // the environment's radiance
+    bool camera = false;            // any float of the camera
+    bool instances = false;         // any instance's transform
 };
 
 // A tangent or gradient of the whole tables.
 struct Derivative {
-    std::vector<double> vertices, albedo, emission, point_intensity, sun_irradiance, environment;
+    std::vector<double> vertices, albedo, emission, point_intensity, sun_irradiance, environment, camera,
+        instance_to_world;
 };
 
 }  // namespace edgegrad

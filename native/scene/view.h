@@ -107,6 +107,9 @@ struct SceneView {
     const uint32_t* edge_face_first;  // (E + 1)
     const uint32_t* edge_faces;
     const uint32_t* edge_opposite;
+    int32_t edge_count;
+    const float* crossing_ends;  // (crossings, 2, 3) ends of the lines with the numbers from edge_count on,
+                                 // along which two faces pierce each other (boundary/crossings.h)
 
     CameraView camera;
 };
@@ -121,9 +124,13 @@ struct DerivativeView {
     double* point_intensity;
     double* sun_irradiance;
     double* environment;
+    double* camera;             // (kCameraFloats)
+    double* instance_to_world;  // (I, 12)
     // What is asked for at all.
     bool want_vertices;
     bool want_colors;  // albedo, emission, lights, environment
+    bool want_camera;
+    bool want_instances;
 };
 
 }  // namespace edgegrad

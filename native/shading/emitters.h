@@ -146,7 +146,7 @@ EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, const 
 }
 
 EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {
-    return emitter_hidden(scene, x.position, leave_surface(x), x.ignored, s);
+    return emitter_hidden(scene, x.position, leave_surface(x), ignore_nothing(), s);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

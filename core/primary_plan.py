@@ -1,0 +1,104 @@
+"""What the primary boundary term of a scene consists of, in words; the native engine follows the same rules."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from . import parameters
+from .mesh import Mesh
+from .mesh_edges import MeshEdges
+from .motion import Motion
+from .scene import Scene
+from .shape import pierces
+
+# Of the camera's parameters, those that change the picture of what stands still only by depth of field.
+_LENS = ("aperture_radius", "focus_distance", "aperture_rotation", "aperture_ratio")
+
+
+@dataclass(frozen=True)
+class PrimaryRules:
+    """Candidate edges, whether there is anything to compute, and why, in words."""
+
+    computed: bool
+    edges: int
+    of: int
+    why: tuple[str, ...]
+
+
+def mesh_edges(scene: Scene, placed: Mapping[str, Mesh]) -> dict[str, MeshEdges]:
+    """The edges of each mesh of the tables."""
+    return {name: MeshEdges.of(mesh, [_textured(scene, slot) for slot in mesh.materials])
+            for name, mesh in placed.items()}
+
+
+def primary_rules(
+    scene: Scene, placed: Mapping[str, Mesh], edges: Mapping[str, MeshEdges], moves: Motion, wrt: Sequence[str]
+) -> PrimaryRules:
+    """Which edges can move in the picture and carry a jump there, with respect to some parameters.
+
+    Parameters
+    ----------
+    placed, edges
+        The meshes as the tables have them, and their edges.
+    moves
+        What moves with the parameters `wrt`.
+    """
+    camera = moves.camera and any(path.startswith("camera.") and _moves_rays(scene, path) for path in wrt)
+    total = sum(e.count for e in edges.values())
+    if not moves.meshes and not camera:
+        return PrimaryRules(False, 0, total, ("no vertex is a parameter and the camera stands still",))
+    swept = list(placed) if camera else list(moves.meshes)
+    unseen = [name for name in placed if "camera" not in placed[name].visible_to]
+    if camera:
+        why = ["the camera moves, and so do all edges on its picture"]
+    else:
+        why = [f"moving meshes: {len(swept)} of {len(edges)} ({', '.join(swept)})"]
+    still = sum(e.count for name, e in edges.items() if name not in swept)
+    if still:
+        why.append(f"skipped: {edge_count(still)} of meshes that stand still")
+    hidden = [name for name in swept if name in unseen]
+    if hidden:
+        why.append(f"skipped: {edge_count(sum(edges[name].count for name in hidden))} of meshes that camera rays "
+                   f"don't meet ({', '.join(hidden)})")
+    swept = [name for name in swept if name not in unseen]
+    plain = sum(edges[name].plain for name in swept)
+    if plain:
+        why.append(f"skipped: {edge_count(plain)} between two faces of one plane and one material, where nothing jumps")
+    seams = sum(edges[name].shading_seams for name in swept)
+    if seams:
+        why.append(f"kept: {edge_count(seams)} inside of one plane where normals or attributes of a textured material "
+                   "jump")
+    for one, other in crossing_pairs(placed):
+        if (one in swept or other in swept) and one not in unseen and other not in unseen:
+            why.append(f"besides edges: the lines where '{one}' and '{other}' may pass through each other")
+    kept = sum(edges[name].count for name in swept) - plain
+    return PrimaryRules(kept > 0, kept, total, tuple(why))
+
+
+def crossing_pairs(placed: Mapping[str, Mesh]) -> list[tuple[str, str]]:
+    """Names of meshes that may pass through each other; instances are not looked at."""
+    alone = [name for name in placed if placed[name].instances is None]
+    return [(one, other) for one, other in combinations(alone, 2) if pierces(placed[one], placed[other])]
+
+
+def edge_count(edges: int) -> str:
+    """A number of edges in words."""
+    return f"{edges:,} edge{'' if edges == 1 else 's'}"
+
+
+def _moves_rays(scene: Scene, path: str) -> bool:
+    field = parameters.split(path)[2]
+    c = scene.camera
+    if field in _LENS:
+        turns = field != "aperture_rotation" or c.aperture_blades >= 3
+        return c.kind != "EQUIRECTANGULAR" and turns and c.aperture_radius > 0.0
+    kinds = {"fov_x": ("PERSPECTIVE",), "ortho_width": ("ORTHOGRAPHIC",), "longitude": ("EQUIRECTANGULAR",),
+             "latitude": ("EQUIRECTANGULAR",), "shift": ("PERSPECTIVE", "ORTHOGRAPHIC"),
+             "pixel_aspect": ("PERSPECTIVE", "ORTHOGRAPHIC")}
+    return c.kind in kinds.get(field, (c.kind,))
+
+
+def _textured(scene: Scene, slot: str) -> bool:
+    return any(part.textures for part in [scene.materials[slot], *scene.leaves(slot)])

@@ -1,0 +1,44 @@
+// How many samples a boundary term takes, and where: in one pass over the candidates' mass, or in two, of
+// which the first says where the second is worth its while.
+#pragma once
+
+#include "boundary/candidates.h"
+#include "engine.h"
+
+namespace edgegrad {
+
+// Boundary samples per task, and per batch of stored splats (20 MB).
+constexpr int64_t kBoundaryChunk = 4096;
+constexpr int64_t kSplatBatch = int64_t{1} << 20;
+
+class BoundaryPlan {
+ public:
+    // One pass of `wanted` samples, at most `most`; `guided`: a quarter of them, then the others by the sizes
+    // that those had. Both passes estimate the whole term, and their weighted mean is the result: the weights
+    // are fixed, so that it stays unbiased though the second pass depends on the first.
+    BoundaryPlan(Candidates candidates, double wanted, double most, const RenderOptions& options,
+                 bool environment, bool guided);
+
+    int passes() const { return guided_ ? 2 : 1; }
+    // Samples of a pass; of the second one before `guide` the most that it may take.
+    int64_t total(int pass) const { return total_[pass]; }
+    int64_t chunks(int pass) const { return (total_[pass] + kBoundaryChunk - 1) / kBoundaryChunk; }
+    // Between the passes.
+    void guide();
+
+    BoundaryTask task(int pass, int64_t first, int64_t count);
+    BoundaryTask chunk(int pass, int64_t k) {
+        const int64_t first = k * kBoundaryChunk;
+        return task(pass, first, std::min(kBoundaryChunk, total_[pass] - first));
+    }
+
+ private:
+    Candidates candidates_;
+    RenderOptions options_;
+    bool environment_, guided_;
+    int64_t total_[2] = {0, 0};
+    std::vector<float> score_;   // by sample of the first pass, each in a share of its own
+    std::vector<double> guide_;  // (shares + 1)
+};
+
+}  // namespace edgegrad

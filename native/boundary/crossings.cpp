@@ -1,0 +1,288 @@
+#include "boundary/crossings.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+
+#include "boundary/picture_frame.h"
+#include "parallel.h"
+#include "scene/vector.h"
+
+namespace edgegrad {
+namespace {
+
+// Nearer to a plane than this, relative to the coordinates, is on it.
+constexpr double kOnPlane = 1e-6;
+// Sine squared of the least angle between two faces.
+constexpr double kParallel = 1e-6;
+constexpr size_t kLeaf = 8;
+
+struct Box {
+    float low[3] = {3e38f, 3e38f, 3e38f}, high[3] = {-3e38f, -3e38f, -3e38f};
+
+    void add(const float* p) {
+        for (int c = 0; c < 3; ++c) low[c] = std::min(low[c], p[c]), high[c] = std::max(high[c], p[c]);
+    }
+    void add(const Box& b) { add(b.low), add(b.high); }
+    bool meets(const Box& b) const {
+        return low[0] <= b.high[0] && b.low[0] <= high[0] && low[1] <= b.high[1] && b.low[1] <= high[1] &&
+               low[2] <= b.high[2] && b.low[2] <= high[2];
+    }
+};
+
+const float* corner(const SceneTables& t, int32_t face, size_t k) {
+    return &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(face) + k])];
+}
+
+Box box_of(const SceneTables& t, int32_t face) {
+    Box box;
+    for (size_t k = 0; k < 3; ++k) box.add(corner(t, face, k));
+    return box;
+}
+
+// Faces in a tree of boxes.
+class FaceTree {
+ public:
+    FaceTree(const SceneTables& tables, std::vector<int32_t> faces)
+        : tables_(tables), faces_(std::move(faces)) {
+        if (!faces_.empty()) build(0, faces_.size());
+    }
+
+    // visit(face) for the faces whose boxes meet this one.
+    template <typename Visit>
+    void visit(const Box& box, const Visit& visit_face) const {
+        if (nodes_.empty()) return;
+        size_t stack[64], top = 0;
+        stack[top++] = 0;
+        while (top > 0) {
+            const Node& node = nodes_[stack[--top]];
+            if (!node.box.meets(box)) continue;
+            if (node.right == 0) {
+                for (size_t k = node.first; k < node.last; ++k) visit_face(faces_[k]);
+            } else {
+                stack[top++] = node.right;
+                stack[top++] = static_cast<size_t>(&node - nodes_.data()) + 1;
+            }
+        }
+    }
+
+ private:
+    struct Node {
+        Box box;
+        size_t first, last, right;  // right 0: a leaf; the left child comes next
+    };
+
+    size_t build(size_t first, size_t last) {
+        const size_t at = nodes_.size();
+        nodes_.push_back({{}, first, last, 0});
+        Box box, centres;
+        for (size_t k = first; k < last; ++k) {
+            const Box b = box_of(tables_, faces_[k]);
+            box.add(b);
+            const float c[3] = {b.low[0] + b.high[0], b.low[1] + b.high[1], b.low[2] + b.high[2]};
+            centres.add(c);
+        }
+        nodes_[at].box = box;
+        if (last - first <= kLeaf) return at;
+        int axis = 0;
+        for (int c = 1; c < 3; ++c)
+            if (centres.high[c] - centres.low[c] > centres.high[axis] - centres.low[axis]) axis = c;
+        const size_t middle = (first + last) / 2;
+        const auto centre = [&](int32_t face) {
+            const Box b = box_of(tables_, face);
+            return b.low[axis] + b.high[axis];
+        };
+        std::nth_element(faces_.begin() + static_cast<ptrdiff_t>(first),
+                         faces_.begin() + static_cast<ptrdiff_t>(middle),
+                         faces_.begin() + static_cast<ptrdiff_t>(last), [&](int32_t a, int32_t b) {
+                             const float ca = centre(a), cb = centre(b);
+                             return ca < cb || (ca == cb && a < b);
+                         });
+        build(first, middle);
+        const size_t right = build(middle, last);
+        nodes_[at].right = right;
+        return at;
+    }
+
+    const SceneTables& tables_;
+    std::vector<int32_t> faces_;
+    std::vector<Node> nodes_;
+};
+
+struct Triangle3 {
+    std::array<Vector, 3> p;
+    Vector normal;  // of length |M|
+    double size;    // largest coordinate
+
+    Triangle3(const SceneTables& t, int32_t face) : size(0.0) {
+        for (size_t k = 0; k < 3; ++k) {
+            const float* v = corner(t, face, k);
+            p[k] = {v[0], v[1], v[2]};
+            size = std::max({size, std::abs(p[k].x), std::abs(p[k].y), std::abs(p[k].z)});
+        }
+        normal = cross(p[1] - p[0], p[2] - p[0]);
+    }
+};
+
+// The part of `t` that lies in the plane of `other`; false if it has none, or an edge of it does.
+bool cut(const Triangle3& t, const Triangle3& other, Vector (&ends)[2]) {
+    const double tolerance = kOnPlane * std::max(t.size, other.size) * length(other.normal);
+    double height[3];
+    int on = 0;
+    for (size_t k = 0; k < 3; ++k) {
+        height[k] = dot(other.normal, t.p[k] - other.p[0]);
+        on += std::abs(height[k]) <= tolerance;
+    }
+    if (on >= 2) return false;
+    int found = 0;
+    for (size_t k = 0; k < 3 && found < 2; ++k) {
+        const size_t next = (k + 1) % 3;
+        if ((height[k] < 0.0) == (height[next] < 0.0)) continue;
+        ends[found++] = t.p[k] + (t.p[next] - t.p[k]) * (height[k] / (height[k] - height[next]));
+    }
+    return found == 2;
+}
+
+// The line that two triangles share; false if there is none.
+bool shared_line(const SceneTables& tables, int32_t face, int32_t other, Vector (&ends)[2]) {
+    const Triangle3 s(tables, face), t(tables, other);
+    const Vector along = cross(s.normal, t.normal);
+    const double sine2 = dot(along, along), scale2 = dot(s.normal, s.normal) * dot(t.normal, t.normal);
+    if (!(sine2 > kParallel * scale2)) return false;
+    Vector a[2], b[2];
+    if (!cut(s, t, a) || !cut(t, s, b)) return false;
+    // Both lie on one line: what they have in common is between the second and the third of the four ends.
+    if (dot(along, a[0]) > dot(along, a[1])) std::swap(a[0], a[1]);
+    if (dot(along, b[0]) > dot(along, b[1])) std::swap(b[0], b[1]);
+    ends[0] = dot(along, a[0]) > dot(along, b[0]) ? a[0] : b[0];
+    ends[1] = dot(along, a[1]) < dot(along, b[1]) ? a[1] : b[1];
+    return dot(along, ends[1] - ends[0]) > 0.0 &&
+           length(ends[1] - ends[0]) > kOnPlane * std::max(s.size, t.size);
+}
+
+// Whether two faces have a corner in common (by place: copies of a vertex count as one).
+bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
+    for (size_t j = 0; j < 3; ++j)
+        for (size_t k = 0; k < 3; ++k) {
+            const float *p = corner(t, face, j), *q = corner(t, other, k);
+            const float scale = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
+            if (std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) <= 1e-6f * scale) return true;
+        }
+    return false;
+}
+
+std::vector<int32_t> faces_in(const SceneTables& t, int32_t mesh, const Box& box) {
+    std::vector<int32_t> faces;
+    for (int32_t f = t.mesh_first_face[static_cast<size_t>(mesh)];
+         f < t.mesh_first_face[static_cast<size_t>(mesh) + 1]; ++f)
+        if (box_of(t, f).meets(box)) faces.push_back(f);
+    return faces;
+}
+
+// Crossings of two meshes, or of one with itself.
+void search(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
+            Crossings& out) {
+    std::vector<int32_t> few = faces_in(tables, one, common), many = few;
+    if (one != other) {
+        many = faces_in(tables, other, common);
+        if (few.size() > many.size()) std::swap(few, many);
+    }
+    if (few.empty() || many.empty()) return;
+    const FaceTree tree(tables, std::move(many));
+    constexpr size_t kBlock = 256;
+    std::vector<Crossings> parts((few.size() + kBlock - 1) / kBlock);
+    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
+        Crossings& found = parts[static_cast<size_t>(part)];
+        const size_t first = static_cast<size_t>(part) * kBlock;
+        std::vector<int32_t> near;
+        for (size_t k = first; k < std::min(few.size(), first + kBlock); ++k) {
+            const int32_t face = few[k];
+            const Box box = box_of(tables, face);
+            near.clear();
+            tree.visit(box, [&](int32_t f) {
+                if ((one != other || f > face) && box_of(tables, f).meets(box)) near.push_back(f);
+            });
+            for (int32_t f : near) {
+                if (one == other && neighbours(tables, face, f)) continue;
+                Vector ends[2];
+                if (!shared_line(tables, face, f, ends)) continue;
+                for (const Vector& e : ends)
+                    for (double x : {e.x, e.y, e.z}) found.ends.push_back(static_cast<float>(x));
+                found.faces.push_back(static_cast<uint32_t>(face));
+                found.faces.push_back(static_cast<uint32_t>(f));
+            }
+        }
+    });
+    for (const Crossings& part : parts) {
+        out.ends.insert(out.ends.end(), part.ends.begin(), part.ends.end());
+        out.faces.insert(out.faces.end(), part.faces.begin(), part.faces.end());
+    }
+}
+
+}  // namespace
+
+Crossings find_crossings(const SceneTables& tables, const Asked& asked, int threads) {
+    const auto meshes = static_cast<size_t>(tables.visible_meshes);
+    std::vector<Box> boxes(meshes);
+    std::vector<uint8_t> seen(meshes);
+    for (size_t m = 0; m < meshes; ++m) {
+        const bool placed = std::find(tables.instance_mesh.begin(), tables.instance_mesh.end(),
+                                      static_cast<int32_t>(m)) != tables.instance_mesh.end();
+        seen[m] = !placed && (tables.mesh_mask[m] & (1 << kCameraRay));
+        if (!seen[m]) continue;
+        for (int32_t v = tables.mesh_first_vertex[m]; v < tables.mesh_first_vertex[m + 1]; ++v)
+            boxes[m].add(&tables.vertices[3 * static_cast<size_t>(v)]);
+    }
+    Crossings out;
+    for (size_t a = 0; a < meshes; ++a) {
+        for (size_t b = a; b < meshes; ++b) {
+            if (!seen[a] || !seen[b] || !boxes[a].meets(boxes[b])) continue;
+            if (!asked.camera && !asked.moving[a] && !asked.moving[b]) continue;
+            if (a == b && tables.mesh_first_face[a + 1] - tables.mesh_first_face[a] > kSelfCrossingFaces)
+                continue;
+            Box common;
+            for (int c = 0; c < 3; ++c) {
+                common.low[c] = std::max(boxes[a].low[c], boxes[b].low[c]);
+                common.high[c] = std::min(boxes[a].high[c], boxes[b].high[c]);
+            }
+            search(tables, static_cast<int32_t>(a), static_cast<int32_t>(b), common, threads, out);
+        }
+    }
+    return out;
+}
+
+EdgesAndCrossings::EdgesAndCrossings(const SceneTables& tables, Crossings crossings)
+    : edge_count_(static_cast<int32_t>(tables.edge_vertices.size() / 2)), crossings_(std::move(crossings)) {
+    if (crossings_.size() == 0) return;
+    face_first_ = tables.edge_face_first;
+    faces_ = tables.edge_faces;
+    faces_.insert(faces_.end(), crossings_.faces.begin(), crossings_.faces.end());
+    for (int64_t k = 0; k < crossings_.size(); ++k) face_first_.push_back(face_first_.back() + 2);
+}
+
+SceneView EdgesAndCrossings::view(SceneView scene) const {
+    if (crossings_.size() == 0) return scene;
+    scene.edge_face_first = face_first_.data();
+    scene.edge_faces = faces_.data();
+    scene.crossing_ends = crossings_.ends.data();
+    return scene;
+}
+
+void EdgesAndCrossings::add_candidates(const CameraView& camera, Candidates& candidates) const {
+    const PictureFrame frame(camera);
+    for (int64_t k = 0; k < crossings_.size(); ++k) {
+        const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
+        frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](double u0, double u1, double pixels) {
+            if (!(pixels > 0.0)) return;
+            candidates.instance.resize(candidates.edge.size(), -1);
+            candidates.edge.push_back(edge_count_ + static_cast<int32_t>(k));
+            candidates.instance.push_back(-1);
+            candidates.u0.push_back(static_cast<float>(u0));
+            candidates.u1.push_back(static_cast<float>(u1));
+            candidates.cumulative.push_back(candidates.cumulative.back() + pixels);
+        });
+    }
+}
+
+}  // namespace edgegrad

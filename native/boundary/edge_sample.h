@@ -1,0 +1,228 @@
+// A point of an edge as the camera sees it: where it is in the picture, how fast it sweeps over it, and which
+// surfaces are beside it.
+#pragma once
+
+#include "boundary/pieces.h"
+#include "film/splat.h"
+#include "path/camera_projection.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct EdgeSample {
+    Mask active;
+    Int edge, instance;
+    Mask crossing;  // no edge, but a line along which two faces pierce each other
+    Float u;        // position along the edge
+    Float weight;   // kappa / density
+    Vec3 point, tangent;
+    Vec3 normal;  // N = D x t
+    Projection view;
+};
+
+// Samples [task.first + at, …) of the pieces, each seen through its own point of the lens.
+EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                 PieceCursor& piece) {
+    const PieceSample place = sample_piece(scene, task, at, piece);
+    const CameraView& c = scene.camera;
+    EdgeSample s;
+    s.active = place.active;
+    s.edge = place.edge;
+    s.instance = place.instance;
+    s.crossing = place.edge >= scene.edge_count;
+    const Float length = place.u1 - place.u0;
+    Float du;  // du / dtau
+    if (c.kind == kPerspective) {
+        // Uniform along the piece on the screen: with depths z0, z1 at its ends, the fraction tau of the
+        // screen length lies at the fraction tau z0/(z1 + tau (z0 - z1)) of the piece in space.
+        const Vec3 back = splat3(c.back);
+        const Float z_a = -dot(back, place.a - splat3(c.position)), z_t = -dot(back, place.t);
+        const Float z0 = max(z_a + place.u0 * z_t, 1e-30f), z1 = max(z_a + place.u1 * z_t, 1e-30f);
+        const Float w = z1 + place.tau * (z0 - z1);
+        s.u = place.u0 + length * (place.tau * z0 / w);
+        du = length * (z0 * z1 / (w * w));
+    } else {
+        s.u = place.u0 + length * place.tau;
+        du = length;
+    }
+    s.tangent = place.t;
+    s.point = place.a + place.t * s.u;
+    LensPoint lens = {splat(0.0f), splat(0.0f)};
+    if (c.aperture_radius > 0.0f) {
+        Float u, v;
+        sobol_pair(place.random.stream, place.random.sample, kPairLens, u, v);
+        aperture_point(c, u, v, lens.x, lens.y);
+    }
+    s.view = project(c, s.point, lens);
+    s.active &= s.view.active & in_reach(c, s.view.sx, s.view.sy) & (s.view.distance > s.view.near) &
+                (s.view.distance < s.view.far);
+    s.normal = cross(s.view.across_of, place.t);
+    s.weight = du * s.view.area * task.scale / place.density;
+    return s;
+}
+
+// A face beside an edge: the nearest of those on one side of it, as the camera sees them.
+struct SideFace {
+    Int face;      // -1: none is there
+    Int opposite;  // its corner off the edge, 0 to 2
+    Float slope;   // of its depth, across the edge
+};
+
+struct Sides {
+    SideFace plus, minus;  // where N points, and where it points from
+};
+
+// Per side the face that is nearest to the camera just beside the edge: the one of smallest depth slope
+// -(n . g)/(n . D), g = +-N (derivations A3). A face seen exactly edge-on lies on no side. Faces that pierce
+// each other are on both sides.
+EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
+    const SideFace none = {splat(-1), splat(0), splat(__builtin_inff())};
+    Sides sides{none, none};
+    for (int i = 0; i < W; ++i) {
+        if (!s.active[i]) continue;
+        const int32_t edge = s.edge[i], instance = s.instance[i];
+        const float n[3] = {s.normal.x[i], s.normal.y[i], s.normal.z[i]};
+        const float d[3] = {s.view.across_of.x[i], s.view.across_of.y[i], s.view.across_of.z[i]};
+        float a[3];
+        edge_end(scene, edge, instance, 0, a);
+        for (uint32_t k = scene.edge_face_first[edge]; k < scene.edge_face_first[edge + 1]; ++k) {
+            const int32_t face = static_cast<int32_t>(scene.edge_faces[k]);
+            const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face);
+            float p[3][3];
+            for (int c = 0; c < 3; ++c) {
+                for (int x = 0; x < 3; ++x) p[c][x] = scene.vertices[3 * static_cast<int64_t>(f[c]) + x];
+                place_point(scene, instance, p[c]);
+            }
+            float d1[3], d2[3];
+            for (int x = 0; x < 3; ++x) d1[x] = p[1][x] - p[0][x], d2[x] = p[2][x] - p[0][x];
+            const float m[3] = {d1[1] * d2[2] - d1[2] * d2[1], d1[2] * d2[0] - d1[0] * d2[2],
+                                d1[0] * d2[1] - d1[1] * d2[0]};
+            const float md = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
+            const float mn = m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
+            if (md == 0.0f) continue;
+            int corner = 0;
+            float side = 0.0f;
+            if (!s.crossing[i]) {
+                while (corner < 2 && f[corner] != static_cast<int32_t>(scene.edge_opposite[k])) ++corner;
+                for (int x = 0; x < 3; ++x) side += n[x] * (p[corner][x] - a[x]);
+                if (side == 0.0f) continue;
+            }
+            const auto offer = [&](SideFace& best, float slope) {
+                if (!(slope < best.slope[i])) return;
+                best.face[i] = face;
+                best.opposite[i] = corner;
+                best.slope[i] = slope;
+            };
+            if (side >= 0.0f) offer(sides.plus, -mn / md);
+            if (side <= 0.0f) offer(sides.minus, mn / md);
+        }
+    }
+    return sides;
+}
+
+// What the camera sees behind the edge, and whether the edge lies in that face (contact).
+struct Behind {
+    Closest hit;
+    Mask touched;
+};
+
+// One ray from the camera through e that ignores the edge's faces; lanes where something is in front
+// of e become inactive. It starts at the camera, so that a surface touching the edge isn't lost.
+EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s) {
+    Behind behind;
+    behind.hit = intersect(scene, s.active, s.view.origin, s.view.direction, s.view.near, s.view.far,
+                           {s.edge, s.instance}, embree::kIncoherent);
+    // Contact: the hit is about at e, and the edge lies in its plane.
+    constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f;
+    Triangle t = gather_triangle(scene, behind.hit.face);
+    place_triangle(scene, behind.hit.instance, t);
+    const Vec3 m = area_normal(t);
+    const Float length = max(sqrt(dot(m, m)), 1e-30f);
+    const Float scale = max(largest_component(s.point), s.view.distance);
+    behind.touched = behind.hit.hit & (abs(behind.hit.distance - s.view.distance) < scale * kHere) &
+                     (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
+                     (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
+    constexpr float kBefore = 1e-5f;
+    s.active &=
+        ~(behind.hit.hit & ~behind.touched & (behind.hit.distance < s.view.distance - scale * kBefore));
+    return behind;
+}
+
+// Depth slope of the plane in which the edge lies, for the side of N; the other side's is its negative.
+EG_INLINE Float touched_slope(const SceneView& scene, const EdgeSample& s, const Closest& hit) {
+    Triangle t = gather_triangle(scene, hit.face);
+    place_triangle(scene, hit.instance, t);
+    const Vec3 m = area_normal(t);
+    const Float md = dot(m, s.view.across_of);
+    return select(md != 0.0f, -dot(m, s.normal) / select(md != 0.0f, md, 1.0f), splat(__builtin_inff()));
+}
+
+// By how far points beside an edge are off it, of a face: far enough that a ray which leaves the surface
+// (SurfacePoint::offset off it) starts on the right side of another face of the edge or of a surface that
+// touches there, unless they meet it at less than 1/32; near enough that shading is that at the edge (tested
+// against central differences where the neighbour hides all light: tests/test_primary_boundary.py).
+EG_INLINE Float aside(const Triangle& t) { return 32.0f * ray_offset(t); }
+
+// Barycentrics of the point of `face` beside the edge, where `outwards` (+-N) points.
+EG_INLINE void near_point(const SceneView& scene, const EdgeSample& s, const SideFace& near, Vec3 outwards,
+                          Float& b1, Float& b2) {
+    b1 = b2 = splat(0.0f);
+    const Mask active = s.active & (near.face >= 0);
+    const Int face = select(active, near.face, splat(0));
+    Triangle t = gather_triangle(scene, face);
+    // Which of the face's corners is the edge's first vertex: by distance, since copies of one vertex differ.
+    for (int i = 0; i < W; ++i) {
+        if (!active[i] || s.crossing[i]) continue;
+        const Vec3* corners[3] = {&t.p0, &t.p1, &t.p2};
+        const int opposite = near.opposite[i], one = (opposite + 1) % 3, other = (opposite + 2) % 3;
+        float a[3];
+        edge_end(scene, s.edge[i], -1, 0, a);
+        const auto distance = [&](const Vec3& p) {
+            const float x = p.x[i] - a[0], y = p.y[i] - a[1], z = p.z[i] - a[2];
+            return x * x + y * y + z * z;
+        };
+        float b[3];
+        const bool first = distance(*corners[one]) <= distance(*corners[other]);
+        b[opposite] = 0.0f;
+        b[first ? one : other] = 1.0f - s.u[i];
+        b[first ? other : one] = s.u[i];
+        b1[i] = b[1], b2[i] = b[2];
+    }
+    place_triangle(scene, select(active, s.instance, splat(-1)), t);
+    const Float step = aside(t);
+    if (any(active & s.crossing)) {
+        // In the plane of the face, across the line; the point may be a step outside of the triangle.
+        const Vec3 m = area_normal(t);
+        Vec3 across = cross(m, s.tangent);
+        across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
+        across = select(dot(across, outwards) < 0.0f, -across, across);
+        const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point + across * step - t.p0;
+        const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
+        b1 = select(s.crossing, dot(m, cross(d, e2)) * inverse, b1);
+        b2 = select(s.crossing, dot(m, cross(e1, d)) * inverse, b2);
+    }
+    if (!any(active & ~s.crossing)) return;
+    // Towards the opposite corner, at most an eighth of the way.
+    const Vec3 corner = select(near.opposite == 0, t.p0, select(near.opposite == 1, t.p1, t.p2));
+    const Vec3 sheet = cross(s.tangent, corner - s.point);
+    const Float height = sqrt(dot(sheet, sheet) / max(dot(s.tangent, s.tangent), 1e-37f));
+    const Float share = select(s.crossing, splat(0.0f), min(step / max(height, 1e-30f), splat(0.125f)));
+    b1 = b1 * (1.0f - share) + select(near.opposite == 1, share, splat(0.0f));
+    b2 = b2 * (1.0f - share) + select(near.opposite == 2, share, splat(0.0f));
+}
+
+// Barycentrics of the point of the touched surface beside the edge, where `outwards` points.
+EG_INLINE void touched_point(const SceneView& scene, const EdgeSample& s, const Closest& hit, Vec3 outwards,
+                             Float& b1, Float& b2) {
+    Triangle t = gather_triangle(scene, hit.face);
+    place_triangle(scene, hit.instance, t);
+    const Vec3 m = area_normal(t);
+    Vec3 across = cross(m, s.tangent);
+    across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
+    across = select(dot(across, outwards) < 0.0f, -across, across);
+    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point + across * aside(t) - t.p0;
+    const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
+    b1 = dot(m, cross(d, e2)) * inverse;
+    b2 = dot(m, cross(e1, d)) * inverse;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

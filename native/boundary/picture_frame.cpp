@@ -1,0 +1,133 @@
+#include "boundary/picture_frame.h"
+
+#include <algorithm>
+
+namespace edgegrad {
+namespace {
+
+Vector vector(const float* p) { return {p[0], p[1], p[2]}; }
+
+struct Range {
+    double low = 0.0, high = 1.0;
+
+    // Cuts the range to where the linear function that is v0 at 0 and v1 at 1 isn't negative.
+    void clip(double v0, double v1) {
+        if (v0 < 0.0 && v1 < 0.0) high = -1.0;
+        if (v0 < 0.0) low = std::max(low, v0 / (v0 - v1));
+        if (v1 < 0.0) high = std::min(high, v0 / (v0 - v1));
+    }
+    bool empty() const { return !(low < high); }
+};
+
+// Cuts to where v + |w| isn't negative, for linear functions v and w: to the hull of where v + w or v - w
+// isn't.
+void clip_blurred(Range& range, const double (&v)[2], const double (&w)[2]) {
+    Range more = range, less = range;
+    more.clip(v[0] + w[0], v[1] + w[1]);
+    less.clip(v[0] - w[0], v[1] - w[1]);
+    if (more.empty() || less.empty()) {
+        range = more.empty() ? less : more;
+        return;
+    }
+    range.low = std::min(more.low, less.low);
+    range.high = std::max(more.high, less.high);
+}
+
+}  // namespace
+
+PictureFrame::PictureFrame(const CameraView& c)
+    : camera_(c),
+      position_(vector(c.position)),
+      right_(vector(c.right)),
+      up_(vector(c.up)),
+      back_(vector(c.back)),
+      margin_(c.filter ? std::max(0.0, static_cast<double>(c.filter[kFilterSize]) - 0.5) : 0.0),
+      blur_x_(static_cast<double>(c.focal * c.aperture_radius) / std::max(1e-6f, c.aperture_ratio)),
+      blur_y_(static_cast<double>(c.focal * c.aperture_radius) / c.pixel_aspect) {}
+
+Vector PictureFrame::ray_through(Vector point) const {
+    return camera_.kind == kOrthographic ? back_ * -1.0 : point - position_;
+}
+
+void PictureFrame::pieces(Vector a, Vector b, const Visit& visit) const {
+    if (camera_.kind == kEquirectangular)
+        panorama_pieces(a, b, visit);
+    else
+        flat_pieces(a, b, visit);
+}
+
+void PictureFrame::flat_pieces(Vector a, Vector b, const Visit& visit) const {
+    const CameraView& c = camera_;
+    // Every clip plane is linear along the segment in homogeneous coordinates: (x, y) times h, and h is the
+    // depth z or, orthographic, 1. A lens point shifts the picture by at most blur |z/F - 1| times that.
+    double x[2], y[2], z[2], h[2], blur_x[2], blur_y[2];
+    const Vector ends[2] = {a - position_, b - position_};
+    for (int k = 0; k < 2; ++k) {
+        z[k] = -dot(back_, ends[k]);
+        h[k] = c.kind == kOrthographic ? 1.0 : z[k];
+        x[k] = c.focal * dot(right_, ends[k]) + c.principal[0] * h[k];
+        y[k] = -static_cast<double>(c.focal / c.pixel_aspect) * dot(up_, ends[k]) + c.principal[1] * h[k];
+        const double defocus = z[k] / c.focus_distance - 1.0;
+        blur_x[k] = blur_x_ * defocus, blur_y[k] = blur_y_ * defocus;
+    }
+    Range range;
+    range.clip(z[0] - c.clip_start, z[1] - c.clip_start);
+    range.clip(c.clip_end - z[0], c.clip_end - z[1]);
+    const auto within = [&](const double (&v)[2], double size, const double (&blur)[2]) {
+        const double low[2] = {v[0] + margin_ * h[0], v[1] + margin_ * h[1]};
+        const double high[2] = {(size + margin_) * h[0] - v[0], (size + margin_) * h[1] - v[1]};
+        clip_blurred(range, low, blur);
+        clip_blurred(range, high, blur);
+    };
+    if (!range.empty()) within(x, c.width, blur_x);
+    if (!range.empty()) within(y, c.height, blur_y);
+    if (range.empty()) return;
+    double sx[2], sy[2], bx[2], by[2];
+    for (int k = 0; k < 2; ++k) {
+        const double u = k ? range.high : range.low;
+        const double over = std::max(h[0] + u * (h[1] - h[0]), 1e-12);
+        sx[k] = (x[0] + u * (x[1] - x[0])) / over;
+        sy[k] = (y[0] + u * (y[1] - y[0])) / over;
+        bx[k] = (blur_x[0] + u * (blur_x[1] - blur_x[0])) / over;
+        by[k] = (blur_y[0] + u * (blur_y[1] - blur_y[0])) / over;
+    }
+    // A segment that points at the middle of the lens is a point from there, but not from its border.
+    visit(range.low, range.high,
+          std::hypot(sx[1] - sx[0], sy[1] - sy[0]) + std::hypot(bx[1] - bx[0], by[1] - by[0]));
+}
+
+void PictureFrame::panorama_pieces(Vector a, Vector b, const Visit& visit) const {
+    constexpr double kLongest = 0.05;  // radians
+    const CameraView& c = camera_;
+    const Vector p = a - position_, q = b - position_;
+    const double near = length(p), far = length(q);
+    const double angle = std::atan2(length(cross(p, q)), dot(p, q));
+    if (!(angle > 0.0)) return;
+    const double wide = c.panorama[1] - c.panorama[0], high = c.panorama[3] - c.panorama[2];
+    const double per_longitude = c.full_width / wide, per_latitude = c.full_height / high;
+    struct Place {
+        double u, longitude, sy;
+    };
+    // Where the direction is at the angle `at` from a.
+    const auto place = [&](double at) {
+        const double from_a = std::sin(angle - at) * far, from_b = std::sin(at) * near;
+        const double u = at <= 0.0 ? 0.0 : at >= angle ? 1.0 : from_b / (from_a + from_b);
+        const Vector d = p * (1.0 - u) + q * u;
+        const double latitude = std::asin(std::clamp(dot(up_, d) / length(d), -1.0, 1.0));
+        const double fy = (latitude - c.panorama[2]) / high;
+        return Place{u, std::atan2(dot(right_, d), -dot(back_, d)), (1.0 - fy) * c.full_height - c.window_y};
+    };
+    const int count = static_cast<int>(std::ceil(angle / kLongest));
+    Place from = place(0.0);
+    for (int k = 0; k < count; ++k) {
+        const Place to = place(angle * (k + 1) / count);
+        const double dx = std::remainder(to.longitude - from.longitude, 2.0 * M_PI) * per_longitude;
+        const double dy = to.sy - from.sy;
+        const double slack = margin_ + 1.0 + 0.5 * std::abs(kLongest * per_latitude);
+        if (std::max(from.sy, to.sy) > -slack && std::min(from.sy, to.sy) < c.height + slack)
+            visit(from.u, to.u, std::hypot(dx, dy));
+        from = to;
+    }
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,13 @@
+// The primary boundary's kernels of one instruction set.
+#include "boundary/primary.h"
+#include "kernels/parts.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+void add_primary_kernels(KernelTable& table) {
+    table.primary_forward = primary_forward_kernel;
+    table.primary_backward = primary_backward_kernel;
+    table.add_splats = add_splats_kernel;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,12 @@
+// Paths from their first hits to their ends.
+#pragma once
+
+#include "kernels.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Follows the `count` paths in work.paths, whose rays have met work.hits (face -1: nothing), and adds what
+// they find to work.radiance, by path. Compiled once, in kernels/path.cpp.
+void run_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count);
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,47 @@
+// Paths that start at given first hits, not at the camera's.
+#pragma once
+
+#include "path/path_queue.h"
+#include "scene/rays.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The mesh that a face belongs to.
+EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
+    Int mesh;
+    for (int i = 0; i < W; ++i) {
+        int low = 0, high = scene.mesh_count;
+        while (high - low > 1) {
+            const int mid = (low + high) / 2;
+            (scene.mesh_first_face[mid] <= face[i] ? low : high) = mid;
+        }
+        mesh[i] = low;
+    }
+    return mesh;
+}
+
+// Appends camera paths with the numbers `path`, whose rays have met `hit`, to a queue of n; its new length.
+EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
+                           const Closest& hit, int max_depth) {
+    PathPacket p;
+    p.active = active;
+    p.path = path;
+    p.origin = p.from = origin;
+    p.direction = p.from_normal = direction;
+    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    p.pdf = splat(0.0f);
+    p.segment = splat(1);
+    p.vertex = p.bounces = p.both_sides = p.from_mesh = splat(0);
+    p.kind = splat(static_cast<int>(kCameraRay));
+    p.final_ray = splat(max_depth <= 1 ? -1 : 0);
+    HitQueue& hits = work.hits;
+    append(hits.face, n, active, select(hit.hit, hit.face, splat(-1)));
+    append(hits.mesh, n, active, hit.mesh);
+    append(hits.instance, n, active, hit.instance);
+    append(hits.b1, n, active, hit.b1);
+    append(hits.b2, n, active, hit.b2);
+    append(hits.distance, n, active, hit.distance);
+    return append_paths(work.paths, n, p);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,362 @@
+"""The primary boundary term against central differences, for every camera and every kind of edge.
+
+Surfaces that only emit keep their radiance as they or the camera move: all that changes is where they are seen, so that
+the primary term is the whole derivative.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import parameters
+from edgegrad.renderer import Renderer
+from tests import shapes
+from tests.block_statistics import ALARM, Agreement, compare
+from tests.small_scenes import Floats, along, box, camera, central_difference, glowing, need, rectangle
+
+EPS = 0.01
+Make = Callable[[float], edgegrad.Scene]
+
+
+def turn(angle: float, axis: int) -> Floats:
+    """Rotation about a coordinate axis."""
+    c, s = np.cos(angle), np.sin(angle)
+    out = np.eye(3)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    out[i, i] = out[j, j] = c
+    out[i, j], out[j, i] = -s, s
+    return out
+
+
+def glowing_scene(view: edgegrad.Camera, *, world: float = 0.3) -> edgegrad.Scene:
+    """Emissive shapes, one partly before another."""
+    front, faces = shapes.ball(2, 0.45)
+    return edgegrad.Scene(
+        view,
+        {
+            "box": box((0.4, 0.1, -0.6), (0.35, 0.45, 0.3), "warm", 0.5),
+            "ball": edgegrad.Mesh(front + [-0.25, -0.1, 0.5], faces, ("cold",)),
+            "card": rectangle((-0.7, 0.5, -0.4), (0.3, 0.1, 0), (-0.1, 0.35, 0.2), "both"),
+        },
+        {
+            "warm": edgegrad.Material(np.zeros(3), np.array([2.0, 1.2, 0.5])),
+            "cold": edgegrad.Material(np.zeros(3), np.array([0.2, 0.6, 1.6])),
+            "both": glowing(1.5, True),
+        },
+        world=edgegrad.World(np.ones(3), world),
+    )
+
+
+VIEW = camera((0.3, 0.4, 3.0), (0, 0, 0), 32, 0.8)
+ORTHOGRAPHIC = replace(VIEW, kind="ORTHOGRAPHIC", ortho_width=2.4)
+PANORAMA = replace(camera((0.1, 0.0, 1.3), (0, 0, 0)), kind="EQUIRECTANGULAR", width=64)
+# Its left and right end, and its upper end, go through the shapes.
+BACKWARDS = replace(camera((-0.3, 0.2, -0.05), (-0.2, 1.0, -2.0)), kind="EQUIRECTANGULAR", width=64)
+LENS = replace(VIEW, aperture_radius=0.12, focus_distance=2.7)
+BLADES = replace(LENS, aperture_blades=5, aperture_rotation=0.3, aperture_ratio=1.6, aperture_radius=0.2)
+TRIANGLE = replace(LENS, aperture_blades=3, aperture_radius=0.4)
+WIDE = replace(VIEW, crop=(5, 3, 27, 25), filter="BLACKMAN_HARRIS", filter_width=3.0, pixel_aspect=1.3)
+
+
+def moved(
+    view: edgegrad.Camera, axis: int = 3, angle: float = 0.0, shift: tuple[float, float, float] = (0, 0, 0)
+) -> Make:
+    """The camera turns about a world axis and moves."""
+
+    def make(theta: float) -> edgegrad.Scene:
+        to_world = view.to_world.copy()
+        if angle:
+            to_world[:3, :3] = turn(theta * angle, axis) @ to_world[:3, :3]
+        to_world[:3, 3] += theta * np.asarray(shift)
+        return glowing_scene(replace(view, to_world=to_world))
+
+    return make
+
+
+def changed(view: edgegrad.Camera, field: str, rate: float | Floats) -> Make:
+    """One number of the camera grows."""
+    return lambda theta: glowing_scene(replace(view, **{field: getattr(view, field) + theta * np.asarray(rate)}))
+
+
+def shapes_move(view: edgegrad.Camera) -> Make:
+    """All shapes move apart and stretch."""
+
+    def make(theta: float) -> edgegrad.Scene:
+        scene = glowing_scene(view)
+        for k, mesh in enumerate(scene.meshes.values()):
+            apart = np.array([0.6, -0.3, 0.8]) * (k - 1)
+            mesh.vertices = mesh.vertices + theta * (apart + 0.4 * mesh.vertices[:, ::-1])
+        return scene
+
+    return make
+
+
+MESHES = [f"meshes.{name}.vertices" for name in ("box", "ball", "card")]
+POSE = ["camera.to_world"]
+CASES: dict[str, tuple[Make, list[str]]] = {
+    "perspective: shapes move": (shapes_move(VIEW), MESHES),
+    "perspective: camera moves": (moved(VIEW, shift=(1.0, 0.4, -0.7)), POSE),
+    "perspective: camera turns": (moved(VIEW, 1, 0.7), POSE),
+    "perspective: camera rolls": (moved(VIEW, 2, 0.9), POSE),
+    "perspective: focal length": (changed(VIEW, "fov_x", 0.6), ["camera.fov_x"]),
+    "perspective: shift": (changed(VIEW, "shift", np.array([0.3, -0.2])), ["camera.shift"]),
+    "perspective: pixel aspect": (changed(WIDE, "pixel_aspect", 0.8), ["camera.pixel_aspect"]),
+    "crop and wide filter: shapes move": (shapes_move(WIDE), MESHES),
+    "crop and wide filter: camera moves": (moved(WIDE, shift=(1.0, 0.4, -0.7)), POSE),
+    "orthographic: shapes move": (shapes_move(ORTHOGRAPHIC), MESHES),
+    "orthographic: camera moves": (moved(ORTHOGRAPHIC, shift=(1.0, 0.4, -0.7)), POSE),
+    "orthographic: camera turns": (moved(ORTHOGRAPHIC, 0, 0.7), POSE),
+    "orthographic: width": (changed(ORTHOGRAPHIC, "ortho_width", 2.0), ["camera.ortho_width"]),
+    "panorama: shapes move": (shapes_move(PANORAMA), MESHES),
+    "panorama: camera moves": (moved(PANORAMA, shift=(0.5, 0.4, -0.7)), POSE),
+    "panorama: camera turns": (moved(PANORAMA, 0, 0.5), POSE),
+    "panorama: longitudes": (changed(PANORAMA, "longitude", np.array([0.9, -0.6])), ["camera.longitude"]),
+    "panorama: latitudes": (changed(PANORAMA, "latitude", np.array([0.2, -0.3])), ["camera.latitude"]),
+    "panorama all around: shapes move": (shapes_move(BACKWARDS), MESHES),
+    "panorama all around: camera turns": (moved(BACKWARDS, 0, 0.4, (0.1, 0.2, 0.1)), POSE),
+    "lens: shapes move": (shapes_move(LENS), MESHES),
+    "lens: camera moves": (moved(LENS, 1, 0.3, (0.4, 0.3, -0.7)), POSE),
+    "lens: aperture opens": (changed(LENS, "aperture_radius", 1.0), ["camera.aperture_radius"]),
+    "lens: focus": (changed(LENS, "focus_distance", 3.0), ["camera.focus_distance"]),
+    "blades: aperture turns": (changed(TRIANGLE, "aperture_rotation", 3.0), ["camera.aperture_rotation"]),
+    "blades: aperture's ratio": (changed(BLADES, "aperture_ratio", 6.0), ["camera.aperture_ratio"]),
+    "lens, orthographic: focus and pose": (
+        moved(replace(LENS, kind="ORTHOGRAPHIC", ortho_width=2.4), 1, 0.3, (0.4, 0.3, -0.7)), POSE
+    ),
+}
+
+
+def primary(renderer: Renderer, tangent: Mapping[str, Floats], **options: int) -> Floats:
+    """The primary term along a tangent."""
+    return renderer.render_forward(tangent, terms=("primary",), **options).astype(np.float64)
+
+
+def agreement(
+    make: Make,
+    paths: list[str],
+    *,
+    spp: int = 64,
+    reference_spp: int = 256,
+    seeds: int = 16,
+    max_depth: int = 1,
+    eps: float = EPS,
+) -> Agreement:
+    """The term, averaged over the interval of the central difference, compared with that."""
+    at = along(make, paths)
+    difference, stderr = central_difference(at, eps, reference_spp, seeds, "native")
+    samples = []
+    for k in range(seeds):
+        scene, tangent = at(eps * ((k % 8 + 0.5) / 8 - 0.5))
+        samples.append(primary(Renderer(scene), tangent, spp=spp, seed=k, max_depth=max_depth))
+    return compare(np.stack(samples), difference, stderr)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
+    need("native")
+    # Blurred edges change few samples each: a difference needs wide steps and many of them to be told from its noise.
+    lens = name.startswith(("lens", "blades"))
+    outcome = agreement(*CASES[name], **({"eps": 0.1, "reference_spp": 4096} if lens else {}))
+    print(outcome)
+    assert outcome.p_value > ALARM, str(outcome)
+    assert outcome.noise < (0.35 if lens else 0.1)
+
+
+# ---------------------------------------------------------------- surfaces that pierce or touch each other
+def crossing_boxes(theta: float) -> edgegrad.Scene:
+    """Two emissive boxes through each other, which move and turn."""
+    scene = glowing_scene(VIEW)
+    one = box((0.1, 0.0, 0.0), (0.5, 0.3, 0.3), "warm", 0.4)
+    other = box((-0.1, 0.1, 0.1), (0.25, 0.5, 0.35), "cold", 1.0)
+    tilt = turn(0.5 + 0.6 * theta, 2)
+    one.vertices = one.vertices @ tilt.T + theta * np.array([0.3, 0.2, 0.4])
+    other.vertices = other.vertices @ turn(-0.3, 0).T - theta * np.array([0.2, 0.5, 0.3])
+    scene.meshes = {"one": one, "other": other}
+    return scene
+
+
+def sunk_ball(theta: float) -> edgegrad.Scene:
+    """A ball that sinks into a floor."""
+    scene = glowing_scene(camera((0.2, 1.2, 2.6), (0, 0, 0), 32, 0.8))
+    vertices, faces = shapes.ball(3, 0.6)
+    scene.meshes = {
+        "floor": rectangle((0, 0, 0), (0, 0, 1.2), (1.2, 0, 0), "warm"),
+        "ball": edgegrad.Mesh(vertices + [0.1, 0.1, 0.0] + theta * np.array([0.3, -0.8, 0.2]), faces, ("cold",)),
+    }
+    return scene
+
+
+def folded(theta: float) -> edgegrad.Scene:
+    """One mesh that passes through itself: two bands that cross, of two materials."""
+    scene = glowing_scene(VIEW)
+    one = rectangle((0, 0, 0), (0.8, 0, 0.3), (0, 0.3, 0.1), "both")
+    other = rectangle((0.1, 0, 0), (0.2, 0.5, -0.6), (0.4, -0.3, 0.2), "both")
+    vertices = np.concatenate([one.vertices + theta * np.array([0.2, 0.5, 0.3]), other.vertices])
+    scene.meshes = {
+        "bands": edgegrad.Mesh(
+            vertices,
+            np.concatenate([one.faces, other.faces + 4]),
+            ("both", "glow"),
+            face_material=np.array([0, 0, 1, 1], np.int32),
+        )
+    }
+    scene.materials = {"both": glowing(1.5, True), "glow": glowing(0.4, True)}
+    return scene
+
+
+def crossing_view(theta: float) -> edgegrad.Scene:
+    """The camera moves before two boxes that stand still in each other."""
+    scene = crossing_boxes(0.0)
+    scene.camera = moved(VIEW, 1, 0.6, (0.7, 0.3, -0.5))(theta).camera
+    return scene
+
+
+PIERCING: dict[str, tuple[Make, list[str]]] = {
+    "boxes": (crossing_boxes, ["meshes.one.vertices", "meshes.other.vertices"]),
+    "ball in the floor": (sunk_ball, ["meshes.ball.vertices"]),
+    "a mesh and itself": (folded, ["meshes.bands.vertices"]),
+    "seen by a moving camera": (crossing_view, POSE),
+}
+
+
+@pytest.mark.parametrize("name", PIERCING)
+def test_piercing_surfaces_agree_with_central_differences(name: str) -> None:
+    need("native")
+    outcome = agreement(*PIERCING[name])
+    print(outcome)
+    assert outcome.p_value > ALARM, str(outcome)
+    assert outcome.noise < 0.1
+
+
+# ---------------------------------------------------------------- instances
+def instanced(theta: float) -> edgegrad.Scene:
+    """Three copies of a box, one mirrored, before and through a card; all are placed by their transforms."""
+    scene = glowing_scene(VIEW)
+    scene.materials = {**scene.materials, "ink": edgegrad.Material(np.zeros(3))}
+    one = box((0.0, 0.0, 0.0), (0.3, 0.2, 0.25), "ink", 0.4)
+    places = np.stack([np.eye(4)] * 3)
+    places[0, :3, :3] = turn(0.3 + 0.5 * theta, 1) * (1.0 + 0.4 * theta)
+    places[1, :3, :3] = turn(-0.6, 0) @ np.diag([-1.0, 1.2, 0.8])
+    places[2, :3, :3] = turn(0.9 * theta, 2) * 0.7
+    places[:, :3, 3] = [[-0.5, 0.3, 0.2], [0.5, -0.1 + 0.6 * theta, 0.0], [0.0 - 0.5 * theta, -0.6, 0.5]]
+    one.instances = places
+    scene.meshes = {"boxes": one, "card": rectangle((0, 0, -0.8), (0.9, 0, 0), (0, 0.7, 0), "cold")}
+    return scene
+
+
+def stretched(theta: float) -> edgegrad.Scene:
+    """The mesh that is placed changes, and with it all its copies."""
+    scene = instanced(0.0)
+    mesh = scene.meshes["boxes"]
+    mesh.vertices = mesh.vertices * (1.0 + theta * np.array([0.5, -0.8, 0.3])) + theta * np.array([0.2, 0.4, -0.3])
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("make", "path"),
+    [(instanced, "meshes.boxes.instances"), (stretched, "meshes.boxes.vertices")],
+    ids=["place", "mesh"],
+)
+def test_instances_agree_with_central_differences(make: Make, path: str) -> None:
+    need("native")
+    outcome = agreement(make, [path])
+    print(outcome)
+    assert outcome.p_value > ALARM, str(outcome)
+    assert outcome.noise < 0.1
+
+
+# ---------------------------------------------------------------- reverse mode
+DOT: dict[str, tuple[Make, list[str]]] = {
+    **{name: CASES[name] for name in ("perspective: shapes move", "crop and wide filter: camera moves",
+                                      "orthographic: camera turns", "panorama all around: camera turns",
+                                      "panorama: longitudes", "lens: focus", "blades: aperture's ratio",
+                                      "blades: aperture turns", "lens: aperture opens", "perspective: shift")},
+    **{name: PIERCING[name] for name in ("boxes", "a mesh and itself")},
+    "instances": (instanced, ["meshes.boxes.instances", "meshes.boxes.vertices"]),
+}
+
+
+@pytest.mark.parametrize("name", DOT)
+def test_reverse_mode_is_the_transpose(name: str) -> None:
+    """<w, J v> = <J^T w, v>: both modes take the same samples."""
+    need("native")
+    make, paths = DOT[name]
+    scene = make(0.0)
+    renderer = Renderer(scene)
+    renderer._engine.guided = False  # type: ignore[attr-defined]
+    rng = np.random.default_rng(3)
+    tangent = {p: rng.normal(size=np.shape(parameters.get(scene, p))) for p in paths}
+    height, width = scene.camera.size
+    adjoint = rng.normal(size=(height, width, 3)).astype(np.float32)
+    image = primary(renderer, tangent, spp=32)
+    gradient = renderer.render_backward(adjoint, paths, spp=32, terms=("primary",))
+    one, other = float(np.sum(image * adjoint)), sum(float(np.sum(gradient[p] * tangent[p])) for p in paths)
+    scale = float(np.linalg.norm(image) * np.linalg.norm(adjoint)) / np.sqrt(adjoint.size)
+    assert one == pytest.approx(other, abs=1e-4 * scale)
+    assert scale > 0.0
+
+
+# ---------------------------------------------------------------- radiance beside edges
+def furnished(depth_of_card: float = 0.0) -> edgegrad.Scene:
+    """A room of many materials with a glossy card in it that nothing hides from the camera."""
+    to_world = np.eye(4)
+    to_world[:3, :3] = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # shines down
+    to_world[:3, 3] = (0.2, 1.4, 0.3)
+    return edgegrad.Scene(
+        camera((0.2, 0.3, 3.4), (0, 0, 0), 32, 0.8),
+        {
+            "card": rectangle((0.1, 0.05, depth_of_card), (0.5, 0.05, 0.1), (-0.1, 0.45, -0.15), "metal"),
+            "floor": rectangle((0, -0.9, 0), (0, 0, 1.6), (1.6, 0, 0), "coat"),
+            "wall": rectangle((0, 0.4, -1.2), (1.6, 0, 0), (0, 1.5, 0), "wall"),
+            "ball": edgegrad.Mesh(*[v + [-0.6, -0.4, -0.5] if k == 0 else v for k, v in enumerate(shapes.ball(2, 0.4))],
+                                  ("glass",)),  # type: ignore[arg-type]
+        },
+        {
+            "metal": edgegrad.Material(np.array([0.9, 0.6, 0.3]), metallic=1.0, roughness=0.4),
+            "coat": edgegrad.Material(np.array([0.3, 0.5, 0.7]), roughness=0.6, coat_weight=0.6, coat_roughness=0.3),
+            "wall": edgegrad.Material(np.array([0.7, 0.3, 0.2])),
+            "glass": edgegrad.Material(np.array([0.9, 0.9, 0.9]), transmission=1.0, roughness=0.3),
+        },
+        {"lamp": edgegrad.AreaLight(to_world, np.array([0.8, 0.6]), "RECTANGLE", 30.0)},
+        edgegrad.World(np.ones(3), 0.3),
+    )
+
+
+def test_radiance_beside_edges_is_that_of_pictures() -> None:
+    """What a moving card changes in the whole picture, from pictures of single points beside its border."""
+    need("native")
+    scene, depth, velocity = furnished(), 5, np.array([0.7, 0.4, 0.3])
+    view, focal = scene.camera, scene.camera.focal
+    card = scene.meshes["card"].vertices
+    eye, axes = scene.camera.to_world[:3, 3], scene.camera.to_world[:3, :3]
+
+    def screen(p: Floats) -> Floats:
+        x, y, z = (p - eye) @ axes
+        return focal * np.array([x, -y]) / -z
+
+    def radiance(p: Floats, seed: int) -> Floats:
+        scene.camera = camera(eye, p, 1, 1e-5)
+        return np.asarray(Renderer(scene).render(spp=1 << 13, seed=seed, max_depth=depth)[0, 0], np.float64)
+
+    wanted, points = np.zeros(3), 6
+    for a, b in zip(card, np.roll(card, -1, axis=0), strict=True):
+        for k in range(points):
+            e = a + (b - a) * (k + 0.5) / points
+            inwards = card.mean(axis=0) - e
+            along, rate = screen(e + 1e-4 * (b - a)) - screen(e), screen(e + 1e-4 * velocity) - screen(e)
+            inside = screen(e + 1e-4 * inwards) - screen(e)
+            swept = np.linalg.det([along, rate]) * np.sign(np.linalg.det([along, inside])) * 1e8
+            wanted -= swept / points * (radiance(e + 1e-3 * inwards, k) - radiance(e - 1e-3 * inwards, k + 50))
+    scene.camera = view
+    tangent = {"meshes.card.vertices": np.broadcast_to(velocity, card.shape)}
+    found = np.array([
+        primary(Renderer(scene), tangent, spp=256, seed=k, max_depth=depth).sum(axis=(0, 1)) for k in range(8)
+    ])
+    noise = found.std(axis=0, ddof=1) / np.sqrt(len(found))
+    assert found.mean(axis=0) == pytest.approx(wanted, rel=0.03, abs=4.0 * float(noise.max()))
+    assert (noise < 0.02 * np.abs(wanted).max()).all()

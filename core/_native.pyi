@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounces import Bounces
-from .narrow_derivatives import Asked, Derivative
 from .tables import Tables
 from .texture_program import TextureTables
 from .topology import Edges
@@ -61,8 +60,8 @@ class Scene:
     ) -> NDArray[np.float32]: ...
     def forward(
         self,
-        tangent: Derivative,
-        asked: Asked,
+        tangent: dict[str, NDArray[np.float64]],
+        wanted: dict[str, list[tuple[int, int]]],
         spp: int,
         seed: int,
         max_depth: int,
@@ -72,7 +71,7 @@ class Scene:
     def backward(
         self,
         adjoint: NDArray[np.float32],
-        asked: Asked,
+        wanted: dict[str, list[tuple[int, int]]],
         spp: int,
         seed: int,
         max_depth: int,

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from . import narrow_derivatives as narrow
 from .bounces import Bounces
-from .table_derivatives import TableDerivative, Wanted
+from .table_derivatives import TableDerivative, Wanted, shapes
 from .tables import Tables
 from .topology import Edges
 
@@ -67,11 +66,11 @@ class Engine:
         One of `instruction_sets`; empty: the fastest.
     """
 
-    narrow = True
-    any_primary = True
+    narrow = False
 
     def __init__(self, tables: Tables, threads: int, instruction_set: str = "") -> None:
         self._scene = _native.Scene(tables, threads, instruction_set, str(embree_library()))
+        self._held = tables  # whose materials, textures and environment the native scene has
 
     def set_edges(self, edges: Edges) -> None:
         """The scene's edges (`Tables.edges`), which derivatives need."""
@@ -98,10 +97,12 @@ class Engine:
     def update(self, tables: Tables) -> None:
         """Take other values of the same topology; moved meshes are refitted."""
         self._scene.update(tables)
+        self._held = tables
 
     def update_values(self, tables: Tables) -> None:
         """Take other materials, lights, environment and camera; the geometry is the same."""
         self._scene.update_values(tables)
+        self._held = tables
 
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: Tables) -> None:
         """Take other vertices (n, 3) of one mesh, in world space."""
@@ -118,7 +119,7 @@ class Engine:
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) picture seen by the camera of `tables`."""
-        self._scene.set_camera(tables)
+        self._hold(tables)
         return np.asarray(self._scene.render(spp, seed, max_depth, bounces or Bounces(), progress))
 
     def forward(
@@ -134,9 +135,10 @@ class Engine:
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) derivative of the picture along `tangent`."""
-        self._scene.set_camera(tables)
-        asked, part = narrow.asked(tables, wanted), narrow.narrowed(tables, tangent)
-        return np.asarray(self._scene.forward(part, asked, spp, seed, max_depth, list(terms), progress))
+        self._hold(tables)
+        floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
+        spans = _float_spans(tables, wanted)
+        return np.asarray(self._scene.forward(floats, spans, spp, seed, max_depth, list(terms), progress))
 
     def backward(
         self,
@@ -151,7 +153,24 @@ class Engine:
         progress: Callable[[float], None] | None = None,
     ) -> TableDerivative:
         """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
+        self._hold(tables)
+        spans = _float_spans(tables, wanted)
+        found = self._scene.backward(adjoint, spans, spp, seed, max_depth, list(terms), progress)
+        shape = shapes(tables)
+        return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
+
+    def _hold(self, tables: Tables) -> None:
+        """Make the native scene that of the tables, whose materials and textures may be those of derivatives."""
+        held = self._held
+        if tables.textures is not held.textures or tables.environment_pixels is not held.environment_pixels:
+            self.update(tables)
+        elif tables.materials is not held.materials:
+            self.update_values(tables)
         self._scene.set_camera(tables)
-        asked = narrow.asked(tables, wanted)
-        found = self._scene.backward(adjoint, asked, spp, seed, max_depth, list(terms), progress)
-        return narrow.widened(tables, narrow.Derivative(**found), wanted)
+
+
+def _float_spans(tables: Tables, wanted: Wanted) -> dict[str, list[tuple[int, int]]]:
+    """Spans of rows as spans of floats."""
+    shape = shapes(tables)
+    width = {name: int(np.prod(shape[name][1:])) for name in wanted}
+    return {name: [(int(a) * width[name], int(b) * width[name]) for a, b in spans] for name, spans in wanted.items()}

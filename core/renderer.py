@@ -52,7 +52,6 @@ class EngineLike(Protocol):
     """What the native and the reference engine have in common."""
 
     narrow: bool  # it has derivatives of flat, diffuse, directly lit scenes alone
-    any_primary: bool  # but for the primary boundary term, which it has of every scene
 
     def __init__(self, tables: flat.Tables, threads: int) -> None: ...
     def set_edges(self, edges: Edges) -> None: ...
@@ -277,9 +276,9 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
         options = self._derivative_options(spp, max_depth, seed, terms)
-        tables, wanted = self._asked(tuple(tangent), camera, terms)
+        tables, wanted = self._asked(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
-        return self._engine.forward(tables, velocity, wanted, **options, terms=_terms(terms), progress=progress)
+        return self._engine.forward(tables, velocity, wanted, **options, progress=progress)
 
     def render_backward(
         self,
@@ -297,38 +296,33 @@ class Renderer:
         options = self._derivative_options(spp, max_depth, seed, terms)
         if isinstance(wrt, str):
             raise ValueError("wrt must be a list of parameter paths, not one string")
-        tables, wanted = self._asked(wrt, camera, terms)
+        tables, wanted = self._asked(wrt, camera)
         image = array("adjoint image", "pixels", adjoint, (tables.height, tables.width, 3), np.float32)
-        gradient = self._engine.backward(tables, image, wanted, **options, terms=_terms(terms), progress=progress)
+        gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
         return pull_back(self.scene, tables, gradient, wrt)
 
-    def _asked(
-        self, wrt: Collection[str], camera: Camera | None, terms: Sequence[str]
-    ) -> tuple[flat.Tables, Wanted]:
+    def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Wanted]:
         """The tables that a camera's derivatives with respect to some parameters are taken of, and which rows."""
         tables = asked_tables(self.scene, self._tables, wrt)
         wanted = wanted_tables(self.scene, tables, wrt)
-        if self._engine.narrow and not self._any_scene(terms):
+        if self._engine.narrow:
             narrow_derivatives.check(wrt)
         if "camera" in wanted and not self._own(camera):
             raise ValueError("camera: its derivatives are those of the scene's own; the picture is another camera's")
         return self._seen(tables, camera), wanted
 
-    def _any_scene(self, terms: Sequence[str]) -> bool:
-        """Whether the terms have derivatives of every scene: radiance on both sides of an edge is the picture's."""
-        return self._engine.any_primary and set(terms) <= {"primary"}
-
-    def _derivative_options(self, spp: Any, max_depth: Any, seed: Any, terms: Sequence[str]) -> dict[str, int]:
-        if self._any_scene(terms):
-            _ = self.edges
-            return _options(spp, max_depth, seed)
+    def _derivative_options(self, spp: Any, max_depth: Any, seed: Any, terms: Sequence[str]) -> dict[str, Any]:
         if self._obstacles is None:
-            self._obstacles = list(obstacles(self.scene)) if self._engine.narrow else []
-        if self._obstacles:
+            self._obstacles = list(obstacles(self.scene))
+        computed = _terms(terms)
+        if self._obstacles and not self._engine.narrow:
+            computed = tuple(term for term in computed if term != "shadow")
+        elif self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
-        return _options(spp, max_depth, seed, MAX_DERIVATIVE_DEPTH if self._engine.narrow else MAX_DEPTH)
+        deepest = MAX_DERIVATIVE_DEPTH if self._engine.narrow else MAX_DEPTH
+        return {**_options(spp, max_depth, seed, deepest), "terms": computed}
 
     def _may_be_convex(self) -> bool:
         faces = int(self._tables.mesh_first_face[-1])

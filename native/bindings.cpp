@@ -2,6 +2,7 @@
 // What the functions compute is described in core/renderer.py and at the kernels.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -16,7 +17,6 @@
 #include "emitter_bindings.h"
 #include "engine.h"
 #include "ray_bindings.h"
-#include "scene/camera_row.h"
 #include "shading/bsdf/bindings.h"
 #include "texture/bindings.h"
 
@@ -25,9 +25,7 @@ using namespace nb::literals;
 
 namespace {
 
-using edgegrad::Asked;
 using edgegrad::column;
-using edgegrad::Derivative;
 using edgegrad::Engine;
 using edgegrad::Progress;
 using edgegrad::RenderOptions;
@@ -251,64 +249,45 @@ class Scene {
         return make_image(std::move(pixels), c);
     }
 
-    Image forward(nb::handle tangent, nb::handle asked, int samples, uint32_t seed, int max_depth,
+    Image forward(nb::dict tangent, nb::dict wanted, int samples, uint32_t seed, int max_depth,
                   const std::vector<std::string>& terms, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
         const RenderOptions options = make_options(samples, seed, max_depth, terms);
-        Derivative d;
-        d.vertices = column<double>(tangent, "vertices");
-        d.albedo = column<double>(tangent, "albedo");
-        d.emission = column<double>(tangent, "emission");
-        d.point_intensity = column<double>(tangent, "point_intensity");
-        d.sun_irradiance = column<double>(tangent, "sun_irradiance");
-        d.environment = column<double>(tangent, "environment");
-        d.camera = column<double>(tangent, "camera");
-        d.instance_to_world = column<double>(tangent, "instance_to_world");
-        const SceneTables& t = engine_->tables();
-        if (d.vertices.size() != t.vertices.size() || d.albedo.size() != t.albedo.size() ||
-            d.emission.size() != t.emission.size() || d.point_intensity.size() != t.point_intensity.size() ||
-            d.sun_irradiance.size() != t.sun_irradiance.size() || d.environment.size() != 3 ||
-            d.camera.size() != edgegrad::kCameraFloats ||
-            d.instance_to_world.size() != t.instance_to_world.size())
-            throw std::invalid_argument("the tangent's tables have other sizes than the scene's");
-        const Asked what = read_asked(asked);
+        edgegrad::TableValues tangents;
+        for (const auto& [name, values] : tangent) {
+            using Values = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
+            const Values array = nb::cast<Values>(values);
+            tangents[nb::cast<std::string>(name)].assign(array.data(), array.data() + array.size());
+        }
+        const edgegrad::Wanted what = read_wanted(wanted);
         const Progress report = make_progress(std::move(progress));
         {
             const nb::gil_scoped_release release;
-            engine_->forward(options, what, d, report, pixels.data());
+            engine_->forward(options, what, std::move(tangents), report, pixels.data());
         }
         return make_image(std::move(pixels), c);
     }
 
-    nb::dict backward(AdjointImage adjoint, nb::handle asked, int samples, uint32_t seed, int max_depth,
+    nb::dict backward(AdjointImage adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
                       const std::vector<std::string>& terms, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         if (adjoint.shape(0) != static_cast<size_t>(c.height) ||
             adjoint.shape(1) != static_cast<size_t>(c.width))
             throw std::invalid_argument("the adjoint image has another size than the camera's picture");
         const RenderOptions options = make_options(samples, seed, max_depth, terms);
-        const Asked what = read_asked(asked);
+        const edgegrad::Wanted what = read_wanted(wanted);
         const Progress report = make_progress(std::move(progress));
-        Derivative d;
+        edgegrad::TableValues gradients;
         {
             const nb::gil_scoped_release release;
-            d = engine_->backward(options, what, adjoint.data(), report);
+            gradients = engine_->backward(options, what, adjoint.data(), report);
         }
         nb::dict out;
-        const auto rows = [](std::vector<double>& v) {
-            const size_t n = v.size() / 3;
-            return to_numpy(std::move(v), {n, 3});
-        };
-        out["vertices"] = rows(d.vertices);
-        out["albedo"] = rows(d.albedo);
-        out["emission"] = rows(d.emission);
-        out["point_intensity"] = rows(d.point_intensity);
-        out["sun_irradiance"] = rows(d.sun_irradiance);
-        out["environment"] = to_numpy(std::move(d.environment), {3});
-        out["camera"] = to_numpy(std::move(d.camera), {edgegrad::kCameraFloats});
-        const size_t instances = d.instance_to_world.size() / 12;
-        out["instance_to_world"] = to_numpy(std::move(d.instance_to_world), {instances, 3, 4});
+        for (auto& [name, values] : gradients) {
+            const size_t size = values.size();
+            out[name.c_str()] = to_numpy(std::move(values), {size});
+        }
         return out;
     }
 
@@ -316,18 +295,13 @@ class Scene {
     const char* instruction_set() const { return kernels_.name; }
 
  private:
-    Asked read_asked(nb::handle asked) const {
-        Asked a;
-        a.moving = column<uint8_t>(asked, "moving");
-        a.emitting = column<uint8_t>(asked, "emitting");
-        a.colors = nb::cast<bool>(asked.attr("colors"));
-        a.lights = nb::cast<bool>(asked.attr("lights"));
-        a.environment = nb::cast<bool>(asked.attr("environment"));
-        a.camera = nb::cast<bool>(asked.attr("camera"));
-        a.instances = nb::cast<bool>(asked.attr("instances"));
-        if (a.moving.size() + 1 != engine_->tables().mesh_first_face.size())
-            throw std::invalid_argument("`moving` must have one entry per mesh");
-        return a;
+    // By table, the spans of floats that are asked for.
+    edgegrad::Wanted read_wanted(const nb::dict& wanted) const {
+        std::vector<edgegrad::TableSpan> spans;
+        for (const auto& [name, rows] : wanted)
+            for (const auto& [first, last] : nb::cast<std::vector<std::pair<size_t, size_t>>>(rows))
+                spans.push_back({nb::cast<std::string>(name), first, last});
+        return {engine_->tables(), spans};
     }
 
     const edgegrad::KernelTable& kernels_;
@@ -361,9 +335,9 @@ NB_MODULE(_native, m) {
         .def("set_camera", &Scene::set_camera, "tables"_a)
         .def_prop_rw("guided", &Scene::guided, &Scene::set_guided)
         .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "progress"_a.none())
-        .def("forward", &Scene::forward, "tangent"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
+        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
              "progress"_a.none())
-        .def("backward", &Scene::backward, "adjoint"_a, "asked"_a, "spp"_a, "seed"_a, "max_depth"_a,
+        .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
              "terms"_a, "progress"_a.none())
         .def("sample_sky", [](const Scene& s, nb::handle u,
                               nb::handle v) { return edgegrad::sample_sky(s.engine(), u, v); })

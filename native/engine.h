@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 
+#include "derivative_tables.h"
 #include "kernels.h"
 #include "parallel.h"
 #include "scene/bvh.h"
@@ -47,10 +48,12 @@ class Engine {
 
     // Pictures are (height, width, 3).
     void render(const RenderOptions& options, const Progress& progress, float* image) const;
-    void forward(const RenderOptions& options, const Asked& asked, const Derivative& tangent,
+    // Derivatives (engine_derivatives.cpp): of the picture along tangents of the tables, and gradients of the
+    // wanted tables for an adjoint picture.
+    void forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
                  const Progress& progress, float* image) const;
-    Derivative backward(const RenderOptions& options, const Asked& asked, const float* adjoint,
-                        const Progress& progress) const;
+    TableValues backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
+                         const Progress& progress) const;
 
     // For tests: light sampling by itself.
     void probe_lights(const LightProbes& probes) const;
@@ -68,9 +71,9 @@ class Engine {
     SceneTables tables_;
     int threads_;
     // Made when a picture first asks for them, and kept until values or vertices change.
-    std::shared_ptr<const LightList> lights() const;
+    std::shared_ptr<const LightList> lights(bool dark_too = false) const;
     mutable std::mutex lights_lock_;
-    mutable std::shared_ptr<const LightList> lights_;
+    mutable std::shared_ptr<const LightList> lights_, dark_lights_;
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     bool has_edges_ = false, guided_ = true;

@@ -6,6 +6,7 @@
 #include "adjoint/memory.h"
 #include "adjoint/tables.h"
 #include "light_probes.h"
+#include "path/vertex_packet.h"
 #include "scene/view.h"
 
 namespace edgegrad {
@@ -18,6 +19,7 @@ constexpr int kMaxWidth = 16;
 struct PathQueue {
     float *origin[3], *direction[3], *throughput[3], *from[3], *from_normal[3], *pdf;
     int32_t *path, *state, *bounces, *from_mesh;
+    int32_t* previous;  // null unless vertices are recorded
 };
 
 // What the rays of a queue met; face -1: nothing.
@@ -31,13 +33,9 @@ struct Workspace {
     float* radiance[3];  // by path: L, or its derivative in forward mode
     PathQueue paths;
     HitQueue hits;
-    // Of the derivatives' first hits:
-    int32_t* path;
-    int32_t* face;
-    float* b1;
-    float* b2;
-    float* screen_x;
-    float* screen_y;
+    // Where vertices are recorded for derivatives; null: they are not.
+    VertexMemory* vertices;
+    CameraSamples camera;
     int32_t* visible;  // by sample of an edge: whether it is seen
 };
 
@@ -59,6 +57,21 @@ struct ImageTask {
     int32_t width;        // of the window
     BounceLimits limits;
     bool one_stream;  // all pixels have the random numbers of the first: the two sides of edges
+};
+
+// The recorded vertices of a task's paths, and what sweeps over them need.
+struct AdjointTask {
+    const ImageTask* image;
+    VertexMemory* vertices;
+    CameraSamples camera;
+    TapeMemory* tape;
+    const DifferentiableTables* tables;
+    bool geometry;  // whether positions, directions or normals change
+    // By path, what sweeps carry from vertex to vertex: light, the vertex that it comes from, and the
+    // derivatives of the vertex' position and of a specular ray's direction.
+    float* incoming[3];
+    int32_t* next;
+    float *position[3], *direction[3];
 };
 
 // Pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of `total`
@@ -153,10 +166,12 @@ struct KernelTable {
     const char* name;
     int width;
     void (*radiance)(const SceneView&, const ImageTask&, Workspace&, float* image);
-    void (*interior_forward)(const SceneView&, const ImageTask&, Workspace&, const DerivativeView& tangent,
-                             float* image);
-    void (*interior_backward)(const SceneView&, const ImageTask&, Workspace&, const float* adjoint,
-                              DerivativeView& gradient);
+    // Renders a task's paths and records their vertices, for:
+    void (*record)(const SceneView&, const ImageTask&, Workspace&);
+    void (*path_backward)(const SceneView&, const AdjointTask&, const float* adjoint);
+    void (*path_forward)(const SceneView&, const AdjointTask&, float* const radiance[3]);
+    // Adds the paths' values to the picture.
+    void (*accumulate)(const ImageTask&, const Workspace&, float* image);
     void (*primary_forward)(const SceneView&, const BoundaryTask&, Workspace&, const DerivativeView& tangent,
                             Splats& splats);
     void (*primary_backward)(const SceneView&, const BoundaryTask&, Workspace&, const float* adjoint,

@@ -8,13 +8,56 @@
 
 namespace edgegrad {
 
+// What a thread's sweeps over recorded paths need.
+class AdjointWorkspace {
+ public:
+    // The workspace with vertices recorded, and a task for sweeps over them but for its tables.
+    AdjointTask task(const ImageTask& image, Workspace& work) {
+        if (memory_.empty()) {
+            constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
+            memory_.resize(15 * row);
+            float* next = memory_.data();
+            const auto take = [&](auto*& p) {
+                p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
+                next += row;
+            };
+            take(camera_.x), take(camera_.y), take(camera_.lens_u), take(camera_.lens_v);
+            take(previous_);
+            for (auto* v : {&task_.incoming, &task_.position, &task_.direction})
+                for (float*& p : *v) take(p);
+            take(task_.next);
+        }
+        work.vertices = &vertices_;
+        work.camera = camera_;
+        work.paths.previous = previous_;
+        task_.image = &image;
+        task_.vertices = &vertices_;
+        task_.camera = camera_;
+        task_.tape = &tape_;
+        return task_;
+    }
+    // Paths are followed without being recorded again.
+    static void release(Workspace& work) {
+        work.vertices = nullptr;
+        work.paths.previous = nullptr;
+    }
+
+ private:
+    std::vector<float> memory_;
+    VertexMemory vertices_;
+    TapeMemory tape_;
+    CameraSamples camera_{};
+    int32_t* previous_ = nullptr;
+    AdjointTask task_{};
+};
+
 class ThreadWorkspace {
  public:
     Workspace& view() {
         if (memory_.empty()) {
             // Compacting writes whole packets behind the end.
             constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            constexpr size_t rows = 3 + 16 + 4 + 6 + 2 + 1;
+            constexpr size_t rows = 3 + 16 + 4 + 6 + 1;
             memory_.resize(rows * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
@@ -30,9 +73,7 @@ class ThreadWorkspace {
             take(w.paths.from_mesh);
             take(w.hits.face), take(w.hits.mesh), take(w.hits.instance);
             take(w.hits.b1), take(w.hits.b2), take(w.hits.distance);
-            // Derivatives follow no path beyond the first hit: they share that memory.
-            w.path = w.paths.path, w.face = w.hits.face, w.b1 = w.hits.b1, w.b2 = w.hits.b2;
-            take(w.screen_x), take(w.screen_y), take(w.visible);
+            take(w.visible);
         }
         return view_;
     }

@@ -39,7 +39,6 @@ class Engine:
     """
 
     narrow = True
-    any_primary = False
 
     def __init__(self, tables: Tables, threads: int) -> None:
         self._threads = threads if threads > 0 else (os.cpu_count() or 1)

@@ -39,6 +39,7 @@ struct Float {
 
 EG_INLINE Float constant(raw::Float value) { return {value, -1}; }
 EG_INLINE Float detach(Float a) { return {a.value, -1}; }
+EG_INLINE Mask has_derivative(Float a) { return raw::splat(a.node >= 0 ? -1 : 0); }
 // A number whose derivative is asked for by itself (Tape::derivative, Tape::seed).
 EG_INLINE Float input(raw::Float value) { return {value, current_tape ? current_tape->new_node() : -1}; }
 
@@ -185,8 +186,9 @@ EG_INLINE Float select(Mask m, Float a, Float b) {
 EG_INLINE Float select(Mask m, Float a, float b) { return select(m, a, splat(b)); }
 EG_INLINE Int select(Mask m, Int a, Int b) { return raw::select(m, a, b); }
 
-EG_INLINE Float min(Float a, Float b) { return select(a < b, a, b); }
-EG_INLINE Float max(Float a, Float b) { return select(a > b, a, b); }
+// At a limit it is the number that moves, not the limit.
+EG_INLINE Float min(Float a, Float b) { return select(a <= b, a, b); }
+EG_INLINE Float max(Float a, Float b) { return select(a >= b, a, b); }
 EG_INLINE Float max(Float a, float b) { return max(a, splat(b)); }
 EG_INLINE Float abs(Float a) {
     return result(raw::abs(a.value), a, raw::select(a.value < 0.0f, raw::splat(-1.0f), 1.0f));

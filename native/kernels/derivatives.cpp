@@ -1,13 +1,10 @@
 // The derivatives' kernels of one instruction set.
 #include "boundary/shadow.h"
 #include "kernels/parts.h"
-#include "path/interior.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_derivative_kernels(KernelTable& table) {
-    table.interior_forward = interior_forward_kernel;
-    table.interior_backward = interior_backward_kernel;
     table.shadow_forward = shadow_forward_kernel;
     table.shadow_backward = shadow_backward_kernel;
 }

@@ -18,6 +18,7 @@ void add_probe_kernels(KernelTable& table);
 // Those on numbers that record derivatives (adjoint/number.h).
 namespace edgegrad::EDGEGRAD_ADJOINT_ISA {
 
+void add_adjoint_path_kernels(KernelTable& table);
 void add_adjoint_probe_kernels(KernelTable& table);
 
 }  // namespace edgegrad::EDGEGRAD_ADJOINT_ISA

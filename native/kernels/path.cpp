@@ -12,6 +12,10 @@ void run_paths(const SceneView& scene, const ImageTask& task, Workspace& work, i
     }
 }
 
-void add_path_kernels(KernelTable& table) { table.radiance = radiance_kernel; }
+void add_path_kernels(KernelTable& table) {
+    table.radiance = radiance_kernel;
+    table.record = record_kernel;
+    table.accumulate = accumulate;
+}
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -66,16 +66,6 @@ struct Forward {
         }
         value = value + color * d;
     }
-    // A row of a table of colours that the radiance depends on linearly: `color` per channel.
-    EG_INLINE void row(Mask m, const double* table, Int index, Vec3 color) {
-        for (int i = 0; i < W; ++i) {
-            if (!m[i]) continue;
-            const double* p = table + 3 * static_cast<int64_t>(index[i]);
-            value.x[i] += color.x[i] * static_cast<float>(p[0]);
-            value.y[i] += color.y[i] * static_cast<float>(p[1]);
-            value.z[i] += color.z[i] * static_cast<float>(p[2]);
-        }
-    }
 };
 
 struct Backward {
@@ -112,16 +102,6 @@ struct Backward {
             double* p = gradient.instance_to_world + 12 * static_cast<int64_t>(instance[i]);
             const float q[4] = {local.x[i], local.y[i], local.z[i], 1.0f}, out[3] = {g.x[i], g.y[i], g.z[i]};
             for (int k = 0; k < 12; ++k) p[k] += static_cast<double>(a[i] * out[k / 4] * q[k % 4]);
-        }
-    }
-    EG_INLINE void row(Mask m, double* table, Int index, Vec3 color) {
-        const Vec3 a = adjoint * color;
-        for (int i = 0; i < W; ++i) {
-            if (!m[i]) continue;
-            double* p = table + 3 * static_cast<int64_t>(index[i]);
-            p[0] += static_cast<double>(a.x[i]);
-            p[1] += static_cast<double>(a.y[i]);
-            p[2] += static_cast<double>(a.z[i]);
         }
     }
 };

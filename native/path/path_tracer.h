@@ -9,6 +9,7 @@
 // traced only to see the environment.
 #pragma once
 
+#include "path/recorder.h"
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
 #include "shading/emission.h"
@@ -24,6 +25,16 @@ EG_INLINE void store_hits(HitQueue& hits, int at, const Closest& hit) {
     store(hits.distance + at, hit.distance);
 }
 
+EG_INLINE Closest load_hits(const HitQueue& hits, int at, Mask hit) {
+    Closest closest;
+    closest.hit = hit;
+    closest.face = load(hits.face + at), closest.mesh = load(hits.mesh + at);
+    closest.instance = load(hits.instance + at);
+    closest.b1 = load(hits.b1 + at), closest.b2 = load(hits.b2 + at);
+    closest.distance = load(hits.distance + at);
+    return closest;
+}
+
 // The task's camera rays and what they meet; the number of paths.
 EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspace& work) {
     const CameraView& camera = scene.camera;
@@ -35,6 +46,7 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     p.vertex = p.bounces = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.both_sides = p.from_mesh = splat(0);
+    p.previous = splat(-1);
     p.final_ray = splat(task.max_depth <= 1 ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
@@ -44,9 +56,13 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
         sobol_pair(index.stream, index.sample, kPairPixel, u, v);
         if (camera.aperture_radius > 0.0f) sobol_pair(index.stream, index.sample, kPairLens, lens_u, lens_v);
         const Int rows = quotient(index.pixel + task.column, camera.width);
-        const CameraRay ray = camera_ray(
-            camera, to_float(index.pixel + task.column - rows * camera.width) + filter_sample(camera, u),
-            to_float(rows + task.row) + filter_sample(camera, v), lens_u, lens_v);
+        const Float sx = to_float(index.pixel + task.column - rows * camera.width) + filter_sample(camera, u);
+        const Float sy = to_float(rows + task.row) + filter_sample(camera, v);
+        if (work.vertices) {
+            store(work.camera.x + at, sx), store(work.camera.y + at, sy);
+            store(work.camera.lens_u + at, lens_u), store(work.camera.lens_v + at, lens_v);
+        }
+        const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
         const Float length = sqrt(dot(ray.direction, ray.direction));
         p.origin = p.from = ray.origin;
         p.direction = p.from_normal = ray.direction * (1.0f / length);
@@ -72,20 +88,21 @@ EG_INLINE void trace_paths(const SceneView& scene, Workspace& work, int count) {
 
 // Light from the environment along rays that meet nothing, against the chance that a sample of its image
 // found it.
-EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const PathPacket& p, Mask missed) {
+EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const PathPacket& p, Mask missed,
+                               Vertex* vertex) {
     missed &= (splat(scene.environment_mask) & ray_mask(p.kind)) != 0;
     if (!any(missed)) return;
-    Vec3 light = environment_radiance(scene, p.direction);
-    if (scene.sky.sampled) {
-        const Float pdf = environment_pdf(scene, p.direction);
-        light = light * select(p.pdf > 0.0f, power_heuristic(p.pdf, pdf), 1.0f);
-    }
-    add_radiance(work, p, missed, p.throughput * light);
+    Float weight = splat(1.0f);
+    if (scene.sky.sampled)
+        weight = select(p.pdf > 0.0f, power_heuristic(p.pdf, environment_pdf(scene, p.direction)), weight);
+    if (vertex) return put(vertex->sky_weight, missed, weight);
+    add_radiance(work, p, missed, p.throughput * environment_radiance(scene, p.direction) * weight);
 }
 
 // Light that the surface itself gives, against the chance that an emitter sample found it.
 EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathPacket& p,
-                            const SurfacePoint& x, const Shader& shader, const TexturePoint& point) {
+                            const SurfacePoint& x, const Shader& shader, const TexturePoint& point,
+                            Vertex* vertex) {
     const Mask emits = x.active & has(shader, kHasEmission);
     if (!any(emits)) return;
     Float weight = splat(1.0f);
@@ -96,6 +113,7 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
                                     p.direction, sqrt(dot(way, way)));
         weight = select(sampled, power_heuristic(p.pdf, pdf), splat(1.0f));
     }
+    if (vertex) return put(vertex->emission_weight, emits, weight);
     add_radiance(work, p, emits, p.throughput * leaf_emission(x, shader, point) * weight);
 }
 
@@ -112,7 +130,7 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
 
 // Lets part of the paths pass a surface that isn't opaque, and takes them out of x.
 EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p, SurfacePoint& x,
-                           const Shader& shader, const PathIndex& index, int alive) {
+                           const Shader& shader, const PathIndex& index, int alive, Vertex* vertex) {
     const Mask may = x.active & has(shader, kHasTransparency);
     if (!any(may)) return alive;
     Float u, unused;
@@ -120,6 +138,7 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
     Vec3 color;
     p.active = may & (u < passing_share(shader, color));
     x.active &= ~p.active;
+    if (vertex) put(vertex->passes, p.active, splat(-1));
     const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: passed surfaces
     p.active &= bounce_count(p.bounces, kind) < task.limits.transparent;
     p.bounces = add_bounce(p.bounces, p.active, kind);
@@ -132,7 +151,7 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
 // Scatters the paths of a packet: Lambertian ones by themselves, as they need far less.
 EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                          const SurfacePoint& x, const TexturePoint& point, const Shader& shader,
-                         const PathIndex& index, Float lobe_u, int alive) {
+                         const PathIndex& index, Float lobe_u, int alive, Vertex* vertex) {
     Vec3 normal = point.normal;
     if (scene.all_flags & kHasNormalMap)
         normal = shading_normal(scene, x.active & has(shader, kHasNormalMap), shader.leaf, point,
@@ -141,16 +160,18 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
     if (any(lambertian)) {
         const Vec3 albedo = shader.color(kBaseColor);
         PathPacket part = p;
-        part.active = lambertian & (largest_component(albedo) > 0.0f);
+        part.active = lambertian;
+        if (!vertex) part.active &= largest_component(albedo) > 0.0f;
         const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
-        const Lambertian surface{normal, x.normal, albedo, smooth};
-        if (any(part.active)) alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive);
+        const Lambertian surface{normal, x.normal, albedo, smooth, vertex != nullptr};
+        if (any(part.active))
+            alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
     }
     PathPacket part = p;
     part.active = p.active & ~lambertian;
     if (any(part.active)) {
         const ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
-        alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive);
+        alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
     }
     return alive;
 }
@@ -162,8 +183,14 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         PathPacket p = load_paths(work.paths, at, count);
         const Int face = load(work.hits.face + at);
         const Mask hit = p.active & (face >= 0);
-        if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit);
-        if (scene.lights.sized_count + scene.lights.sized_distant > 0)
+        Vertex* vertex = nullptr;
+        if (work.vertices) {
+            p.place = lane_index() + static_cast<int32_t>(work.vertices->count) * W;
+            vertex = &work.vertices->append<W>();
+            record_arrival(*vertex, p, hit, load_hits(work.hits, at, hit));
+        }
+        if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit, vertex);
+        if (!vertex && scene.lights.sized_count + scene.lights.sized_distant > 0)
             add_sized_lights(scene, work, p,
                              select(hit, load(work.hits.distance + at), splat(__builtin_inff())));
         if (!any(hit)) continue;
@@ -172,18 +199,23 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         x.mesh = select(hit, load(work.hits.mesh + at), splat(0));
         const PathIndex index = path_index(task, p.path);
         Float choice_u = splat(0.5f), choice_v = choice_u;
-        if (scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))
+        if (vertex || scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         const Shader shader = surface_shader(scene, x, point, choice_u);
-        if (scene.all_flags & kHasTransparency) alive = pass_through(task, work, p, x, shader, index, alive);
+        if (vertex) {
+            put(vertex->leaf, hit, shader.leaf);
+            put(vertex->scale, hit, shader.scale);
+        }
+        if (scene.all_flags & kHasTransparency)
+            alive = pass_through(task, work, p, x, shader, index, alive, vertex);
         if (!any(x.active)) continue;
-        if (scene.all_flags & kHasEmission) add_emission(scene, work, p, x, shader, point);
+        if (scene.all_flags & kHasEmission) add_emission(scene, work, p, x, shader, point, vertex);
 
         p.active = x.active & ~p.final_ray;
         p.throughput = p.throughput * shader.scale;
         if (!any(p.active)) continue;
-        alive = scatter_at(scene, task, work, p, x, point, shader, index, choice_v, alive);
+        alive = scatter_at(scene, task, work, p, x, point, shader, index, choice_v, alive, vertex);
     }
     return alive;
 }

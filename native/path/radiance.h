@@ -6,9 +6,29 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+// Adds the values of the task's paths to the picture, in the order of paths whatever the packet's width.
+static void accumulate(const ImageTask& task, const Workspace& work, float* image) {
+    const float* value[3] = {work.radiance[0], work.radiance[1], work.radiance[2]};
+    for (int pixel = 0; pixel < task.pixel_count; ++pixel) {
+        float* out = image + 3 * static_cast<int64_t>(task.first_pixel + pixel);
+        for (int c = 0; c < 3; ++c) {
+            double sum = 0.0;
+            for (int k = 0; k < task.samples; ++k) sum += static_cast<double>(value[c][k]);
+            value[c] += task.samples;
+            out[c] += static_cast<float>(sum) * task.weight;
+        }
+    }
+}
+
 static void radiance_kernel(const SceneView& scene, const ImageTask& task, Workspace& work, float* image) {
     run_paths(scene, task, work, start_paths(scene, task, work));
     accumulate(task, work, image);
+}
+
+// The same paths, whose vertices are recorded in work.vertices.
+static void record_kernel(const SceneView& scene, const ImageTask& task, Workspace& work) {
+    work.vertices->count = 0;
+    run_paths(scene, task, work, start_paths(scene, task, work));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,7 +1,7 @@
 // What a surface does with a path: light from an emitter sample, and the ray that goes on.
 #pragma once
 
-#include "path/path_queue.h"
+#include "path/recorder.h"
 #include "path/stream.h"
 #include "shading/emission.h"
 #include "shading/environment_samples.h"
@@ -49,7 +49,7 @@ EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kin
 // Light from a sample of the lights; `alone` where no ray will be traced that could find it too.
 template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
-                          const Surface& surface, Mask alone, const PathIndex& index) {
+                          const Surface& surface, Mask alone, const PathIndex& index, Vertex* vertex) {
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
     LightSample s = sample_light(scene, p.active, x, p.both_sides, u, v);
@@ -61,10 +61,16 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     }
     const BsdfValue f = scene.lights.any_hidden ? surface.evaluate_for(s.visible_to, s.active, s.w)
                                                 : surface.evaluate(s.active, s.w);
+    // What is zero now may have a derivative.
     Vec3 light = s.radiance * f.value * s.geometry;
+    if (vertex) {
+        const Mask scatters = (f.pdf > 0.0f) | (largest_component(f.value) > 0.0f);
+        light = gray(select(scatters, s.geometry, 0.0f));
+    }
     s.active &= largest_component(light) > 0.0f;
     if (!any(s.active)) return;
-    const Mask shared = s.active & ~alone & (s.pdf > 0.0f);
+    // Recorded paths find lights of the table by emitter samples alone.
+    const Mask shared = s.active & ~alone & (s.pdf > 0.0f) & (vertex ? s.row < 0 : splat(-1));
     if (any(shared)) light = light * select(shared, power_heuristic(s.pdf, f.pdf), 1.0f);
     if (!scene.convex) {
         const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
@@ -74,19 +80,23 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
             transmittance(scene, s.active & s.casts_shadow, start, direction, far, s.blockers);
         light = select(s.casts_shadow, light * through, light);
     }
+    if (vertex) return record_light(*vertex, s, light);
     add_radiance(work, p, s.active, p.throughput * light);
 }
 
 // Light from a sample of the environment's image.
 template <typename Surface>
 EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const PathPacket& p,
-                              const SurfacePoint& x, const Surface& surface, const PathIndex& index) {
+                              const SurfacePoint& x, const Surface& surface, const PathIndex& index,
+                              Vertex* vertex) {
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSky), u, v);
     const EnvironmentSample s = sample_environment(scene, p.active, u, v);
     Mask active = p.active & (s.pdf > 0.0f) & (p.both_sides | (dot(x.normal, s.w) > 0.0f));
     const BsdfValue f = surface.evaluate(active, s.w);
-    Vec3 light = s.radiance * f.value * (power_heuristic(s.pdf, f.pdf) / max(s.pdf, 1e-37f));
+    const Float scale = power_heuristic(s.pdf, f.pdf) / max(s.pdf, 1e-37f);
+    Vec3 light = s.radiance * f.value * scale;
+    if (vertex) light = gray(select((f.pdf > 0.0f) | (largest_component(f.value) > 0.0f), scale, 0.0f));
     active &= largest_component(light) > 0.0f;
     if (!any(active)) return;
     if (!scene.convex) {
@@ -94,19 +104,26 @@ EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const Pat
         light =
             light * transmittance(scene, active, start, s.w, splat(__builtin_inff()), splat(1 << kShadowRay));
     }
+    if (vertex) {
+        put3(vertex->sky_direction, active, s.w);
+        return put3(vertex->sky_scale, active, light);
+    }
     add_radiance(work, p, active, p.throughput * light);
 }
 
 // Light that a last ray finds in the environment: only whether it meets anything matters.
 EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, const PathPacket& p,
-                                     const SurfacePoint& x, Mask active, const BsdfSample& s) {
+                                     const SurfacePoint& x, Mask active, const BsdfSample& s,
+                                     Vertex* vertex) {
     active &= (splat(scene.environment_mask) & ray_mask(s.ray_kind)) != 0;
     if (!any(active)) return;
-    Vec3 light = p.throughput * s.weight * environment_radiance(scene, s.wi);
+    Vec3 light = vertex ? gray(1.0f / max(s.pdf, 1e-30f))
+                        : p.throughput * s.weight * environment_radiance(scene, s.wi);
     if (scene.sky.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
     if (!scene.convex)
         light = light * transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
                                       ray_mask(s.ray_kind));
+    if (vertex) return put3(vertex->last_scale, active, light);
     add_radiance(work, p, active, light);
 }
 
@@ -114,29 +131,30 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
 template <typename Surface>
 EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                        const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
-                       int alive) {
+                       int alive, Vertex* vertex) {
     // A Lambertian surface's last ray sees nothing but the environment.
     Mask alone = splat(0);
     if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));
     p.both_sides = surface.both_sides();
-    if (scene.lights.count > 0) add_light(scene, work, p, x, surface, alone, index);
-    if (scene.sky.sampled) add_sky_light(scene, work, p, x, surface, index);
+    if (scene.lights.count > 0) add_light(scene, work, p, x, surface, alone, index, vertex);
+    if (scene.sky.sampled) add_sky_light(scene, work, p, x, surface, index, vertex);
     if (!scene.has_environment) p.active &= ~alone;
     if (!any(p.active)) return alive;
 
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexDirection), u, v);
     BsdfSample s = surface.sample(p.active, lobe_u, u, v);
+    if (vertex) record_direction(*vertex, p.active, s);
     p.active &= s.active;
     const Mask last = p.active & alone;
-    if (any(last)) add_final_environment(scene, work, p, x, last, s);
+    if (any(last)) add_final_environment(scene, work, p, x, last, s, vertex);
     p.active &= ~alone;
     if (!any(p.active)) return alive;
 
     p.final_ray = next_is_final(task, p, s.ray_kind);
     p.throughput = p.throughput * s.weight;
     const Float brightest = largest_component(p.throughput);
-    p.active &= brightest > 0.0f;
+    if (!vertex) p.active &= brightest > 0.0f;
     const Mask risky = p.active & (p.segment >= kRouletteSegment) & (brightest < 1.0f);
     if (any(risky)) {
         Float roulette, unused;
@@ -144,12 +162,16 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
         const Float survival = select(risky, max(brightest, kLeastSurvival), splat(1.0f));
         p.active &= roulette < survival;
         p.throughput = p.throughput * (1.0f / survival);
+        if (vertex) record_survival(*vertex, p.active, survival);
+    } else if (vertex) {
+        record_survival(*vertex, p.active, splat(1.0f));
     }
     p.origin = leave_surface(x, s.wi);
     p.direction = s.wi;
     p.from = x.position;
     p.from_normal = x.normal;
     p.from_mesh = x.mesh;
+    p.previous = p.place;
     p.pdf = select(s.specular, splat(0.0f), s.pdf);
     p.bounces = add_bounce(p.bounces, p.active, s.ray_kind);
     p.kind = s.ray_kind;

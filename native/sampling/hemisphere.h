@@ -1,4 +1,4 @@
-// Directions of the hemisphere in proportion to the cosine with n.
+// Directions of the hemisphere about n.
 #pragma once
 
 #include "simd/vector.h"
@@ -7,12 +7,24 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 constexpr float kInvPi = 0.318309886f;
 
+// In proportion to the cosine with n.
 EG_INLINE Vec3 cosine_direction(Vec3 n, Float u, Float v) {
     Vec3 a, b;
     basis(n, a, b);
     Float s, c;
     sincos_turn(v, s, c);
     const Float sine = sqrt(u), cosine = sqrt(max(1.0f - u, 0.0f));
+    return a * (sine * c) + b * (sine * s) + n * cosine;
+}
+
+// Half of the directions in proportion to the cosine, half uniform.
+EG_INLINE Vec3 mixed_direction(Vec3 n, Float choice, Float u, Float v) {
+    Vec3 a, b;
+    basis(n, a, b);
+    Float s, c;
+    sincos_turn(v, s, c);
+    const Float cosine = select(choice < 0.5f, 1.0f - u, sqrt(max(1.0f - u, 0.0f)));
+    const Float sine = sqrt(max(1.0f - cosine * cosine, 0.0f));
     return a * (sine * c) + b * (sine * s) + n * cosine;
 }
 

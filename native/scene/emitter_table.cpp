@@ -6,10 +6,6 @@
 namespace edgegrad {
 namespace {
 
-// Least probability of an emitter whose own strength is a parameter, as a share of the mean: one
-// that is dark now still has a derivative.
-constexpr double kLeastEmitterShare = 0.05;
-
 double mean(const float* c) { return (static_cast<double>(c[0]) + c[1] + c[2]) / 3.0; }
 
 double triangle_area(const SceneTables& t, size_t face) {
@@ -33,48 +29,28 @@ double scene_radius(const SceneTables& t) {
 
 }  // namespace
 
-EmitterTable::EmitterTable(const SceneTables& t, const Asked& asked) {
+EmitterTable::EmitterTable(const SceneTables& t) {
     std::vector<double> power;
-    std::vector<bool> parameter;
-    const auto add = [&](int32_t k, int32_t i, double p, bool is_parameter) {
-        if (!(p > 0.0) && !is_parameter) return;
+    const auto add = [&](int32_t k, int32_t i, double p) {
+        if (!(p > 0.0)) return;
         kind.push_back(k);
         index.push_back(i);
         power.push_back(p);
-        parameter.push_back(is_parameter);
     };
-    const size_t materials = t.emission.size() / 3;
-    std::vector<uint8_t> emits(materials), asked_for(materials);
-    for (size_t m = 0; m < materials; ++m) {
-        asked_for[m] = m < asked.emitting.size() && asked.emitting[m];
-        emits[m] = asked_for[m] || mean(&t.emission[3 * m]) > 0.0;
+    const bool any = std::any_of(t.emission.begin(), t.emission.end(), [](float e) { return e > 0.0f; });
+    for (size_t f = 0; any && f < t.face_material.size(); ++f) {
+        const size_t m = static_cast<size_t>(t.face_material[f]);
+        const double radiance = mean(&t.emission[3 * m]);
+        if (!(radiance > 0.0)) continue;
+        const double sides = t.emission_two_sided[m] ? 2.0 : 1.0;
+        add(kEmissiveTriangle, static_cast<int32_t>(f), triangle_area(t, f) * sides * M_PI * radiance);
     }
-    if (std::any_of(emits.begin(), emits.end(), [](uint8_t e) { return e != 0; })) {
-        for (size_t f = 0; f < t.face_material.size(); ++f) {
-            const size_t m = static_cast<size_t>(t.face_material[f]);
-            if (!emits[m]) continue;
-            const double area = triangle_area(t, f);
-            if (!(area > 0.0)) continue;
-            const double sides = t.emission_two_sided[m] ? 2.0 : 1.0;
-            add(kEmissiveTriangle, static_cast<int32_t>(f), area * sides * M_PI * mean(&t.emission[3 * m]),
-                asked_for[m]);
-        }
-    }
-    const bool lights = asked.lights;
     for (size_t k = 0; k < t.point_intensity.size() / 3; ++k)
-        add(kPointLight, static_cast<int32_t>(k), 4.0 * M_PI * mean(&t.point_intensity[3 * k]), lights);
+        add(kPointLight, static_cast<int32_t>(k), 4.0 * M_PI * mean(&t.point_intensity[3 * k]));
     const double radius = scene_radius(t);
     for (size_t k = 0; k < t.sun_irradiance.size() / 3; ++k)
-        add(kSunLight, static_cast<int32_t>(k), M_PI * radius * radius * mean(&t.sun_irradiance[3 * k]),
-            lights);
+        add(kSunLight, static_cast<int32_t>(k), M_PI * radius * radius * mean(&t.sun_irradiance[3 * k]));
 
-    double total = 0.0;
-    for (double p : power) total += p;
-    const double least =
-        kind.empty() ? 0.0
-                     : kLeastEmitterShare * (total > 0.0 ? total : 1.0) / static_cast<double>(kind.size());
-    for (size_t k = 0; k < power.size(); ++k)
-        if (parameter[k]) power[k] = std::max(power[k], least);
     std::vector<double> sum{0.0};
     for (double p : power) sum.push_back(sum.back() + p);
     for (double s : sum) cdf.push_back(static_cast<float>(s / sum.back()));

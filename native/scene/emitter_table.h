@@ -1,4 +1,4 @@
-// Finite emitters of derivatives, with the distribution by which one is picked per shading point (pictures
+// Finite emitters of the shadow boundary, with the distribution by which one is picked per edge sample (paths
 // have scene/light_list.h).
 #pragma once
 
@@ -7,7 +7,7 @@
 namespace edgegrad {
 
 struct EmitterTable {
-    EmitterTable(const SceneTables& tables, const Asked& asked);
+    explicit EmitterTable(const SceneTables& tables);
 
     std::vector<int32_t> kind, index;
     std::vector<float> cdf;

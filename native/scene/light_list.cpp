@@ -68,11 +68,19 @@ bool triangle_node(const SceneTables& t, size_t face, LightNode& n) {
     return n.power > 0.0f;
 }
 
-// Bound of a row of the light table.
-LightNode row_node(const SceneTables::LightRows& lights, size_t k) {
+// What is dark is picked as if it had this share of the brightest's radiance.
+constexpr float kDim = 0.05f;
+
+float brightest(const std::vector<float>& radiance) {
+    const auto most = std::max_element(radiance.begin(), radiance.end());
+    return most != radiance.end() && *most > 0.0f ? *most : 1.0f;
+}
+
+// Bound of a row of the light table, whose radiance counts as `dim` at least.
+LightNode row_node(const SceneTables::LightRows& lights, size_t k, float dim) {
     const float* row = &lights.params[kLightParams * k];
     LightNode n{};
-    const float radiance = mean(row + kLightRadiance);
+    const float radiance = std::max(mean(row + kLightRadiance), dim);
     const float* direction = row + kLightDirection;
     std::copy_n(row + kLightPosition, 3, n.center);
     n.power = radiance;
@@ -120,14 +128,22 @@ LightNode row_node(const SceneTables::LightRows& lights, size_t k) {
 
 }  // namespace
 
-LightList::LightList(const SceneTables& tables) {
-    add_faces(tables);
-    add_rows(tables);
+LightList::LightList(const SceneTables& tables, bool dark_too) {
+    add_faces(tables, dark_too);
+    add_rows(tables, dark_too);
     arrange();
+    view_.dark_too = dark_too;
 }
 
-void LightList::add_faces(const SceneTables& t) {
-    const std::vector<float> emission = material_emission(t);
+void LightList::add_faces(const SceneTables& t, bool dark_too) {
+    std::vector<float> emission = material_emission(t);
+    if (dark_too) {
+        const float dim = kDim * brightest(emission);
+        for (size_t m = 0; m < emission.size() && m + 1 < t.material_first_leaf.size(); ++m)
+            for (int32_t leaf = t.material_first_leaf[m]; leaf < t.material_first_leaf[m + 1]; ++leaf)
+                if (t.leaf_flags[static_cast<size_t>(leaf)] & kHasEmission)
+                    emission[m] = std::max(emission[m], dim);
+    }
     if (std::all_of(emission.begin(), emission.end(), [](float e) { return !(e > 0.0f); })) return;
     // Area lights have faces behind those of the visible meshes, for derivatives only: here they are rows.
     const auto faces = static_cast<size_t>(t.mesh_first_face[static_cast<size_t>(t.visible_meshes)]);
@@ -143,12 +159,16 @@ void LightList::add_faces(const SceneTables& t) {
     if (!near_.empty()) face_light_.assign(t.face_material.size(), -1);
 }
 
-void LightList::add_rows(const SceneTables& t) {
+void LightList::add_rows(const SceneTables& t, bool dark_too) {
     const SceneTables::LightRows& lights = t.lights;
+    std::vector<float> radiance;
+    for (size_t k = 0; k < lights.kind.size(); ++k)
+        radiance.push_back(mean(&lights.params[kLightParams * k + kLightRadiance]));
+    const float dim = dark_too ? kDim * brightest(radiance) : 0.0f;
     light_of_row_.assign(lights.kind.size(), -1);
     std::vector<int32_t> distant_sized;
     for (size_t k = 0; k < lights.kind.size(); ++k) {
-        const Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k)};
+        const Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k, dim)};
         if (!(light.node.power > 0.0f)) continue;
         const bool distant = light.node.radius < 0.0f;
         (distant ? distant_ : near_).push_back(light);

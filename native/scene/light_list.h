@@ -13,14 +13,16 @@ constexpr size_t kMostFlatLights = 32;
 
 class LightList {
  public:
-    explicit LightList(const SceneTables& tables);
+    // `dark_too`: what is dark, but said to give light (a row of the table, a shader flagged as emissive), is
+    // picked as if it were dim. Its strength has a derivative.
+    explicit LightList(const SceneTables& tables, bool dark_too = false);
 
     // Points into the list and the tables: both must outlive it.
     const LightView& view() const { return view_; }
 
  private:
-    void add_faces(const SceneTables& tables);
-    void add_rows(const SceneTables& tables);
+    void add_faces(const SceneTables& tables, bool dark_too);
+    void add_rows(const SceneTables& tables, bool dark_too);
     void arrange();
 
     struct Light {

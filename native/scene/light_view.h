@@ -35,6 +35,7 @@ struct LightView {
     const LightNode* nodes;  // those on top first
     int32_t top;
     bool any_group;
+    bool dark_too;  // lights without radiance are picked too
     // The light table, see core/light_table.py.
     const float* params;
     const int32_t* flags;

@@ -72,7 +72,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.any_emission =
         std::any_of(tables.emission.begin(), tables.emission.end(), [](float e) { return e > 0.0f; });
     if (asked) {
-        const EmitterTable& emitters = emitters_.emplace(tables, *asked);
+        const EmitterTable& emitters = emitters_.emplace(tables);
         view_.emitter_count = static_cast<int32_t>(emitters.kind.size());
         view_.emitter_kind = emitters.kind.data();
         view_.emitter_index = emitters.index.data();

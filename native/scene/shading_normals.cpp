@@ -9,45 +9,91 @@ namespace edgegrad {
 namespace {
 
 struct Vector {
-    double x, y, z;
+    double x = 0.0, y = 0.0, z = 0.0;
 };
+Vector operator+(Vector a, Vector b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 Vector operator-(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Vector operator*(Vector a, double s) { return {a.x * s, a.y * s, a.z * s}; }
 double dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 Vector cross(Vector a, Vector b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+template <typename T>
+Vector vector(const T* p) {
+    return {p[0], p[1], p[2]};
+}
+void add(double* p, Vector a) { p[0] += a.x, p[1] += a.y, p[2] += a.z; }
 
-void mesh_normals(SceneTables& t, size_t mesh) {
+// A face with smooth corners: its corners, M = (p1 - p0) x (p2 - p0), and the angle at each corner from
+// |a x b| (the same at all three) and a . b of the sides that meet there.
+struct SmoothFace {
+    const int32_t* group;
+    const int32_t* vertex;
+    Vector p[3], m;
+    double length, angle[3], along[3];
+
+    Vector side(int corner, int to) const { return p[(corner + to) % 3] - p[corner]; }
+};
+
+template <typename F>
+void for_each_smooth_face(const SceneTables& t, size_t mesh, const F& visit) {
+    for (int32_t f = t.mesh_first_face[mesh]; f < t.mesh_first_face[mesh + 1]; ++f) {
+        SmoothFace face;
+        face.group = &t.corner_normal[3 * static_cast<size_t>(f)];
+        face.vertex = &t.faces[3 * static_cast<size_t>(f)];
+        if (face.group[0] < 0 && face.group[1] < 0 && face.group[2] < 0) continue;
+        for (int k = 0; k < 3; ++k) face.p[k] = vector(&t.vertices[3 * static_cast<size_t>(face.vertex[k])]);
+        face.m = cross(face.side(0, 1), face.side(0, 2));
+        face.length = std::sqrt(dot(face.m, face.m));
+        if (!(face.length > 0.0)) continue;
+        for (int k = 0; k < 3; ++k) {
+            face.along[k] = dot(face.side(k, 1), face.side(k, 2));
+            face.angle[k] = std::atan2(face.length, face.along[k]);
+        }
+        visit(face);
+    }
+}
+
+// By normal of the mesh, the sum of its faces' unit normals times their angles.
+std::vector<double> weighted_sums(const SceneTables& t, size_t mesh) {
     const int32_t first = t.mesh_first_normal[mesh], last = t.mesh_first_normal[mesh + 1];
     std::vector<double> sum(3 * static_cast<size_t>(last - first), 0.0);
-    for (int32_t f = t.mesh_first_face[mesh]; f < t.mesh_first_face[mesh + 1]; ++f) {
-        const int32_t* group = &t.corner_normal[3 * static_cast<size_t>(f)];
-        if (group[0] < 0 && group[1] < 0 && group[2] < 0) continue;
-        Vector p[3];
-        for (int k = 0; k < 3; ++k) {
-            const float* v = &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(f) + k])];
-            p[k] = {v[0], v[1], v[2]};
-        }
-        const Vector m = cross(p[1] - p[0], p[2] - p[0]);
-        const double length = std::sqrt(dot(m, m));
-        if (!(length > 0.0)) continue;
-        for (int k = 0; k < 3; ++k) {
-            if (group[k] < 0) continue;
-            // The angle between a and b from |a x b| and a . b: |a x b| is the same at all three corners.
-            const Vector a = p[(k + 1) % 3] - p[k], b = p[(k + 2) % 3] - p[k];
-            const double w = std::atan2(length, dot(a, b)) / length;
-            double* s = &sum[3 * static_cast<size_t>(group[k] - first)];
-            s[0] += w * m.x, s[1] += w * m.y, s[2] += w * m.z;
-        }
-    }
-    for (int32_t n = first; n < last; ++n) {
-        const double* s = &sum[3 * static_cast<size_t>(n - first)];
-        const double length = std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+    for_each_smooth_face(t, mesh, [&](const SmoothFace& face) {
+        for (int k = 0; k < 3; ++k)
+            if (face.group[k] >= 0)
+                add(&sum[3 * static_cast<size_t>(face.group[k] - first)],
+                    face.m * (face.angle[k] / face.length));
+    });
+    return sum;
+}
+
+void mesh_normals(SceneTables& t, size_t mesh) {
+    const std::vector<double> sum = weighted_sums(t, mesh);
+    float* normals = t.normals.data() + 3 * static_cast<ptrdiff_t>(t.mesh_first_normal[mesh]);
+    for (size_t n = 0; n < sum.size(); n += 3) {
+        const double length = std::sqrt(dot(vector(&sum[n]), vector(&sum[n])));
         // Faces that cancel leave no direction; shading then falls back to the face's own normal (zero).
         const double scale = length > 0.0 ? 1.0 / length : 0.0;
-        for (int c = 0; c < 3; ++c)
-            t.normals[3 * static_cast<size_t>(n) + c] = static_cast<float>(scale * s[c]);
+        for (size_t c = 0; c < 3; ++c) normals[n + c] = static_cast<float>(scale * sum[n + c]);
     }
+}
+
+// The derivative of a unit vector s/|s| by s is symmetric: it carries tangents as well as adjoints.
+Vector through_normalisation(const double* sum, Vector v) {
+    const Vector s = vector(sum);
+    const double length2 = dot(s, s);
+    if (!(length2 > 0.0)) return {};
+    return (v - s * (dot(s, v) / length2)) * (1.0 / std::sqrt(length2));
+}
+
+template <typename F>
+void for_each_computed_mesh(const SceneTables& t, int threads, const F& visit) {
+    if (t.mesh_first_normal.empty() || t.mesh_first_normal.back() == 0) return;
+    const int64_t meshes = static_cast<int64_t>(t.mesh_first_normal.size()) - 1;
+    parallel_for(threads, meshes, nullptr, [&](int, int64_t m) {
+        const size_t mesh = static_cast<size_t>(m);
+        if (!t.mesh_custom[mesh] && t.mesh_first_normal[mesh + 1] > t.mesh_first_normal[mesh]) visit(mesh);
+    });
 }
 
 }  // namespace
@@ -55,16 +101,72 @@ void mesh_normals(SceneTables& t, size_t mesh) {
 void update_shading_normals(SceneTables& t, int threads) {
     if (t.mesh_first_normal.empty() || t.mesh_first_normal.back() == 0) return;
     t.normals.resize(3 * static_cast<size_t>(t.mesh_first_normal.back()));
-    const int64_t meshes = static_cast<int64_t>(t.mesh_first_normal.size()) - 1;
-    parallel_for(threads, meshes, nullptr, [&](int, int64_t m) {
-        const size_t mesh = static_cast<size_t>(m);
-        const auto first = 3 * static_cast<ptrdiff_t>(t.mesh_first_normal[mesh]);
-        const auto last = 3 * static_cast<ptrdiff_t>(t.mesh_first_normal[mesh + 1]);
+    for (size_t mesh = 0; mesh + 1 < t.mesh_first_normal.size(); ++mesh)
         if (t.mesh_custom[mesh])
-            std::copy(t.custom_normals.begin() + first, t.custom_normals.begin() + last,
-                      t.normals.begin() + first);
-        else if (last > first)
-            mesh_normals(t, mesh);
+            std::copy(t.custom_normals.begin() + 3 * static_cast<ptrdiff_t>(t.mesh_first_normal[mesh]),
+                      t.custom_normals.begin() + 3 * static_cast<ptrdiff_t>(t.mesh_first_normal[mesh + 1]),
+                      t.normals.begin() + 3 * static_cast<ptrdiff_t>(t.mesh_first_normal[mesh]));
+    for_each_computed_mesh(t, threads, [&](size_t mesh) { mesh_normals(t, mesh); });
+}
+
+// With angle = atan2(l, d) of l = |M| and d = a . b, d angle = (d dl - l dd)/(l^2 + d^2); each face adds
+// angle/l M to the sums of its corners.
+void push_shading_normals(const SceneTables& t, int threads, const double* vertices, double* normals) {
+    for_each_computed_mesh(t, threads, [&](size_t mesh) {
+        const int32_t first = t.mesh_first_normal[mesh];
+        const std::vector<double> sum = weighted_sums(t, mesh);
+        std::vector<double> change(sum.size(), 0.0);
+        for_each_smooth_face(t, mesh, [&](const SmoothFace& f) {
+            Vector v[3];
+            for (int k = 0; k < 3; ++k) v[k] = vector(vertices + 3 * static_cast<ptrdiff_t>(f.vertex[k]));
+            const Vector dm = cross(v[1] - v[0], f.side(0, 2)) + cross(f.side(0, 1), v[2] - v[0]);
+            const double dl = dot(f.m, dm) / f.length;
+            for (int k = 0; k < 3; ++k) {
+                if (f.group[k] < 0) continue;
+                const Vector da = v[(k + 1) % 3] - v[k], db = v[(k + 2) % 3] - v[k];
+                const double dd = dot(da, f.side(k, 2)) + dot(f.side(k, 1), db), d = f.along[k];
+                const double turn = (d * dl - f.length * dd) / (f.length * f.length + d * d);
+                add(&change[3 * static_cast<size_t>(f.group[k] - first)],
+                    dm * (f.angle[k] / f.length) + f.m * ((turn - f.angle[k] * dl / f.length) / f.length));
+            }
+        });
+        for (size_t n = 0; n < sum.size(); n += 3)
+            add(normals + 3 * static_cast<ptrdiff_t>(first) + n,
+                through_normalisation(&sum[n], vector(&change[n])));
+    });
+}
+
+void pull_shading_normals(const SceneTables& t, int threads, const double* normals, double* vertices) {
+    // Meshes share no vertices.
+    for_each_computed_mesh(t, threads, [&](size_t mesh) {
+        const int32_t first = t.mesh_first_normal[mesh];
+        std::vector<double> sum = weighted_sums(t, mesh);
+        for (size_t n = 0; n < sum.size(); n += 3) {
+            const Vector g =
+                through_normalisation(&sum[n], vector(normals + 3 * static_cast<ptrdiff_t>(first) + n));
+            sum[n] = g.x, sum[n + 1] = g.y, sum[n + 2] = g.z;
+        }
+        for_each_smooth_face(t, mesh, [&](const SmoothFace& f) {
+            Vector m, p[3];
+            double l = 0.0;
+            for (int k = 0; k < 3; ++k) {
+                if (f.group[k] < 0) continue;
+                const Vector g = vector(&sum[3 * static_cast<size_t>(f.group[k] - first)]);
+                const double mg = dot(f.m, g) / f.length, d = f.along[k];
+                const double turn = mg / (f.length * f.length + d * d);
+                m = m + g * (f.angle[k] / f.length);
+                l += turn * d - f.angle[k] * mg / f.length;
+                const double along = -turn * f.length;
+                const Vector a = f.side(k, 2) * along, b = f.side(k, 1) * along;
+                p[(k + 1) % 3] = p[(k + 1) % 3] + a;
+                p[(k + 2) % 3] = p[(k + 2) % 3] + b;
+                p[k] = p[k] - a - b;
+            }
+            m = m + f.m * (l / f.length);
+            const Vector e1 = cross(f.side(0, 2), m), e2 = cross(m, f.side(0, 1));
+            p[1] = p[1] + e1, p[2] = p[2] + e2, p[0] = p[0] - e1 - e2;
+            for (int k = 0; k < 3; ++k) add(vertices + 3 * static_cast<ptrdiff_t>(f.vertex[k]), p[k]);
+        });
     });
 }
 

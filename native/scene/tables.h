@@ -52,21 +52,12 @@ struct SceneTables : GeometryTables, ValueTables {
     std::shared_ptr<const EnvironmentMap> environment_map;  // null: the environment is constant
 };
 
-// Which derivatives are asked for.
+// What moves, of the derivatives that are asked for.
 struct Asked {
-    std::vector<uint8_t> moving;    // by mesh: its vertices
-    std::vector<uint8_t> emitting;  // by material: its emission
-    bool colors = true;             // any colour, radiance or intensity at all
-    bool lights = true;             // strengths of point lights or suns
-    bool environment = true;        // the environment's radiance
-    bool camera = false;            // any float of the camera
-    bool instances = false;         // any instance's transform
-};
-
-// A tangent or gradient of the whole tables.
-struct Derivative {
-    std::vector<double> vertices, albedo, emission, point_intensity, sun_irradiance, environment, camera,
-        instance_to_world;
+    std::vector<uint8_t> moving;  // by mesh: its vertices
+    bool camera = false;          // any float of the camera
+    bool instances = false;       // any instance's transform
+    bool environment = false;     // light from it, even if it is dark
 };
 
 }  // namespace edgegrad

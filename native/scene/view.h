@@ -6,6 +6,7 @@
 
 #include "embree/api.h"
 #include "scene/brute_triangle.h"
+#include "scene/camera_row.h"
 #include "scene/environment_view.h"
 #include "scene/light_view.h"
 #include "scene/material_params.h"
@@ -43,7 +44,6 @@ struct CameraView {
     const float*
         filter;  // kFilterSize + 1 places of the pixel filter's inverted distribution; null: box of one pixel
 };
-constexpr int kCameraFloats = 24;
 static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 
 struct SceneView {
@@ -114,21 +114,15 @@ struct SceneView {
     CameraView camera;
 };
 
-// Tables that derivatives are taken of: a tangent (read) or a gradient (written). `vertices` starts
-// at `first_vertex`: only the span of meshes that move is held.
+// What boundary terms move: tangents (read) or gradients (written). `vertices` starts at `first_vertex`: only
+// the span of meshes that move is held.
 struct DerivativeView {
     double* vertices;
     int32_t first_vertex;
-    double* albedo;
-    double* emission;
-    double* point_intensity;
-    double* sun_irradiance;
-    double* environment;
     double* camera;             // (kCameraFloats)
     double* instance_to_world;  // (I, 12)
     // What is asked for at all.
     bool want_vertices;
-    bool want_colors;  // albedo, emission, lights, environment
     bool want_camera;
     bool want_instances;
 };

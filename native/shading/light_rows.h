@@ -84,4 +84,43 @@ EG_INLINE Mask within_ellipse(const LightRow& l, Vec3 across) {
     return x * x + y * y <= 1.0f;
 }
 
+// Where a ray along w meets a sized light of the table, and the density of samples there: the distance from
+// `from`, negative where it is missed, infinite of suns.
+EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float& pdf) {
+    const Vec3 center = l.position - from;
+    switch (kind) {
+        case kSphereLight:
+            pdf = sphere_pdf(center, l.radius);
+            return sphere_distance(center, l.radius, w);
+        case kDiskLight: {
+            const Float d2 = dot(center, center);
+            const Float distance = d2 / dot(center, w);
+            const Vec3 offset = w * distance, across = offset - center;
+            pdf = area_pdf(offset, center, l.radius * l.radius * 3.14159265f);
+            return select(dot(across, across) <= l.radius * l.radius, distance, splat(-1.0f));
+        }
+        case kRectangleLight:
+        case kEllipseLight: {
+            const Float facing = -dot(w, l.direction);
+            const Float distance = -dot(center, l.direction) / select(facing > 0.0f, facing, 1.0f);
+            const Vec3 offset = w * distance, across = offset - center;
+            const bool rectangle = kind == kRectangleLight;
+            const auto inside = [&](Vec3 axis) { return abs(dot(across, axis)) <= dot(axis, axis); };
+            const Mask hit = (facing > 0.0f) &
+                             (rectangle ? inside(l.axis_x) & inside(l.axis_y) : within_ellipse(l, across));
+            if (any(hit)) {
+                const AreaShape shape = area_shape(l, from);
+                const bool by_rectangle = rectangle || any((l.flags & static_cast<int>(kLightSpread)) != 0);
+                pdf = by_rectangle ? rectangle_pdf(shape, offset) : area_pdf(offset, l.direction, l.area);
+            }
+            return select(hit, distance, splat(-1.0f));
+        }
+        default: {
+            const Vec3 chord = w + l.direction;
+            pdf = 1.0f / l.area;
+            return select(0.5f * dot(chord, chord) <= l.one_minus_cos, splat(__builtin_inff()), splat(-1.0f));
+        }
+    }
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -24,6 +24,7 @@ struct LightSample {
     // Where it is a surface (its radiance is then that of a constant emission): face -1: it is none.
     Int face;
     Float b1, b2;
+    Int row, kind;  // in the light table, -1: it is a surface; LightKind
 };
 
 // One light, and a direction to it, for the point x. Only what may light it is active: in front of it, unless
@@ -47,6 +48,8 @@ EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const S
     Float density = splat(0.0f);
     Mask sized = is_triangle;
     s.face = select(is_triangle, index, splat(-1));
+    s.row = select(is_row, index, splat(-1));
+    s.kind = kind;
     s.b1 = s.b2 = splat(0.0f);
 
     if (any(is_triangle)) {
@@ -119,8 +122,8 @@ EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const S
     const Float flux = select(s.distant, choice.probability, choice.probability * r2);
     s.geometry = 1.0f / max(select(sized, s.pdf, flux), 1e-37f);
     // In the plane of an area light directions may have no end.
-    s.active &=
-        (both_sides | (dot(x.normal, s.w) > 0.0f)) & (largest_component(s.radiance) > 0.0f) & (r2 < 1e30f);
+    s.active &= (both_sides | (dot(x.normal, s.w) > 0.0f)) & (r2 < 1e30f);
+    if (!lights.dark_too) s.active &= largest_component(s.radiance) > 0.0f;
     return s;
 }
 
@@ -147,45 +150,6 @@ EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& 
     const Float density = triangle_light_pdf(t, m, w * r);
     return select(active, density * light_probability(lights, active, from, select(active, light, splat(0))),
                   0.0f);
-}
-
-// Where a ray along w meets a sized light of the table, and the density of samples there: the distance from
-// `from`, negative where it is missed, infinite of suns.
-EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float& pdf) {
-    const Vec3 center = l.position - from;
-    switch (kind) {
-        case kSphereLight:
-            pdf = sphere_pdf(center, l.radius);
-            return sphere_distance(center, l.radius, w);
-        case kDiskLight: {
-            const Float d2 = dot(center, center);
-            const Float distance = d2 / dot(center, w);
-            const Vec3 offset = w * distance, across = offset - center;
-            pdf = area_pdf(offset, center, l.radius * l.radius * 3.14159265f);
-            return select(dot(across, across) <= l.radius * l.radius, distance, splat(-1.0f));
-        }
-        case kRectangleLight:
-        case kEllipseLight: {
-            const Float facing = -dot(w, l.direction);
-            const Float distance = -dot(center, l.direction) / select(facing > 0.0f, facing, 1.0f);
-            const Vec3 offset = w * distance, across = offset - center;
-            const bool rectangle = kind == kRectangleLight;
-            const auto inside = [&](Vec3 axis) { return abs(dot(across, axis)) <= dot(axis, axis); };
-            const Mask hit = (facing > 0.0f) &
-                             (rectangle ? inside(l.axis_x) & inside(l.axis_y) : within_ellipse(l, across));
-            if (any(hit)) {
-                const AreaShape shape = area_shape(l, from);
-                const bool by_rectangle = rectangle || any((l.flags & static_cast<int>(kLightSpread)) != 0);
-                pdf = by_rectangle ? rectangle_pdf(shape, offset) : area_pdf(offset, l.direction, l.area);
-            }
-            return select(hit, distance, splat(-1.0f));
-        }
-        default: {
-            const Vec3 chord = w + l.direction;
-            pdf = 1.0f / l.area;
-            return select(0.5f * dot(chord, chord) <= l.one_minus_cos, splat(__builtin_inff()), splat(-1.0f));
-        }
-    }
 }
 
 // Radiance of all sized lights of the table that a ray of `kind` along w meets between the distances near and

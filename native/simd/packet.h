@@ -68,6 +68,9 @@ EG_INLINE Float sqrt(Float a) {
     return r;
 }
 
+// Whether the number's derivative is asked for (adjoint/number.h): never that of a raw packet's.
+EG_INLINE Mask has_derivative(Float) { return Mask{}; }
+
 EG_INLINE bool any(Mask m) {
 #if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
     return _mm512_test_epi32_mask((__m512i)m, (__m512i)m) != 0;

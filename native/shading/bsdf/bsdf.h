@@ -143,6 +143,7 @@ struct Direction {
     Vec3 value;  // of a perfect one: f |cos| / probability, that of the lobe apart
     Float probability;
     Int ray_kind;
+    Int lobe;
 };
 
 EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, Mask picked, Float u, Float v,
@@ -164,6 +165,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, F
     d.value = zero3();
     d.probability = splat(1.0f);
     d.ray_kind = splat(static_cast<int>(kDiffuseRay));
+    d.lobe = splat(0);
     Mask left = active;
     Float share = splat(1.0f);  // probability of the lobe
     Float passed = splat(0.0f);
@@ -178,6 +180,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, F
         left &= ~picked;
         done |= picked;
         share = select(picked, p, share);
+        d.lobe = select(picked, splat(k), d.lobe);
         switch (k) {
             case kDiffuseLobe:
                 d.wi = select(picked, cosine_direction(f.normal, u, v), d.wi);
@@ -215,6 +218,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, F
     s.wi = d.wi;
     s.transmitted = d.transmitted;
     s.specular = d.perfect;
+    s.lobe = d.lobe;
     s.ray_kind = select(d.transmitted, splat(static_cast<int>(kTransmissionRay)), d.ray_kind);
     s.active = done & select(d.transmitted, side < 0.0f, side > 0.0f);
     const BsdfValue e = evaluate(f, s.active & ~d.perfect, d.wi);

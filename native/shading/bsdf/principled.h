@@ -11,15 +11,20 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Weights below it are nothing (that of Cycles).
 constexpr float kLeastWeight = 1e-5f;
 
+// What is nothing may still have a derivative.
+EG_INLINE Mask is_there(Float weight) { return (weight > kLeastWeight) | has_derivative(weight); }
+
 // Whether a lane of the packet may have it: what doesn't occur costs nothing.
 struct Occurs {
     bool sheen, coat, metal, transmission, dielectric;
 };
 
 EG_INLINE Occurs occurs(Mask m, const MaterialValues& v) {
-    return {any(m & (v.sheen_weight > kLeastWeight)), any(m & (v.coat_weight > kLeastWeight)),
-            any(m & (v.metallic > kLeastWeight)), any(m & (v.transmission > kLeastWeight)),
-            any(m & (v.specular_ior_level > 0.0f) & (v.metallic < 1.0f) & (v.transmission < 1.0f))};
+    const Mask below = (v.metallic < 1.0f | has_derivative(v.metallic)) &
+                       (v.transmission < 1.0f | has_derivative(v.transmission));
+    return {any(m & is_there(v.sheen_weight)), any(m & is_there(v.coat_weight)),
+            any(m & is_there(v.metallic)), any(m & is_there(v.transmission)),
+            any(m & ((v.specular_ior_level > 0.0f) | has_derivative(v.specular_ior_level)) & below)};
 }
 
 // Share of light from below that goes through a coat's tint both ways. The tint is that of light along the
@@ -49,13 +54,13 @@ EG_INLINE Cover make_cover(const Occurs& has, Mask m, const MaterialValues& v, V
     c.coat = zero3();
     c.coat_albedo = splat(0.0f);
     if (has.sheen) {
-        const Mask covered = m & (v.sheen_weight > kLeastWeight);
+        const Mask covered = m & is_there(v.sheen_weight);
         c.sheen = make_sheen(n, wo, cosine, saturate(v.sheen_roughness));
         c.sheen.weight = select(covered, c.sheen.weight * v.sheen_tint * v.sheen_weight, zero3());
         c.below = below(c.below, c.sheen.weight);
     }
     if (has.coat) {
-        const Mask covered = m & (v.coat_weight > kLeastWeight);
+        const Mask covered = m & is_there(v.coat_weight);
         const Float rough = saturate(v.coat_roughness), ior = max(v.coat_ior, 1.0f);
         const Compensation more =
             compensation(reflection_albedo(rough, mirror_cosine), splat3(mean_dielectric(ior)));
@@ -83,7 +88,7 @@ struct DielectricLevel {
 EG_INLINE DielectricLevel dielectric_level(const MaterialValues& v) {
     const Float ior = max(v.ior, 1e-5f);
     const Float f0 = f0_of_ior(ior);
-    const Mask changed = v.specular_ior_level != 0.5f;
+    const Mask changed = (v.specular_ior_level != 0.5f) | has_derivative(v.specular_ior_level);
     const Float scaled = f0 * (2.0f * v.specular_ior_level);
     const Float eta = ior_of_f0(scaled);
     return {select(changed, select(ior < 1.0f, 1.0f / eta, eta), ior), select(changed, scaled, f0)};
@@ -129,7 +134,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         f.any_lobe[kMirrorLobe] = true;
     }
     if (has.metal) {
-        const Float metallic = select(v.metallic > kLeastWeight, saturate(v.metallic), splat(0.0f));
+        const Float metallic = select(is_there(v.metallic), saturate(v.metallic), splat(0.0f));
         const Vec3 f0 = saturate(v.base_color);
         const Vec3 tint = {min(v.specular_tint.x, splat(1.0f)), min(v.specular_tint.y, splat(1.0f)),
                            min(v.specular_tint.z, splat(1.0f))};
@@ -146,7 +151,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         weight = weight * (1.0f - metallic);
     }
     if (has.transmission) {
-        const Float share = select(v.transmission > kLeastWeight, saturate(v.transmission), splat(0.0f));
+        const Float share = select(is_there(v.transmission), saturate(v.transmission), splat(0.0f));
         const Float ior = max(v.ior, 1e-5f), eta = select(from_inside, 1.0f / ior, ior);
         const Vec3 base = saturate(v.base_color);
         const Vec3 tint = {sqrt(base.x), sqrt(base.y), sqrt(base.z)};
@@ -156,7 +161,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
     }
     if (has.dielectric) {
         const DielectricLevel level = dielectric_level(v);
-        const Mask there = m & (level.eta != 1.0f);
+        const Mask there = m & ((level.eta != 1.0f) | has_derivative(level.eta));
         const Vec3 f0 = saturate(v.specular_tint * level.f0);
         const Float share = fresnel_share(mean_dielectric(level.eta), f0_of_ior(level.eta));
         const Compensation more = compensation(albedo, mix(f0, white(), share));
@@ -175,7 +180,8 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         weight = select(there, below(weight, reflected), weight);
     }
     const Vec3 diffuse = v.base_color * weight;
-    if (any(m & (largest_component(diffuse) > 0.0f))) add_diffuse(f, m, v, diffuse);
+    const Mask colored = (largest_component(diffuse) > 0.0f) | has_derivative(diffuse.x);
+    if (any(m & colored)) add_diffuse(f, m, v, diffuse);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -18,6 +18,7 @@ struct BsdfSample {
     Mask specular;     // of a mirror or a smooth interface: no other strategy finds it
     Mask transmitted;  // to the other side of the triangle
     Int ray_kind;      // kDiffuseRay, kGlossyRay or kTransmissionRay
+    Int lobe;          // shading/bsdf/closures.h, Lobe
 };
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -20,14 +20,19 @@ EG_INLINE OrenNayar select_oren_nayar(Mask m, const OrenNayar& a, const OrenNaya
     return {select(m, a.a, b.a), select(m, a.b, b.b), select(m, a.repeated, b.repeated)};
 }
 
+// A diffuse roughness that is nothing.
+constexpr float kLeastSigma = 1e-5f;
+
 // A diffuse lobe of weight `color`; base_color is that of the light that scatters on it again.
 EG_INLINE void add_diffuse(Bsdf& f, Mask m, const MaterialValues& v, Vec3 color) {
     f.diffuse = select(m, color, f.diffuse);
     f.any_lobe[kDiffuseLobe] = true;
     f.probability[kDiffuseLobe] = select(m, average(detach(color)), f.probability[kDiffuseLobe]);
-    const Mask rough = m & (v.diffuse_roughness > 1e-5f);
+    const Mask rough = m & ((v.diffuse_roughness > kLeastSigma) | has_derivative(v.diffuse_roughness));
     if (!any(rough)) return;
-    const Float sigma = select(rough, saturate(v.diffuse_roughness), splat(0.0f));
+    Float sigma = select(rough, saturate(v.diffuse_roughness), splat(0.0f));
+    // The limit of what bounces twice is no number at 0 itself: its derivative is taken just beside it.
+    sigma = select(rough, sigma + detach(max(kLeastSigma - sigma, 0.0f)), sigma);
     const OrenNayar o = make_oren_nayar(sigma, v.base_color, f.cosine);
     f.oren_nayar = f.any_oren_nayar ? select_oren_nayar(m, o, f.oren_nayar) : o;
     f.any_oren_nayar = true;

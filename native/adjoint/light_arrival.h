@@ -1,0 +1,114 @@
+// Light that a recorded emitter sample brings, as a function of the scene.
+//
+// A sample is a fixed place of its light: barycentrics of a face, or the place's coordinates in the frame of
+// a light's own shape. It moves with the light, and the measure on the light changes with it (material form):
+//   L_e |w . M| / r^2,   M the area normal of the parametrisation,
+// divided by its own value, since the sample's density is a constant.
+#pragma once
+
+#include "scene/geometry.h"
+#include "shading/emission.h"
+#include "shading/light_rows.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+EG_INLINE Vec3 detach(Vec3 a) { return {detach(a.x), detach(a.y), detach(a.z)}; }
+
+// a by its own value: 1, with the derivative of log a. Where a vanishes there is nothing to change.
+EG_INLINE Float relative(Float a) {
+    const Float value = detach(a);
+    return select(abs(value) > 1e-37f, a / select(abs(value) > 1e-37f, value, splat(1.0f)), splat(1.0f));
+}
+
+struct LightArrival {
+    Vec3 w, radiance;
+    Float measure;  // relative
+};
+
+// A point that rides on its triangle.
+struct RidingPoint {
+    Vec3 position, area_normal;
+};
+
+EG_INLINE RidingPoint riding_point(const SceneView& scene, Mask active, Int face, Int instance, Float b1,
+                                   Float b2) {
+    Triangle t = gather_triangle(scene, select(active, face, splat(0)));
+    place_triangle(scene, select(active, instance, splat(-1)), t);
+    return {interpolate(t, b1, b2), area_normal(t)};
+}
+
+// |w . M| / r^2 of the segment from x to y.
+EG_INLINE Float segment_measure(Vec3 x, Vec3 y, Vec3 m, Vec3& w) {
+    const Vec3 d = y - x;
+    const Float inverse2 = 1.0f / max(dot(d, d), 1e-37f);
+    w = d * sqrt(inverse2);
+    return abs(dot(w, m)) * inverse2;
+}
+
+// From a face of a mesh.
+EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
+                                     Vec3 x, Int ray_kind) {
+    const RidingPoint y = riding_point(scene, active, face, splat(-1), b1, b2);
+    LightArrival a;
+    a.measure = relative(segment_measure(x, y.position, y.area_normal, a.w));
+    const SurfacePoint s = surface_point(scene, active, face, b1, b2, a.w);
+    a.radiance = emitted_radiance(scene, s, texture_point(scene, s, -a.w, ray_kind));
+    return a;
+}
+
+// From a row of the light table; `offset` leads from x to the sample, of distant lights it is the direction.
+EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row, Int kind, Vec3 offset,
+                                    Vec3 x) {
+    const LightRow l = gather_light(scene.lights, select(active, row, splat(0)));
+    const auto is = [&](LightKind k) { return active & (kind == splat(static_cast<int>(k))); };
+    const Vec3 center = detach(l.position), place = detach(x) + offset - center;  // relative to the light
+    Vec3 y = l.position, m = zero3(), w;
+    Mask without_size = is(kPointSource);
+    const Mask sphere = is(kSphereLight), disk = is(kDiskLight);
+    const Mask flat = is(kRectangleLight) | is(kEllipseLight);
+    if (any(sphere)) {
+        const Vec3 n = place * (1.0f / max(detach(l.radius), 1e-30f));
+        y = select(sphere, l.position + n * l.radius, y);
+        m = select(sphere, n * (l.radius * l.radius), m);
+    }
+    if (any(disk)) {
+        const Vec3 way = l.position - x;
+        const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        Vec3 a, b;
+        basis(axis, a, b);
+        const Float inverse = 1.0f / max(detach(l.radius), 1e-30f);
+        const Float s = dot(place, detach(a)) * inverse, t = dot(place, detach(b)) * inverse;
+        y = select(disk, l.position + (a * s + b * t) * l.radius, y);
+        m = select(disk, axis * (l.radius * l.radius), m);
+    }
+    if (any(flat)) {
+        const Vec3 ax = detach(l.axis_x), ay = detach(l.axis_y);
+        const Float s = dot(place, ax) / max(dot(ax, ax), 1e-37f),
+                    t = dot(place, ay) / max(dot(ay, ay), 1e-37f);
+        y = select(flat, l.position + l.axis_x * s + l.axis_y * t, y);
+        m = select(flat, cross(l.axis_x, l.axis_y), m);
+    }
+    LightArrival a;
+    const Float measure = segment_measure(x, y, m, w);
+    const Vec3 way = l.position - x;
+    a.measure = select(without_size, relative(1.0f / max(dot(way, way), 1e-37f)), relative(measure));
+    a.w = w;
+    const Mask direction = is(kDirectionLight), cone = is(kConeLight);
+    a.w = select(direction, -l.direction, a.w);
+    if (any(cone)) {
+        const Vec3 axis = -l.direction;
+        Vec3 a1, a2;
+        basis(axis, a1, a2);
+        const Float q = (1.0f - dot(offset, detach(axis))) / max(detach(l.one_minus_cos), 1e-30f);
+        const Float z = 1.0f - l.one_minus_cos * q, sine = sqrt(max(1.0f - z * z, 0.0f));
+        const Float turn = relative(sine);
+        const Vec3 across = a1 * (dot(offset, detach(a1)) * turn) + a2 * (dot(offset, detach(a2)) * turn);
+        a.w = select(cone, across + axis * z, a.w);
+        a.measure = select(cone, relative(l.one_minus_cos), a.measure);
+    }
+    a.measure = select(direction, splat(1.0f), a.measure);
+    a.radiance = l.radiance * light_factor(l, a.w);
+    return a;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

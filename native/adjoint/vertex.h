@@ -1,0 +1,315 @@
+// A recorded vertex of a path as a function of the scene: the light that leaves it along the ray that found
+// it.
+//
+//   L(x, wo) = L_e + sum over emitter samples  L f |n.w| dM/p  +  f |n.w'| L' dM'/p' ,
+//
+// with everything random held fixed: densities, weights of multiple importance sampling, roulette,
+// visibility, and the light L' that arrives by the ray that goes on (its own derivative is that of the next
+// vertex). What moves (derivations, section 1; shared design, formulation 1 and 2):
+// - the first hit, and every hit after a specular vertex, slides along its ray;
+// - every other vertex, and samples of lights, ride on their triangles at fixed places, and the measure
+//   |w.M|/r^2 that replaces a solid angle is differentiated with f (material form);
+// - directions to the environment turn with its image.
+// Nothing is traced. The adjoint of a vertex' position that its successor asks for is handed over by path.
+#pragma once
+
+#include "adjoint/light_arrival.h"
+#include "path/camera_rays.h"
+#include "path/shaded_surface.h"
+#include "path/vertex_packet.h"
+#include "shading/bsdf/specular.h"
+#include "shading/environment.h"
+#include "shading/lambertian.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+using Vertex = VertexPacket<W>;
+
+EG_INLINE Vec3 load3(const float (&field)[3][W]) { return {load(field[0]), load(field[1]), load(field[2])}; }
+
+// What a ray comes from, as numbers with derivatives.
+struct Arrival {
+    Vec3 from;       // where it starts
+    Vec3 direction;  // of any length; of use where it slides
+};
+
+struct Leaving {
+    Vec3 light;      // that leaves along the ray backwards
+    Vec3 position;   // of the vertex
+    Vec3 direction;  // of the ray that goes on, where it is specular
+};
+
+// Barycentrics of the point where the line from `from` along `direction` meets a triangle's plane.
+EG_INLINE void meet_plane(const Triangle& t, Vec3 from, Vec3 direction, Float& b1, Float& b2) {
+    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, s = from - t.p0;
+    const Vec3 m = cross(e1, e2), q = cross(s, direction);
+    const Float det = dot(direction, m), sign = select(det < 0.0f, splat(-1.0f), 1.0f);
+    const Float inverse = 1.0f / select(abs(det) > 1e-37f, det, sign * 1e-37f);
+    b1 = -dot(e2, q) * inverse;
+    b2 = dot(e1, q) * inverse;
+}
+
+// Where the rays that go on have ended.
+struct NextPoint {
+    Mask surface;  // else in the environment
+    Vec3 position, area_normal;
+};
+
+EG_INLINE NextPoint next_point(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
+    Int face = splat(0), instance = splat(-1);
+    raw::Float b1 = raw::splat(0.0f), b2 = b1;
+    NextPoint n;
+    n.surface = splat(0);
+    for (int i = 0; i < W; ++i) {
+        if (!active[i] || next[i] < 0) continue;
+        const Vertex& v = memory.at<W>(next[i] / W);
+        const int lane = next[i] % W;
+        if (v.face[lane] < 0) continue;
+        n.surface[i] = -1;
+        face[i] = v.face[lane], instance[i] = v.instance[lane];
+        b1[i] = v.b1[lane], b2[i] = v.b2[lane];
+    }
+    const RidingPoint y = riding_point(scene, n.surface, face, instance, constant(b1), constant(b2));
+    n.position = y.position;
+    n.area_normal = y.area_normal;
+    return n;
+}
+
+// Whether the rays that go on have met nothing.
+EG_INLINE Mask ends_in_sky(const VertexMemory& memory, Int next) {
+    Mask sky = splat(0);
+    for (int i = 0; i < W; ++i)
+        if (next[i] >= 0 && memory.at<W>(next[i] / W).face[next[i] % W] < 0) sky[i] = -1;
+    return sky;
+}
+
+// The direction w (a constant) as it turns with the environment's image.
+EG_INLINE Vec3 turned_with_environment(const SceneView& scene, Vec3 w) {
+    Vec3 in_image = rotated(scene.environment_rotation, w);
+    return rotated_back(scene.environment_rotation, detach(in_image));
+}
+
+// Directions in which a vertex scatters light, and what the light of each is multiplied with, f |cos| left
+// out.
+struct Scattering {
+    Mask light, sky, next;
+    Int light_visible_to;
+    Vec3 light_w, sky_w, next_w;
+    Vec3 light_value, sky_value, next_value;
+};
+
+template <typename Surface>
+EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask active, const Scattering& s) {
+    Vec3 sum = zero3();
+    const Mask light = active & s.light, sky = active & s.sky, next = active & s.next;
+    if (any(light)) {
+        const Vec3 f = scene.lights.any_hidden
+                           ? surface.evaluate_for(s.light_visible_to, light, s.light_w).value
+                           : surface.evaluate(light, s.light_w).value;
+        sum = select(light, f * s.light_value, sum);
+    }
+    if (any(sky)) sum = sum + select(sky, surface.evaluate(sky, s.sky_w).value * s.sky_value, zero3());
+    if (any(next)) sum = sum + select(next, surface.evaluate(next, s.next_w).value * s.next_value, zero3());
+    return sum;
+}
+
+// Light of the lights of the table that a specular or camera ray meets on its way; they don't block it.
+EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
+    const LightView& lights = scene.lights;
+    Vec3 sum = zero3();
+    const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
+    const Float far = load(v.far);
+    const Int kind = load(v.kind);
+    const Mask missed = active & (far == __builtin_inff());
+    const int count = lights.sized_count + (lights.sized_distant && any(missed) ? lights.sized_distant : 0);
+    for (int k = 0; k < count; ++k) {
+        const int row = lights.sized[k], visible_to = lights.visible_to[row];
+        Mask seen = active;
+        for (int i = 0; i < W; ++i) seen[i] &= visible_to >> kind[i] & 1 ? -1 : 0;
+        if (!any(seen)) continue;
+        const int light_kind = lights.kind[lights.light_of_row[row]];
+        const LightRow l = gather_light(lights, splat(row));
+        Float pdf;
+        const Float distance = meet_light(l, light_kind, from, w, pdf);
+        seen &= (distance > 0.0f) & (distance <= far);
+        if (light_kind >= kDirectionLight) seen &= missed;
+        if (any(seen)) sum = sum + select(seen, l.radiance * light_factor(l, w), zero3());
+    }
+    return sum;
+}
+
+// The light that leaves the vertices of a packet. `incoming` arrives by the ray that goes on; `geometry`:
+// positions and directions have derivatives.
+inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
+                            const Arrival& arrival, Vec3 incoming, Int next, bool geometry) {
+    const Mask active = load(v.active), hit = active & (load(v.face) >= 0);
+    const Mask slides = active & load(v.slides);
+    Leaving out{zero3(), zero3(), zero3()};
+    const Vec3 recorded = load3(v.direction);
+    const Vec3 direction = select(slides, arrival.direction, recorded);
+
+    const Float sky_weight = load(v.sky_weight);
+    const Mask missed = active & (sky_weight > 0.0f);
+    if (any(missed))
+        out.light = select(missed, environment_radiance(scene, direction) * sky_weight, out.light);
+    if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(slides))
+        out.light = out.light + lights_met(scene, v, slides, arrival.from, direction);
+    if (!any(hit)) return out;
+
+    // The surface, and the view from where the ray came.
+    const Int face = select(hit, load(v.face), splat(0));
+    const Int instance = select(hit, load(v.instance), splat(-1));
+    Float b1 = load(v.b1), b2 = load(v.b2);
+    if (geometry && any(slides & hit)) {
+        Triangle t = gather_triangle(scene, face);
+        place_triangle(scene, instance, t);
+        Float c1, c2;
+        meet_plane(t, arrival.from, direction, c1, c2);
+        // The place itself is as it was traced; only its motion is taken.
+        b1 = select(slides, b1 + (c1 - detach(c1)), b1);
+        b2 = select(slides, b2 + (c2 - detach(c2)), b2);
+    }
+    SurfacePoint x = surface_point(scene, hit, face, b1, b2, recorded, instance);
+    x.mesh = load(v.mesh);
+    out.position = x.position;
+    Vec3 view = -recorded;
+    if (geometry) {
+        const Vec3 way = select(slides, -direction, arrival.from - x.position);
+        view = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+    }
+    const TexturePoint point = texture_point(scene, x, view, load(v.kind));
+    const Int leaf = select(hit, load(v.leaf), splat(0));
+    Shader shader = leaf_shader(scene, x, leaf, point);
+    shader.scale = load(v.scale);
+    if (scene.any_mixture) {
+        // Picked in proportion to its weight: what the weight changes is relative to that.
+        const Int first = gather(scene.material_first_leaf, x.material);
+        const Mask mixed = hit & (gather(scene.material_first_leaf + 1, x.material) - first > 1);
+        if (any(mixed))
+            shader.scale =
+                select(mixed, shader.scale * relative(leaf_weight(scene, mixed, leaf, point)), shader.scale);
+    }
+
+    Vec3 light = zero3();
+    const Mask passes = hit & load(v.passes), stays = hit & ~passes;
+    const Float emission_weight = load(v.emission_weight);
+    const Mask emits = stays & (emission_weight > 0.0f);
+    if (any(emits)) light = select(emits, leaf_emission(x, shader, point) * emission_weight, light);
+
+    // Where light comes from.
+    Scattering s;
+    const Int light_face = load(v.light_face), light_row = load(v.light_row);
+    const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
+    s.light = from_face | from_row;
+    s.light_visible_to = load(v.light_visible_to);
+    s.light_w = recorded, s.light_value = zero3();
+    const auto take = [&](Mask m, const LightArrival& a) {
+        s.light_w = select(m, a.w, s.light_w);
+        s.light_value = select(m, a.radiance * load3(v.light_scale) * a.measure, s.light_value);
+    };
+    if (any(from_face))
+        take(from_face, light_of_face(scene, from_face, light_face, load(v.light_b1), load(v.light_b2),
+                                      x.position, load(v.kind)));
+    if (any(from_row))
+        take(from_row,
+             light_of_row(scene, from_row, light_row, load(v.light_kind), load3(v.light_offset), x.position));
+    const Vec3 sky_scale = load3(v.sky_scale);
+    s.sky = stays & (largest_component(sky_scale) > 0.0f);
+    s.sky_w = recorded, s.sky_value = zero3();
+    if (any(s.sky)) {
+        s.sky_w = turned_with_environment(scene, load3(v.sky_direction));
+        s.sky_value = environment_radiance(scene, s.sky_w) * sky_scale;
+    }
+
+    // The ray that goes on.
+    const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
+    const Mask continues = stays & load(v.continues), specular = continues & load(v.specular);
+    const Mask last = stays & (largest_component(last_scale) > 0.0f);
+    s.next = (continues & ~specular) | last;
+    s.next_w = wi;
+    s.next_value = incoming * load(v.next_scale);
+    if (any(s.next)) {
+        if (scene.has_environment) {
+            s.next_w = turned_with_environment(scene, wi);
+            if (any(last))
+                s.next_value = select(last, environment_radiance(scene, s.next_w) * last_scale, s.next_value);
+        }
+        const Mask follows = continues & ~specular;
+        if (geometry && any(follows)) {
+            const NextPoint y = next_point(scene, memory, follows, next);
+            Vec3 w;
+            const Float measure = relative(segment_measure(x.position, y.position, y.area_normal, w));
+            s.next_w = select(y.surface, w, s.next_w);
+            s.next_value = select(y.surface, s.next_value * measure, s.next_value);
+        }
+    }
+
+    Vec3 normal = point.normal;
+    if (scene.all_flags & kHasNormalMap)
+        normal = shading_normal(scene, stays & has(shader, kHasNormalMap), shader.leaf, point,
+                                shader.color(kNormalMap), shader.row[kNormalStrength]);
+    const Mask lambertian = stays & has(shader, kLambertian);
+    Vec3 reflected = zero3();
+    if (any(lambertian)) {
+        const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
+        const Lambertian surface{normal, x.normal, shader.color(kBaseColor), smooth, true};
+        Mask still = splat(0);
+        if (geometry && scene.has_environment && !scene.sky.pixels && !smooth) {
+            // Turning a surface under a constant sky changes nothing but what is hidden from it: the integral
+            // of the cosine over the whole hemisphere is constant, and is taken off sample by sample.
+            // Directions that see the sky cancel, so that on convex bodies exactly nothing is left.
+            const Vec3 sky = detach(splat3(scene.environment));
+            const Float scale = load(v.next_scale);
+            const Mask at_last =
+                last & (last_scale.x == scale) & (last_scale.y == scale) & (last_scale.z == scale);
+            const Mask missed_all = s.next & ~last & (incoming.x == sky.x) & (incoming.y == sky.y) &
+                                    (incoming.z == sky.z) & ends_in_sky(memory, next);
+            still = lambertian & (at_last | missed_all);
+            const Mask hidden = lambertian & load(v.samples) & ~still;
+            if (any(hidden)) {
+                const Float cosine = dot(normal, wi),
+                            density = surface.pdf(max(detach(cosine), 0.0f) * kInvPi);
+                const Vec3 lost = detach(shader.color(kBaseColor)) * sky;
+                reflected =
+                    select(hidden, lost * ((detach(cosine) - cosine) * (kInvPi / density)), reflected);
+            }
+        }
+        Scattering part = s;
+        part.next &= ~still;
+        reflected = reflected + scattered(scene, surface, lambertian, part);
+        if (any(still)) {
+            part.next = still;
+            part.light = part.sky = splat(0);
+            const Lambertian fixed{detach(normal), x.normal, surface.albedo, nullptr, true};
+            reflected = reflected + scattered(scene, fixed, lambertian, part);
+        }
+    }
+    const Mask others = stays & ~lambertian;
+    if (any(others & (s.light | s.sky | continues | last))) {
+        const ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
+        reflected = reflected + scattered(scene, surface, others, s);
+        const Mask perfect = others & specular;
+        if (any(perfect)) {
+            const Specular mirrored = scatter_specular(surface.bsdf, load(v.lobe), load(v.transmitted));
+            Vec3 value = mirrored.value;
+            if (surface.smooth)
+                value = value * bump_shadowing(*surface.smooth, normal, mirrored.wi, surface.diffuse);
+            reflected = select(perfect, value * s.next_value, reflected);
+            out.direction = mirrored.wi;
+        }
+    }
+    light = light + reflected * shader.scale;
+
+    if (scene.all_flags & kHasTransparency) {
+        // Whether a path goes through was decided with the share that is passed.
+        Vec3 color;
+        const Float share = passing_share(shader, color);
+        const Mask partly = hit & has(shader, kHasTransparency);
+        light = select(partly & stays, light * relative(1.0f - share), light);
+        light = select(passes, incoming * color * (shader.scale * relative(share)), light);
+    }
+    out.light = select(hit, light + out.light, out.light);
+    return out;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,145 @@
+#include "derivative_tables.h"
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+namespace edgegrad {
+
+std::vector<NamedTable> differentiable_tables(const SceneView& scene, const SceneTables& t) {
+    const auto table = [](const char* name, const std::vector<float>& values) {
+        return NamedTable{name, values.data(), values.size()};
+    };
+    std::vector<NamedTable> all = {
+        table("vertices", t.vertices),
+        table("normals", t.normals),
+        table("instance_to_world", t.instance_to_world),
+        table("leaf_params", t.leaf_params),
+        table("texture_pixels", t.textures.pixels),
+        table("texture_attributes", t.textures.attributes),
+        table("texture_lookups", t.textures.lookups),
+        table("texture_constants", t.textures.constants),
+        table("light_params", t.lights.params),
+        {"environment", scene.environment, 3},
+        {"environment_rotation", scene.environment_rotation, 9},
+        {"camera", scene.camera.position, kCameraFloats},
+    };
+    if (scene.sky.pixels)
+        all.push_back({"environment_pixels", scene.sky.pixels,
+                       3 * static_cast<size_t>(scene.sky.width) * static_cast<size_t>(scene.sky.height)});
+    return all;
+}
+
+Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
+    : moving_(tables.mesh_first_vertex.size() - 1, 0) {
+    const auto add = [this](const std::string& table, size_t first, size_t last) {
+        if (first >= last) return;
+        const auto [at, is_new] = spans_.try_emplace(table, Span{first, last});
+        if (!is_new) at->second = {std::min(at->second.first, first), std::max(at->second.last, last)};
+    };
+    for (const TableSpan& s : spans) {
+        // Boundary terms index these from their start.
+        if (s.table == "camera")
+            add(s.table, 0, kCameraFloats);
+        else if (s.table == "instance_to_world")
+            add(s.table, 0, tables.instance_to_world.size());
+        else
+            add(s.table, s.first, s.last);
+        if (s.table != "vertices") continue;
+        for (size_t m = 0; m < moving_.size(); ++m) {
+            const auto first = 3 * static_cast<size_t>(tables.mesh_first_vertex[m]);
+            const auto last = 3 * static_cast<size_t>(tables.mesh_first_vertex[m + 1]);
+            if (s.first >= last || s.last <= first) continue;
+            moving_[m] = 1;
+            if (m + 1 < tables.mesh_first_normal.size() && !tables.mesh_custom[m])
+                add("normals", 3 * static_cast<size_t>(tables.mesh_first_normal[m]),
+                    3 * static_cast<size_t>(tables.mesh_first_normal[m + 1]));
+        }
+    }
+}
+
+bool Wanted::geometry() const {
+    constexpr std::array geometric = {"vertices", "normals",      "instance_to_world",
+                                      "camera",   "light_params", "environment_rotation"};
+    return std::any_of(geometric.begin(), geometric.end(), [this](const char* name) { return any(name); });
+}
+
+Wanted::Span Wanted::span(const std::string& table) const {
+    const auto at = spans_.find(table);
+    return at == spans_.end() ? Span{} : at->second;
+}
+
+GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted) {
+    size_t known = 0;
+    for (const NamedTable& table : tables) {
+        if (!wanted.any(table.name)) continue;
+        const Wanted::Span span = wanted.span(table.name);
+        if (span.last > table.size)
+            throw std::invalid_argument(std::string("more of the table '") + table.name +
+                                        "' is asked for than it has");
+        parts_.push_back({table, span, size_});
+        size_ += span.last - span.first;
+        ++known;
+    }
+    if (known != wanted.spans().size())
+        throw std::invalid_argument("a table that is asked for doesn't exist");
+    // Many groups balance the load, but each costs memory to clear and to sum.
+    groups_.resize(std::clamp<size_t>((size_t{1} << 22) / std::max<size_t>(size_, 1), 4, 32));
+}
+
+GradientGroups::View GradientGroups::view(int64_t group) {
+    groups_[static_cast<size_t>(group)].assign(size_, 0.0);
+    return again(group);
+}
+
+GradientGroups::View GradientGroups::again(int64_t group) {
+    std::vector<double>& values = groups_[static_cast<size_t>(group)];
+    View v{{}, nullptr, nullptr, nullptr};
+    for (const Part& p : parts_) {
+        v.tables.add(p.table.data, p.table.size, p.span.first, p.span.last, values.data() + p.offset,
+                     nullptr);
+        const std::string name = p.table.name;
+        double** const single = name == "vertices"            ? &v.vertices
+                                : name == "camera"            ? &v.camera
+                                : name == "instance_to_world" ? &v.instances
+                                                              : nullptr;
+        if (single) *single = values.data() + p.offset;
+    }
+    return v;
+}
+
+TableValues GradientGroups::reduce(int threads) {
+    TableValues out;
+    for (const Part& p : parts_) {
+        std::vector<double>& sum = out[p.table.name];
+        sum.assign(p.table.size, 0.0);
+        constexpr size_t kPart = 1 << 16;
+        const size_t size = p.span.last - p.span.first;
+        parallel_for(
+            threads, static_cast<int64_t>((size + kPart - 1) / kPart), nullptr, [&](int, int64_t part) {
+                const size_t begin = static_cast<size_t>(part) * kPart, end = std::min(size, begin + kPart);
+                for (const std::vector<double>& group : groups_) {
+                    if (group.empty()) continue;  // no work came to it
+                    for (size_t k = begin; k < end; ++k) sum[p.span.first + k] += group[p.offset + k];
+                }
+            });
+    }
+    return out;
+}
+
+DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const Wanted& wanted,
+                                   const TableValues& tangents) {
+    DifferentiableTables out;
+    for (const NamedTable& table : tables) {
+        if (!wanted.any(table.name)) continue;
+        const Wanted::Span span = wanted.span(table.name);
+        const std::vector<double>& tangent = tangents.at(table.name);
+        if (tangent.size() != table.size)
+            throw std::invalid_argument(std::string("the tangent of the table '") + table.name +
+                                        "' has the wrong size");
+        out.add(table.data, table.size, span.first, span.last, nullptr, tangent.data() + span.first);
+    }
+    return out;
+}
+
+}  // namespace edgegrad

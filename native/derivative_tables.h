@@ -1,0 +1,86 @@
+// The tables that a call's derivatives are taken of: by name, in spans of floats.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "adjoint/tables.h"
+#include "parallel.h"
+#include "scene/tables.h"
+
+namespace edgegrad {
+
+// Tangents or gradients of whole tables, by name (core/table_derivatives.py).
+using TableValues = std::map<std::string, std::vector<double>>;
+
+// Floats [first, last) of a table.
+struct TableSpan {
+    std::string table;
+    size_t first, last;
+};
+
+// Places of the tables that kernels read through a scene's view.
+struct NamedTable {
+    const char* name;
+    const float* data;
+    size_t size;
+};
+std::vector<NamedTable> differentiable_tables(const SceneView& scene, const SceneTables& tables);
+
+// What a call is asked for.
+class Wanted {
+ public:
+    // Spans of unknown tables are an error (std::invalid_argument). Where vertices move, so do the shading
+    // normals that follow them.
+    Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans);
+
+    bool any(const std::string& table) const { return spans_.count(table) > 0; }
+    // Whether positions, directions or normals of anything change.
+    bool geometry() const;
+    // The one span that holds all of a table that is asked for, floats.
+    struct Span {
+        size_t first = 0, last = 0;
+    };
+    Span span(const std::string& table) const;
+    const std::map<std::string, Span>& spans() const { return spans_; }
+    // By mesh: its vertices.
+    const std::vector<uint8_t>& moving() const { return moving_; }
+
+ private:
+    std::map<std::string, Span> spans_;
+    std::vector<uint8_t> moving_;
+};
+
+// Gradient buffers, summed in a fixed order.
+class GradientGroups {
+ public:
+    GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted);
+
+    int64_t count() const { return static_cast<int64_t>(groups_.size()); }
+    // A group's buffers, cleared; those of single tables are null where they are not asked for.
+    struct View {
+        DifferentiableTables tables;
+        double *vertices, *camera, *instances;
+    };
+    View view(int64_t group);
+    // The same buffers with what is in them.
+    View again(int64_t group);
+    TableValues reduce(int threads);
+
+ private:
+    struct Part {
+        NamedTable table;
+        Wanted::Span span;
+        size_t offset;
+    };
+    std::vector<Part> parts_;
+    size_t size_ = 0;
+    std::vector<std::vector<double>> groups_;
+};
+
+// The tables with their tangents.
+DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const Wanted& wanted,
+                                   const TableValues& tangents);
+
+}  // namespace edgegrad

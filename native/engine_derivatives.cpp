@@ -1,0 +1,257 @@
+// The engine's derivatives: the interior term, by sweeps over recorded paths, and the boundary terms.
+#include <algorithm>
+#include <atomic>
+
+#include "boundary/boundary_plan.h"
+#include "boundary/candidates.h"
+#include "boundary/crossings.h"
+#include "boundary/solids.h"
+#include "engine.h"
+#include "sampling_plan.h"
+#include "scene/prepared.h"
+#include "scene/shading_normals.h"
+#include "workspace.h"
+
+namespace edgegrad {
+
+namespace {
+
+// Shadow samples per pixel and sample of the picture: each costs three rays where a picture's costs two.
+constexpr double kShadowShare = 0.5;
+
+// Most samples per pixel and sample of the picture.
+constexpr double kMostPrimary = 1.0, kMostShadow = 4.0;
+
+struct BoundaryTerm {
+    bool primary;  // else shadow
+    BoundaryPlan plan;
+    std::shared_ptr<const EdgesAndCrossings> lines;  // of the primary term
+};
+
+// The boundary terms that a call computes.
+std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
+                                         const RenderOptions& options, const Asked& asked, bool guided) {
+    std::vector<BoundaryTerm> terms;
+    const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
+    const auto add = [&](std::shared_ptr<const EdgesAndCrossings> lines, Candidates candidates,
+                         double samples, bool environment) {
+        const bool primary = lines != nullptr;
+        const double most =
+            (primary ? kMostPrimary : kMostShadow) * static_cast<double>(pixels) * options.samples;
+        BoundaryPlan plan(std::move(candidates), samples, most, options, environment, primary && guided);
+        if (plan.total(0) > 0) terms.push_back({primary, std::move(plan), std::move(lines)});
+    };
+    if (options.primary) {
+        auto lines = std::make_shared<EdgesAndCrossings>(edges.tables,
+                                                         find_crossings(edges.tables, asked, edges.threads));
+        Candidates candidates = primary_candidates(scene, edges, asked);
+        lines->add_candidates(scene.camera, candidates);
+        // As many samples per pixel of edge as the picture has per pixel.
+        const double samples = candidates.mass() * options.samples;
+        add(std::move(lines), std::move(candidates), samples, false);
+    }
+    if (options.shadow && options.max_depth >= 2 && !scene.convex) {
+        const double samples = kShadowShare * static_cast<double>(pixels) * options.samples;
+        if (scene.emitter_count > 0) add(nullptr, shadow_candidates(scene, edges, false), samples, false);
+        if (scene.has_environment) add(nullptr, shadow_candidates(scene, edges, true), samples, true);
+    }
+    return terms;
+}
+
+// A light's strength has a derivative even where it is zero.
+bool wants_dark_lights(const Wanted& wanted) {
+    return wanted.any("light_params") || wanted.any("leaf_params");
+}
+
+// What boundary terms see of the tables' derivatives.
+Asked asked_for(const Wanted& wanted) {
+    return {wanted.moving(), wanted.any("camera"), wanted.any("instance_to_world"),
+            wanted.any("environment") || wanted.any("environment_pixels")};
+}
+
+bool anything_moves(const Asked& asked) {
+    return asked.camera || asked.instances ||
+           std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
+}
+
+DerivativeView boundary_view(const Asked& asked, const Wanted& wanted, double* vertices, double* camera,
+                             double* instances) {
+    const auto first = static_cast<int32_t>(wanted.span("vertices").first / 3);
+    return {vertices, first, camera, instances, wanted.any("vertices"), asked.camera, asked.instances};
+}
+
+}  // namespace
+
+void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
+                     const Progress& progress, float* image) const {
+    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
+    const Asked asked = asked_for(wanted);
+    const PreparedScene prepared(api_, *bvh_, tables_, &asked, hides_no_light(sides),
+                                 lights(wants_dark_lights(wanted)));
+    const SceneView& scene = prepared.view();
+    const ImagePlan plan(scene.camera, options);
+    std::fill_n(image, plan.pixels * 3, 0.0f);
+    if (wanted.any("normals")) {
+        std::vector<double>& normals = tangents["normals"];
+        normals.resize(tables_.normals.size(), 0.0);
+        if (wanted.any("vertices"))
+            push_shading_normals(tables_, threads_, tangents.at("vertices").data(), normals.data());
+    }
+    const std::vector<NamedTable> named = differentiable_tables(scene, tables_);
+    const DifferentiableTables tables = with_tangents(named, wanted, tangents);
+    const auto values = [&](const char* name) {
+        return wanted.any(name) ? tangents.at(name).data() : nullptr;
+    };
+    double* vertices = values("vertices");
+    if (vertices) vertices += wanted.span("vertices").first;
+    const DerivativeView d =
+        boundary_view(asked, wanted, vertices, values("camera"), values("instance_to_world"));
+
+    std::vector<BoundaryTerm> terms;
+    if (anything_moves(asked))
+        terms = boundary_terms(scene, {tables_, sides.data(), threads_}, options, asked, guided_);
+    int64_t all = options.interior ? plan.chunks : 0, done = 0;
+    for (const BoundaryTerm& term : terms)
+        for (int pass = 0; pass < term.plan.passes(); ++pass) all += term.plan.chunks(pass);
+    // Progress of a part of `size` chunks as that of the whole.
+    const auto part = [&](int64_t size) -> Progress {
+        const double low = static_cast<double>(done) / static_cast<double>(all);
+        const double share = static_cast<double>(size) / static_cast<double>(all);
+        done += size;
+        return [&progress, low, share](double fraction) {
+            if (progress) progress(low + share * fraction);
+        };
+    };
+
+    std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
+    if (options.interior) {
+        std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
+        parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
+            plan.for_each_task(chunk, [&](const ImageTask& task) {
+                Workspace& w = work[static_cast<size_t>(thread)].view();
+                AdjointTask sweep = adjoint_work[static_cast<size_t>(thread)].task(task, w);
+                sweep.tables = &tables;
+                sweep.geometry = wanted.geometry();
+                kernels_.record(scene, task, w);
+                AdjointWorkspace::release(w);
+                kernels_.path_forward(scene, sweep, w.radiance);
+                kernels_.accumulate(task, w, image);
+            });
+        });
+    }
+    const auto add_pass = [&](BoundaryTerm& term, int pass) {
+        // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
+        std::vector<float> memory[5];
+        for (int64_t first = 0; first < term.plan.total(pass); first += kSplatBatch) {
+            const int64_t batch = std::min(kSplatBatch, term.plan.total(pass) - first);
+            for (auto& column : memory) column.resize(static_cast<size_t>(batch));
+            const auto splats = [&](int64_t at) -> Splats {
+                return {memory[0].data() + at,
+                        memory[1].data() + at,
+                        {memory[2].data() + at, memory[3].data() + at, memory[4].data() + at}};
+            };
+            const int64_t chunks = (batch + kBoundaryChunk - 1) / kBoundaryChunk;
+            parallel_for(threads_, chunks, part(chunks), [&](int thread, int64_t chunk) {
+                const int64_t begin = chunk * kBoundaryChunk;
+                const BoundaryTask task =
+                    term.plan.task(pass, first + begin, std::min(kBoundaryChunk, batch - begin));
+                Splats out = splats(begin);
+                if (term.primary)
+                    kernels_.primary_forward(term.lines->view(scene), task,
+                                             work[static_cast<size_t>(thread)].view(), d, out);
+                else
+                    kernels_.shadow_forward(scene, task, d, out);
+            });
+            kernels_.add_splats(scene.camera, splats(0), batch, image);
+        }
+    };
+    for (BoundaryTerm& term : terms) {
+        for (int pass = 0; pass < term.plan.passes(); ++pass) {
+            if (pass > 0) term.plan.guide();
+            add_pass(term, pass);
+        }
+    }
+}
+
+TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
+                             const Progress& progress) const {
+    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
+    const Asked asked = asked_for(wanted);
+    const PreparedScene prepared(api_, *bvh_, tables_, &asked, hides_no_light(sides),
+                                 lights(wants_dark_lights(wanted)));
+    const SceneView& scene = prepared.view();
+    const ImagePlan plan(scene.camera, options);
+
+    GradientGroups groups(differentiable_tables(scene, tables_), wanted);
+    std::vector<BoundaryTerm> terms;
+    if (anything_moves(asked))
+        terms = boundary_terms(scene, {tables_, sides.data(), threads_}, options, asked, guided_);
+    int64_t boundary_chunks = 0;
+    for (const BoundaryTerm& term : terms)
+        for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
+    const int64_t image_chunks = options.interior ? plan.chunks : 0;
+
+    std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
+    std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
+    std::atomic<bool> stop{false};
+    std::atomic<int64_t> done{0};
+    // Groups take long: progress counts chunks, and cancelling is seen between them.
+    const Progress report = [&](double) {
+        try {
+            const int64_t all = image_chunks + boundary_chunks;
+            if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
+        } catch (...) {
+            stop = true;
+            throw;
+        }
+    };
+    const int64_t count = groups.count();
+    const auto add_pass = [&](int thread, int64_t group, int pass, const GradientGroups::View& gradient) {
+        DerivativeView d =
+            boundary_view(asked, wanted, gradient.vertices, gradient.camera, gradient.instances);
+        Workspace& w = work[static_cast<size_t>(thread)].view();
+        for (BoundaryTerm& term : terms) {
+            if (pass >= term.plan.passes()) continue;
+            for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !stop; chunk += count, ++done) {
+                const BoundaryTask task = term.plan.chunk(pass, chunk);
+                if (term.primary)
+                    kernels_.primary_backward(term.lines->view(scene), task, w, adjoint, d);
+                else
+                    kernels_.shadow_backward(scene, task, adjoint, d);
+            }
+        }
+    };
+    parallel_for(threads_, count, report, [&](int thread, int64_t group) {
+        const GradientGroups::View gradient = groups.view(group);
+        Workspace& w = work[static_cast<size_t>(thread)].view();
+        // A group's chunks are spread over the picture, so that groups take about equally long.
+        for (int64_t chunk = group; chunk < image_chunks && !stop; chunk += count, ++done) {
+            if (!plan.any_adjoint(chunk, adjoint)) continue;
+            plan.for_each_task(chunk, [&](const ImageTask& task) {
+                AdjointTask sweep = adjoint_work[static_cast<size_t>(thread)].task(task, w);
+                sweep.tables = &gradient.tables;
+                sweep.geometry = wanted.geometry();
+                kernels_.record(scene, task, w);
+                AdjointWorkspace::release(w);
+                kernels_.path_backward(scene, sweep, adjoint);
+            });
+        }
+        add_pass(thread, group, 0, gradient);
+    });
+    bool more = false;
+    for (BoundaryTerm& term : terms) {
+        if (term.plan.passes() < 2) continue;
+        term.plan.guide();
+        more = true;
+    }
+    if (more)
+        parallel_for(threads_, count, report,
+                     [&](int thread, int64_t group) { add_pass(thread, group, 1, groups.again(group)); });
+    TableValues gradients = groups.reduce(threads_);
+    if (wanted.any("normals") && wanted.any("vertices"))
+        pull_shading_normals(tables_, threads_, gradients.at("normals").data(),
+                             gradients.at("vertices").data());
+    return gradients;
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,68 @@
+// Writes down what happens at the vertices of paths whose derivatives are asked for (path/vertex_packet.h).
+#pragma once
+
+#include "path/path_queue.h"
+#include "path/vertex_packet.h"
+#include "shading/bsdf/sample.h"
+#include "shading/lights.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+using Vertex = VertexPacket<W>;
+
+// Values of the lanes of a mask.
+EG_INLINE void put(float* field, Mask m, Float a) { store(field, select(m, a, load(field))); }
+EG_INLINE void put(int32_t* field, Mask m, Int a) { store(field, select(m, a, load(field))); }
+EG_INLINE void put3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
+    put(field[0], m, a.x), put(field[1], m, a.y), put(field[2], m, a.z);
+}
+
+// The vertex of a packet of ray ends.
+EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Closest& closest) {
+    store(v.active, p.active);
+    store(v.path, p.path);
+    store(v.previous, p.previous);
+    store(v.slides, p.active & (p.pdf == 0.0f));
+    store(v.kind, p.kind);
+    put3(v.direction, p.active, p.direction);
+    put3(v.throughput, p.active, p.throughput);
+    store(v.face, select(hit, closest.face, splat(-1)));
+    store(v.mesh, closest.mesh & hit);
+    store(v.instance, select(hit, closest.instance, splat(-1)));
+    put(v.b1, hit, closest.b1);
+    put(v.b2, hit, closest.b2);
+    put(v.far, p.active, select(hit, closest.distance, splat(__builtin_inff())));
+    store(v.light_face, splat(-1));
+    store(v.light_row, splat(-1));
+    put(v.scale, p.active, splat(1.0f));
+    store(v.next, splat(-1));
+}
+
+EG_INLINE void record_light(Vertex& v, const LightSample& s, Vec3 scale) {
+    put(v.light_face, s.active, s.face);
+    put(v.light_row, s.active, s.row);
+    put(v.light_kind, s.active, s.kind);
+    put(v.light_visible_to, s.active, s.visible_to);
+    put(v.light_b1, s.active, s.b1);
+    put(v.light_b2, s.active, s.b2);
+    put3(v.light_offset, s.active, s.w * select(s.distant, splat(1.0f), s.r));
+    put3(v.light_scale, s.active, scale);
+}
+
+// The sampled direction of lanes that were scattered.
+EG_INLINE void record_direction(Vertex& v, Mask sampled, const BsdfSample& s) {
+    put(v.samples, sampled, splat(-1));
+    put(v.specular, sampled, s.specular);
+    put(v.transmitted, sampled, s.transmitted);
+    put(v.lobe, sampled, s.lobe);
+    put3(v.next_direction, sampled, s.wi);
+    put(v.next_scale, sampled, 1.0f / max(s.pdf, 1e-30f));
+}
+
+// That a ray goes on, with probability `survival`.
+EG_INLINE void record_survival(Vertex& v, Mask goes_on, Float survival) {
+    put(v.continues, goes_on, splat(-1));
+    put(v.next_scale, goes_on, load(v.next_scale) * (1.0f / survival));
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -12,8 +12,6 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-EG_INLINE Vec3 detach(Vec3 a) { return {detach(a.x), detach(a.y), detach(a.z)}; }
-
 // a by its own value: 1, with the derivative of log a. Where a vanishes there is nothing to change.
 EG_INLINE Float relative(Float a) {
     const Float value = detach(a);

@@ -46,7 +46,7 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     p.vertex = p.bounces = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.both_sides = p.from_mesh = splat(0);
-    p.previous = splat(-1);
+    p.previous = p.place = splat(-1);
     p.final_ray = splat(task.max_depth <= 1 ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);

@@ -32,6 +32,7 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     p.pdf = splat(0.0f);
     p.segment = splat(1);
     p.vertex = p.bounces = p.both_sides = p.from_mesh = splat(0);
+    p.previous = p.place = splat(-1);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.final_ray = splat(max_depth <= 1 ? -1 : 0);
     HitQueue& hits = work.hits;

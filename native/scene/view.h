@@ -44,6 +44,7 @@ struct CameraView {
     const float*
         filter;  // kFilterSize + 1 places of the pixel filter's inverted distribution; null: box of one pixel
 };
+constexpr int kCameraFloats = 24;
 static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 
 struct SceneView {

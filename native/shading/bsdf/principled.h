@@ -20,8 +20,8 @@ struct Occurs {
 };
 
 EG_INLINE Occurs occurs(Mask m, const MaterialValues& v) {
-    const Mask below = (v.metallic < 1.0f | has_derivative(v.metallic)) &
-                       (v.transmission < 1.0f | has_derivative(v.transmission));
+    const Mask below = ((v.metallic < 1.0f) | has_derivative(v.metallic)) &
+                       ((v.transmission < 1.0f) | has_derivative(v.transmission));
     return {any(m & is_there(v.sheen_weight)), any(m & is_there(v.coat_weight)),
             any(m & is_there(v.metallic)), any(m & is_there(v.transmission)),
             any(m & ((v.specular_ior_level > 0.0f) | has_derivative(v.specular_ior_level)) & below)};

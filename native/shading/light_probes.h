@@ -32,6 +32,7 @@ static void light_samples_kernel(const SceneView& scene, const LightProbes& prob
         x.position = gather3(probes.position, row);
         x.normal = gather3(probes.normal, row);
         x.mesh = splat(0);
+        x.face = splat(-1);
         const LightSample s = sample_light(scene, active, x, splat(probes.both_sides ? -1 : 0),
                                            gather(probes.u, row), gather(probes.v, row));
         scatter3(probes.w, at, active, s.w);

@@ -65,6 +65,8 @@ EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const S
         const Int material = gather(scene.face_material, face);
         s.radiance = select(is_triangle, gather3(scene.emission, material), s.radiance);
         s.active &= ~is_triangle | front | (gather(scene.emission_two_sided, material) != 0);
+        // A triangle doesn't light itself; rounding might find it a hemisphere around the point.
+        s.active &= ~is_triangle | (index != x.face);
         const Float step = clearance / max(sqrt(dot(m, m)), 1e-30f);
         lift = select(is_triangle, m * select(front, step, -step), lift);
     }

@@ -29,6 +29,13 @@ def textures_forward(tables: TextureTables, points: Any, tangents: object, instr
 def bsdfs_backward(
     materials: object, points: object, adjoint: F32, instruction_set: str
 ) -> dict[str, NDArray[np.float64]]: ...
+# Values and derivatives of what reads a scene (native/adjoint/scene_probes.h), (n, 9) per point.
+def scene_probe_backward(
+    kind: int, scene: object, probe: object, adjoint: F32, instruction_set: str
+) -> dict[str, NDArray[np.float64]]: ...
+def scene_probe_forward(
+    kind: int, scene: object, probe: object, tangents: object, instruction_set: str
+) -> tuple[F32, F32]: ...
 def bsdfs_forward(materials: object, points: object, tangents: object, instruction_set: str) -> F32: ...
 
 class Scene:

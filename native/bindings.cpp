@@ -9,6 +9,7 @@
 #include <memory>
 #include <stdexcept>
 
+#include "adjoint/probe_bindings.h"
 #include "column.h"
 #include "dispatch.h"
 #include "embree/library.h"
@@ -339,6 +340,7 @@ NB_MODULE(_native, m) {
     m.doc() = "Edgegrad's native engine.";
     edgegrad::bind_bsdfs(m);
     edgegrad::bind_rays(m);
+    edgegrad::bind_scene_probes(m);
     edgegrad::bind_textures(m);
     m.def("instruction_sets", &edgegrad::instruction_sets,
           "Instruction sets that this build has and this processor can run, the fastest first.");

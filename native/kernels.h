@@ -123,6 +123,23 @@ struct ProbeSweep {
 // Of BSDFs: value and emission.
 constexpr int kBsdfOutputs = 6;
 
+// Parts of the shading code that read the scene (adjoint/scene_probes.h), for points one after the other.
+enum SceneProbeKind : int32_t {
+    kSurfaceProbe,
+    kBentNormalProbe,
+    kCameraProbe,
+    kEnvironmentProbe,
+    kLightProbe
+};
+constexpr int kSceneOutputs = 9;
+struct SceneProbe {
+    SceneProbeKind kind;
+    int64_t count;
+    const int32_t *index, *instance;  // face or row of the light table
+    const float *a, *b;               // (count, 3)
+    float* value;                     // (count, kSceneOutputs), or null
+};
+
 // Rays to trace by themselves, in columns of whole packets.
 struct RayBatch {
     const float *origin[3], *direction[3], *far;
@@ -153,6 +170,7 @@ struct KernelTable {
     void (*bsdfs)(const BsdfTask&, const BsdfResult&);
     void (*texture_derivatives)(const SceneView&, const TextureTask&, const float* rows, const ProbeSweep&);
     void (*bsdf_derivatives)(const BsdfTask&, const ProbeSweep&);
+    void (*scene_derivatives)(const SceneView&, const SceneProbe&, const ProbeSweep&);
     void (*light_samples)(const SceneView&, const LightProbes&);
     void (*light_directions)(const SceneView&, const DirectionProbes&);
     void (*sky)(const SceneView&, const SkyProbes&);

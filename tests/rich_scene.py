@@ -40,15 +40,19 @@ def pose(rotation: F64, x: float, y: float, z: float) -> F64:
     return out
 
 
-def mesh(rng: np.random.Generator, materials: tuple[str, ...], **fields: Any) -> Mesh:
-    """A cube with custom normals and layers of one to four values."""
+Place = tuple[float, float, float]
+
+
+def mesh(rng: np.random.Generator, materials: tuple[str, ...], at: Place = (0.0, 0.0, 0.0), **fields: Any) -> Mesh:
+    """A bent cube about a place, with custom normals and layers of one to four values."""
     vertices, faces = solids.cube()
     layers = {
         "UVMap": 2, "UVMap.tangent": 4, "Generated.001": 3, "weight": 1, "unread": 3,
     }  # fmt: skip
     return Mesh(
-        vertices + rng.normal(scale=0.2, size=vertices.shape), faces, materials, np.repeat([0, 1], 6).astype(np.int32),
-        smoothing=faces, normals=rng.normal(size=(10, 3)) + vertices.mean(),
+        vertices + at + rng.normal(scale=0.2, size=vertices.shape), faces, materials,
+        np.repeat([0, 1], 6).astype(np.int32), smoothing=faces,
+        normals=np.concatenate([vertices, vertices[:2]]) + rng.normal(scale=0.3, size=(10, 3)),
         attributes={name: rng.uniform(0.2, 1.0, (12, 3, n)).astype(np.float32) for name, n in layers.items()},
         **fields,
     )
@@ -72,17 +76,17 @@ def everything() -> Scene:
     uv, color, packed = e.Attribute("UVMap"), e.Attribute("Generated.001"), e.Attribute("weight")
     return Scene(
         Camera(
-            pose(turn(0.4, 0.2, -0.3), 1.0, -5.0, 2.0), 0.8, 40, 30, np.array([0.1, -0.2]), pixel_aspect=1.3,
-            longitude=np.array([-1.0, 2.0]), latitude=np.array([-0.7, 0.9]), aperture_radius=0.1, focus_distance=4.0,
-            aperture_rotation=0.3, aperture_ratio=1.4, crop=(3, 4, 20, 25),
+            pose(turn(1.25, 0.1, 0.05), 0.5, -11.0, 3.5), 0.9, 40, 30, np.array([0.05, -0.1]), pixel_aspect=1.3,
+            longitude=np.array([-1.0, 2.0]), latitude=np.array([-0.7, 0.9]), aperture_radius=0.1, focus_distance=11.0,
+            aperture_rotation=0.3, aperture_ratio=1.4, crop=(3, 4, 38, 29),
         ),
         {
-            "moved": mesh(rng, ("wood", "clay"), transform=pose(place, 1.0, 2.0, -0.5)),
-            "copies": mesh(rng, ("clay", "sum"), instances=copies, transform=pose(place, 0.3, -0.2, 0.1)),
-            "lamps": mesh(rng, ("glow", "wood"), instances=copies[1:], transform=pose(place, 0.0, 1.0, 0.1)),
-            "Cube.001": replace(mesh(rng, ("sum", "glow")), normals=None),
-            "still": mesh(rng, ("sum", "wood")),
-            "bare": Mesh(plain[0] + 4.0, plain[1], ("clay",)),
+            "moved": mesh(rng, ("wood", "clay"), transform=pose(place, 2.5, 0.0, -0.5)),
+            "copies": mesh(rng, ("clay", "sum"), instances=copies, transform=pose(place, -2.5, 0.5, 1.5)),
+            "lamps": mesh(rng, ("glow", "wood"), instances=copies[1:], transform=pose(place, 1.5, 2.5, 2.5)),
+            "Cube.001": replace(mesh(rng, ("sum", "glow"), (-2.5, 0.0, -1.5)), normals=None),
+            "still": mesh(rng, ("sum", "wood"), (0.0, -1.5, 0.0)),
+            "bare": Mesh(plain[0] + [4.0, 4.0, 2.0], plain[1], ("clay",)),
         },
         {
             "wood": within_limits(Material(
@@ -102,13 +106,13 @@ def everything() -> Scene:
         {
             "sun": SunLight(np.array([0.3, 1.0, -1.0]), 2.0, 0.1, color=np.array([0.9, 0.8, 0.7])),
             "hard sun": SunLight(np.array([0.3, 1.0, -1.0]), 2.0),
-            "point": PointLight(np.array([2.0, -3.0, 4.0]), 60.0, color=np.array([0.5, 0.8, 0.7])),
-            "ball": PointLight(np.array([2.0, -3.0, 4.0]), 60.0, 0.2, True),
-            "spot": SpotLight(np.array([2.0, 3.0, 4.0]), np.array([0.4, -0.3, -2.0]), 60.0, 0.9, 0.3),
-            "linear": SpotLight(np.array([2.0, 3.0, 4.0]), np.array([0.4, -0.3, -2.0]), 60.0, 0.9, 0.3, 0.2,
+            "point": PointLight(np.array([2.0, -6.0, 5.0]), 60.0, color=np.array([0.5, 0.8, 0.7])),
+            "ball": PointLight(np.array([2.0, -6.0, 5.0]), 60.0, 0.2, True),
+            "spot": SpotLight(np.array([-2.0, -6.0, 5.0]), np.array([0.8, 2.0, -2.0]), 60.0, 0.9, 0.3),
+            "linear": SpotLight(np.array([-2.0, -6.0, 5.0]), np.array([0.8, 2.0, -2.0]), 60.0, 0.9, 0.3, 0.2,
                                 falloff="LINEAR"),
-            "area": AreaLight(pose(turn(1.0, 0.2, 0.1), 0.0, 0.0, 3.0), np.array([1.0, 2.0]), "RECTANGLE", 50.0),
-            "disk": AreaLight(pose(turn(1.0, 0.2, 0.1), 0.0, 1.0, 3.0), np.array([1.0, 1.5]), "ELLIPSE", 40.0, 1.0,
+            "area": AreaLight(pose(turn(0.6, 0.2, 0.1), 0.0, -4.0, 5.0), np.array([1.0, 2.0]), "RECTANGLE", 50.0),
+            "disk": AreaLight(pose(turn(0.6, 0.2, 0.1), -3.0, -4.0, 5.0), np.array([1.0, 1.5]), "ELLIPSE", 40.0, 1.0,
                               color=np.array([0.1, 0.6, 0.7])),
         },
         World(np.array([0.1, 0.2, 0.3]), 0.5, "sky", turn(0.1, 0.4, -0.8)),

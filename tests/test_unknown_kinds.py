@@ -71,7 +71,7 @@ GOALS = {
     "lights.ball.position": lambda v: v + np.array([0.3, -0.2, 0.1]),
     "lights.ball.radius": lambda v: 0.25,
     "materials.clay.roughness": lambda v: 0.8,
-    "camera.fov_x": lambda v: 0.9,
+    "camera.fov_x": lambda v: 0.7,
     "images.rgba.pixels": lambda v: 1.0 - v,
     "meshes.still.attributes.UVMap": lambda v: v + 0.05,
 }

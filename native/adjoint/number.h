@@ -16,12 +16,6 @@
 #define EDGEGRAD_ISA EDGEGRAD_ADJOINT_ISA
 #define EDGEGRAD_TAPED 1
 
-// The compiler decides what is worth it: an operation is many instructions here.
-#undef EG_INLINE
-#undef EG_INLINE_LAMBDA
-#define EG_INLINE inline
-#define EG_INLINE_LAMBDA
-
 namespace edgegrad::EDGEGRAD_ISA {
 
 using raw::any;
@@ -135,6 +129,21 @@ EG_INLINE Float difference_of_products(Float a, Float b, Float c, Float d) {
     return {r, current_tape->record(a.node, b.value, b.node, a.value, c.node, -d.value, d.node, -c.value)};
 }
 
+// a + (b - a) t.
+EG_INLINE Float lerp(Float a, Float b, Float t) {
+    const raw::Float step = b.value - a.value, r = a.value + step * t.value;
+    if ((a.node & b.node & t.node) < 0) return {r, -1};
+    return {r, current_tape->record(a.node, 1.0f - t.value, b.node, t.value, t.node, step)};
+}
+// Of a triangle's corners.
+EG_INLINE Float interpolate(Float p0, Float p1, Float p2, Float b1, Float b2) {
+    const raw::Float e1 = p1.value - p0.value, e2 = p2.value - p0.value;
+    const raw::Float r = p0.value + e1 * b1.value + e2 * b2.value;
+    if ((p0.node & p1.node & p2.node & b1.node & b2.node) < 0) return {r, -1};
+    return {r, current_tape->record(p0.node, 1.0f - b1.value - b2.value, p1.node, b1.value, p2.node, b2.value,
+                                    b1.node, e1, b2.node, e2)};
+}
+
 template <int N>
 EG_INLINE Float sum_of_products(const Float (&a)[N], const Float (&b)[N]) {
     raw::Float r = a[0].value * b[0].value;
@@ -184,6 +193,37 @@ EG_INLINE Float abs(Float a) {
 }
 EG_INLINE Float clamp(Float a, Float low, Float high) { return min(max(a, low), high); }
 EG_INLINE Float saturate(Float a) { return clamp(a, splat(0.0f), splat(1.0f)); }
+
+// ---- Reading tables ----
+
+EG_INLINE int32_t leaves(const float* base, Int index, int count) {
+    return current_tape ? current_tape->record_leaves(base, index, count) : -1;
+}
+EG_INLINE Float gather(const float* base, Int index) {
+    return {raw::gather(base, index), leaves(base, index, 1)};
+}
+EG_INLINE Int gather(const int32_t* base, Int index) { return raw::gather(base, index); }
+EG_INLINE Float broadcast(const float* p) { return {raw::broadcast(p), leaves(p, raw::splat(0), 1)}; }
+template <int N, typename R>
+EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
+    raw::Float values[N] = {};
+    raw::gather_row(base, stride, row, values);
+    const int32_t first = leaves(base, packet(row) * stride, N);
+    for (int k = 0; k < N; ++k) out[k] = {values[k], first < 0 ? -1 : first + k};
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA
+
+// Single operations are inlined by force, as on raw packets: most have constant operands and are a test and
+// an instruction. Of everything larger the compiler decides what is worth it; it would need minutes.
+#include "simd/vector.h"
+
+#undef EG_INLINE
+#undef EG_INLINE_LAMBDA
+#define EG_INLINE inline
+#define EG_INLINE_LAMBDA
+
+namespace edgegrad::EDGEGRAD_ISA {
 
 // ---- Whole numbers and remainders ----
 
@@ -257,24 +297,6 @@ EG_INLINE Float cosh(Float a) { return result(raw::cosh(a.value), a, raw::sinh(a
 EG_INLINE Float tanh(Float a) {
     const raw::Float r = raw::tanh(a.value);
     return result(r, a, 1.0f - r * r);
-}
-
-// ---- Reading tables ----
-
-EG_INLINE int32_t leaves(const float* base, Int index, int count) {
-    return current_tape ? current_tape->record_leaves(base, index, count) : -1;
-}
-EG_INLINE Float gather(const float* base, Int index) {
-    return {raw::gather(base, index), leaves(base, index, 1)};
-}
-EG_INLINE Int gather(const int32_t* base, Int index) { return raw::gather(base, index); }
-EG_INLINE Float broadcast(const float* p) { return {raw::broadcast(p), leaves(p, raw::splat(0), 1)}; }
-template <int N, typename R>
-EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
-    raw::Float values[N] = {};
-    raw::gather_row(base, stride, row, values);
-    const int32_t first = leaves(base, packet(row) * stride, N);
-    for (int k = 0; k < N; ++k) out[k] = {values[k], first < 0 ? -1 : first + k};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,6 +1,7 @@
 // Derivatives of parts of the shading code by themselves, for tests.
 #include "adjoint/number.h"
 
+#include "adjoint/scene_probes.h"
 #include "kernels/parts.h"
 #include "shading/bsdf/kernel.h"
 #include "texture/kernel.h"
@@ -49,11 +50,24 @@ void texture_derivatives_kernel(const SceneView& scene, const TextureTask& task,
     }
 }
 
+void scene_derivatives_kernel(const SceneView& scene, const SceneProbe& probe, const ProbeSweep& sweep) {
+    Tape tape(*sweep.memory, *sweep.tables);
+    for (int64_t first = 0; first < probe.count; first += W) {
+        tape.clear();
+        const SceneProbePacket p = run_scene_probe(scene, probe, first);
+        const int left = static_cast<int>(probe.count - first < W ? probe.count - first : W);
+        for (int k = 0; probe.value && k < kSceneOutputs; ++k)
+            for (int i = 0; i < left; ++i) probe.value[(first + i) * kSceneOutputs + k] = p.output[k][i];
+        sweep_points(tape, sweep, first, probe.count, p.output, kSceneOutputs);
+    }
+}
+
 }  // namespace
 
 void add_adjoint_probe_kernels(KernelTable& table) {
     table.bsdf_derivatives = bsdf_derivatives_kernel;
     table.texture_derivatives = texture_derivatives_kernel;
+    table.scene_derivatives = scene_derivatives_kernel;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -20,7 +20,8 @@ struct DifferentiableTables {
     int count = 0;
 
     // The floats [first, last) of a table of `size` floats, with their gradient or tangent; empty spans and
-    // tables are left out. Tables must not overlap and have less than 2^31 floats.
+    // tables are left out. Tables must not overlap and have less than
+    // 2^31 floats; each may be added once.
     void add(const float* table, size_t size, size_t first, size_t last, double* gradient,
              const double* tangent);
 };

@@ -44,39 +44,24 @@ class Tape {
 
     int32_t new_node() { return nodes_++; }
 
-    // A node that depends on others (negative: on a constant, no edge is made).
-    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa) {
+    // A node that depends on others (negative: on a constant, no edge is made). Calls of these are many:
+    // inlined, they would fill the cache for instructions.
+    __attribute__((noinline)) int32_t record(int32_t a, raw::Float pa) {
         reserve();
         ends_[edges_] = {a, nodes_};
         partials_[edges_++] = pa;
         return nodes_++;
     }
-    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb) {
+    template <typename... Edges>
+    __attribute__((noinline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
+                                             Edges... rest) {
+        static_assert(2 + sizeof...(rest) / 2 <= kMostEdges);
         reserve();
         int e = edges_;
-        add_edge(e, a, pa), add_edge(e, b, pb);
+        add_edges(e, a, pa, b, pb, rest...);
         edges_ = e;
         return nodes_++;
     }
-    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
-                                                         int32_t c, raw::Float pc, int32_t d, raw::Float pd) {
-        reserve();
-        int e = edges_;
-        add_edge(e, a, pa), add_edge(e, b, pb), add_edge(e, c, pc), add_edge(e, d, pd);
-        edges_ = e;
-        return nodes_++;
-    }
-    inline __attribute__((always_inline)) int32_t record(int32_t a, raw::Float pa, int32_t b, raw::Float pb,
-                                                         int32_t c, raw::Float pc, int32_t d, raw::Float pd,
-                                                         int32_t f, raw::Float pf, int32_t g, raw::Float pg) {
-        reserve();
-        int e = edges_;
-        add_edge(e, a, pa), add_edge(e, b, pb), add_edge(e, c, pc), add_edge(e, d, pd), add_edge(e, f, pf),
-            add_edge(e, g, pg);
-        edges_ = e;
-        return nodes_++;
-    }
-
     int32_t record(int count, const int32_t* from, const raw::Float* partials) {
         for (int k = 0; k < count; ++k) {
             reserve();
@@ -121,7 +106,14 @@ class Tape {
         partials_[e] = partial;
         e += from >= 0;
     }
+    template <typename... Edges>
+    inline __attribute__((always_inline)) void add_edges(int& e, int32_t from, raw::Float partial,
+                                                         Edges... rest) {
+        add_edge(e, from, partial);
+        if constexpr (sizeof...(rest) > 0) add_edges(e, rest...);
+    }
     __attribute__((cold)) void grow_edges();
+    void scatter(const Leaves& leaves, const raw::Float* adjoint) const;
     // Derivatives of all nodes, of which those of the latest are set to zero.
     raw::Float* derivatives();
 
@@ -130,6 +122,7 @@ class Tape {
     int edges_ = 0, edge_room_ = 0;
     int nodes_ = 0, leaves_ = 0, zeroed_ = 0;
     const DifferentiableTables& tables_;
+    uintptr_t lowest_ = ~uintptr_t{0}, highest_ = 0;  // all tables' addresses
     TapeMemory& memory_;
     Tape* outer_;
 };
@@ -138,6 +131,12 @@ inline thread_local constinit Tape* current_tape EG_FAST_THREAD_LOCAL = nullptr;
 
 inline Tape::Tape(TapeMemory& memory, const DifferentiableTables& tables)
     : tables_(tables), memory_(memory), outer_(current_tape) {
+    for (int t = 0; t < tables.count; ++t) {
+        const uintptr_t begin = reinterpret_cast<uintptr_t>(tables.table[t].begin),
+                        end = reinterpret_cast<uintptr_t>(tables.table[t].end);
+        lowest_ = begin < lowest_ ? begin : lowest_;
+        highest_ = end > highest_ ? end : highest_;
+    }
     ends_ = static_cast<Ends*>(memory.ends.data());
     partials_ = static_cast<raw::Float*>(memory.partials.data());
     const size_t room = memory.ends.size() / sizeof(Ends), more = memory.partials.size() / sizeof(raw::Float);
@@ -157,6 +156,7 @@ inline void Tape::grow_edges() {
 
 inline int32_t Tape::record_leaves(const float* base, raw::Int index, int count) {
     const auto address = [](const float* p) { return reinterpret_cast<uintptr_t>(p); };
+    if (address(base) < lowest_ || address(base) >= highest_) return -1;
     for (int t = 0; t < tables_.count; ++t) {
         const DifferentiableTable& table = tables_.table[t];
         if (address(base) < address(table.begin) || address(base) >= address(table.end)) continue;
@@ -202,15 +202,24 @@ inline void Tape::backward() {
         from = from + raw::select(g != 0.0f, partials_[e] * g, 0.0f);
     }
     const Leaves* leaves = static_cast<const Leaves*>(memory_.leaves.data());
-    for (int k = 0; k < leaves_; ++k) {
-        const Leaves& leaf = leaves[k];
-        double* gradient = tables_.table[leaf.table].gradient;
-        for (int i = 0; i < raw::W; ++i) {
-            const int32_t place = leaf.place[i];
-            if (place < 0) continue;
-            for (int c = 0; c < leaf.count; ++c)
-                gradient[place + c] += static_cast<double>(d[leaf.node + c][i]);
+    for (int k = 0; k < leaves_; ++k) scatter(leaves[k], d + leaves[k].node);
+}
+
+inline void Tape::scatter(const Leaves& leaves, const raw::Float* adjoint) const {
+    double* gradient = tables_.table[leaves.table].gradient;
+    const int32_t first = leaves.place[0];
+    const bool same = first >= 0 && !raw::any(leaves.place != first);
+    for (int c = 0; c < leaves.count; ++c) {
+        const raw::Float a = adjoint[c];
+        if (!raw::any(a != 0.0f)) continue;
+        if (same) {
+            double sum = 0.0;
+            for (int i = 0; i < raw::W; ++i) sum += static_cast<double>(a[i]);
+            gradient[first + c] += sum;
+            continue;
         }
+        for (int i = 0; i < raw::W; ++i)
+            if (leaves.place[i] >= 0) gradient[leaves.place[i] + c] += static_cast<double>(a[i]);
     }
 }
 

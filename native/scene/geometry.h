@@ -65,7 +65,8 @@ EG_INLINE Float place_triangle(const SceneView& scene, Int instance, Triangle& t
 EG_INLINE Vec3 area_normal(const Triangle& t) { return cross(t.p1 - t.p0, t.p2 - t.p0); }
 
 EG_INLINE Vec3 interpolate(const Triangle& t, Float b1, Float b2) {
-    return t.p0 + (t.p1 - t.p0) * b1 + (t.p2 - t.p0) * b2;
+    return {interpolate(t.p0.x, t.p1.x, t.p2.x, b1, b2), interpolate(t.p0.y, t.p1.y, t.p2.y, b1, b2),
+            interpolate(t.p0.z, t.p1.z, t.p2.z, b1, b2)};
 }
 
 // Distance that rays keep from a triangle at their ends: interpolated positions are off by a few

@@ -130,11 +130,19 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
     }
 }
 
-// a b + c d + e f, and a b - c d, which adjoint/number.h records as one operation.
+// A value whose derivative isn't wanted: densities of samples, and whatever else only decides what is
+// sampled.
+EG_INLINE Float detach(Float a) { return a; }
+
+// Sums of products that adjoint/number.h records as one operation.
 EG_INLINE Float sum_of_products(Float a, Float b, Float c, Float d, Float e, Float f) {
     return a * b + c * d + e * f;
 }
 EG_INLINE Float difference_of_products(Float a, Float b, Float c, Float d) { return a * b - c * d; }
+EG_INLINE Float lerp(Float a, Float b, Float t) { return a + (b - a) * t; }
+EG_INLINE Float interpolate(Float p0, Float p1, Float p2, Float b1, Float b2) {
+    return p0 + (p1 - p0) * b1 + (p2 - p0) * b2;
+}
 
 // Appends the lanes of the mask at p + n, and nothing else; needs room for one packet behind p + n.
 #if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16

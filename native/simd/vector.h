@@ -23,6 +23,7 @@ EG_INLINE Vec3 cross(Vec3 a, Vec3 b) {
 EG_INLINE Vec3 select(Mask m, Vec3 a, Vec3 b) {
     return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
+EG_INLINE Vec3 detach(Vec3 a) { return {detach(a.x), detach(a.y), detach(a.z)}; }
 EG_INLINE Vec3 zero3() { return {splat(0.0f), splat(0.0f), splat(0.0f)}; }
 EG_INLINE Vec3 splat3(const float* v) { return {broadcast(v), broadcast(v + 1), broadcast(v + 2)}; }
 template <typename R>

@@ -44,6 +44,13 @@ std::vector<TextureInstruction> read_code(nb::handle t, size_t constants) {
     return code;
 }
 
+// Kernels number the floats of an image, and those of all attributes, in 32 bits.
+void require_narrow(size_t floats, const char* what) {
+    if (floats > size_t{0x7fffffff})
+        throw std::invalid_argument(std::string(what) +
+                                    " more than 2^31 numbers, which kernels can't address");
+}
+
 std::vector<TextureImage> read_images(nb::handle t, size_t pixels) {
     const auto offset = column<int64_t>(t, "image_offset");
     const auto shape = column<int32_t>(t, "image_shape"), mode = column<int32_t>(t, "image_mode");
@@ -55,6 +62,7 @@ std::vector<TextureImage> read_images(nb::handle t, size_t pixels) {
                  mode[3 * k], mode[3 * k + 1], mode[3 * k + 2]};
         const int64_t size = int64_t{image.width} * image.height * image.channels;
         require(size > 0 && image.offset >= 0 && static_cast<size_t>(image.offset + size) + 4 <= pixels);
+        require_narrow(static_cast<size_t>(size), "an image has");
     }
     return images;
 }
@@ -142,18 +150,18 @@ void evaluate(nb::handle tables, nb::handle points, Rows rows, const std::string
 }
 
 // Names of the floats that programs depend on.
-std::vector<std::pair<const char*, const std::vector<float>*>> tables_of(const Points& p) {
+ProbeTables tables_of(const Points& p) {
     const TextureTables& t = p.textures;
-    return {{"b1", &p.b1},
-            {"b2", &p.b2},
-            {"position", &p.position},
-            {"normal", &p.normal},
-            {"true_normal", &p.true_normal},
-            {"view", &p.view},
-            {"pixels", &t.pixels},
-            {"constants", &t.constants},
-            {"lookups", &t.lookups},
-            {"attributes", &t.attributes}};
+    return {{"b1", p.b1},
+            {"b2", p.b2},
+            {"position", p.position},
+            {"normal", p.normal},
+            {"true_normal", p.true_normal},
+            {"view", p.view},
+            {"pixels", t.pixels},
+            {"constants", t.constants},
+            {"lookups", t.lookups},
+            {"attributes", t.attributes}};
 }
 
 nb::dict backward(nb::handle tables, nb::handle points, const Adjoint& adjoint,
@@ -194,6 +202,7 @@ TextureTables read_textures(nb::handle t) {
     s.tables = read_lookups(t, s.lookups.size());
     s.mesh_attributes = read_attributes(t);
     s.attributes = column<float>(t, "attributes");
+    require_narrow(s.attributes.size(), "the meshes' attributes have");
     s.face_mesh = column<int32_t>(t, "face_mesh");
     s.mesh_box = column<float>(t, "mesh_box");
     return s;

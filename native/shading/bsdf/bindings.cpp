@@ -106,9 +106,9 @@ nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& in
 }
 
 // Names of the floats that BSDFs depend on.
-std::vector<std::pair<const char*, const std::vector<float>*>> tables_of(const Points& p) {
-    return {{"params", &p.rows},     {"normal", &p.normal}, {"true_normal", &p.true_normal},
-            {"tangent", &p.tangent}, {"wo", &p.wo},         {"wi", &p.wi}};
+ProbeTables tables_of(const Points& p) {
+    return {{"params", p.rows},     {"normal", p.normal}, {"true_normal", p.true_normal},
+            {"tangent", p.tangent}, {"wo", p.wo},         {"wi", p.wi}};
 }
 
 nb::dict backward(nb::handle materials, nb::handle points, const Adjoint& adjoint,

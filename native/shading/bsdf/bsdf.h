@@ -106,16 +106,16 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
     const Mask above = active & (side > 0.0f), under = active & (side < 0.0f);
     if (f.any_lobe[kDiffuseLobe]) {
         const Float density = max(cosine, 0.0f) * kInvPi;
-        add(sum, above, {diffuse_factor(f, wi, max(cosine, 0.0f)) * density, density},
+        add(sum, above, {diffuse_factor(f, wi, max(cosine, 0.0f)) * density, detach(density)},
             f.probability[kDiffuseLobe]);
     }
     if (f.any_lobe[kTranslucentLobe]) {
         const Float density = max(-cosine, 0.0f) * kInvPi;
-        add(sum, under, {f.translucent * density, density}, f.probability[kTranslucentLobe]);
+        add(sum, under, {f.translucent * density, detach(density)}, f.probability[kTranslucentLobe]);
     }
     if (f.any_lobe[kSheenLobe]) {
         const Float density = sheen_density(f.sheen, f.normal, wi);
-        add(sum, above, {f.sheen.weight * density, density}, f.probability[kSheenLobe]);
+        add(sum, above, {f.sheen.weight * density, detach(density)}, f.probability[kSheenLobe]);
     }
     if (!(f.any_lobe[kMirrorLobe] | f.any_lobe[kCoatLobe] | f.any_lobe[kInterfaceLobe])) return sum;
     const Vec3 w = to_local(f, wi);

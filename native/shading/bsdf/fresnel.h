@@ -11,7 +11,9 @@ EG_INLINE Vec3 white() { return splat3(splat(1.0f)); }
 EG_INLINE Vec3 saturate(Vec3 v) { return {saturate(v.x), saturate(v.y), saturate(v.z)}; }
 EG_INLINE Float average(Vec3 v) { return (v.x + v.y + v.z) * (1.0f / 3); }
 EG_INLINE Vec3 divide(Vec3 a, Vec3 b) { return {a.x / b.x, a.y / b.y, a.z / b.z}; }
-EG_INLINE Vec3 mix(Vec3 a, Vec3 b, Float t) { return a + (b - a) * t; }
+EG_INLINE Vec3 mix(Vec3 a, Vec3 b, Float t) {
+    return {lerp(a.x, b.x, t), lerp(a.y, b.y, t), lerp(a.z, b.z, t)};
+}
 EG_INLINE Float pow5(Float x) { return x * x * x * x * x; }
 
 // Unpolarised reflectance of a dielectric of relative index eta for light at the given cosine on its outside

@@ -42,7 +42,7 @@ EG_INLINE Split split_light(const Interface& g, Float cosine) {
     s.transmitted = g.transmission * select(g.refracts_only, white(), white() - f);
     s.transmitted = select(total, zero3(), s.transmitted);
     s.cosine = d.cosine;
-    const Float r = average(s.reflected), t = average(s.transmitted);
+    const Float r = average(detach(s.reflected)), t = average(detach(s.transmitted));
     s.reflect_probability = select(r + t > 0.0f, r / max(r + t, 1e-30f), 0.0f);
     return s;
 }
@@ -54,7 +54,8 @@ EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view,
     const Float density = select(rough, ggx_density(g.ggx, h), 0.0f);
     const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
     return {s.reflected * (density / (4.0f * max(view.z, 1e-20f) * both)),
-            s.reflect_probability * density / (2.0f * max(view.z + g.ggx.stretched, 1e-20f))};
+            s.reflect_probability * detach(density) /
+                (2.0f * max(detach(view.z) + detach(g.ggx.stretched), 1e-20f))};
 }
 
 EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
@@ -72,7 +73,8 @@ EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
     const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
     // The visible normals' density is 2 D (h.view) / (view.z + stretched).
     return {s.transmitted * (density / (max(view.z, 1e-20f) * both)),
-            (1.0f - s.reflect_probability) * 2.0f * density / max(view.z + g.ggx.stretched, 1e-20f)};
+            (1.0f - s.reflect_probability) * 2.0f * detach(density) /
+                max(detach(view.z) + detach(g.ggx.stretched), 1e-20f)};
 }
 
 struct InterfaceSample {

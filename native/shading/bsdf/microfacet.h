@@ -31,9 +31,10 @@ EG_INLINE Ggx make_ggx(Float ax, Float ay, Vec3 view) {
     const Float x = ax * view.x, y = ay * view.y;
     g.stretched = sqrt(x * x + y * y + view.z * view.z);
     g.masking = ggx_lambda(g, view);
-    const Float a = min(ax, ay), a2 = a * a;
-    const Float s = 1.0f + sqrt(view.x * view.x + view.y * view.y), s2 = s * s;
-    g.bound = (1.0f - a2) * s2 / (s2 + a2 * view.z * view.z);
+    const Vec3 v = detach(view);
+    const Float a = detach(min(ax, ay)), a2 = a * a;
+    const Float s = 1.0f + sqrt(v.x * v.x + v.y * v.y), s2 = s * s;
+    g.bound = (1.0f - a2) * s2 / (s2 + a2 * v.z * v.z);
     return g;
 }
 
@@ -64,7 +65,7 @@ EG_INLINE Vec3 sample_normal(const Ggx& g, Vec3 view, Float bound, Float u, Floa
 
 // Density of `sample_normal`'s reflections: D / (2 (bound z + stretched)).
 EG_INLINE Float reflection_pdf(const Ggx& g, Vec3 view, Float density) {
-    return density / (2.0f * max(g.bound * view.z + g.stretched, 1e-20f));
+    return detach(density) / (2.0f * max(g.bound * detach(view.z) + detach(g.stretched), 1e-20f));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

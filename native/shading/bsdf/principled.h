@@ -100,7 +100,8 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         if (has.sheen) {
             f.sheen = f.any_lobe[kSheenLobe] ? select_sheen(m, cover.sheen, f.sheen) : cover.sheen;
             f.any_lobe[kSheenLobe] = true;
-            f.probability[kSheenLobe] = select(m, average(cover.sheen.weight), f.probability[kSheenLobe]);
+            f.probability[kSheenLobe] =
+                select(m, average(detach(cover.sheen.weight)), f.probability[kSheenLobe]);
         }
         if (has.coat) {
             const Float coat_rough = saturate(v.coat_roughness), coat_alpha = coat_rough * coat_rough;
@@ -110,7 +111,8 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
             f.coat.eta = max(v.coat_ior, 1.0f);
             f.coat.f0 = splat3(f0_of_ior(f.coat.eta));
             f.coat.any_dielectric = f.any_lobe[kCoatLobe] = true;
-            f.probability[kCoatLobe] = select(m, average(cover.coat) * cover.coat_albedo, 0.0f);
+            f.probability[kCoatLobe] =
+                select(m, average(detach(cover.coat)) * detach(cover.coat_albedo), 0.0f);
         }
     }
     f.emission = select(m, v.emission * weight, f.emission);
@@ -139,7 +141,8 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         f.mirror.b = select(m, b, f.mirror.b);
         f.mirror.any_metal = true;
         f.probability[kMirrorLobe] = select(
-            m, average(scaled * mix(f0, white(), pow5(1.0f - saturate(cosine)))), f.probability[kMirrorLobe]);
+            m, average(detach(scaled) * mix(detach(f0), white(), pow5(1.0f - saturate(detach(cosine))))),
+            f.probability[kMirrorLobe]);
         weight = weight * (1.0f - metallic);
     }
     if (has.transmission) {
@@ -168,7 +171,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         f.mirror.eta = level.eta;
         f.mirror.any_dielectric = true;
         f.probability[kMirrorLobe] =
-            f.probability[kMirrorLobe] + select(there, average(reflected), splat(0.0f));
+            f.probability[kMirrorLobe] + select(there, average(detach(reflected)), splat(0.0f));
         weight = select(there, below(weight, reflected), weight);
     }
     const Vec3 diffuse = v.base_color * weight;

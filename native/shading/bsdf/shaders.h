@@ -24,7 +24,7 @@ EG_INLINE OrenNayar select_oren_nayar(Mask m, const OrenNayar& a, const OrenNaya
 EG_INLINE void add_diffuse(Bsdf& f, Mask m, const MaterialValues& v, Vec3 color) {
     f.diffuse = select(m, color, f.diffuse);
     f.any_lobe[kDiffuseLobe] = true;
-    f.probability[kDiffuseLobe] = select(m, average(color), f.probability[kDiffuseLobe]);
+    f.probability[kDiffuseLobe] = select(m, average(detach(color)), f.probability[kDiffuseLobe]);
     const Mask rough = m & (v.diffuse_roughness > 1e-5f);
     if (!any(rough)) return;
     const Float sigma = select(rough, saturate(v.diffuse_roughness), splat(0.0f));
@@ -36,7 +36,7 @@ EG_INLINE void add_diffuse(Bsdf& f, Mask m, const MaterialValues& v, Vec3 color)
 EG_INLINE void add_translucent(Bsdf& f, Mask m, const MaterialValues& v) {
     f.translucent = select(m, v.base_color, zero3());
     f.any_lobe[kTranslucentLobe] = true;
-    f.probability[kTranslucentLobe] = select(m, average(v.base_color), splat(0.0f));
+    f.probability[kTranslucentLobe] = select(m, average(detach(v.base_color)), splat(0.0f));
 }
 
 EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
@@ -56,7 +56,7 @@ EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
     }
     f.mirror.constant = select(m, weight, f.mirror.constant);
     f.any_lobe[kMirrorLobe] = true;
-    f.probability[kMirrorLobe] = select(m, average(weight), f.probability[kMirrorLobe]);
+    f.probability[kMirrorLobe] = select(m, average(detach(weight)), f.probability[kMirrorLobe]);
 }
 
 // An interface of roughness `rough` = sqrt(alpha) with the tints of what it reflects and transmits.
@@ -75,9 +75,10 @@ EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float et
     // Beyond the critical angle tilted microfacets may still refract.
     const Split s = split_light(g, f.view.z);
     f.any_lobe[kInterfaceLobe] = true;
-    f.probability[kInterfaceLobe] =
-        select(m, max(average(s.reflected + s.transmitted), 0.1f * average(g.reflection + g.transmission)),
-               f.probability[kInterfaceLobe]);
+    f.probability[kInterfaceLobe] = select(m,
+                                           max(average(detach(s.reflected + s.transmitted)),
+                                               0.1f * average(detach(g.reflection + g.transmission))),
+                                           f.probability[kInterfaceLobe]);
 }
 
 EG_INLINE void add_glass(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
@@ -101,7 +102,7 @@ EG_INLINE void add_sheen(Bsdf& f, Mask m, const MaterialValues& v) {
     else
         f.sheen = s, f.sheen.weight = select(m, s.weight, zero3());
     f.any_lobe[kSheenLobe] = true;
-    f.probability[kSheenLobe] = select(m, average(s.weight), f.probability[kSheenLobe]);
+    f.probability[kSheenLobe] = select(m, average(detach(s.weight)), f.probability[kSheenLobe]);
 }
 
 // Burley 2012 as in Mitsuba 3's `principled`, with the parameters base_color, roughness, metallic, and
@@ -126,9 +127,10 @@ EG_INLINE void add_disney(Bsdf& f, Mask m, const MaterialValues& v) {
     f.any_burley = true;
     const Float cosine = saturate(f.view.z);
     f.probability[kMirrorLobe] =
-        select(m, max(average(reflectance(f.mirror, cosine)), 0.05f), f.probability[kMirrorLobe]);
+        select(m, max(average(detach(reflectance(f.mirror, cosine))), 0.05f), f.probability[kMirrorLobe]);
     f.probability[kDiffuseLobe] =
-        select(m, average(f.diffuse) * (1.0f - 0.5f * pow5(1.0f - cosine)), f.probability[kDiffuseLobe]);
+        select(m, average(detach(f.diffuse)) * (1.0f - 0.5f * pow5(1.0f - detach(cosine))),
+               f.probability[kDiffuseLobe]);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

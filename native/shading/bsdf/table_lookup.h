@@ -19,16 +19,16 @@ EG_INLINE TablePlace table_place(Float x, int n) {
 
 EG_INLINE Float table_row(const float* table, Int first, TablePlace x) {
     const Float a = gather(table, first + x.low), b = gather(table + 1, first + x.low);
-    return a + (b - a) * x.share;
+    return lerp(a, b, x.share);
 }
 EG_INLINE Float table_plane(const float* table, Int first, TablePlace x, TablePlace y, int n) {
     const Float a = table_row(table, first + y.low * n, x), b = table_row(table + n, first + y.low * n, x);
-    return a + (b - a) * y.share;
+    return lerp(a, b, y.share);
 }
 EG_INLINE Float table_volume(const float* table, TablePlace x, TablePlace y, TablePlace z, int n) {
     const Float a = table_plane(table, z.low * (n * n), x, y, n);
     const Float b = table_plane(table + n * n, z.low * (n * n), x, y, n);
-    return a + (b - a) * z.share;
+    return lerp(a, b, z.share);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

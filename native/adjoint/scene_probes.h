@@ -1,0 +1,86 @@
+// Parts of the shading code that read the scene, one packet at a time: what tests take derivatives of.
+#pragma once
+
+#include "kernels.h"
+#include "path/camera_rays.h"
+#include "shading/environment.h"
+#include "shading/light_rows.h"
+#include "shading/surface_shader.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Inputs and outputs of one packet of a SceneProbe.
+struct SceneProbePacket {
+    Mask active;
+    Int index, instance;
+    Vec3 a, b;
+    Float output[kSceneOutputs];
+
+    EG_INLINE void put(int place, Vec3 v) {
+        output[place] = v.x, output[place + 1] = v.y, output[place + 2] = v.z;
+    }
+};
+
+// Position, normal and smooth normal at the barycentrics a.xy, seen along b.
+EG_INLINE void probe_surface(const SceneView& scene, SceneProbePacket& p) {
+    const SurfacePoint x = surface_point(scene, p.active, p.index, p.a.x, p.a.y, p.b, p.instance);
+    p.put(0, x.position);
+    p.put(3, x.normal);
+    p.put(6, smooth_normal(scene, x));
+}
+
+// The normal that a normal map of the colour b and the strength a.z gives, and the tangent of anisotropy.
+EG_INLINE void probe_bent_normal(const SceneView& scene, SceneProbePacket& p) {
+    const Vec3 along = {splat(0.2f), splat(0.3f), splat(-0.93f)};
+    const SurfacePoint x = surface_point(scene, p.active, p.index, p.a.x, p.a.y, along, p.instance);
+    const TexturePoint point = texture_point(scene, x, -along, splat(0));
+    p.put(0, shading_normal(scene, p.active, splat(0), point, p.b, p.a.z));
+    p.put(3, surface_tangent(scene, p.active, splat(0), point, point.normal));
+}
+
+// The ray through the picture point a.xy and the lens point b.xy.
+EG_INLINE void probe_camera(const SceneView& scene, SceneProbePacket& p) {
+    const CameraRay ray = camera_ray(scene.camera, p.a.x, p.a.y, p.b.x, p.b.y);
+    p.put(0, ray.origin);
+    p.put(3, ray.direction);
+}
+
+// What a light of the table sends along -b, and how an area light is seen from a.
+EG_INLINE void probe_light(const SceneView& scene, SceneProbePacket& p) {
+    const LightRow l = gather_light(scene.lights, p.index);
+    const AreaShape shape = area_shape(l, p.a);
+    p.put(0, l.radiance * light_factor(l, p.b));
+    p.put(3, shape.center);
+    p.put(6, shape.axis_x + shape.axis_y);
+}
+
+EG_INLINE SceneProbePacket run_scene_probe(const SceneView& scene, const SceneProbe& probe, int64_t first) {
+    SceneProbePacket p;
+    p.active = first_lanes(static_cast<int>(probe.count - first < W ? probe.count - first : W));
+    const Int at = select(p.active, lane_index(), splat(0));
+    p.index = gather(probe.index + first, at);
+    p.instance = gather(probe.instance + first, at);
+    p.a = gather3(probe.a + 3 * first, at);
+    p.b = gather3(probe.b + 3 * first, at);
+    for (Float& v : p.output) v = splat(0.0f);
+    switch (probe.kind) {
+        case kSurfaceProbe:
+            probe_surface(scene, p);
+            break;
+        case kBentNormalProbe:
+            probe_bent_normal(scene, p);
+            break;
+        case kCameraProbe:
+            probe_camera(scene, p);
+            break;
+        case kEnvironmentProbe:
+            p.put(0, environment_radiance(scene, p.b));
+            break;
+        case kLightProbe:
+            probe_light(scene, p);
+            break;
+    }
+    return p;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

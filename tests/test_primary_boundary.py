@@ -156,7 +156,17 @@ def agreement(
     return compare(np.stack(samples), difference, stderr)
 
 
-@pytest.mark.parametrize("name", CASES)
+# One of each kind of camera in every run, the others in the slow ones.
+QUICK = (
+    "perspective: camera turns", "crop and wide filter: shapes move", "orthographic: camera moves",
+    "panorama all around: camera turns",
+)
+
+
+RUNS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
+
+
+@pytest.mark.parametrize("name", RUNS)
 def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
     need("native")
     # Blurred edges change few samples each: a difference needs wide steps and many of them to be told from its noise.

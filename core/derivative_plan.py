@@ -16,15 +16,12 @@ from .material_table import LAMBERTIAN, flags
 from .mesh_edges import MeshEdges
 from .motion import STRENGTH, Motion
 from .placement import placed_meshes
-from .primary_plan import crossing_pairs, edge_count, mesh_edges, primary_rules
+from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .renderer import TERMS
 from .scene import Scene
 from .shape import convex
 from .table_derivatives import wanted_tables
 from .tables import Tables
-
-# Meshes of more faces are not searched for places where they pass through themselves (native/boundary/crossings.h).
-SELF_CROSSING_FACES = 50_000
 
 _LIGHTS = ((AreaLight, "area lights"), (PointLight, "point lights"), (SunLight, "suns"))
 
@@ -141,29 +138,15 @@ def missing(scene: Scene, moves: Motion, max_depth: int, narrow: bool) -> tuple[
     if not narrow:
         return tuple(_uncomputed(scene, moves, max_depth))
     out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
-    out += _pierced(scene, moves)
+    out += missing_jumps(scene, dict(zip(scene.meshes, placed_meshes(scene), strict=True)), moves)
     if max_depth >= 2 and any(_reflects(scene, name) for name in scene.meshes):
         out.append("light that surfaces pass on to each other (more than one bounce): neither rendered nor derived")
     return tuple(out)
 
 
-def _pierced(scene: Scene, moves: Motion) -> Iterator[str]:
-    """What piercing surfaces change beyond the picture of their common line (the primary boundary's)."""
-    placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
-    for a, b in crossing_pairs(placed):
-        if a in moves.meshes or b in moves.meshes:
-            yield (f"'{a}' and '{b}' may pass through each other: the line where they do is seen as an edge is, but "
-                   "what it covers of a surface that lights others is left out")
-    large = [name for name in moves.meshes
-             if len(placed[name].faces) > SELF_CROSSING_FACES and not convex(placed[name])]
-    if large:
-        yield (f"surfaces that pass through themselves: not looked for in {', '.join(large)} of more than "
-               f"{SELF_CROSSING_FACES:,} faces, and left out")
-
-
 def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     """Boundaries that no term has, of an engine that differentiates every table."""
-    yield from _pierced(scene, moves)
+    yield from missing_jumps(scene, dict(zip(scene.meshes, placed_meshes(scene), strict=True)), moves)
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
     soft = [f"'{name}'" for name, light in scene.lights.items() if _is_soft(light)]

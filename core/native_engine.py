@@ -83,10 +83,9 @@ class Engine:
 
     @property
     def guided(self) -> bool:
-        """Whether samples of edges are distributed by what a first pass over them finds.
+        """Whether samples of edges are distributed by the jumps that a first pass over them finds.
 
-        That is other samples for other tangents and adjoints: without it forward and reverse mode take the same ones,
-        and are each other's transpose up to rounding, not only in the mean.
+        Rounding then moves samples: what another instruction set computes is equal in the mean only.
         """
         return bool(self._scene.guided)
 

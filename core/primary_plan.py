@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
+
 from . import parameters
+from .expression import ImageTexture, nodes_of
+from .light import PointLight
 from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import Motion
 from .scene import Scene
-from .shape import pierces
+from .shape import convex, pierces
 
+# Meshes of more faces are not searched for places where they pass through themselves (native/boundary/crossings.h).
+SELF_CROSSING_FACES = 50_000
 # Of the camera's parameters, those that change the picture of what stands still only by depth of field.
 _LENS = ("aperture_radius", "focus_distance", "aperture_rotation", "aperture_ratio")
 
@@ -102,3 +108,58 @@ def _moves_rays(scene: Scene, path: str) -> bool:
 
 def _textured(scene: Scene, slot: str) -> bool:
     return any(part.textures for part in [scene.materials[slot], *scene.leaves(slot)])
+
+
+def missing_jumps(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
+    """Sentences on jumps that the camera may see and that are no edges: nothing computes them."""
+    moving = set(placed) if moves.camera else set(moves.meshes)
+    for one, other in crossing_pairs(placed):
+        if one in moves.meshes or other in moves.meshes:
+            yield (f"'{one}' and '{other}' may pass through each other: the line where they do is seen as an edge is, "
+                   "but what it covers of a surface that lights others is left out")
+    large = [name for name in placed if name in moves.meshes and len(placed[name].faces) > SELF_CROSSING_FACES
+             and not convex(placed[name])]
+    if large:
+        yield (f"surfaces that pass through themselves: not looked for in {', '.join(large)} of more than "
+               f"{SELF_CROSSING_FACES:,} faces, and left out")
+    copies = [name for name in placed if name in moving and placed[name].instances is not None]
+    if copies:
+        yield f"lines where instances of {', '.join(copies)} pass through other surfaces: not looked for, and left out"
+    cut = [name for name in placed if name in moving and _is_cut(scene, placed[name])]
+    if cut:
+        yield f"the borders that the camera's clip distances cut into {', '.join(cut)}: they are no edges"
+    hard = [name for name in placed if name in moving and _jumps_inside(scene, placed[name])]
+    if hard:
+        yield (f"borders inside of the faces of {', '.join(hard)} that an image without interpolation draws: they are "
+               "no edges")
+    shown = [name for name, light in scene.lights.items() if (name in moves.lights or moves.camera)
+             and isinstance(light, PointLight) and light.radius > 0.0 and "camera" in light.visible_to]
+    if shown:
+        yield f"the outlines of lights that the camera sees ({', '.join(shown)}): they are no edges"
+
+
+def _is_cut(scene: Scene, mesh: Mesh) -> bool:
+    """Whether the camera may see where a clip distance cuts the mesh."""
+    camera = scene.camera
+    seen = (mesh.vertices - camera.to_world[:3, 3]) @ camera.to_world[:3, :3]
+    if mesh.instances is not None:
+        return False
+    depth = np.linalg.norm(seen, axis=1) if camera.kind == "EQUIRECTANGULAR" else -seen[:, 2]
+    ends = mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    for clip in (camera.clip_start, camera.clip_end):
+        a, b = ends[(depth[ends] < clip).sum(axis=1) == 1].T
+        share = ((clip - depth[a]) / (depth[b] - depth[a]))[:, None]
+        at = seen[a] + share * (seen[b] - seen[a])
+        if camera.kind == "EQUIRECTANGULAR" and len(at):
+            return True
+        place = camera.focal * at[:, :2] * (1.0 if camera.kind == "ORTHOGRAPHIC" else 1.0 / max(clip, 1e-9))
+        # A line between two such places may cross the picture though they are outside of it.
+        if len(at) and (place.min(axis=0) < camera.width).all() and (place.max(axis=0) > -camera.width).all():
+            return True
+    return False
+
+
+def _jumps_inside(scene: Scene, mesh: Mesh) -> bool:
+    return any(node.interpolation == "CLOSEST" for slot in mesh.materials
+               for part in [scene.materials[slot], *scene.leaves(slot)] for texture in part.textures.values()
+               for node in nodes_of(texture) if isinstance(node, ImageTexture))

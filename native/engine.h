@@ -39,9 +39,7 @@ class Engine {
     void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                    std::vector<uint32_t> faces, std::vector<uint32_t> opposite);
     void set_camera(const CameraView& camera) { tables_.camera = camera; }
-    // Whether a first pass over the edges guides a second one (boundary/boundary_plan.h). It goes by what
-    // forward and reverse mode see: without it both take the same samples, and are exactly each other's
-    // transpose.
+    // Whether a first pass over the edges guides a second one (boundary/boundary_plan.h).
     void set_guided(bool guided) { guided_ = guided; }
     bool guided() const { return guided_; }
     const SceneTables& tables() const { return tables_; }

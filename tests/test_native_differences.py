@@ -9,7 +9,18 @@ import edgegrad
 from edgegrad.renderer import Renderer
 from tests import shapes
 from tests.block_statistics import ALARM, compare
-from tests.small_scenes import MOTIONS, Floats, Moving, camera, central_difference, matte, need, rectangle, translated
+from tests.small_scenes import (
+    MOTIONS,
+    Floats,
+    Moving,
+    box,
+    camera,
+    central_difference,
+    matte,
+    need,
+    rectangle,
+    translated,
+)
 
 FLOOR = {"center": (0, 0, 0), "half_u": (0, 0, 3), "half_v": (3, 0, 0), "material": "floor"}
 ABOVE = camera((0, 3.2, 2.4), (0, 0, 0.1), 32)
@@ -44,7 +55,19 @@ def strip(theta: float) -> tuple[edgegrad.Scene, dict[str, Floats]]:
     return scene, {"meshes.strip.vertices": motion}
 
 
+def sunk_box() -> edgegrad.Scene:
+    """A lit box that stands half in a floor, with another through it."""
+    scene = ball_under(edgegrad.PointLight(np.array([0.9, 2.6, 1.3]), 100.0))
+    scene.meshes = {
+        "floor": scene.meshes["floor"],
+        "ball": box((0.1, 0.1, 0.2), (0.4, 0.35, 0.3), "clay", 0.4),
+        "post": box((-0.2, 0.3, 0.4), (0.12, 0.6, 0.12), "floor", 0.9),
+    }
+    return scene
+
+
 CASES: dict[str, Moving] = MOTIONS | {
+    "box sunk into a floor": translated(sunk_box, "ball", (1.0, 0.7, 0.2)),
     "hard shadow of a point light": translated(
         lambda: ball_under(edgegrad.PointLight(np.array([0.9, 2.6, -0.3]), 100.0)), "ball", (1.0, 0.0, 0.0)
     ),

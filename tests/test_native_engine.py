@@ -102,7 +102,6 @@ def test_seeds_differ() -> None:
 def test_forward_and_backward_are_transposes(path: str) -> None:
     scene = boxes()
     r = edgegrad.Renderer(scene, engine="native")
-    r._engine.guided = False  # type: ignore[attr-defined]
     v = {path: tangent(scene)[path]}
     w = adjoint(scene)
     for terms in (("interior",), ("primary",), ("shadow",), edgegrad.TERMS):

@@ -156,7 +156,17 @@ def agreement(
     return compare(np.stack(samples), difference, stderr)
 
 
-@pytest.mark.parametrize("name", CASES)
+# One of each kind of camera in every run, the others in the slow ones.
+QUICK = (
+    "perspective: camera turns", "crop and wide filter: shapes move", "orthographic: camera moves",
+    "panorama all around: camera turns",
+)
+
+
+RUNS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
+
+
+@pytest.mark.parametrize("name", RUNS)
 def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
     need("native")
     # Blurred edges change few samples each: a difference needs wide steps and many of them to be told from its noise.
@@ -233,6 +243,31 @@ def test_piercing_surfaces_agree_with_central_differences(name: str) -> None:
     assert outcome.noise < 0.1
 
 
+# ---------------------------------------------------------------- behind what lets light pass
+def veiled(theta: float) -> edgegrad.Scene:
+    """Shapes behind a half-transparent veil and a coloured pane."""
+    scene = shapes_move(VIEW)(theta)
+    scene.meshes = {
+        **scene.meshes,
+        "veil": rectangle((-0.3, 0, 1.2), (0.5, 0, 0.1), (0, 0.6, 0), "veil"),
+        "pane": rectangle((0.2, 0, 1.4), (0.5, 0, -0.1), (0, 0.5, 0), "pane"),
+    }
+    scene.materials = {
+        **scene.materials,
+        "veil": edgegrad.Material(np.zeros(3), np.full(3, 0.3), alpha=0.4),
+        "pane": edgegrad.Material(np.array([0.9, 0.5, 0.2]), kind="TRANSPARENT"),
+    }
+    return scene
+
+
+def test_edges_behind_transparent_surfaces_agree_with_central_differences() -> None:
+    need("native")
+    outcome = agreement(veiled, MESHES)
+    print(outcome)
+    assert outcome.p_value > ALARM, str(outcome)
+    assert outcome.noise < 0.1
+
+
 # ---------------------------------------------------------------- instances
 def instanced(theta: float) -> edgegrad.Scene:
     """Three copies of a box, one mirrored, before and through a card; all are placed by their transforms."""
@@ -288,7 +323,6 @@ def test_reverse_mode_is_the_transpose(name: str) -> None:
     make, paths = DOT[name]
     scene = make(0.0)
     renderer = Renderer(scene)
-    renderer._engine.guided = False  # type: ignore[attr-defined]
     rng = np.random.default_rng(3)
     tangent = {p: rng.normal(size=np.shape(parameters.get(scene, p))) for p in paths}
     height, width = scene.camera.size

@@ -13,7 +13,7 @@ from edgegrad.expression import Attribute, ImageTexture
 from edgegrad.image import Image
 from edgegrad.motion import motion
 from edgegrad.placement import placed_meshes
-from edgegrad.primary_plan import PrimaryRules, mesh_edges, primary_rules
+from edgegrad.primary_plan import PrimaryRules, mesh_edges, missing_jumps, primary_rules
 from edgegrad.table_derivatives import asked_tables
 from edgegrad.tables import flatten
 from tests import shapes
@@ -155,3 +155,27 @@ def test_camera_reaches_meshes_that_stand_still() -> None:
     made = rules(box_scene(), [POSE])
     assert made.edges == 12 and made.of == 18  # the diagonals are flat
     assert any("the camera moves" in why for why in made.why)
+
+
+def test_jumps_that_are_no_edges_are_named() -> None:
+    def missing(scene: Scene, wrt: Sequence[str]) -> str:
+        tables = asked_tables(scene, flatten(scene), wrt)
+        placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
+        return " ".join(missing_jumps(scene, placed, motion(scene, tables, wrt)))
+
+    assert missing(box_scene(), [VERTICES]) == ""
+    near, far = (box_scene(replace(camera(), **{clip: 4.0})) for clip in ("clip_start", "clip_end"))
+    for cut in (near, far):
+        assert "clip distances cut into object" in missing(cut, [VERTICES])
+        assert "clip distances cut into object" in missing(cut, [POSE])
+    beside = box_scene(replace(camera(), clip_start=4.0))
+    beside.meshes["object"].vertices[:, 0] += 9.0
+    assert missing(beside, [VERTICES]) == "", "the cut is outside of the picture"
+    scene = checked()
+    assert missing(scene, [VERTICES]) == ""
+    scene.materials["glow"].textures = {"emission": ImageTexture("two", Attribute("UVMap"), interpolation="CLOSEST")}
+    assert "an image without interpolation" in missing(scene, [VERTICES])
+    copies = box_scene()
+    copies.materials["glow"] = Material(np.zeros(3))
+    copies.meshes["object"].instances = np.eye(4)[None]
+    assert "instances of object" in missing(copies, [VERTICES])

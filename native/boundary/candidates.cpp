@@ -79,14 +79,19 @@ Wedge wedge_of(const SceneView& scene, const EdgeList& edges, int64_t edge,
     return wedge;
 }
 
-// Share of an edge's length on the screen by which it is sampled: 0 if it can't carry a jump.
-double jump_weight(const Wedge& wedge, V ray, V t, int solid_side) {
+// Share of an edge's length on the screen by which it is sampled: 0 if it can't carry a jump. `reach`: by how
+// much the rays from other points of the lens differ from `ray`; what is a silhouette from any of them counts
+// as one.
+double jump_weight(const Wedge& wedge, V ray, double reach, V t, int solid_side) {
     if (wedge.faces == 0 || wedge.flat()) return 0.0;
     if (wedge.faces != 2 || !wedge.same_surface) return 1.0;  // border or junction
     const V sheet = cross(ray, t);                            // normal of the sheet through camera and edge
-    if (dot(sheet, wedge.third[0]) * dot(sheet, wedge.third[1]) >= 0.0) return 1.0;  // silhouette
+    const double side[2] = {dot(sheet, wedge.third[0]), dot(sheet, wedge.third[1])};
+    if (side[0] * side[1] >= 0.0) return 1.0;  // silhouette
+    for (int k = 0; k < 2; ++k)
+        if (std::abs(side[k]) <= reach * length(cross(t, wedge.third[k]))) return 1.0;
     const double crease = std::clamp(length(wedge.normal[0] - wedge.normal[1]), kLeastCrease, 1.0);
-    return solid_side * dot(wedge.normal[0], ray) > 0.0 ? kHidden * crease : crease;
+    return solid_side * dot(wedge.normal[0], ray) > reach ? kHidden * crease : crease;
 }
 
 // Where the finite emitters are: a ball around triangles and point lights, directions of suns.
@@ -201,8 +206,8 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
             double weight = -1.0;  // found for edges that are in the picture only
             frame.pieces(a, b, [&](double u0, double u1, double pixels) {
                 if (weight < 0.0)
-                    weight = jump_weight(wedge_of(scene, edges, edge, place), frame.ray_through(a), b - a,
-                                         edges.solid_side[mesh]);
+                    weight = jump_weight(wedge_of(scene, edges, edge, place), frame.ray_through(a),
+                                         frame.lens_reach(), b - a, edges.solid_side[mesh]);
                 add(instance, u0, u1, pixels * weight);
             });
         };

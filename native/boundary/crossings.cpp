@@ -16,6 +16,9 @@ namespace {
 constexpr double kOnPlane = 1e-6;
 // Sine squared of the least angle between two faces.
 constexpr double kParallel = 1e-6;
+// Radians: parts of one mesh whose normals differ by less are taken not to pierce each other, as patches of a
+// smooth surface.
+constexpr double kOneDirection = 0.9;
 constexpr size_t kLeaf = 8;
 
 struct Box {
@@ -41,11 +44,45 @@ Box box_of(const SceneTables& t, int32_t face) {
     return box;
 }
 
-// Faces in a tree of boxes.
+Vector unit_normal(const SceneTables& t, int32_t face) {
+    const auto p = [&](size_t k) -> Vector {
+        const float* v = corner(t, face, k);
+        return {v[0], v[1], v[2]};
+    };
+    const Vector m = cross(p(1) - p(0), p(2) - p(0));
+    return m * (1.0 / std::max(length(m), 1e-300));
+}
+
+// Directions within an angle of an axis.
+struct Cone {
+    Vector axis;
+    double angle;
+
+    // Whether all directions of both are within `limit` of each other.
+    bool narrow(const Cone& other, double limit) const {
+        const double between = std::atan2(length(cross(axis, other.axis)), dot(axis, other.axis));
+        return angle + other.angle + between < limit && 2.0 * angle < limit && 2.0 * other.angle < limit;
+    }
+};
+
+// Faces in a tree of boxes, with the cones of their normals.
 class FaceTree {
  public:
-    FaceTree(const SceneTables& tables, std::vector<int32_t> faces)
-        : tables_(tables), faces_(std::move(faces)) {
+    struct Node {
+        Box box;
+        Cone cone;
+        size_t first, last, right;  // right 0: a leaf; the left child comes next
+
+        bool leaf() const { return right == 0; }
+    };
+
+    FaceTree(const SceneTables& tables, std::vector<int32_t> faces) : faces_(std::move(faces)) {
+        boxes_.reserve(faces_.size());
+        for (int32_t face : faces_) boxes_.push_back(box_of(tables, face));
+        normals_.reserve(faces_.size());
+        for (int32_t face : faces_) normals_.push_back(unit_normal(tables, face));
+        order_.resize(faces_.size());
+        std::iota(order_.begin(), order_.end(), size_t{0});
         if (!faces_.empty()) build(0, faces_.size());
     }
 
@@ -56,57 +93,87 @@ class FaceTree {
         size_t stack[64], top = 0;
         stack[top++] = 0;
         while (top > 0) {
-            const Node& node = nodes_[stack[--top]];
+            const size_t at = stack[--top];
+            const Node& node = nodes_[at];
             if (!node.box.meets(box)) continue;
-            if (node.right == 0) {
-                for (size_t k = node.first; k < node.last; ++k) visit_face(faces_[k]);
+            if (node.leaf()) {
+                for (size_t k = node.first; k < node.last; ++k)
+                    if (boxes_[order_[k]].meets(box)) visit_face(faces_[order_[k]]);
             } else {
                 stack[top++] = node.right;
-                stack[top++] = static_cast<size_t>(&node - nodes_.data()) + 1;
+                stack[top++] = at + 1;
+            }
+        }
+    }
+
+    // visit(face, other) for the pairs whose boxes meet, but for those in patches of about one direction.
+    template <typename Visit>
+    void visit_pairs(double narrow, const Visit& visit_pair) const {
+        std::vector<std::array<size_t, 2>> stack;
+        if (!nodes_.empty()) stack.push_back({0, 0});
+        while (!stack.empty()) {
+            const auto [a, b] = stack.back();
+            stack.pop_back();
+            const Node &s = nodes_[a], &t = nodes_[b];
+            if (!s.box.meets(t.box) || s.cone.narrow(t.cone, narrow)) continue;
+            if (s.leaf() && t.leaf()) {
+                for (size_t j = s.first; j < s.last; ++j)
+                    for (size_t k = a == b ? j + 1 : t.first; k < t.last; ++k)
+                        if (boxes_[order_[j]].meets(boxes_[order_[k]]))
+                            visit_pair(faces_[order_[j]], faces_[order_[k]]);
+            } else if (a == b) {
+                stack.push_back({a + 1, a + 1});
+                stack.push_back({s.right, s.right});
+                stack.push_back({a + 1, s.right});
+            } else if (t.leaf() || (!s.leaf() && s.last - s.first >= t.last - t.first)) {
+                stack.push_back({a + 1, b});
+                stack.push_back({s.right, b});
+            } else {
+                stack.push_back({a, b + 1});
+                stack.push_back({a, t.right});
             }
         }
     }
 
  private:
-    struct Node {
-        Box box;
-        size_t first, last, right;  // right 0: a leaf; the left child comes next
-    };
-
     size_t build(size_t first, size_t last) {
         const size_t at = nodes_.size();
-        nodes_.push_back({{}, first, last, 0});
+        nodes_.push_back({{}, {}, first, last, 0});
         Box box, centres;
+        Vector sum{0, 0, 0};
         for (size_t k = first; k < last; ++k) {
-            const Box b = box_of(tables_, faces_[k]);
+            const Box& b = boxes_[order_[k]];
             box.add(b);
             const float c[3] = {b.low[0] + b.high[0], b.low[1] + b.high[1], b.low[2] + b.high[2]};
             centres.add(c);
+            sum = sum + normals_[order_[k]];
         }
+        const Vector axis = sum * (1.0 / std::max(length(sum), 1e-300));
+        double least = 1.0;
+        for (size_t k = first; k < last; ++k) least = std::min(least, dot(axis, normals_[order_[k]]));
         nodes_[at].box = box;
+        nodes_[at].cone = {axis, std::acos(std::clamp(least, -1.0, 1.0))};
         if (last - first <= kLeaf) return at;
-        int axis = 0;
+        int axis_of = 0;
         for (int c = 1; c < 3; ++c)
-            if (centres.high[c] - centres.low[c] > centres.high[axis] - centres.low[axis]) axis = c;
+            if (centres.high[c] - centres.low[c] > centres.high[axis_of] - centres.low[axis_of]) axis_of = c;
         const size_t middle = (first + last) / 2;
-        const auto centre = [&](int32_t face) {
-            const Box b = box_of(tables_, face);
-            return b.low[axis] + b.high[axis];
-        };
-        std::nth_element(faces_.begin() + static_cast<ptrdiff_t>(first),
-                         faces_.begin() + static_cast<ptrdiff_t>(middle),
-                         faces_.begin() + static_cast<ptrdiff_t>(last), [&](int32_t a, int32_t b) {
-                             const float ca = centre(a), cb = centre(b);
-                             return ca < cb || (ca == cb && a < b);
-                         });
+        const auto centre = [&](size_t k) { return boxes_[k].low[axis_of] + boxes_[k].high[axis_of]; };
+        const auto place = [&](size_t k) { return order_.begin() + static_cast<ptrdiff_t>(k); };
+        std::nth_element(place(first), place(middle), place(last), [&](size_t a, size_t b) {
+            const float ca = centre(a), cb = centre(b);
+            return ca < cb || (ca == cb && a < b);
+        });
         build(first, middle);
         const size_t right = build(middle, last);
         nodes_[at].right = right;
         return at;
     }
 
-    const SceneTables& tables_;
     std::vector<int32_t> faces_;
+    std::vector<Box> boxes_;
+    std::vector<Vector> normals_;
+    std::vector<size_t> order_;
     std::vector<Node> nodes_;
 };
 
@@ -172,52 +239,59 @@ bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
     return false;
 }
 
-std::vector<int32_t> faces_in(const SceneTables& t, int32_t mesh, const Box& box) {
+std::vector<int32_t> faces_in(const SceneTables& t, int32_t mesh, const Box& box, int threads) {
+    constexpr int32_t kBlock = 1 << 14;
+    const int32_t begin = t.mesh_first_face[static_cast<size_t>(mesh)];
+    const int32_t end = t.mesh_first_face[static_cast<size_t>(mesh) + 1];
+    std::vector<std::vector<int32_t>> parts(static_cast<size_t>((end - begin + kBlock - 1) / kBlock));
+    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
+        const int32_t first = begin + static_cast<int32_t>(part) * kBlock;
+        for (int32_t f = first; f < std::min(end, first + kBlock); ++f)
+            if (box_of(t, f).meets(box)) parts[static_cast<size_t>(part)].push_back(f);
+    });
     std::vector<int32_t> faces;
-    for (int32_t f = t.mesh_first_face[static_cast<size_t>(mesh)];
-         f < t.mesh_first_face[static_cast<size_t>(mesh) + 1]; ++f)
-        if (box_of(t, f).meets(box)) faces.push_back(f);
+    for (const auto& part : parts) faces.insert(faces.end(), part.begin(), part.end());
     return faces;
 }
 
-// Crossings of two meshes, or of one with itself.
-void search(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
-            Crossings& out) {
-    std::vector<int32_t> few = faces_in(tables, one, common), many = few;
-    if (one != other) {
-        many = faces_in(tables, other, common);
-        if (few.size() > many.size()) std::swap(few, many);
-    }
-    if (few.empty() || many.empty()) return;
+void add_pair(const SceneTables& tables, int32_t face, int32_t other, Crossings& out) {
+    Vector ends[2];
+    if (!shared_line(tables, face, other, ends)) return;
+    for (const Vector& e : ends)
+        for (double x : {e.x, e.y, e.z}) out.ends.push_back(static_cast<float>(x));
+    out.faces.push_back(static_cast<uint32_t>(face));
+    out.faces.push_back(static_cast<uint32_t>(other));
+}
+
+void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
+                 Crossings& out) {
+    std::vector<int32_t> few = faces_in(tables, one, common, threads);
+    if (few.empty()) return;
+    std::vector<int32_t> many = faces_in(tables, other, common, threads);
+    if (few.size() > many.size()) std::swap(few, many);
+    if (few.empty()) return;
     const FaceTree tree(tables, std::move(many));
     constexpr size_t kBlock = 256;
     std::vector<Crossings> parts((few.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
-        Crossings& found = parts[static_cast<size_t>(part)];
         const size_t first = static_cast<size_t>(part) * kBlock;
-        std::vector<int32_t> near;
-        for (size_t k = first; k < std::min(few.size(), first + kBlock); ++k) {
-            const int32_t face = few[k];
-            const Box box = box_of(tables, face);
-            near.clear();
-            tree.visit(box, [&](int32_t f) {
-                if ((one != other || f > face) && box_of(tables, f).meets(box)) near.push_back(f);
-            });
-            for (int32_t f : near) {
-                if (one == other && neighbours(tables, face, f)) continue;
-                Vector ends[2];
-                if (!shared_line(tables, face, f, ends)) continue;
-                for (const Vector& e : ends)
-                    for (double x : {e.x, e.y, e.z}) found.ends.push_back(static_cast<float>(x));
-                found.faces.push_back(static_cast<uint32_t>(face));
-                found.faces.push_back(static_cast<uint32_t>(f));
-            }
-        }
+        for (size_t k = first; k < std::min(few.size(), first + kBlock); ++k)
+            tree.visit(box_of(tables, few[k]),
+                       [&](int32_t f) { add_pair(tables, few[k], f, parts[static_cast<size_t>(part)]); });
     });
     for (const Crossings& part : parts) {
         out.ends.insert(out.ends.end(), part.ends.begin(), part.ends.end());
         out.faces.insert(out.faces.end(), part.faces.begin(), part.faces.end());
     }
+}
+
+void search_self(const SceneTables& tables, int32_t mesh, Crossings& out) {
+    std::vector<int32_t> faces(static_cast<size_t>(tables.mesh_first_face[static_cast<size_t>(mesh) + 1] -
+                                                   tables.mesh_first_face[static_cast<size_t>(mesh)]));
+    std::iota(faces.begin(), faces.end(), tables.mesh_first_face[static_cast<size_t>(mesh)]);
+    FaceTree(tables, std::move(faces)).visit_pairs(kOneDirection, [&](int32_t face, int32_t other) {
+        if (!neighbours(tables, face, other)) add_pair(tables, face, other, out);
+    });
 }
 
 }  // namespace
@@ -239,14 +313,18 @@ Crossings find_crossings(const SceneTables& tables, const Asked& asked, int thre
         for (size_t b = a; b < meshes; ++b) {
             if (!seen[a] || !seen[b] || !boxes[a].meets(boxes[b])) continue;
             if (!asked.camera && !asked.moving[a] && !asked.moving[b]) continue;
-            if (a == b && tables.mesh_first_face[a + 1] - tables.mesh_first_face[a] > kSelfCrossingFaces)
+            if (a == b) {
+                const bool small =
+                    tables.mesh_first_face[a + 1] - tables.mesh_first_face[a] <= kSelfCrossingFaces;
+                if (small) search_self(tables, static_cast<int32_t>(a), out);
                 continue;
+            }
             Box common;
             for (int c = 0; c < 3; ++c) {
                 common.low[c] = std::max(boxes[a].low[c], boxes[b].low[c]);
                 common.high[c] = std::min(boxes[a].high[c], boxes[b].high[c]);
             }
-            search(tables, static_cast<int32_t>(a), static_cast<int32_t>(b), common, threads, out);
+            search_pair(tables, static_cast<int32_t>(a), static_cast<int32_t>(b), common, threads, out);
         }
     }
     return out;

@@ -5,6 +5,7 @@
 #include "boundary/pieces.h"
 #include "film/splat.h"
 #include "path/camera_projection.h"
+#include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -17,6 +18,7 @@ struct EdgeSample {
     Vec3 point, tangent;
     Vec3 normal;  // N = D x t
     Projection view;
+    PathIndex random;
 };
 
 // Samples [task.first + at, …) of the pieces, each seen through its own point of the lens.
@@ -29,6 +31,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
     s.edge = place.edge;
     s.instance = place.instance;
     s.crossing = place.edge >= scene.edge_count;
+    s.random = place.random;
     const Float length = place.u1 - place.u0;
     Float du;  // du / dtau
     if (c.kind == kPerspective) {
@@ -123,27 +126,75 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
 struct Behind {
     Closest hit;
     Mask touched;
+    // Of surfaces in front of the edge that let light pass: what comes through, and their number.
+    Vec3 through;
+    Int passed;
 };
 
-// One ray from the camera through e that ignores the edge's faces; lanes where something is in front
-// of e become inactive. It starts at the camera, so that a surface touching the edge isn't lost.
-EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s) {
-    Behind behind;
-    behind.hit = intersect(scene, s.active, s.view.origin, s.view.direction, s.view.near, s.view.far,
-                           {s.edge, s.instance}, embree::kIncoherent);
-    // Contact: the hit is about at e, and the edge lies in its plane.
-    constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f;
-    Triangle t = gather_triangle(scene, behind.hit.face);
-    place_triangle(scene, behind.hit.instance, t);
-    const Vec3 m = area_normal(t);
-    const Float length = max(sqrt(dot(m, m)), 1e-30f);
+// Of surfaces that rays meet, those that let them pass by chance, as pictures' paths; takes what comes
+// through.
+EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const EdgeSample& s, const Closest& hit,
+                       Behind& behind, Float& offset) {
+    SurfacePoint x = surface_point(scene, blocked, hit.face, hit.b1, hit.b2, s.view.direction, hit.instance);
+    x.mesh = hit.mesh;
+    offset = x.offset;
+    const TexturePoint point =
+        texture_point(scene, x, -s.view.direction, splat(static_cast<int>(kCameraRay)));
+    Float choice, chance, unused;
+    sobol_pair(s.random.stream, s.random.sample, vertex_pair(behind.passed, kVertexChoice), choice, unused);
+    sobol_pair(s.random.stream, s.random.sample, vertex_pair(behind.passed, kVertexSurvival), unused, chance);
+    const Shader shader = surface_shader(scene, x, point, choice);
+    Vec3 color;
+    const Mask pass = x.active & has(shader, kHasTransparency) & (chance < passing_share(shader, color));
+    behind.through = select(pass, behind.through * color * shader.scale, behind.through);
+    behind.passed = behind.passed - pass;
+    return pass;
+}
+
+// Rays from the camera through e that ignore the edge's faces; lanes where something is in front of e become
+// inactive. They start at the camera, so that a surface touching the edge isn't lost.
+EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, int most_passed) {
+    constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f, kBefore = 1e-5f;
     const Float scale = max(largest_component(s.point), s.view.distance);
-    behind.touched = behind.hit.hit & (abs(behind.hit.distance - s.view.distance) < scale * kHere) &
-                     (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
-                     (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
-    constexpr float kBefore = 1e-5f;
-    s.active &=
-        ~(behind.hit.hit & ~behind.touched & (behind.hit.distance < s.view.distance - scale * kBefore));
+    Behind behind;
+    behind.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    behind.passed = behind.touched = splat(0);
+    behind.hit.hit = behind.hit.face = behind.hit.mesh = splat(0);
+    behind.hit.instance = splat(-1);
+    behind.hit.b1 = behind.hit.b2 = behind.hit.distance = splat(0.0f);
+    Float near = s.view.near;
+    Mask looking = s.active;
+    while (any(looking)) {
+        const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, s.view.far,
+                                      {s.edge, s.instance}, embree::kIncoherent);
+        // Contact: the hit is about at e, and the edge lies in its plane.
+        Triangle t = gather_triangle(scene, hit.face);
+        place_triangle(scene, hit.instance, t);
+        const Vec3 m = area_normal(t);
+        const Float length = max(sqrt(dot(m, m)), 1e-30f);
+        const Mask touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere) &
+                             (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
+                             (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
+        const Mask blocked =
+            looking & hit.hit & ~touched & (hit.distance < s.view.distance - scale * kBefore);
+        const Mask seen = looking & ~blocked;
+        behind.hit.hit |= seen & hit.hit;
+        behind.hit.face = select(seen, hit.face, behind.hit.face);
+        behind.hit.mesh = select(seen, hit.mesh, behind.hit.mesh);
+        behind.hit.instance = select(seen, hit.instance, behind.hit.instance);
+        behind.hit.b1 = select(seen, hit.b1, behind.hit.b1);
+        behind.hit.b2 = select(seen, hit.b2, behind.hit.b2);
+        behind.hit.distance = select(seen, hit.distance, behind.hit.distance);
+        behind.touched |= seen & touched;
+        looking = blocked & (behind.passed < most_passed);
+        if (!(scene.all_flags & kHasTransparency)) looking = splat(0);
+        if (any(looking)) {
+            Float offset;
+            looking = passes(scene, looking, s, hit, behind, offset);
+            near = select(looking, hit.distance + 2.0f * offset, near);
+        }
+        s.active &= seen | looking | ~(seen | blocked);
+    }
     return behind;
 }
 

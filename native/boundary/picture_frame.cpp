@@ -49,6 +49,13 @@ Vector PictureFrame::ray_through(Vector point) const {
     return camera_.kind == kOrthographic ? back_ * -1.0 : point - position_;
 }
 
+double PictureFrame::lens_reach() const {
+    if (camera_.kind == kEquirectangular) return 0.0;
+    const double radius =
+        camera_.aperture_radius / std::min(1.0, std::max(1e-6, static_cast<double>(camera_.aperture_ratio)));
+    return camera_.kind == kOrthographic ? radius / camera_.focus_distance : radius;
+}
+
 void PictureFrame::pieces(Vector a, Vector b, const Visit& visit) const {
     if (camera_.kind == kEquirectangular)
         panorama_pieces(a, b, visit);

@@ -22,6 +22,8 @@ class PictureFrame {
 
     // Direction of the ray through a point (from the middle of the lens), of any length.
     Vector ray_through(Vector point) const;
+    // By how much the rays from other points of the lens differ from it.
+    double lens_reach() const;
 
  private:
     void flat_pieces(Vector a, Vector b, const Visit& visit) const;

@@ -81,7 +81,7 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
             s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         }
         Behind behind;
-        if (any(s.active)) behind = look_behind(scene, s);
+        if (any(s.active)) behind = look_behind(scene, s, task.limits.transparent);
         store(work.visible + at, s.active);
         if (!any(s.active)) continue;
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
@@ -91,7 +91,7 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
             const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
             const Closest hit = side_hit(scene, s, near, mesh, behind, outwards, slope_behind);
             queued = append_start(work, queued, s.active, number, s.view.origin, s.view.direction, hit,
-                                  task.max_depth);
+                                  behind.through, behind.passed, task.max_depth);
         };
         start(sides.plus, path, s.normal, slope);
         start(sides.minus, path + count, -s.normal, -slope);
@@ -196,25 +196,31 @@ EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent, con
     return mode.value.x;
 }
 
-// Sizes of samples, by which later ones are distributed.
-EG_INLINE void write_scores(const BoundaryTask& task, int at, Mask active, Float size) {
+// Sizes of a first pass' samples, by which those of a second are distributed: the jump times the area that a
+// motion across the edge sweeps. Neither tangent nor adjoint is in them, so that both modes take the same
+// samples and are exactly each other's transpose.
+EG_INLINE void write_scores(const BoundaryTask& task, int at, const EdgeSample& s, Vec3 jump) {
     if (!task.score) return;
+    const Float size = largest_component(jump) * s.weight * sqrt(dot(s.normal, s.normal));
     for (int i = 0; i < W && at + i < task.count; ++i)
-        task.score[task.first + at + i] = active[i] ? size[i] : 0.0f;
+        task.score[task.first + at + i] = s.active[i] && size[i] < 1e30f ? size[i] : 0.0f;
 }
 
 static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                    const DerivativeView& tangent, Splats& splats) {
     // Where nothing moves, nothing is traced.
-    trace_sides(scene, task, work, [&](const EdgeSample& s) { return sweep(scene, tangent, s) != 0.0f; });
+    trace_sides(scene, task, work, [&](const EdgeSample& s) {
+        return task.score ? splat(-1) : sweep(scene, tangent, s) != 0.0f;
+    });
     PieceCursor piece = first_piece(task);
     for (int at = 0; at < static_cast<int>(task.count); at += W) {
         EdgeSample s = sample_edge(scene, task, at, piece);
         s.active &= load(work.visible + at);
-        const Vec3 value = jump_of(task, work, at) * sweep(scene, tangent, s);
+        const Vec3 jump = jump_of(task, work, at);
+        write_scores(task, at, s, jump);
+        const Vec3 value = jump * sweep(scene, tangent, s);
         s.active &= largest_component(value) < 1e30f;
         write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, value);
-        write_scores(task, at, s.active, largest_component(value));
     }
 }
 
@@ -224,16 +230,18 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
         return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
     };
     // Where nothing is asked, nothing is traced.
-    trace_sides(scene, task, work,
-                [&](const EdgeSample& s) { return largest_component(adjoint_of(s)) > 0.0f; });
+    trace_sides(scene, task, work, [&](const EdgeSample& s) {
+        return task.score ? splat(-1) : largest_component(adjoint_of(s)) > 0.0f;
+    });
     PieceCursor piece = first_piece(task);
     for (int at = 0; at < static_cast<int>(task.count); at += W) {
         EdgeSample s = sample_edge(scene, task, at, piece);
         s.active &= load(work.visible + at);
         const Vec3 jump = jump_of(task, work, at);
+        write_scores(task, at, s, jump);
         s.active &= largest_component(jump) < 1e30f;
         const Vec3 a = any(s.active) ? adjoint_of(s) : zero3();
-        write_scores(task, at, s.active, abs(dot(a, jump)) * s.weight * sqrt(dot(s.normal, s.normal)));
+        s.active &= largest_component(a) > 0.0f;
         if (!any(s.active)) continue;
         Backward mode{scene, gradient, a};
         edge_blocks(mode, scene, gradient, s, jump);

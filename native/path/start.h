@@ -20,19 +20,23 @@ EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
     return mesh;
 }
 
-// Appends camera paths with the numbers `path`, whose rays have met `hit`, to a queue of n; its new length.
+// Appends camera paths with the numbers `path`, whose rays have met `hit` behind `passed` surfaces that let
+// `throughput` through, to a queue of n; its new length.
 EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
-                           const Closest& hit, int max_depth) {
+                           const Closest& hit, Vec3 throughput, Int passed, int max_depth) {
     PathPacket p;
     p.active = active;
     p.path = path;
     p.origin = p.from = origin;
     p.direction = p.from_normal = direction;
-    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    p.throughput = throughput;
     p.pdf = splat(0.0f);
     p.segment = splat(1);
     p.vertex = p.bounces = p.both_sides = p.from_mesh = splat(0);
     p.previous = p.place = splat(-1);
+    p.vertex = passed;
+    p.bounces = passed << 24;  // the fourth count (path/path_queue.h)
+    p.both_sides = p.from_mesh = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.final_ray = splat(max_depth <= 1 ? -1 : 0);
     HitQueue& hits = work.hits;

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from . import parameters
 from .differentiable import obstacles
-from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .light import AreaLight, PointLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, flags
 from .mesh_edges import MeshEdges
@@ -23,6 +23,7 @@ from .shape import convex
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
+NOT_COMPUTED = "not computed in this scene, see below"
 _LIGHTS = ((AreaLight, "area lights"), (PointLight, "point lights"), (SunLight, "suns"))
 
 
@@ -35,7 +36,7 @@ class Term:
     name
         As in `edgegrad.TERMS`.
     computed
-        False: it is zero in this scene.
+        False: it is zero in this scene, or left out of it (`NOT_COMPUTED` in `why`).
     edges, of
         Candidate edges, and all edges (of the meshes that rays can hit); 0 for the interior.
     why
@@ -119,6 +120,8 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
         zero = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
     if zero:
         return Term("shadow", False, 0, total, (zero,))
+    if next(obstacles(scene), None) is not None:
+        return Term("shadow", False, 0, total, (NOT_COMPUTED,))
     kept = total - sum(e.flat for e in edges.values())
     why = ["edges of all meshes, since a shadow also moves over a moving surface when its caster stands still"]
     if total - kept:
@@ -149,20 +152,14 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     yield from missing_jumps(scene, dict(zip(scene.meshes, placed_meshes(scene), strict=True)), moves)
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
-    soft = [f"'{name}'" for name, light in scene.lights.items() if _is_soft(light)]
-    if soft:
-        yield f"shadow boundary: edges between a surface and {', '.join(soft)} (a spot, or a light with a size)"
-    if scene.world.image is not None and np.any(scene.world.color * scene.world.strength):
-        yield f"shadow boundary: edges between a surface and the environment's image '{scene.world.image}'"
+    rich = list(obstacles(scene))
+    if rich:
+        yield ("shadow boundary: edges between a surface and its lights are sampled in flat, diffuse scenes alone "
+               f"(`edgegrad.differentiable`), but here {rich[0]}" + (f", and {len(rich) - 1} more" if rich[1:] else ""))
     if any(not flags(leaf) & LAMBERTIAN for mesh in scene.meshes for leaf in _leaves(scene, mesh)):
         yield "reflected and refracted boundary: edges seen in surfaces that are no mirrors and not diffuse"
     if max_depth > 2:
         yield "indirect boundary: edges between two surfaces that light each other"
-
-
-def _is_soft(light: Light) -> bool:
-    sized = isinstance(light, PointLight) and light.radius > 0.0
-    return isinstance(light, SpotLight) or sized or (isinstance(light, SunLight) and light.angle > 0.0)
 
 
 def _used(scene: Scene, mesh_name: str) -> list[str]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from . import narrow_derivatives
 from ._check import whole
 from .bounces import MAX_DEPTH
-from .derivative_plan import Term, missing, terms
+from .derivative_plan import NOT_COMPUTED, Term, missing, terms
 from .motion import motion
 from .picture_plan import picture_plan
 from .renderer import MAX_DERIVATIVE_DEPTH, engine_class
@@ -44,7 +44,8 @@ class Plan:
         lines = ["Picture", *(f"  - {sentence}" for sentence in self.picture)]
         for term in self.terms:
             count = f": {term.edges:,} of {term.of:,} edges" if term.computed and term.of else ""
-            lines.append(f"{_WORDS[term.name]}{count}{'' if term.computed else ': skipped, it is zero'}")
+            skipped = "" if NOT_COMPUTED in term.why else ", it is zero"
+            lines.append(f"{_WORDS[term.name]}{count}{'' if term.computed else f': skipped{skipped}'}")
             lines += [f"  - {reason}" for reason in term.why]
         if not self.terms:
             return "\n".join(lines)
@@ -63,7 +64,7 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     wrt
         Parameter paths; none: of the picture alone.
     max_depth
-        Path segments, as for `edgegrad.render`; derivatives have at most two.
+        Path segments, as for `edgegrad.render`.
 
     Raises
     ------

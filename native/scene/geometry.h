@@ -72,7 +72,8 @@ EG_INLINE Vec3 interpolate(const Triangle& t, Float b1, Float b2) {
 // Distance that rays keep from a triangle at their ends: interpolated positions are off by a few
 // roundings of its largest coordinate.
 EG_INLINE Float ray_offset(const Triangle& t) {
-    return 2e-6f * max(max(largest_component(t.p0), largest_component(t.p1)), largest_component(t.p2));
+    return 2e-6f * max(max(largest_component(detach(t.p0)), largest_component(detach(t.p1))),
+                       largest_component(detach(t.p2)));
 }
 
 // Faces that a ray passes through: those of an edge (-1: none).

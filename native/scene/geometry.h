@@ -32,7 +32,7 @@ struct Placement {
 
 // Rows of lanes that are no instance (-1) are of any.
 EG_INLINE Placement gather_placement(const SceneView& scene, Int instance) {
-    Float m[12] = {};
+    Float m[12];
     gather_row(scene.instance_to_world, 12, select(instance >= 0, instance, splat(0)), m);
     return {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}, {m[3], m[7], m[11]}};
 }

@@ -29,7 +29,7 @@ EG_INLINE Vec3 gray(Float a) { return {a, a, a}; }
 EG_INLINE Vec3 splat3(const float* v) { return {broadcast(v), broadcast(v + 1), broadcast(v + 2)}; }
 template <typename R>
 EG_INLINE Vec3 gather3(const float* base, const R& row) {
-    Float r[3] = {};
+    Float r[3];
     gather_row(base, 3, row, r);
     return {r[0], r[1], r[2]};
 }

@@ -206,7 +206,7 @@ EG_INLINE Int gather(const int32_t* base, Int index) { return raw::gather(base, 
 EG_INLINE Float broadcast(const float* p) { return {raw::broadcast(p), leaves(p, raw::splat(0), 1)}; }
 template <int N, typename R>
 EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
-    raw::Float values[N] = {};
+    raw::Float values[N];
     raw::gather_row(base, stride, row, values);
     const int32_t first = leaves(base, packet(row) * stride, N);
     for (int k = 0; k < N; ++k) out[k] = {values[k], first < 0 ? -1 : first + k};

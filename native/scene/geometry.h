@@ -32,7 +32,7 @@ struct Placement {
 
 // Rows of lanes that are no instance (-1) are of any.
 EG_INLINE Placement gather_placement(const SceneView& scene, Int instance) {
-    Float m[12] = {};
+    Float m[12];
     gather_row(scene.instance_to_world, 12, select(instance >= 0, instance, splat(0)), m);
     return {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}, {m[3], m[7], m[11]}};
 }
@@ -72,7 +72,8 @@ EG_INLINE Vec3 interpolate(const Triangle& t, Float b1, Float b2) {
 // Distance that rays keep from a triangle at their ends: interpolated positions are off by a few
 // roundings of its largest coordinate.
 EG_INLINE Float ray_offset(const Triangle& t) {
-    return 2e-6f * max(max(largest_component(t.p0), largest_component(t.p1)), largest_component(t.p2));
+    return 2e-6f * max(max(largest_component(detach(t.p0)), largest_component(detach(t.p1))),
+                       largest_component(detach(t.p2)));
 }
 
 // Faces that a ray passes through: those of an edge (-1: none).

@@ -13,7 +13,7 @@ struct LightRow {
 };
 
 EG_INLINE LightRow gather_light(const LightView& lights, Int row) {
-    Float p[kLightEdgeScale + 1] = {};
+    Float p[kLightEdgeScale + 1];
     gather_row(lights.params, kLightParams, row, p);
     const auto vector = [&](int place) { return Vec3{p[place], p[place + 1], p[place + 2]}; };
     return {vector(kLightRadiance),

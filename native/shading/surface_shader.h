@@ -19,10 +19,12 @@ struct Shader {
     EG_INLINE Vec3 color(int place) const { return {row[place], row[place + 1], row[place + 2]}; }
 };
 
-// Loads `count` values of the leaves' rows from `place` on.
-EG_INLINE void load_row(const SceneView& scene, Shader& s, int place, int count) {
-    for (int k = place; k < place + count; ++k)
-        s.row[k] = gather(scene.leaf_params + k, s.leaf * static_cast<int32_t>(kMaterialParams));
+// Loads N values of the leaves' rows from `place` on.
+template <int N>
+EG_INLINE void load_row(const SceneView& scene, Shader& s, int place) {
+    Float values[N];
+    gather_row(scene.leaf_params + place, kMaterialParams, s.leaf, values);
+    for (int k = 0; k < N; ++k) s.row[place + k] = values[k];
 }
 
 EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint& x, Vec3 view, Int ray_kind) {
@@ -78,12 +80,12 @@ EG_OUTLINE Shader leaf_shader(const SceneView& scene, const SurfacePoint& x, Int
     s.kind = gather(scene.leaf_kind, s.leaf);
     s.flags = gather(scene.leaf_flags, s.leaf);
     if (scene.common_flags & kLambertian) {
-        load_row(scene, s, kBaseColor, 3);
-        if (scene.all_flags & kHasEmission) load_row(scene, s, kEmission, 3);
-        if (scene.all_flags & kHasTransparency) load_row(scene, s, kAlpha, 1);
-        if (scene.all_flags & kHasNormalMap) load_row(scene, s, kNormalMap, 4);
+        load_row<3>(scene, s, kBaseColor);
+        if (scene.all_flags & kHasEmission) load_row<3>(scene, s, kEmission);
+        if (scene.all_flags & kHasTransparency) load_row<1>(scene, s, kAlpha);
+        if (scene.all_flags & kHasNormalMap) load_row<4>(scene, s, kNormalMap);
     } else {
-        load_row(scene, s, 0, kMaterialParams);
+        load_row<kMaterialParams>(scene, s, 0);
     }
     if (scene.textures.leaf_program)
         run_program(scene, x.active, gather(scene.textures.leaf_program, s.leaf), point, s.row);

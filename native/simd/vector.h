@@ -28,7 +28,7 @@ EG_INLINE Vec3 zero3() { return {splat(0.0f), splat(0.0f), splat(0.0f)}; }
 EG_INLINE Vec3 splat3(const float* v) { return {broadcast(v), broadcast(v + 1), broadcast(v + 2)}; }
 template <typename R>
 EG_INLINE Vec3 gather3(const float* base, const R& row) {
-    Float r[3] = {};
+    Float r[3];
     gather_row(base, 3, row, r);
     return {r[0], r[1], r[2]};
 }

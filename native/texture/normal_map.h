@@ -156,7 +156,7 @@ EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int leaf, co
     if (any(radial) && scene.textures.mesh_box && scene.textures.mesh_count > 0) {
         const Int face = select(active, point.face, splat(0));
         const Vec3 p = interpolate(gather_triangle(scene, face), point.b1, point.b2);
-        Float box[6] = {};
+        Float box[6];
         gather_row(scene.textures.mesh_box, 6, gather(scene.textures.face_mesh, face), box);
         direction =
             select(radial, Vec3{(box[1] - p.y) / box[4], (p.x - box[0]) / box[3], splat(0.0f)}, direction);

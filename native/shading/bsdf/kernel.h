@@ -20,7 +20,7 @@ EG_INLINE BsdfPoints load_points(const BsdfTask& task, int64_t first) {
     const Int at = select(active, lane, splat(0));
     const Int material = gather(task.material + first, at);
     const auto vector = [&](const float* values) { return gather3(values + 3 * first, at); };
-    Float row[kMaterialParams] = {};
+    Float row[kMaterialParams];
     gather_row(task.rows, kMaterialParams, material, row);
     return {active, at,
             make_bsdf(active, gather(task.kind, material), gather(task.flags, material), material_values(row),

@@ -207,19 +207,27 @@ inline void Tape::backward() {
 
 inline void Tape::scatter(const Leaves& leaves, const raw::Float* adjoint) const {
     double* gradient = tables_.table[leaves.table].gradient;
-    const int32_t first = leaves.place[0];
-    const bool same = first >= 0 && !raw::any(leaves.place != first);
-    for (int c = 0; c < leaves.count; ++c) {
-        const raw::Float a = adjoint[c];
-        if (!raw::any(a != 0.0f)) continue;
-        if (same) {
-            double sum = 0.0;
-            for (int i = 0; i < raw::W; ++i) sum += static_cast<double>(a[i]);
-            gradient[first + c] += sum;
+    raw::Mask left = leaves.place >= 0;
+    while (raw::any(left)) {
+        int lane = 0;
+        while (!left[lane]) ++lane;
+        double* to = gradient + leaves.place[lane];
+        const raw::Mask same = left & (leaves.place == leaves.place[lane]);
+        left &= ~same;
+        if (!raw::any(same & (raw::lane_index() != lane))) {
+            for (int c = 0; c < leaves.count; ++c) to[c] += static_cast<double>(adjoint[c][lane]);
             continue;
         }
-        for (int i = 0; i < raw::W; ++i)
-            if (leaves.place[i] >= 0) gradient[leaves.place[i] + c] += static_cast<double>(a[i]);
+        // Lanes that read the same place are summed first: additions in memory wait for each other.
+        for (int c = 0; c < leaves.count; ++c) {
+            const raw::Float a = raw::select(same, adjoint[c], 0.0f);
+            if (!raw::any(a != 0.0f)) continue;
+            double sum[raw::W];
+            for (int i = 0; i < raw::W; ++i) sum[i] = static_cast<double>(a[i]);
+            for (int half = raw::W / 2; half > 0; half /= 2)
+                for (int i = 0; i < half; ++i) sum[i] += sum[i + half];
+            to[c] += sum[0];
+        }
     }
 }
 

@@ -6,18 +6,20 @@
 namespace edgegrad {
 namespace {
 
-// Of all samples, those of the first pass; and what its estimate counts for beside the second's, which has
-// less variance per sample.
+// Of all samples, those of the first pass, and what its estimate counts for beside the second's: little,
+// since the error of systematic samples falls faster than their number grows.
 constexpr double kFirst = 0.25;
-constexpr float kFirstWeight = 0.1f;
+constexpr float kFirstWeight = 0.04f;
 constexpr int64_t kMostShares = int64_t{1} << 20;
-// Of the second pass, the part that goes to all shares alike: a share may be worth more than its one sample
-// says.
-constexpr double kAlike = 0.2;
-// A share counts at most for so many of mean size: a single large sample says little.
+// Neighbours of a share, to each side, that tell of it.
+constexpr int64_t kReach = 4;
+// Parts of the second pass that may go to all shares alike: a share may be worth more than its neighbours
+// say.
+constexpr double kAlike[] = {0.2, 0.35, 0.6, 1.0};
+// A share counts at most for so many of mean size.
 constexpr double kLargest = 16.0;
-// Of its samples, the least part that is taken where the first pass found nothing.
-constexpr double kLeast = 0.1;
+// How densely shares of mean size are sampled, at least, beside what one pass would give all.
+constexpr double kDensity = 2.5;
 
 }  // namespace
 
@@ -33,21 +35,49 @@ BoundaryPlan::BoundaryPlan(Candidates candidates, double wanted, double most, co
 }
 
 void BoundaryPlan::guide() {
-    const size_t shares = score_.size();
-    double sum = 0.0, found = 0.0;
-    for (float s : score_) sum += static_cast<double>(s), found += s > 0.0f;
-    const double mean = sum / static_cast<double>(shares);
-    guide_.assign(1, 0.0);
-    for (size_t k = 0; k < shares; ++k) {
-        // Neighbours on the list are neighbours in the picture.
-        const size_t before = k > 0 ? k - 1 : k, behind = k + 1 < shares ? k + 1 : k;
-        const double size = 0.25 * static_cast<double>(score_[before] + score_[behind]) +
-                            0.5 * static_cast<double>(score_[k]);
-        const double relative = mean > 0.0 ? std::min(size / mean, kLargest) : 1.0;
-        guide_.push_back(guide_.back() + kAlike + (1.0 - kAlike) * relative);
+    // The best density of samples is in proportion to the root of their mean square, here that of neighbours
+    // on the list, which are neighbours in the picture.
+    const auto shares = static_cast<int64_t>(score_.size());
+    std::vector<double> squares{0.0};
+    const auto square = [&](int64_t k) {
+        return static_cast<double>(score_[static_cast<size_t>(k)]) *
+               static_cast<double>(score_[static_cast<size_t>(k)]);
+    };
+    for (int64_t k = 0; k < shares; ++k) squares.push_back(squares.back() + square(k));
+    std::vector<double> with(score_.size()), without(score_.size());  // a share's own sample
+    double mean_with = 0.0, mean_without = 0.0;
+    for (int64_t k = 0; k < shares; ++k) {
+        const int64_t low = std::max<int64_t>(0, k - kReach), high = std::min(shares, k + kReach + 1);
+        const double sum =
+            std::max(0.0, squares[static_cast<size_t>(high)] - squares[static_cast<size_t>(low)]);
+        const auto n = static_cast<double>(high - low);
+        mean_with += with[static_cast<size_t>(k)] = std::sqrt(sum / n);
+        mean_without += without[static_cast<size_t>(k)] =
+            std::sqrt(std::max(0.0, sum - square(k)) / std::max(1.0, n - 1.0));
     }
-    // What was found to be empty needs few samples more.
-    const double part = std::clamp(kLeast + found / static_cast<double>(shares), kLeast, 1.0);
+    mean_with /= static_cast<double>(shares), mean_without /= static_cast<double>(shares);
+    const auto relative = [](double size, double mean) {
+        return mean > 0.0 ? std::min(size / mean, kLargest) : 1.0;
+    };
+    // Whether neighbours tell anything of a share is seen from what they would have made of the first pass:
+    // the second moment of its samples under their guidance, relative to how many samples that would spare.
+    double best = 0.0, alike = 1.0, part = 1.0;
+    for (double a : kAlike) {
+        double moment = 0.0, total = 0.0, inverse = 0.0, weight = 0.0;
+        for (int64_t k = 0; k < shares; ++k) {
+            const auto i = static_cast<size_t>(k);
+            const double g = a + (1.0 - a) * relative(without[i], mean_without);
+            moment += square(k) / g, total += g;
+            inverse += with[i] / (a + (1.0 - a) * relative(with[i], mean_with)), weight += with[i];
+        }
+        moment *= total / static_cast<double>(shares);
+        if (best == 0.0 || moment < best) {
+            best = moment, alike = a;
+            part = weight > 0.0 ? std::min(1.0, kDensity * inverse / weight) : 0.1;
+        }
+    }
+    guide_.assign(1, 0.0);
+    for (double s : with) guide_.push_back(guide_.back() + alike + (1.0 - alike) * relative(s, mean_with));
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(std::ceil(part * static_cast<double>(total_[1]))));
 }
 

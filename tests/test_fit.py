@@ -274,8 +274,8 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "string": ({"wrt": COLOR}, r"wrt must be a list"),
     "twice": ({"wrt": [COLOR, COLOR]}, r"wrt names .* more than once"),
     "unknown": ({"wrt": ["meshes.cube.vertices"]}, r"there is no 'cube' in meshes"),
-    "no derivative": ({"wrt": ["lights.lamp.position"]}, r"'lights.lamp.position' has no derivative"),
-    "camera path": ({"wrt": ["camera.fov_x"]}, r"'camera.fov_x' has no derivative"),
+    "no derivative": ({"wrt": ["camera.clip_end"]}, r"'camera.clip_end' has no derivative"),
+    "camera path": ({"wrt": ["camera.width"]}, r"'width' is none of the fields"),
     "iterations": ({"iterations": 0}, r"iterations must be between 1"),
     "spp": ({"spp": 0}, r"spp must be between 1"),
     "views": ({"views_per_iteration": 2}, r"views_per_iteration must be between 1 and 1"),
@@ -285,7 +285,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "step path": ({"step_sizes": {VERTICES: 0.1}}, r"step_sizes names 'meshes.object.vertices', which is not in wrt"),
     "step": ({"step_sizes": {COLOR: 0.0}}, r"step size of 'materials.clay.base_color' must be above 0"),
     "on_cancel": ({"on_cancel": "keep"}, r"on_cancel must be 'restore' or 'best'"),
-    "depth": ({"max_depth": 3}, r"max_depth must be between 1"),
+    "depth": ({"max_depth": 0}, r"max_depth must be between 1"),
     "engine": ({"engine": "gpu"}, r"engine must be"),
 }
 

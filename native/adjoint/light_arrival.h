@@ -49,6 +49,15 @@ EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, Int fa
     const RidingPoint y = riding_point(scene, active, face, splat(-1), b1, b2);
     LightArrival a;
     a.measure = relative(segment_measure(x, y.position, y.area_normal, a.w));
+    if (!scene.emission_varies) {
+        // That of the material's only leaf, the same at all points and in all directions.
+        const Int material = gather(scene.face_material, select(active, face, splat(0)));
+        Float emission[3];
+        gather_row(scene.leaf_params + kEmission, kMaterialParams,
+                   gather(scene.material_first_leaf, material), emission);
+        a.radiance = {emission[0], emission[1], emission[2]};
+        return a;
+    }
     const SurfacePoint s = surface_point(scene, active, face, b1, b2, a.w);
     a.radiance = emitted_radiance(scene, s, texture_point(scene, s, -a.w, ray_kind));
     return a;

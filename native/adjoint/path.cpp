@@ -171,10 +171,10 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
     const DifferentiableTables none{};
     {
         Tape silent(*task.tape, none);
-        AdjointTask still = task;
-        still.geometry = false;
         locate(scene, task);
-        walk_back(scene, still, silent, [](Vertex&, Mask, Int, const ArrivalInputs&, const Leaving&) {});
+        // With the very numbers of the backward mode: sharp lobes tell a recorded direction from one that is
+        // computed again.
+        walk_back(scene, task, silent, [](Vertex&, Mask, Int, const ArrivalInputs&, const Leaving&) {});
     }
     const int paths = task.image->pixel_count * task.image->samples;
     for (int k = 0; k < paths; ++k)

@@ -160,16 +160,15 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     const Int face = select(hit, load(v.face), splat(0));
     const Int instance = select(hit, load(v.instance), splat(-1));
     Float b1 = load(v.b1), b2 = load(v.b2);
+    const PlacedTriangle t = placed_triangle(scene, face, instance);
     if (geometry && any(slides & hit)) {
-        Triangle t = gather_triangle(scene, face);
-        place_triangle(scene, instance, t);
         Float c1, c2;
-        meet_plane(t, arrival.from, direction, c1, c2);
+        meet_plane(t.triangle, arrival.from, direction, c1, c2);
         // The place itself is as it was traced; only its motion is taken.
         b1 = select(slides, b1 + (c1 - detach(c1)), b1);
         b2 = select(slides, b2 + (c2 - detach(c2)), b2);
     }
-    SurfacePoint x = surface_point(scene, hit, face, b1, b2, recorded, instance);
+    SurfacePoint x = surface_point(scene, hit, face, t, b1, b2, recorded, instance);
     x.mesh = load(v.mesh);
     out.position = x.position;
     Vec3 view = -recorded;

@@ -99,27 +99,44 @@ struct SurfacePoint {
     Int mesh, instance;  // where a ray met the surface; instance -1: none
 };
 
+// A face where it stands, and whether its instance mirrors it (place_triangle).
+struct PlacedTriangle {
+    Triangle triangle;
+    Float handed;
+};
+EG_INLINE PlacedTriangle placed_triangle(const SceneView& scene, Int face, Int instance) {
+    PlacedTriangle t;
+    t.triangle = gather_triangle(scene, face);
+    t.handed = place_triangle(scene, instance, t.triangle);
+    return t;
+}
+
 // The surface point of a face at barycentrics (b1, b2) seen along `view` (towards the surface).
-EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
-                                     Vec3 view, Int instance = splat(-1)) {
+EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int face, const PlacedTriangle& t,
+                                     Float b1, Float b2, Vec3 view, Int instance) {
     SurfacePoint s;
-    s.face = select(active, face, splat(0));
+    s.face = face;
     s.b1 = b1;
     s.b2 = b2;
-    s.triangle = gather_triangle(scene, s.face);
+    s.triangle = t.triangle;
     s.mesh = splat(0);
     s.instance = instance;
-    const Float handed = place_triangle(scene, instance, s.triangle);
     s.position = interpolate(s.triangle, b1, b2);
     const Vec3 m = area_normal(s.triangle);
     s.length_m = sqrt(dot(m, m));
     s.active = active & (s.length_m > 0.0f);
     const Float side = select(dot(m, view) < 0.0f, splat(1.0f), -1.0f);
-    s.side = side * handed;
+    s.side = side * t.handed;
     s.normal = m * (side / select(s.length_m > 0.0f, s.length_m, 1.0f));
     s.offset = ray_offset(s.triangle);
     s.material = gather(scene.face_material, s.face);
     return s;
+}
+EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
+                                     Vec3 view, Int instance = splat(-1)) {
+    const Int known = select(active, face, splat(0));
+    return surface_point(scene, active, known, placed_triangle(scene, known, instance), b1, b2, view,
+                         instance);
 }
 
 // The corner normals of faces, interpolated; `smooth` is where a face of an active lane has all three.

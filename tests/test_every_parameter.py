@@ -34,5 +34,6 @@ def test_forward_and_reverse_are_transposes(renderer: Renderer, path: str) -> No
     gradient = renderer.render_backward(adjoint, [path], **options)[path]
     forward, reverse = float(np.vdot(image.astype(np.float64), adjoint)), float(np.vdot(gradient, direction))
     size = float(np.linalg.norm(image) * np.linalg.norm(adjoint))
-    # The sum of many terms of both signs: rounding is relative to their size, not the sum's.
-    assert abs(forward - reverse) <= 1e-4 * max(abs(forward), 1e-2 * size)
+    # The sum of many terms of both signs: rounding is relative to their size, not the sum's, and that of turning a
+    # sharp anisotropic lobe, whose parts cancel, is the largest.
+    assert abs(forward - reverse) <= 1e-4 * abs(forward) + 2e-5 * size

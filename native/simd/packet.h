@@ -53,14 +53,22 @@ EG_INLINE UInt bits(Int a) { return reinterpret_cast<UInt>(a); }
 EG_INLINE Int bits(UInt a) { return reinterpret_cast<Int>(a); }
 EG_INLINE UInt float_bits(Float a) { return reinterpret_cast<UInt>(a); }
 
-EG_INLINE Float select(Mask m, Float a, Float b) { return m ? a : b; }
-EG_INLINE Int select(Mask m, Int a, Int b) { return m ? a : b; }
+// GCC 12 loses selections of one lane that are written like those of many.
+template <typename T>
+EG_INLINE T select_packet(Mask m, T a, T b) {
+    if constexpr (W == 1)
+        return m[0] ? a : b;
+    else
+        return m ? a : b;
+}
+EG_INLINE Float select(Mask m, Float a, Float b) { return select_packet(m, a, b); }
+EG_INLINE Int select(Mask m, Int a, Int b) { return select_packet(m, a, b); }
 EG_INLINE Float select(Mask m, Float a, float b) { return m ? a : splat(b); }
 
-EG_INLINE Float min(Float a, Float b) { return a < b ? a : b; }
-EG_INLINE Float max(Float a, Float b) { return a > b ? a : b; }
+EG_INLINE Float min(Float a, Float b) { return select(a < b, a, b); }
+EG_INLINE Float max(Float a, Float b) { return select(a > b, a, b); }
 EG_INLINE Float max(Float a, float b) { return max(a, splat(b)); }
-EG_INLINE Float abs(Float a) { return a < 0.0f ? -a : a; }
+EG_INLINE Float abs(Float a) { return select(a < 0.0f, -a, a); }
 
 EG_INLINE Float sqrt(Float a) {
     Float r;

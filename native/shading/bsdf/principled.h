@@ -90,8 +90,8 @@ EG_INLINE DielectricLevel dielectric_level(const MaterialValues& v) {
     const Float f0 = f0_of_ior(ior);
     const Mask changed = (v.specular_ior_level != 0.5f) | has_derivative(v.specular_ior_level);
     Float scaled = f0 * (2.0f * v.specular_ior_level);
-    // The index goes by the root of the reflectance and the reflectance by the index squared: the derivative at 0
-    // is taken just beside it.
+    // The index goes by the root of the reflectance and the reflectance by the index squared: the derivative
+    // at 0 is taken just beside it.
     const Mask beside = has_derivative(v.specular_ior_level);
     if (any(beside)) scaled = scaled + detach(max(1e-6f - scaled, 0.0f));
     const Float eta = ior_of_f0(scaled);

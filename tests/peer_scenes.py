@@ -12,7 +12,8 @@ environment map        ``images.environment``
 texture of mesh k      ``images.mesh{k}``, by the mesh's attribute ``UVMap``
 =====================  =================================================================
 
-Pictures can be rendered of every scene; derivatives only of flat, diffuse ones under direct light.
+Derivatives are of every parameter; where a scene's shadows aren't differentiated, the file's differences have a
+term more (`edgegrad.plan`).
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ ENVIRONMENT_ROWS = 8
 
 
 class UnsupportedFeature(NotImplementedError):
-    """This version of Edgegrad has no derivative by the file's parameter, or none of such a scene; it says why."""
+    """This version of Edgegrad has no derivative by the file's parameter; it says why."""
 
 
 def load_picture(path: str | pathlib.Path) -> tuple[edgegrad.Scene, dict[str, NDArray[Any]]]:
@@ -107,7 +108,6 @@ def _lists(node: Any) -> Any:
 def at_theta(data: dict[str, Any], theta: float) -> tuple[edgegrad.Scene, Tangent]:
     """Scene and tangent at theta. Each kind's motion and its derivative stand side by side."""
     data = copy.deepcopy(data)
-    _check_derivatives(data)
     p, tangent = data["parameter"], {}
     kind = str(p["kind"])
     if kind in ("translate", "vertex", "scale", "rotate"):
@@ -131,7 +131,11 @@ def at_theta(data: dict[str, Any], theta: float) -> tuple[edgegrad.Scene, Tangen
             data["meshes"][k]["vertices"] = moved
             tangent[f"meshes.mesh{k}.vertices"] = rate
     elif kind == "camera":
-        raise UnsupportedFeature("parameter 'camera': derivative by the camera's position")
+        pose = np.array(data["camera"]["to_world"], np.float64)
+        rate = np.zeros((4, 4))
+        rate[:3, 3] = p["direction"]
+        data["camera"]["to_world"] = pose + theta * rate
+        tangent["camera.to_world"] = rate
     elif kind == "add":
         tangent = _added(data, str(p["path"]), np.asarray(p["direction"], np.float64), theta)
     else:
@@ -154,32 +158,15 @@ def _added(data: dict[str, Any], path: str, direction: NDArray[np.float64], thet
             return {f"materials.mesh{k}.base_color": _colour(direction)}
         case ["meshes", k, "emission"]:
             return {f"materials.mesh{k}.emission": _colour(direction)}
-        case ["lights", j, "intensity"] if data["lights"][int(j)]["type"] == "point":
+        case ["meshes", k, "bsdf", "roughness"]:
+            return {f"materials.mesh{k}.roughness": np.asarray(float(direction))}
+        case ["lights", j, "intensity"]:
             return {f"lights.light{j}.color": _colour(direction)}
         case ["lights", j, "irradiance"]:
             return {f"lights.light{j}.color": _colour(direction)}
         case ["lights", _, "radiance"]:
             return {"world.color": _colour(direction)}
     raise UnsupportedFeature(f"parameter '{path}': derivative by {last}")
-
-
-def _check_derivatives(data: dict[str, Any]) -> None:
-    """Raise for what pictures may have, but derivatives don't know yet."""
-    depth = int(data["max_depth"])
-    if depth > 2:
-        raise UnsupportedFeature(f"max_depth {depth}: derivatives of paths longer than direct light")
-    for k, mesh in enumerate(data["meshes"]):
-        bsdf = mesh["bsdf"]
-        if str(bsdf["type"]) != "diffuse":
-            raise UnsupportedFeature(f"mesh{k}: derivatives of bsdf '{bsdf['type']}'")
-        if "texture" in bsdf:
-            raise UnsupportedFeature(f"mesh{k}: derivatives of textured reflectance")
-        # Shading normals show only in reflected light.
-        if _smooth(mesh) and np.any(bsdf["reflectance"]) and depth > 1:
-            raise UnsupportedFeature(f"mesh{k}: derivatives of smooth shading normals")
-    for j, light in enumerate(data["lights"]):
-        if str(light["type"]) not in ("point", "directional", "constant"):
-            raise UnsupportedFeature(f"light {j}: derivatives of type '{light['type']}'")
 
 
 # ---------------------------------------------------------------- the scene

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters
-from .differentiable import obstacles
+from .differentiable import obstacles, shadow_obstacles
 from .light import AreaLight, PointLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, flags
@@ -120,7 +120,7 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
         zero = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
     if zero:
         return Term("shadow", False, 0, total, (zero,))
-    if next(obstacles(scene), None) is not None:
+    if next(shadow_obstacles(scene), None) is not None:
         return Term("shadow", False, 0, total, (NOT_COMPUTED,))
     kept = total - sum(e.flat for e in edges.values())
     why = ["edges of all meshes, since a shadow also moves over a moving surface when its caster stands still"]
@@ -152,10 +152,11 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     yield from missing_jumps(scene, dict(zip(scene.meshes, placed_meshes(scene), strict=True)), moves)
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
-    rich = list(obstacles(scene))
+    rich = list(shadow_obstacles(scene))
     if rich:
-        yield ("shadow boundary: edges between a surface and its lights are sampled in flat, diffuse scenes alone "
-               f"(`edgegrad.differentiable`), but here {rich[0]}" + (f", and {len(rich) - 1} more" if rich[1:] else ""))
+        more = f", and {len(rich) - 1} more" if rich[1:] else ""
+        yield ("shadow boundary: edges between a surface and its lights are left out; they would be sampled, had "
+               f"`edgegrad.differentiable` simplified this: {rich[0]}{more}")
     if any(not flags(leaf) & LAMBERTIAN for mesh in scene.meshes for leaf in _leaves(scene, mesh)):
         yield "reflected and refracted boundary: edges seen in surfaces that are no mirrors and not diffuse"
     if max_depth > 2:

@@ -15,7 +15,7 @@ from . import tables as flat
 from ._check import array, whole
 from .bounces import MAX_DEPTH, Bounces
 from .camera import Camera
-from .differentiable import obstacles
+from .differentiable import obstacles, shadow_obstacles
 from .light import AreaLight
 from .material_table import LAMBERTIAN
 from .placement import is_moved
@@ -313,7 +313,7 @@ class Renderer:
 
     def _derivative_options(self, spp: Any, max_depth: Any, seed: Any, terms: Sequence[str]) -> dict[str, Any]:
         if self._obstacles is None:
-            self._obstacles = list(obstacles(self.scene))
+            self._obstacles = list((obstacles if self._engine.narrow else shadow_obstacles)(self.scene))
         computed = _terms(terms)
         if self._obstacles and not self._engine.narrow:
             computed = tuple(term for term in computed if term != "shadow")

@@ -23,13 +23,13 @@ FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HER
 # With derivatives.
 CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
 # Of rich scenes, whose differences have no term that isn't computed; not for the reference engine.
-RICH = ["cornell_albedo", "glossy_emitter", "roughness_env", "spot_intensity"]
+RICH = ["camera_move", "cornell_albedo", "glossy_emitter", "point_shadow", "roughness_env", "spot_intensity"]
 # About moving shadows.
 MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
 # Not in the repository (size); tested where the file exists.
 LARGE = ["dense_200k"]
 # Pictures alone: the boundary that their differences have and derivatives don't, as the plan names it.
-PICTURES = {"camera_move": "shadow boundary", "glass_sphere": "shadow boundary", "point_shadow": "shadow boundary"}
+PICTURES = {"glass_sphere": "indirect boundary"}
 # The files don't tell the noise of their pictures: independent samples, at least this many per pixel. Where it is less,
 # single pixels' differences from a converged picture tell it (blocks still show a bias of a tenth of those).
 PICTURE_SPP = 8192

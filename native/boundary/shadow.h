@@ -3,7 +3,8 @@
 // Formula (S) of the derivations, sampled from the edge outwards. With e(u) a point of an edge of
 // direction t = b - a, w the direction of light from y through e to the first surface behind it, x:
 //   dI = int du int dw  J f_r L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
-// f_r = albedo/pi, J = f^2 |n . p|/z^3 the screen's area per area at x, lambda = |e - y|/|x - y|.
+// f_r the BSDF of x towards the camera (times |n_s . w|/|n . w| where its shading normal is another),
+// J = f^2 |n . p|/z^3 the screen's area per area at x, lambda = |e - y|/|x - y|.
 // sigma is the side of the edge's faces: where they are on both sides, light doesn't pass there.
 //   triangle:    L dw = L_e |w . M_y|/(2 |e - y|^2 P)      (what EmitterSample::geometry holds)
 //   point light: L dw = I/|e - y|^2,   sun: its irradiance and lambda = 1
@@ -14,6 +15,9 @@
 
 #include "boundary/pieces.h"
 #include "path/blocks.h"
+#include "path/camera_projection.h"
+#include "path/shaded_surface.h"
+#include "shading/lambertian.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -106,9 +110,33 @@ EG_INLINE Vec3 environment_direction(const SceneView& scene, const PieceSample& 
     return axis * cosine + (b1 * c + b2 * s) * sine;
 }
 
+// f |n_s . w| / |n . w| of light along -w that x sends to the camera, for w above the triangle.
+EG_OUTLINE Vec3 scattered_to_camera(const SceneView& scene, const SurfacePoint& x, Vec3 direction, Vec3 w,
+                                    Float choice) {
+    const Vec3 view = -(direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f)));
+    const TexturePoint point = texture_point(scene, x, view, splat(static_cast<int>(kCameraRay)));
+    const Shader shader = surface_shader(scene, x, point, choice);
+    Vec3 normal = point.normal;
+    if (scene.all_flags & kHasNormalMap)
+        normal = shading_normal(scene, x.active & has(shader, kHasNormalMap), shader.leaf, point,
+                                shader.color(kNormalMap), shader.row[kNormalStrength]);
+    const Mask lambertian = x.active & has(shader, kLambertian), others = x.active & ~lambertian;
+    Vec3 value = zero3();
+    if (any(lambertian)) {
+        const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
+        const Lambertian surface{normal, x.normal, shader.color(kBaseColor), smooth};
+        value = select(lambertian, surface.evaluate(lambertian, w).value, value);
+    }
+    if (any(others))
+        value = select(
+            others, shaded_surface(scene, others, x, point, shader, normal).evaluate(others, w).value, value);
+    const Float above = dot(x.normal, w);
+    return select(x.active & (above > 0.0f), value * (shader.scale / max(above, 1e-20f)), zero3());
+}
+
 template <typename Wanted>
 EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                     PieceCursor& piece, const Wanted& wanted_pixels) {
+                                     PieceCursor& piece, bool camera_moves, const Wanted& wanted_pixels) {
     ShadowSample s;
     PieceSample p = sample_piece(scene, task, at, piece);
     s.edge = p.edge;
@@ -153,9 +181,8 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     s.x = surface_point(scene, s.active, behind.face, behind.b1, behind.b2, view);
     const Float depth = -dot(splat3(c.back), view);
     s.direction = view * (1.0f / select(depth > 0.0f, depth, 1.0f));
-    const Vec3 albedo = gather3(scene.albedo, s.x.material);
-    s.active = s.x.active & (depth > c.clip_start) & (depth < c.clip_end) &
-               (dot(s.x.normal, s.towards) > 0.0f) & (largest_component(albedo) > 0.0f);
+    s.active =
+        s.x.active & (depth > c.clip_start) & (depth < c.clip_end) & (dot(s.x.normal, s.towards) > 0.0f);
     s.pixel = pixel_of(c, s.direction, s.active);
 
     // What doesn't move sweeps over nothing.
@@ -164,6 +191,7 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
     if (!task.environment)
         moves |=
             on_triangle & (gather(scene.face_moving, select(on_triangle, s.emitter.index, splat(0))) != 0);
+    if (camera_moves) moves = s.active;
     s.active &= moves & wanted_pixels(s.pixel);
     if (!any(s.active)) return s;
 
@@ -182,13 +210,19 @@ EG_INLINE ShadowSample sample_shadow(const SceneView& scene, const BoundaryTask&
 
     s.lambda = select(lambda_distance < __builtin_inff(),
                       lambda_distance / (lambda_distance + behind.distance), splat(1.0f));
-    s.color = albedo * light * (kInvPi / p.density);
+    if (!any(s.active)) return s;
+    Float choice = splat(0.5f), unused;
+    if (scene.any_mixture) sobol_pair(p.random.stream, p.random.sample, kPairStrategy, choice, unused);
+    SurfacePoint lit = s.x;
+    lit.active = s.active;
+    s.color = scattered_to_camera(scene, lit, s.direction, s.towards, choice) * light * (1.0f / p.density);
     s.area_on_screen = splat(c.focal * c.focal) / (depth * depth);
     return s;
 }
 
 template <typename Mode>
-EG_INLINE void shadow_blocks(Mode& mode, const SceneView& scene, const ShadowSample& s) {
+EG_INLINE void shadow_blocks(Mode& mode, const SceneView& scene, const ShadowSample& s,
+                             const DerivativeView& asked) {
     const Float nd = dot(s.x.normal, s.direction);  // negative: the normal is on the viewer's side
     const Vec3 color = s.color * s.area_on_screen;
     const Vec3 g = s.sweep * -nd;  // J carries |n . d|
@@ -200,6 +234,14 @@ EG_INLINE void shadow_blocks(Mode& mode, const SceneView& scene, const ShadowSam
     if (any(x_moves)) {
         const Vec3 point = s.x.normal * (dot(s.sweep, s.direction) * s.lambda);
         triangle_blocks(mode, x_moves, s.x.face, s.x.triangle, s.x.b1, s.x.b2, point, zero3(), color);
+    }
+    if (asked.want_camera) {
+        // x also moves with its pixel's ray: block S gives the ray what of the slide is not along it.
+        const Vec3 along = s.x.normal * dot(s.sweep, s.direction);
+        Float row[kCameraFloats];
+        const Projection ray = project(scene.camera, s.x.position, {splat(0.0f), splat(0.0f)});
+        ray_velocity_row(scene.camera, ray, (s.sweep * nd - along) * s.lambda, row);
+        mode.camera(s.active, row, color);
     }
     const EmitterSample& e = s.emitter;
     const Mask on_triangle = s.active & e.active & (e.kind == kEmissiveTriangle);
@@ -215,9 +257,10 @@ static void shadow_forward_kernel(const SceneView& scene, const BoundaryTask& ta
                                   const DerivativeView& tangent, Splats& splats) {
     PieceCursor piece = first_piece(task);
     for (int64_t at = 0; at < task.count; at += W) {
-        const ShadowSample s = sample_shadow(scene, task, at, piece, [](Int) { return splat(-1); });
+        const ShadowSample s =
+            sample_shadow(scene, task, at, piece, tangent.want_camera, [](Int) { return splat(-1); });
         Forward mode{scene, tangent};
-        if (any(s.active)) shadow_blocks(mode, scene, s);
+        if (any(s.active)) shadow_blocks(mode, scene, s, tangent);
         const Int row = quotient(s.pixel, scene.camera.width);
         write_splats(task, splats, at, s.active, to_float(s.pixel - row * scene.camera.width) + 0.5f,
                      to_float(row) + 0.5f, mode.value);
@@ -228,13 +271,13 @@ static void shadow_backward_kernel(const SceneView& scene, const BoundaryTask& t
                                    DerivativeView& gradient) {
     PieceCursor piece = first_piece(task);
     for (int64_t at = 0; at < task.count; at += W) {
-        const ShadowSample s = sample_shadow(scene, task, at, piece, [&](Int pixel) {
+        const ShadowSample s = sample_shadow(scene, task, at, piece, gradient.want_camera, [&](Int pixel) {
             return largest_component(gather3(adjoint, pixel)) > 0.0f;
         });
         if (!any(s.active)) continue;
         const Vec3 a = gather3(adjoint, s.pixel);
         Backward mode{scene, gradient, a};
-        shadow_blocks(mode, scene, s);
+        shadow_blocks(mode, scene, s, gradient);
     }
 }
 

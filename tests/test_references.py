@@ -23,7 +23,7 @@ FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HER
 # With derivatives.
 CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
 # Of rich scenes, whose differences have no term that isn't computed; not for the reference engine.
-RICH = ["camera_move", "cornell_albedo", "glossy_emitter", "point_shadow", "roughness_env", "spot_intensity"]
+RICH = ["camera_move", "cornell_albedo", "glossy_emitter", "roughness_env", "spot_intensity"]
 # About moving shadows.
 MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
 # Not in the repository (size); tested where the file exists.

@@ -12,7 +12,7 @@ from . import parameters
 from .differentiable import obstacles, shadow_obstacles
 from .light import AreaLight, PointLight, SunLight
 from .material import Material, Mixture
-from .material_table import LAMBERTIAN, flags
+from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
 from .mesh_edges import MeshEdges
 from .motion import STRENGTH, Motion
 from .placement import placed_meshes
@@ -64,6 +64,10 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
 
 
 def _interior(scene: Scene, tables: Tables, wrt: Sequence[str], max_depth: int) -> Term:
+    if _looks_the_same(scene, wrt):
+        alone = next(iter(scene.meshes))
+        why = f"'{alone}' is alone, convex and under an even sky: it looks the same from everywhere"
+        return Term("interior", False, 0, 0, (why,))
     lit = [name for name in scene.meshes if _reflects(scene, name)]
     why, computed = [], False
     for path in wrt:
@@ -80,6 +84,22 @@ def _interior(scene: Scene, tables: Tables, wrt: Sequence[str], max_depth: int) 
         computed |= not zero
         why.append(words)
     return Term("interior", computed, 0, 0, tuple(why))
+
+
+def _looks_the_same(scene: Scene, wrt: Sequence[str]) -> bool:
+    """Whether only motion is asked for, of a lone flat Lambertian convex body in one colour under a constant sky."""
+    moving = ("vertices", "transform")
+    if not all(path.startswith("camera.") or path.endswith(moving) for path in wrt) or len(scene.meshes) != 1:
+        return False
+    name, mesh = next(iter(scene.meshes.items()))
+    leaves = _leaves(scene, name)
+    kind = flags(leaves[0])
+    opaque = kind & LAMBERTIAN and not kind & (TRANSPARENCY | NORMAL_MAP)
+    plain = len(leaves) == 1 and opaque and not leaves[0].textures and not leaves[0].emission.any()
+    return bool(
+        plain and not scene.lights and scene.world.image is None and mesh.smoothing is None and mesh.instances is None
+        and _single(scene) and convex(mesh)
+    )
 
 
 def _moved(scene: Scene, name: str, what: str, lit: list[str], max_depth: int) -> tuple[bool, str]:

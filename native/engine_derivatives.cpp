@@ -69,6 +69,17 @@ Asked asked_for(const Wanted& wanted) {
             wanted.any("environment") || wanted.any("environment_pixels")};
 }
 
+// Whether shading can't change: a flat Lambertian convex body alone under a constant sky looks the same from
+// everywhere, however it moves and turns (core/derivative_plan.py has the rule in words).
+bool shading_is_constant(const SceneView& scene, const Wanted& wanted) {
+    if (!scene.convex || scene.lights.count > 0 || scene.sky.pixels || scene.textures.leaf_program)
+        return false;
+    const auto& spans = wanted.spans();
+    return std::all_of(spans.begin(), spans.end(), [](const auto& span) {
+        return span.first == "vertices" || span.first == "camera" || span.first == "instance_to_world";
+    });
+}
+
 bool anything_moves(const Asked& asked) {
     return asked.camera || asked.instances ||
            std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
@@ -110,7 +121,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     std::vector<BoundaryTerm> terms;
     if (anything_moves(asked))
         terms = boundary_terms(scene, {tables_, sides.data(), threads_}, options, asked, guided_);
-    int64_t all = options.interior ? plan.chunks : 0, done = 0;
+    const bool interior = options.interior && !shading_is_constant(scene, wanted);
+    int64_t all = interior ? plan.chunks : 0, done = 0;
     for (const BoundaryTerm& term : terms)
         for (int pass = 0; pass < term.plan.passes(); ++pass) all += term.plan.chunks(pass);
     // Progress of a part of `size` chunks as that of the whole.
@@ -124,7 +136,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     };
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
-    if (options.interior) {
+    if (interior) {
         std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
         parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
             plan.for_each_task(chunk, [&](const ImageTask& task) {
@@ -189,7 +201,8 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     int64_t boundary_chunks = 0;
     for (const BoundaryTerm& term : terms)
         for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
-    const int64_t image_chunks = options.interior ? plan.chunks : 0;
+    const bool interior = options.interior && !shading_is_constant(scene, wanted);
+    const int64_t image_chunks = interior ? plan.chunks : 0;
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
     std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+import edgegrad
 from edgegrad import TERMS, AreaLight, Camera, Material, Mesh, Renderer, Scene, SunLight, World, parameters
 from edgegrad.derivative_plan import Term
 from edgegrad.plan import Plan, plan
@@ -148,6 +149,21 @@ def test_what_is_not_computed_is_said() -> None:
     assert not any("pass through" in words for words in plan(scene, ["world.color"]).missing)
     assert any("indirect boundary" in words for words in plan(scene, [VERTICES], max_depth=3).missing)
     assert plan(glowing(box()), [VERTICES]).missing == ()
+
+
+def test_shading_of_a_convex_body_under_an_even_sky_is_constant() -> None:
+    """The rule, and that what it skips is exactly zero: derivatives by a colour too are computed, and have no more."""
+    scene = shapes.scene(*shapes.cube(), world=1.0)
+    scene.lights = {}
+    assert not term(plan(scene, [VERTICES, "camera.to_world"]), "interior").computed
+    renderer = edgegrad.Renderer(scene)
+    adjoint = np.random.default_rng(1).normal(size=renderer.render(spp=1).shape)
+    color = "materials.clay.base_color"
+    skipped = renderer.render_backward(adjoint, [VERTICES], spp=8, terms=("interior",))[VERTICES]
+    computed = renderer.render_backward(adjoint, [VERTICES, color], spp=8, terms=("interior",))
+    assert not skipped.any() and not computed[VERTICES].any() and computed[color].any()
+    scene.lights = {"sun": SunLight(np.array([0.0, 0.0, -1.0]))}
+    assert term(plan(scene, [VERTICES]), "interior").computed
 
 
 def test_words() -> None:

@@ -66,8 +66,8 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
 def _interior(scene: Scene, tables: Tables, wrt: Sequence[str], max_depth: int) -> Term:
     if _looks_the_same(scene, wrt):
         alone = next(iter(scene.meshes))
-        why = f"'{alone}' is alone, convex and under an even sky: it looks the same from everywhere"
-        return Term("interior", False, 0, 0, (why,))
+        words = f"'{alone}' is alone, convex and under an even sky: it looks the same from everywhere"
+        return Term("interior", False, 0, 0, (words,))
     lit = [name for name in scene.meshes if _reflects(scene, name)]
     why, computed = [], False
     for path in wrt:

@@ -121,7 +121,6 @@ void read_values(nb::handle t, edgegrad::ValueTables& s) {
     s.environment_mask = nb::cast<int32_t>(t.attr("environment_mask"));
     s.filter_kind = nb::cast<int32_t>(t.attr("filter_kind"));
     s.filter_width = nb::cast<float>(t.attr("filter_width"));
-    s.albedo = column<float>(t, "albedo");
     s.emission = column<float>(t, "emission");
     s.emission_two_sided = column<uint8_t, int32_t>(t, "emission_two_sided");
     s.point_position = column<float>(t, "point_position");
@@ -152,7 +151,7 @@ SceneTables read_tables(nb::handle t) {
     const nb::object textures = t.attr("textures");
     if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
     s.environment_map = read_environment_map(t);
-    check_indices(s.face_material, s.albedo.size() / 3, "face materials");
+    check_indices(s.face_material, s.emission.size() / 3, "face materials");
     return s;
 }
 

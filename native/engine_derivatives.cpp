@@ -88,7 +88,7 @@ bool anything_moves(const Asked& asked) {
 DerivativeView boundary_view(const Asked& asked, const Wanted& wanted, double* vertices, double* camera,
                              double* instances) {
     const auto first = static_cast<int32_t>(wanted.span("vertices").first / 3);
-    return {vertices, first, camera, instances, wanted.any("vertices"), asked.camera, asked.instances};
+    return {vertices, first, camera, instances, asked.camera, asked.instances};
 }
 
 }  // namespace

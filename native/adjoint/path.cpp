@@ -28,7 +28,6 @@ EG_INLINE void scatter3(float* const (&base)[3], Int at, Mask m, raw::Float x, r
 struct ArrivalInputs {
     Arrival arrival;
     Vec3 from, direction;
-    Mask camera;
 };
 
 // Whether it matters where rays start: for what moves, and for lights that rays meet on their way.
@@ -48,8 +47,8 @@ ArrivalInputs arrive(const SceneView& scene, const AdjointTask& task, const Vert
     }
     const Mask active = load(v.active);
     const Int path = load(v.path), previous = load(v.previous);
-    in.camera = active & (previous < 0);
-    Vec3 from = zero3(), direction = load3(v.direction);
+    const Mask camera = active & (previous < 0);
+    Vec3 direction = load3(v.direction);
     RawVec3 place{raw::splat(0.0f), raw::splat(0.0f), raw::splat(0.0f)};
     for (int i = 0; i < W; ++i) {
         if (!active[i] || previous[i] < 0) continue;
@@ -57,31 +56,27 @@ ArrivalInputs arrive(const SceneView& scene, const AdjointTask& task, const Vert
         const int lane = previous[i] % W;
         place.x[i] = p.position[0][lane], place.y[i] = p.position[1][lane], place.z[i] = p.position[2][lane];
     }
-    from = constant3(place);
+    Vec3 from = constant3(place);
     if (task.geometry) {
         from = input_of(from);
         direction = input_of(direction);
     }
     in.from = from;
     in.direction = direction;
-    if (any(in.camera)) {
+    if (any(camera)) {
         const auto sample = [&](const float* values) {
-            return EDGEGRAD_ISA::constant(raw::gather(values, raw::select(in.camera, path, raw::splat(0))));
+            return EDGEGRAD_ISA::constant(raw::gather(values, raw::select(camera, path, raw::splat(0))));
         };
         const CameraRay ray = camera_ray(scene.camera, sample(task.camera.x), sample(task.camera.y),
                                          sample(task.camera.lens_u), sample(task.camera.lens_v));
-        from = select(in.camera, ray.origin, from);
-        direction = select(in.camera, ray.direction, direction);
+        from = select(camera, ray.origin, from);
+        direction = select(camera, ray.direction, direction);
     }
     in.arrival = {from, direction};
     return in;
 }
 
-// Light that arrives at a packet's vertices by the rays that go on, from what their paths brought so far.
-EG_INLINE Vec3 load_incoming(const Vertex& v) { return load3(v.incoming); }
-
-// Goes over all vertices from the ends of paths. `seed` marks what derivatives are asked for and runs after
-// each packet's evaluation.
+// Goes over all vertices from the ends of paths; `after` runs on what each packet's evaluation gave.
 template <typename After>
 void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, const After& after) {
     const int paths = task.image->pixel_count * task.image->samples;
@@ -149,8 +144,8 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
                       weight.z[i] = a[2] * task.image->weight * v.throughput[2][i];
                   }
                   seed3(tape, out.light, active, weight);
+                  const Mask scattered = active & ~load(v.passes);
                   if (task.geometry) {
-                      const Mask scattered = active & ~load(v.passes);
                       seed3(tape, out.position, scattered, gather_raw3(task.position, path));
                       seed3(tape, out.direction, scattered & load(v.specular),
                             gather_raw3(task.direction, path));
@@ -159,7 +154,6 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
                   if (!task.geometry) return;
                   // Surfaces that a path only went through hand nothing back: its ray is that of the vertex
                   // before.
-                  const Mask scattered = active & ~load(v.passes);
                   scatter3(task.position, path, scattered, tape.derivative(in.from.x.node),
                            tape.derivative(in.from.y.node), tape.derivative(in.from.z.node));
                   scatter3(task.direction, path, scattered, tape.derivative(in.direction.x.node),
@@ -186,16 +180,15 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         const Mask active = load(v.active), scattered = active & ~load(v.passes);
         const Int path = select(active, load(v.path), splat(0));
         const ArrivalInputs in = arrive(scene, task, v);
-        const Leaving out =
-            leave_vertex(scene, *task.vertices, v, in.arrival, load_incoming(v), load(v.next), task.geometry);
+        const Leaving out = leave_vertex(scene, *task.vertices, v, in.arrival, load3(v.incoming),
+                                         load(v.next), task.geometry);
         if (task.geometry) {
             seed3(tape, in.from, scattered, gather_raw3(task.position, path));
             seed3(tape, in.direction, scattered & load(v.slides), gather_raw3(task.direction, path));
         }
         tape.forward();
-        const Vec3* value = &out.light;
-        const raw::Float change[3] = {tape.derivative(value->x.node), tape.derivative(value->y.node),
-                                      tape.derivative(value->z.node)};
+        const raw::Float change[3] = {tape.derivative(out.light.x.node), tape.derivative(out.light.y.node),
+                                      tape.derivative(out.light.z.node)};
         for (int i = 0; i < W; ++i)
             for (int c = 0; active[i] && c < 3; ++c)
                 radiance[c][path[i]] += v.throughput[c][i] * change[c][i];

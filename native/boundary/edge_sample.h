@@ -5,6 +5,7 @@
 #include "boundary/pieces.h"
 #include "film/splat.h"
 #include "path/camera_projection.h"
+#include "scene/rays.h"
 #include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

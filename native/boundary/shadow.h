@@ -17,6 +17,7 @@
 #include "path/blocks.h"
 #include "path/camera_projection.h"
 #include "path/shaded_surface.h"
+#include "shading/emitters.h"
 #include "shading/lambertian.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

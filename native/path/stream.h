@@ -3,7 +3,7 @@
 
 #include "kernels.h"
 #include "path/camera_rays.h"
-#include "shading/direct_light.h"
+#include "sampling/sobol.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -66,11 +66,8 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
     view_.environment_mask = tables.environment_mask;
     if (lights_) view_.lights = lights_->view();
-    view_.albedo = tables.albedo.data();
     view_.emission = tables.emission.data();
     view_.emission_two_sided = tables.emission_two_sided.data();
-    view_.any_emission =
-        std::any_of(tables.emission.begin(), tables.emission.end(), [](float e) { return e > 0.0f; });
     if (asked) {
         const EmitterTable& emitters = emitters_.emplace(tables);
         view_.emitter_count = static_cast<int32_t>(emitters.kind.size());

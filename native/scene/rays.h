@@ -172,9 +172,4 @@ EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 d
     return active & (load(ray.tfar) < 0.0f);  // Embree sets -inf where it found a hit
 }
 
-EG_INLINE Mask occluded_from(const SceneView& scene, Mask active, const SurfacePoint& x, Vec3 direction,
-                             Float far) {
-    return occluded(scene, active, leave_surface(x), direction, far, ignore_nothing());
-}
-
 }  // namespace edgegrad::EDGEGRAD_ISA

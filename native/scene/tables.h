@@ -40,7 +40,7 @@ struct ValueTables {
     int32_t filter_kind = 0;
     float filter_width = 1.0f;  // pixels
     std::vector<float> filter;  // film/pixel_filter.h
-    std::vector<float> albedo, emission;
+    std::vector<float> emission;
     std::vector<int32_t> emission_two_sided;
     std::vector<float> point_position, point_intensity, sun_direction, sun_irradiance;
     float environment[3] = {0, 0, 0};

@@ -81,14 +81,12 @@ struct SceneView {
     float environment_rotation[9];
     int32_t environment_mask;
 
-    LightView lights;  // of pictures; derivatives pick among the emitters below
+    LightView lights;  // of paths; the shadow boundary picks among the emitters below
 
-    const float* albedo;                // (M, 3)
     const float* emission;              // (M, 3)
     const int32_t* emission_two_sided;  // (M)
-    bool any_emission;
 
-    // Finite emitters, one of which is picked per shading point in proportion to its power.
+    // Finite emitters, one of which is picked per edge sample in proportion to its power.
     int32_t emitter_count;
     const int32_t* emitter_kind;   // one of the kinds above
     const int32_t* emitter_index;  // face, point light or sun
@@ -123,7 +121,6 @@ struct DerivativeView {
     double* camera;             // (kCameraFloats)
     double* instance_to_world;  // (I, 12)
     // What is asked for at all.
-    bool want_vertices;
     bool want_camera;
     bool want_instances;
 };

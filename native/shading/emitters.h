@@ -1,6 +1,6 @@
-// Sampling of finite emitters for derivatives: emissive triangles, area lights' among them, point lights and
-// suns without size. Points ride on their triangles at fixed barycentrics (material form), so they are
-// sampled by area and by power, with a density that doesn't depend on the point they light; pictures have
+// Sampling of finite emitters for the shadow boundary: emissive triangles, area lights' among them, point
+// lights and suns without size. Points ride on their triangles at fixed barycentrics (material form), so they
+// are sampled by area and by power, with a density that doesn't depend on the point they light; paths have
 // samples by solid angle, and lights that are no triangles (shading/lights.h).
 #pragma once
 
@@ -9,26 +9,23 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// One emitter seen from a point x. The direct light it gives through a diffuse surface there is
-//   albedo/pi * radiance * geometry * (n . w) * V,
+// One emitter seen from a point x. The direct light that a surface there scatters is
+//   f * radiance * geometry * (n . w) * V,
 // where `geometry` holds everything but that cosine, divided by the probability of the sample:
 //   triangle: |w . M| / (2 r^2 P)   (area measure; p = P / A, A = |M|/2, so |M| cancels)
 //   point:    1 / (r^2 P)           (radiance is the intensity, W/sr)
 //   sun:      1 / P                 (radiance is the irradiance)
 struct EmitterSample {
-    Mask active;  // on an emitting side and, for a surface, in front of it
+    Mask active;  // on an emitting side
     Int kind, index;
     Vec3 w;   // unit, from x to the emitter
     Float r;  // distance; infinite for a sun
     Vec3 radiance;
     Float geometry;
-    Float cosine;  // n . w at a surface
     // Triangles only:
     Triangle triangle;
     Float b1, b2;
-    Vec3 m;             // area normal on the emitting side, w . m < 0
-    Float side;         // m = side * (p1 - p0) x (p2 - p0)
-    Float probability;  // of picking this emitter
+    Vec3 m;  // area normal on the emitting side, w . m < 0
 };
 
 // Last entry k with cdf[k] <= u.
@@ -48,10 +45,10 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, Vec3
     EmitterSample s;
     const Int pick = find_interval(scene.emitter_cdf, scene.emitter_count, u);
     const Float low = gather(scene.emitter_cdf, pick), high = gather(scene.emitter_cdf, pick + 1);
-    s.probability = high - low;
+    const Float probability = high - low;  // of picking this emitter
     // The place within the interval is a fresh uniform number: the pair's stratification serves
     // the choice of the emitter and the point on it alike.
-    const Float u1 = min((u - low) / s.probability, splat(0.99999994f));
+    const Float u1 = min((u - low) / probability, splat(0.99999994f));
     s.kind = gather(scene.emitter_kind, pick);
     s.index = gather(scene.emitter_index, pick);
 
@@ -65,7 +62,6 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, Vec3
     Vec3 target = zero3();
     Int material = splat(0);
     s.m = zero3();
-    s.side = splat(1.0f);
     s.triangle = {zero3(), zero3(), zero3()};
     if (any(is_triangle)) {
         s.triangle = gather_triangle(scene, face);
@@ -85,16 +81,13 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, Vec3
         s.w = select(is_sun, -travel, s.w);
         s.r = select(is_sun, splat(__builtin_inff()), s.r);
     }
-    s.cosine = splat(1.0f);
-
     Float geometry = select(is_sun, splat(1.0f), 1.0f / max(r2, 1e-30f));
     s.radiance = zero3();
     Mask emits = active;
     if (any(is_triangle)) {
         const Float facing = -dot(s.w, s.m);  // > 0: x sees the front
         const Mask two_sided = gather(scene.emission_two_sided, material) != 0;
-        s.side = select(facing < 0.0f, splat(-1.0f), 1.0f);
-        s.m = s.m * s.side;
+        s.m = select(facing < 0.0f, -s.m, s.m);
         emits &= ~is_triangle | (facing > 0.0f) | (two_sided & (facing < 0.0f));
         geometry = select(is_triangle, geometry * abs(facing) * 0.5f, geometry);
         s.radiance = gather3(scene.emission, material);
@@ -105,17 +98,8 @@ EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, Vec3
     if (any(is_sun))
         s.radiance =
             select(is_sun, gather3(scene.sun_irradiance, select(is_sun, s.index, splat(0))), s.radiance);
-    s.geometry = geometry / s.probability;
+    s.geometry = geometry / probability;
     s.active = emits;
-    return s;
-}
-
-// The same for a surface point; only emitters in front of it count.
-EG_INLINE EmitterSample sample_emitter(const SceneView& scene, Mask active, const SurfacePoint& x, Float u,
-                                       Float v) {
-    EmitterSample s = sample_emitter(scene, active, x.position, u, v);
-    s.cosine = dot(x.normal, s.w);
-    s.active &= s.cosine > 0.0f;
     return s;
 }
 
@@ -143,10 +127,6 @@ EG_INLINE Mask emitter_hidden(const SceneView& scene, Vec3 x, Vec3 start, const 
                               const EmitterSample& s) {
     const ShadowRay ray = shadow_ray(x, start, s);
     return occluded(scene, s.active, start, ray.direction, ray.far, ignored);
-}
-
-EG_INLINE Mask emitter_hidden(const SceneView& scene, const SurfacePoint& x, const EmitterSample& s) {
-    return emitter_hidden(scene, x.position, leave_surface(x), ignore_nothing(), s);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

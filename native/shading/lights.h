@@ -129,13 +129,6 @@ EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const S
     return s;
 }
 
-// Whether something stands between a point and the light sample; the ray starts at `start`, off its surface.
-EG_INLINE Mask light_hidden(const SceneView& scene, Vec3 start, const LightSample& s) {
-    const Vec3 direction = select(s.distant, s.w, s.end - start);
-    return occluded(scene, s.active & s.casts_shadow, start, direction,
-                    select(s.distant, splat(__builtin_inff()), 0.99999f), ignore_nothing(), s.blockers);
-}
-
 // Solid-angle density with which `sample_light` from `from` finds the direction w, in which an emissive face
 // is met at the distance r; 0 for faces that aren't sampled.
 EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& from, Int face, Vec3 w,

@@ -9,6 +9,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Bounces, Camera, Material, Mesh, Mixture, Renderer, Scene, World, expression
+from edgegrad._check import RAYS
 
 from .small_scenes import box, camera, matte, need, rectangle, white_world
 
@@ -188,3 +189,16 @@ def test_pictures_are_the_same_bits_for_any_number_of_threads() -> None:
     assert images[0].any()
     for image in images[1:]:
         np.testing.assert_array_equal(image, images[0])
+
+
+@pytest.mark.parametrize("z", [2.0, 0.0])
+def test_derivatives_see_a_lamp_once_before_and_behind_a_transparent_surface(z: float) -> None:
+    """The picture is linear in the lamp's power: its derivative times the power is the picture."""
+    scene = sheets(base_color=np.array([0.9, 0.5, 0.1]), kind="TRANSPARENT")
+    scene.materials["back"] = Material(np.zeros(3))
+    scene.lights = {"lamp": edgegrad.PointLight(np.array([0.0, 0.0, z]), 30.0, radius=0.1, visible_to=frozenset(RAYS))}
+    renderer = Renderer(scene)
+    image = renderer.render(spp=16, max_depth=1)
+    assert image.any()
+    change = renderer.render_forward({"lights.lamp.power": 30.0}, spp=16, max_depth=1)
+    np.testing.assert_allclose(change, image, rtol=1e-4, atol=1e-5)

@@ -113,28 +113,14 @@ EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask ac
     return sum;
 }
 
-// Light of the lights of the table that a specular or camera ray meets on its way; they don't block it.
+// Light of the lights of the table that specular and camera rays meet on their way.
 EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
-    const LightView& lights = scene.lights;
     Vec3 sum = zero3();
     const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
-    const Float far = load(v.far);
-    const Int kind = load(v.kind);
-    const Mask missed = active & (far == __builtin_inff());
-    const int count = lights.sized_count + (lights.sized_distant && any(missed) ? lights.sized_distant : 0);
-    for (int k = 0; k < count; ++k) {
-        const int row = lights.sized[k], visible_to = lights.visible_to[row];
-        Mask seen = active;
-        for (int i = 0; i < W; ++i) seen[i] &= visible_to >> kind[i] & 1 ? -1 : 0;
-        if (!any(seen)) continue;
-        const int light_kind = lights.kind[lights.light_of_row[row]];
-        const LightRow l = gather_light(lights, splat(row));
-        Float pdf;
-        const Float distance = meet_light(l, light_kind, from, w, pdf);
-        seen &= (distance > 0.0f) & (distance <= far);
-        if (light_kind >= kDirectionLight) seen &= missed;
-        if (any(seen)) sum = sum + select(seen, l.radiance * light_factor(l, w), zero3());
-    }
+    for_each_met_light(scene, active, from, load(v.from_mesh), w, load(v.near), load(v.far), load(v.kind),
+                       [&](int, Mask seen, const LightRow& l, Float) {
+                           sum = sum + select(seen, l.radiance * light_factor(l, w), zero3());
+                       });
     return sum;
 }
 

@@ -55,6 +55,12 @@ EG_INLINE Int add_bounce(Int bounces, Mask m, Int kind) {
     return bounces;
 }
 
+// Distance from the point that scattered the rays to where they start: beyond surfaces that they passed.
+EG_INLINE Float way_so_far(const PathPacket& p) {
+    const Vec3 way = p.origin - p.from;
+    return sqrt(dot(way, way));
+}
+
 EG_INLINE void load3(Vec3& v, float* const p[3], int at) {
     v = {load(p[0] + at), load(p[1] + at), load(p[2] + at)};
 }

@@ -120,8 +120,7 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
 // Lights that rays meet without being blocked by them.
 EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
                                 Float distance) {
-    const Vec3 way = p.origin - p.from;
-    const Float near = sqrt(dot(way, way));
+    const Float near = way_so_far(p);
     const Vec3 light = lights_along(scene, p.active, {p.from, p.from_normal, p.both_sides}, p.from_mesh,
                                     p.direction, near, near + distance, p.pdf, p.kind);
     const Mask lit = p.active & (largest_component(light) > 0.0f);

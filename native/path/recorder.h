@@ -31,7 +31,10 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
     store(v.instance, select(hit, closest.instance, splat(-1)));
     put(v.b1, hit, closest.b1);
     put(v.b2, hit, closest.b2);
-    put(v.far, p.active, select(hit, closest.distance, splat(__builtin_inff())));
+    const Float near = way_so_far(p);
+    put(v.near, p.active, near);
+    put(v.far, p.active, select(hit, near + closest.distance, splat(__builtin_inff())));
+    store(v.from_mesh, p.from_mesh);
     store(v.light_face, splat(-1));
     store(v.light_row, splat(-1));
     put(v.scale, p.active, splat(1.0f));

@@ -24,7 +24,9 @@ struct alignas(64) VertexPacket {
     Floats direction[3], throughput[3];
     Ints face, mesh, instance;  // face -1: it met nothing
     Floats b1, b2;
-    Floats far;  // distance that it went; infinite: it met nothing
+    Floats near, far;  // distances from the vertex before that it went, surfaces passed or not; infinite: it
+                       // met nothing
+    Ints from_mesh;    // of the vertex before
 
     // The shader that was picked among the material's, and what it does.
     Ints leaf;

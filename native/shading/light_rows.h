@@ -123,4 +123,33 @@ EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float
     }
 }
 
+// Visits the sized lights of the table that rays of `kind` along w meet between the distances near and far
+// from the point `from` of the mesh that scattered them (lights don't block rays), and that shine on such
+// rays: visit(row's number, mask, row, density of emitter samples there but for the choice of the light).
+template <typename Visit>
+EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from, Int from_mesh, Vec3 w,
+                                  Float near, Float far, Int kind, const Visit& visit) {
+    const LightView& lights = scene.lights;
+    const Mask missed = active & (far == __builtin_inff());
+    const int count = lights.sized_count + (lights.sized_distant && any(missed) ? lights.sized_distant : 0);
+    for (int k = 0; k < count; ++k) {
+        const int row = lights.sized[k];
+        Mask seen = active;
+        const int visible_to = lights.visible_to[row], receivers = lights.receivers[row];
+        for (int i = 0; i < W; ++i) seen[i] &= visible_to >> kind[i] & 1 ? -1 : 0;
+        if (receivers >= 0)
+            for (int i = 0; i < W; ++i)
+                if (kind[i] != kCameraRay && !(scene.mesh_receivers[from_mesh[i]] >> receivers & 1))
+                    seen[i] = 0;
+        if (!any(seen)) continue;
+        const int light_kind = lights.kind[lights.light_of_row[row]];
+        const LightRow l = gather_light(lights, splat(row));
+        Float pdf = splat(0.0f);
+        const Float distance = meet_light(l, light_kind, from, w, pdf);
+        seen &= (distance > near) & (distance <= far);
+        if (light_kind >= kDirectionLight) seen &= missed;
+        if (any(seen)) visit(row, seen, l, pdf);
+    }
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

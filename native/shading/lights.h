@@ -154,25 +154,7 @@ EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver
                              Float near, Float far, Float bsdf_pdf, Int kind) {
     const LightView& lights = scene.lights;
     Vec3 sum = zero3();
-    const Mask missed = active & (far == __builtin_inff());
-    const int count = lights.sized_count + (lights.sized_distant && any(missed) ? lights.sized_distant : 0);
-    for (int k = 0; k < count; ++k) {
-        const int row = lights.sized[k];
-        Mask seen = active;
-        const int visible_to = lights.visible_to[row], receivers = lights.receivers[row];
-        for (int i = 0; i < W; ++i) seen[i] &= visible_to >> kind[i] & 1 ? -1 : 0;
-        if (receivers >= 0)
-            for (int i = 0; i < W; ++i)
-                if (kind[i] != kCameraRay && !(scene.mesh_receivers[from_mesh[i]] >> receivers & 1))
-                    seen[i] = 0;
-        if (!any(seen)) continue;
-        const int light_kind = lights.kind[lights.light_of_row[row]];
-        const LightRow l = gather_light(lights, splat(row));
-        Float pdf = splat(0.0f);
-        const Float distance = meet_light(l, light_kind, from.position, w, pdf);
-        seen &= (distance > near) & (distance <= far);
-        if (light_kind >= kDirectionLight) seen &= missed;
-        if (!any(seen)) continue;
+    const auto add = [&](int row, Mask seen, const LightRow& l, Float pdf) EG_INLINE_LAMBDA {
         Float weight = light_factor(l, w);
         const Mask shared = seen & (bsdf_pdf > 0.0f);
         if (any(shared)) {
@@ -182,7 +164,8 @@ EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver
             weight = weight * select(shared, p2 / max(p2 + other * other, 1e-37f), 1.0f);
         }
         sum = sum + select(seen, l.radiance * weight, zero3());
-    }
+    };
+    for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, add);
     return sum;
 }
 

@@ -59,6 +59,7 @@ class Engine {
     void probe_sky(const SkyProbes& probes) const;
 
  private:
+    struct DerivativeCall;
     template <typename F>
     bool place_vertices(int32_t mesh, const F& coordinate);
     void moved_vertices(const std::vector<int32_t>& moved, bool far);

@@ -85,22 +85,61 @@ bool anything_moves(const Asked& asked) {
            std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
 }
 
-DerivativeView boundary_view(const Asked& asked, const Wanted& wanted, double* vertices, double* camera,
-                             double* instances) {
-    const auto first = static_cast<int32_t>(wanted.span("vertices").first / 3);
-    return {vertices, first, camera, instances, asked.camera, asked.instances};
-}
-
 }  // namespace
+
+// What both modes prepare: the scene, the interior term's chunks of the picture, and the boundary terms.
+struct Engine::DerivativeCall {
+    DerivativeCall(const Engine& e, const RenderOptions& options, const Wanted& asked_of)
+        : engine(e),
+          wanted(asked_of),
+          sides(solid_sides(e.tables_, e.closed_)),
+          asked(asked_for(wanted)),
+          prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(sides),
+                   e.lights(wants_dark_lights(wanted))),
+          scene(prepared.view()),
+          plan(scene.camera, options),
+          tables(differentiable_tables(scene, e.tables_)) {
+        if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
+        if (anything_moves(asked))
+            terms = boundary_terms(scene, {e.tables_, sides.data(), e.threads_}, options, asked, e.guided_);
+        for (const BoundaryTerm& term : terms)
+            for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
+    }
+
+    // Renders a task's paths with their vertices; the task of sweeps over them.
+    AdjointTask record(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
+                       const DifferentiableTables& of) const {
+        AdjointTask sweep = adjoint.task(task, work);
+        sweep.tables = &of;
+        sweep.geometry = wanted.geometry();
+        engine.kernels_.record(scene, task, work);
+        AdjointWorkspace::release(work);
+        return sweep;
+    }
+
+    // What boundary terms read or write; null where it is not asked for.
+    DerivativeView boundary_view(double* vertices, double* camera, double* instances) const {
+        const auto first = static_cast<int32_t>(wanted.span("vertices").first / 3);
+        return {vertices, first, camera, instances, asked.camera, asked.instances};
+    }
+
+    const Engine& engine;
+    const Wanted& wanted;
+    const std::vector<int8_t> sides;
+    const Asked asked;
+    const PreparedScene prepared;
+    const SceneView& scene;
+    const ImagePlan plan;
+    const std::vector<NamedTable> tables;
+    std::vector<BoundaryTerm> terms;
+    int64_t image_chunks = 0, boundary_chunks = 0;
+};
 
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
                      const Progress& progress, float* image) const {
-    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
-    const Asked asked = asked_for(wanted);
-    const PreparedScene prepared(api_, *bvh_, tables_, &asked, hides_no_light(sides),
-                                 lights(wants_dark_lights(wanted)));
-    const SceneView& scene = prepared.view();
-    const ImagePlan plan(scene.camera, options);
+    DerivativeCall call(*this, options, wanted);
+    const SceneView& scene = call.scene;
+    const ImagePlan& plan = call.plan;
     std::fill_n(image, plan.pixels * 3, 0.0f);
     if (wanted.any("normals")) {
         std::vector<double>& normals = tangents["normals"];
@@ -108,23 +147,16 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
         if (wanted.any("vertices"))
             push_shading_normals(tables_, threads_, tangents.at("vertices").data(), normals.data());
     }
-    const std::vector<NamedTable> named = differentiable_tables(scene, tables_);
-    const DifferentiableTables tables = with_tangents(named, wanted, tangents);
+    const DifferentiableTables tables = with_tangents(call.tables, wanted, tangents);
     const auto values = [&](const char* name) {
         return wanted.any(name) ? tangents.at(name).data() : nullptr;
     };
     double* vertices = values("vertices");
     if (vertices) vertices += wanted.span("vertices").first;
-    const DerivativeView d =
-        boundary_view(asked, wanted, vertices, values("camera"), values("instance_to_world"));
+    const DerivativeView d = call.boundary_view(vertices, values("camera"), values("instance_to_world"));
 
-    std::vector<BoundaryTerm> terms;
-    if (anything_moves(asked))
-        terms = boundary_terms(scene, {tables_, sides.data(), threads_}, options, asked, guided_);
-    const bool interior = options.interior && !shading_is_constant(scene, wanted);
-    int64_t all = interior ? plan.chunks : 0, done = 0;
-    for (const BoundaryTerm& term : terms)
-        for (int pass = 0; pass < term.plan.passes(); ++pass) all += term.plan.chunks(pass);
+    const int64_t all = call.image_chunks + call.boundary_chunks;
+    int64_t done = 0;
     // Progress of a part of `size` chunks as that of the whole.
     const auto part = [&](int64_t size) -> Progress {
         const double low = static_cast<double>(done) / static_cast<double>(all);
@@ -136,16 +168,13 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     };
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
-    if (interior) {
+    if (call.image_chunks > 0) {
         std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
         parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 Workspace& w = work[static_cast<size_t>(thread)].view();
-                AdjointTask sweep = adjoint_work[static_cast<size_t>(thread)].task(task, w);
-                sweep.tables = &tables;
-                sweep.geometry = wanted.geometry();
-                kernels_.record(scene, task, w);
-                AdjointWorkspace::release(w);
+                const AdjointTask sweep =
+                    call.record(task, w, adjoint_work[static_cast<size_t>(thread)], tables);
                 kernels_.path_forward(scene, sweep, w.radiance);
                 kernels_.accumulate(task, w, image);
             });
@@ -177,7 +206,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             kernels_.add_splats(scene.camera, splats(0), batch, image);
         }
     };
-    for (BoundaryTerm& term : terms) {
+    for (BoundaryTerm& term : call.terms) {
         for (int pass = 0; pass < term.plan.passes(); ++pass) {
             if (pass > 0) term.plan.guide();
             add_pass(term, pass);
@@ -187,22 +216,11 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
 
 TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
                              const Progress& progress) const {
-    const std::vector<int8_t> sides = solid_sides(tables_, closed_);
-    const Asked asked = asked_for(wanted);
-    const PreparedScene prepared(api_, *bvh_, tables_, &asked, hides_no_light(sides),
-                                 lights(wants_dark_lights(wanted)));
-    const SceneView& scene = prepared.view();
-    const ImagePlan plan(scene.camera, options);
+    DerivativeCall call(*this, options, wanted);
+    const SceneView& scene = call.scene;
+    const ImagePlan& plan = call.plan;
 
-    GradientGroups groups(differentiable_tables(scene, tables_), wanted);
-    std::vector<BoundaryTerm> terms;
-    if (anything_moves(asked))
-        terms = boundary_terms(scene, {tables_, sides.data(), threads_}, options, asked, guided_);
-    int64_t boundary_chunks = 0;
-    for (const BoundaryTerm& term : terms)
-        for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
-    const bool interior = options.interior && !shading_is_constant(scene, wanted);
-    const int64_t image_chunks = interior ? plan.chunks : 0;
+    GradientGroups groups(call.tables, wanted);
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
     std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
@@ -211,7 +229,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     // Groups take long: progress counts chunks, and cancelling is seen between them.
     const Progress report = [&](double) {
         try {
-            const int64_t all = image_chunks + boundary_chunks;
+            const int64_t all = call.image_chunks + call.boundary_chunks;
             if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
         } catch (...) {
             stop = true;
@@ -220,10 +238,9 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     };
     const int64_t count = groups.count();
     const auto add_pass = [&](int thread, int64_t group, int pass, const GradientGroups::View& gradient) {
-        DerivativeView d =
-            boundary_view(asked, wanted, gradient.vertices, gradient.camera, gradient.instances);
+        DerivativeView d = call.boundary_view(gradient.vertices, gradient.camera, gradient.instances);
         Workspace& w = work[static_cast<size_t>(thread)].view();
-        for (BoundaryTerm& term : terms) {
+        for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;
             for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !stop; chunk += count, ++done) {
                 const BoundaryTask task = term.plan.chunk(pass, chunk);
@@ -238,21 +255,18 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         const GradientGroups::View gradient = groups.view(group);
         Workspace& w = work[static_cast<size_t>(thread)].view();
         // A group's chunks are spread over the picture, so that groups take about equally long.
-        for (int64_t chunk = group; chunk < image_chunks && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < call.image_chunks && !stop; chunk += count, ++done) {
             if (!plan.any_adjoint(chunk, adjoint)) continue;
             plan.for_each_task(chunk, [&](const ImageTask& task) {
-                AdjointTask sweep = adjoint_work[static_cast<size_t>(thread)].task(task, w);
-                sweep.tables = &gradient.tables;
-                sweep.geometry = wanted.geometry();
-                kernels_.record(scene, task, w);
-                AdjointWorkspace::release(w);
+                const AdjointTask sweep =
+                    call.record(task, w, adjoint_work[static_cast<size_t>(thread)], gradient.tables);
                 kernels_.path_backward(scene, sweep, adjoint);
             });
         }
         add_pass(thread, group, 0, gradient);
     });
     bool more = false;
-    for (BoundaryTerm& term : terms) {
+    for (BoundaryTerm& term : call.terms) {
         if (term.plan.passes() < 2) continue;
         term.plan.guide();
         more = true;

@@ -93,6 +93,8 @@ EG_INLINE Vec3 turned_with_environment(const SceneView& scene, Vec3 w) {
 // out.
 struct Scattering {
     Mask light, sky, next;
+    Mask last;      // of `next`: where nothing but the environment could be met
+    Mask specular;  // not of `next`: the ray goes on from a perfect lobe, its value is next_value
     Int light_visible_to;
     Vec3 light_w, sky_w, next_w;
     Vec3 light_value, sky_value, next_value;
@@ -122,6 +124,93 @@ EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, 
                            sum = sum + select(seen, l.radiance * light_factor(l, w), zero3());
                        });
     return sum;
+}
+
+// The light that a vertex may scatter: of its emitter samples, and of the ray that goes on.
+inline Scattering light_sources(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
+                                Mask stays, Vec3 position, Vec3 incoming, Int next, bool geometry) {
+    Scattering s;
+    const Int light_face = load(v.light_face), light_row = load(v.light_row);
+    const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
+    s.light = from_face | from_row;
+    s.light_visible_to = load(v.light_visible_to);
+    s.light_w = s.sky_w = load3(v.direction), s.light_value = s.sky_value = zero3();
+    const auto take = [&](Mask m, const LightArrival& a) {
+        s.light_w = select(m, a.w, s.light_w);
+        s.light_value = select(m, a.radiance * load3(v.light_scale) * a.measure, s.light_value);
+    };
+    if (any(from_face))
+        take(from_face, light_of_face(scene, from_face, light_face, load(v.light_b1), load(v.light_b2),
+                                      position, load(v.kind)));
+    if (any(from_row))
+        take(from_row,
+             light_of_row(scene, from_row, light_row, load(v.light_kind), load3(v.light_offset), position));
+    const Vec3 sky_scale = load3(v.sky_scale);
+    s.sky = stays & (largest_component(sky_scale) > 0.0f);
+    if (any(s.sky)) {
+        s.sky_w = turned_with_environment(scene, load3(v.sky_direction));
+        s.sky_value = environment_radiance(scene, s.sky_w) * sky_scale;
+    }
+
+    // The ray that goes on.
+    const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
+    const Mask continues = stays & load(v.continues), follows = continues & ~load(v.specular);
+    s.specular = continues & load(v.specular);
+    s.last = stays & (largest_component(last_scale) > 0.0f);
+    s.next = follows | s.last;
+    s.next_w = wi;
+    s.next_value = incoming * load(v.next_scale);
+    if (scene.has_environment && any(s.next)) {
+        s.next_w = turned_with_environment(scene, wi);
+        if (any(s.last))
+            s.next_value = select(s.last, environment_radiance(scene, s.next_w) * last_scale, s.next_value);
+    }
+    if (geometry && any(follows)) {
+        const NextPoint y = next_point(scene, memory, follows, next);
+        Vec3 w;
+        const Float measure = relative(segment_measure(position, y.position, y.area_normal, w));
+        s.next_w = select(y.surface, w, s.next_w);
+        s.next_value = select(y.surface, s.next_value * measure, s.next_value);
+    }
+    return s;
+}
+
+// What Lambertian vertices scatter of it.
+inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
+                                    Mask active, const Lambertian& surface, const Scattering& s,
+                                    Vec3 incoming, Int next, bool geometry) {
+    Vec3 reflected = zero3();
+    Mask still = splat(0);
+    if (geometry && scene.has_environment && !scene.sky.pixels && !surface.smooth) {
+        // Turning a surface under a constant sky changes nothing but what is hidden from it: the integral
+        // of the cosine over the whole hemisphere is constant, and is taken off sample by sample.
+        // Directions that see the sky cancel, so that on convex bodies exactly nothing is left.
+        const Vec3 sky = detach(splat3(scene.environment));
+        const Float scale = load(v.next_scale);
+        const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
+        const Mask at_last =
+            s.last & (last_scale.x == scale) & (last_scale.y == scale) & (last_scale.z == scale);
+        const Mask missed_all = s.next & ~s.last & (incoming.x == sky.x) & (incoming.y == sky.y) &
+                                (incoming.z == sky.z) & ends_in_sky(memory, next);
+        still = active & (at_last | missed_all);
+        const Mask hidden = active & load(v.samples) & ~still;
+        if (any(hidden)) {
+            const Float cosine = dot(surface.normal, wi),
+                        density = surface.pdf(max(detach(cosine), 0.0f) * kInvPi);
+            const Vec3 lost = detach(surface.albedo) * sky;
+            reflected = select(hidden, lost * ((detach(cosine) - cosine) * (kInvPi / density)), reflected);
+        }
+    }
+    Scattering part = s;
+    part.next &= ~still;
+    reflected = reflected + scattered(scene, surface, active, part);
+    if (any(still)) {
+        part.next = still;
+        part.light = part.sky = splat(0);
+        const Lambertian fixed{detach(surface.normal), surface.ng, surface.albedo, nullptr, true};
+        reflected = reflected + scattered(scene, fixed, active, part);
+    }
+    return reflected;
 }
 
 // The light that leaves the vertices of a packet. `incoming` arrives by the ray that goes on; `geometry`:
@@ -181,54 +270,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     const Mask emits = stays & (emission_weight > 0.0f);
     if (any(emits)) light = select(emits, leaf_emission(x, shader, point) * emission_weight, light);
 
-    // Where light comes from.
-    Scattering s;
-    const Int light_face = load(v.light_face), light_row = load(v.light_row);
-    const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
-    s.light = from_face | from_row;
-    s.light_visible_to = load(v.light_visible_to);
-    s.light_w = recorded, s.light_value = zero3();
-    const auto take = [&](Mask m, const LightArrival& a) {
-        s.light_w = select(m, a.w, s.light_w);
-        s.light_value = select(m, a.radiance * load3(v.light_scale) * a.measure, s.light_value);
-    };
-    if (any(from_face))
-        take(from_face, light_of_face(scene, from_face, light_face, load(v.light_b1), load(v.light_b2),
-                                      x.position, load(v.kind)));
-    if (any(from_row))
-        take(from_row,
-             light_of_row(scene, from_row, light_row, load(v.light_kind), load3(v.light_offset), x.position));
-    const Vec3 sky_scale = load3(v.sky_scale);
-    s.sky = stays & (largest_component(sky_scale) > 0.0f);
-    s.sky_w = recorded, s.sky_value = zero3();
-    if (any(s.sky)) {
-        s.sky_w = turned_with_environment(scene, load3(v.sky_direction));
-        s.sky_value = environment_radiance(scene, s.sky_w) * sky_scale;
-    }
-
-    // The ray that goes on.
-    const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
-    const Mask continues = stays & load(v.continues), specular = continues & load(v.specular);
-    const Mask last = stays & (largest_component(last_scale) > 0.0f);
-    s.next = (continues & ~specular) | last;
-    s.next_w = wi;
-    s.next_value = incoming * load(v.next_scale);
-    if (any(s.next)) {
-        if (scene.has_environment) {
-            s.next_w = turned_with_environment(scene, wi);
-            if (any(last))
-                s.next_value = select(last, environment_radiance(scene, s.next_w) * last_scale, s.next_value);
-        }
-        const Mask follows = continues & ~specular;
-        if (geometry && any(follows)) {
-            const NextPoint y = next_point(scene, memory, follows, next);
-            Vec3 w;
-            const Float measure = relative(segment_measure(x.position, y.position, y.area_normal, w));
-            s.next_w = select(y.surface, w, s.next_w);
-            s.next_value = select(y.surface, s.next_value * measure, s.next_value);
-        }
-    }
-
+    const Scattering s = light_sources(scene, memory, v, stays, x.position, incoming, next, geometry);
     Vec3 normal = point.normal;
     if (scene.all_flags & kHasNormalMap)
         normal = shading_normal(scene, stays & has(shader, kHasNormalMap), shader.leaf, point,
@@ -238,42 +280,14 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     if (any(lambertian)) {
         const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
         const Lambertian surface{normal, x.normal, shader.color(kBaseColor), smooth, true};
-        Mask still = splat(0);
-        if (geometry && scene.has_environment && !scene.sky.pixels && !smooth) {
-            // Turning a surface under a constant sky changes nothing but what is hidden from it: the integral
-            // of the cosine over the whole hemisphere is constant, and is taken off sample by sample.
-            // Directions that see the sky cancel, so that on convex bodies exactly nothing is left.
-            const Vec3 sky = detach(splat3(scene.environment));
-            const Float scale = load(v.next_scale);
-            const Mask at_last =
-                last & (last_scale.x == scale) & (last_scale.y == scale) & (last_scale.z == scale);
-            const Mask missed_all = s.next & ~last & (incoming.x == sky.x) & (incoming.y == sky.y) &
-                                    (incoming.z == sky.z) & ends_in_sky(memory, next);
-            still = lambertian & (at_last | missed_all);
-            const Mask hidden = lambertian & load(v.samples) & ~still;
-            if (any(hidden)) {
-                const Float cosine = dot(normal, wi),
-                            density = surface.pdf(max(detach(cosine), 0.0f) * kInvPi);
-                const Vec3 lost = detach(shader.color(kBaseColor)) * sky;
-                reflected =
-                    select(hidden, lost * ((detach(cosine) - cosine) * (kInvPi / density)), reflected);
-            }
-        }
-        Scattering part = s;
-        part.next &= ~still;
-        reflected = reflected + scattered(scene, surface, lambertian, part);
-        if (any(still)) {
-            part.next = still;
-            part.light = part.sky = splat(0);
-            const Lambertian fixed{detach(normal), x.normal, surface.albedo, nullptr, true};
-            reflected = reflected + scattered(scene, fixed, lambertian, part);
-        }
+        reflected =
+            scattered_by_lambertian(scene, memory, v, lambertian, surface, s, incoming, next, geometry);
     }
     const Mask others = stays & ~lambertian;
-    if (any(others & (s.light | s.sky | continues | last))) {
+    if (any(others & (s.light | s.sky | s.next | s.specular))) {
         const ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
         reflected = reflected + scattered(scene, surface, others, s);
-        const Mask perfect = others & specular;
+        const Mask perfect = others & s.specular;
         if (any(perfect)) {
             const Specular mirrored = scatter_specular(surface.bsdf, load(v.lobe), load(v.transmitted));
             Vec3 value = mirrored.value;

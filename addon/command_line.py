@@ -172,6 +172,7 @@ def _fit(arguments: argparse.Namespace) -> None:
     _check_can_write(arguments.save)
     session = Session.prepare(bpy.context, request)
     _print_warnings(session.export.report)
+    _print_notes(session.notes)
     if arguments.out is not None:
         arguments.out.mkdir(parents=True, exist_ok=True)
         _write_pictures(session, arguments.out, "before")
@@ -204,11 +205,12 @@ def _render(arguments: argparse.Namespace) -> None:
 def _gradient(arguments: argparse.Namespace) -> None:
     _check_can_write(arguments.out)
     with ProgressBar("gradient") as bar:
-        picture, export = derivative_picture(
+        picture, export, notes = derivative_picture(
             bpy.context, _names(arguments), arguments.direction.upper(), arguments.samples,
             _camera(arguments.camera), arguments.seed, _shown(bar),
         )  # fmt: skip
     _print_warnings(export.report)
+    _print_notes(notes)
     if arguments.out.suffix.lower() == ".png":
         images.write_derivative(arguments.out, picture)
     else:
@@ -231,9 +233,10 @@ def _check_can_write(path: Path | None) -> None:
 
 
 def _write_pictures(session: Session, folder: Path, prefix: str) -> None:
-    renderer = edgegrad.Renderer(session.export.scene)
+    renderer, limits = edgegrad.Renderer(session.export.scene), session.export.settings
     for picture, target in zip(session.request.pictures, session.targets, strict=True):
-        pixels = renderer.render(spp=SPP_OF_PICTURES, camera=target.camera)
+        pixels = renderer.render(spp=SPP_OF_PICTURES, max_depth=limits.max_depth, bounces=limits.bounces,
+                                 camera=target.camera)  # fmt: skip
         name = f"{prefix}_{bpy.path.clean_name(picture.camera)}"
         images.write_image(folder / f"{name}.exr", pixels)
         images.write_image(folder / f"{name}.png", pixels)
@@ -248,6 +251,7 @@ def _write_report(session: Session, result: Any, path: Path) -> None:
         "values": values,
         "untouched": result.untouched,
         "warnings": session.export.report.lines,
+        "not_computed": session.notes,
     }
     path.write_text(json.dumps(report, indent=1) + "\n")
 
@@ -255,6 +259,11 @@ def _write_report(session: Session, result: Any, path: Path) -> None:
 def _print_warnings(report: Report) -> None:
     for line in report.lines:
         print(f"edgegrad: warning: {line}", file=sys.stderr)
+
+
+def _print_notes(notes: Sequence[str]) -> None:
+    for note in notes:
+        print(f"edgegrad: note: not computed: {note}", file=sys.stderr)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: Any = None,

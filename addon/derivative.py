@@ -11,16 +11,15 @@ import edgegrad
 from edgegrad import parameters as values
 from edgegrad.unknowns import vertex_normals
 
-from .differentiable import simplify
-from .export import Export, export_scene
+from .differentiable import export_differentiable, not_computed
+from .export import Export
 from .parameters import Names
-from .session import BAKE_RESOLUTION
 
 DIRECTIONS = ("NORMAL", "X", "Y", "Z")
 
 
 def derivative_picture(context: Any, names: Names, direction: str, samples: int, camera: Any = None, seed: int = 0,
-                       progress: Any = None) -> tuple[NDArray[np.float32], Export]:  # fmt: skip
+                       progress: Any = None) -> tuple[NDArray[np.float32], Export, list[str]]:  # fmt: skip
     """How the picture changes when one value grows.
 
     Parameters
@@ -34,12 +33,11 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
 
     Returns
     -------
-    (H, W, 3) float32 and the export.
+    (H, W, 3) float32, the export, and what the picture leaves out though it may not be zero, in sentences.
     """
     names.check_objects(context.evaluated_depsgraph_get(), in_place=True)
-    export = export_scene(context.scene, context.evaluated_depsgraph_get(), camera, bake=BAKE_RESOLUTION, coded=False)
+    export = export_differentiable(context, camera)
     paths = names.paths(export)
-    simplify(export)
     scene = export.scene
     tangent = {}
     for path in paths:
@@ -50,7 +48,10 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
             tangent[path] = _normals(mesh) if direction == "NORMAL" else _along(direction, len(mesh.vertices))
         else:
             tangent[path] = np.ones(np.shape(value))
-    return edgegrad.render_forward(scene, tangent, spp=samples, seed=seed, progress=progress), export
+    limits = export.settings
+    picture = edgegrad.render_forward(scene, tangent, spp=samples, max_depth=limits.max_depth, bounces=limits.bounces,
+                                      seed=seed, progress=progress)  # fmt: skip
+    return picture, export, not_computed(export, paths)
 
 
 def _along(direction: str, count: int) -> NDArray[np.float64]:

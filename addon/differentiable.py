@@ -1,20 +1,47 @@
-"""The nearest scene with exact derivatives, in the place of an exported one."""
+"""What a fit and a gradient see: the scene as it is rendered, with its limits of light paths."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import edgegrad
+from edgegrad.renderer import MAX_DERIVATIVE_DEPTH, engine_class
 
-from .export import Export
+from .export import Export, export_camera, export_scene
+
+# The reference engine takes textures' mean colours only.
+MEAN_RESOLUTION = 64
 
 
-def simplify(export: Export) -> None:
-    """Replace the exported scene by `edgegrad.differentiable`'s, whose sentences join the warnings."""
+def export_differentiable(context: Any, camera: Any = None) -> Export:
+    """Export the scene that `camera` (None: the active one) sees, for derivatives.
+
+    Where only the reference engine can be loaded, the nearest flat, diffuse scene stands for it, and the report says
+    what differs.
+    """
+    scene, depsgraph = context.scene, context.evaluated_depsgraph_get()
+    if not _narrow():
+        return export_scene(scene, depsgraph, camera)
+    export = export_scene(scene, depsgraph, camera, bake=MEAN_RESOLUTION, coded=False)
     export.scene, notes = edgegrad.differentiable(export.scene)
+    export.settings = replace(export.settings, max_depth=min(export.settings.max_depth, MAX_DERIVATIVE_DEPTH))
     for note in notes:
         where, _, what = note.partition(": ")
-        export.report.warn(where, f"{what} (derivatives need it)")
+        export.report.warn(where, f"{what} (the reference engine's derivatives need it)")
+    return export
 
 
-def simplified_camera(camera: edgegrad.Camera) -> edgegrad.Camera:
-    """The nearest camera with exact derivatives."""
-    return edgegrad.differentiable(edgegrad.Scene(camera))[0].camera
+def export_view(camera: Any, context: Any, export: Export) -> edgegrad.Camera:
+    """Another camera of an export from `export_differentiable`."""
+    view = export_camera(camera.evaluated_get(context.evaluated_depsgraph_get()), context.scene, export.report)
+    return edgegrad.differentiable(edgegrad.Scene(view))[0].camera if _narrow() else view
+
+
+def not_computed(export: Export, paths: list[str]) -> list[str]:
+    """Sentences on what derivatives with respect to `paths` leave out though it may not be zero."""
+    return list(edgegrad.plan(export.scene, paths, max_depth=export.settings.max_depth).missing)
+
+
+def _narrow() -> bool:
+    return engine_class("auto").narrow

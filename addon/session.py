@@ -16,12 +16,9 @@ from edgegrad import images
 from edgegrad import parameters as values
 
 from . import parameters
-from .differentiable import simplified_camera, simplify
-from .export import Export, export_camera, export_scene
+from .differentiable import export_differentiable, export_view, not_computed
+from .export import Export
 from .problem import Problem
-
-# Derivatives need textures' mean colours only.
-BAKE_RESOLUTION = 64
 
 
 @dataclass
@@ -69,12 +66,19 @@ class Request:
 
 @dataclass
 class Session:
-    """A prepared fit. `run` may be called in another thread: it reads nothing of Blender."""
+    """A prepared fit. `run` may be called in another thread: it reads nothing of Blender.
+
+    Attributes
+    ----------
+    notes
+        Sentences on what the derivatives leave out though it may not be zero (`edgegrad.plan`).
+    """
 
     request: Request
     export: Export
     targets: list[edgegrad.Target]
     wrt: list[str]
+    notes: list[str] = field(default_factory=list)
     before: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -92,12 +96,11 @@ class Session:
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         depsgraph = context.evaluated_depsgraph_get()
         request.names.check_objects(depsgraph, request.in_place)
-        export = export_scene(scene, context.evaluated_depsgraph_get(), cameras[0], bake=BAKE_RESOLUTION, coded=False)
+        export = export_differentiable(context, cameras[0])
         wrt = request.names.paths(export)
-        simplify(export)
         targets = []
         for picture, camera in zip(request.pictures, cameras, strict=True):
-            view = simplified_camera(export_camera(camera.evaluated_get(depsgraph), scene, export.report))
+            view = export_view(camera, context, export)
             image = images.read_image(absolute(picture.image))
             _check_size(picture.image, image, view, camera.name)
             mask = None
@@ -107,7 +110,7 @@ class Session:
             targets.append(edgegrad.Target(image, camera=view, mask=mask))
         export.scene.validate()
         before = {path: np.array(values.get(export.scene, path), np.float64) for path in wrt}
-        return cls(request, export, targets, wrt, before)
+        return cls(request, export, targets, wrt, not_computed(export, wrt), before)
 
     def run(
         self,
@@ -124,6 +127,8 @@ class Session:
             wrt=self.wrt,
             iterations=self.request.iterations,
             spp=self.request.samples,
+            max_depth=self.export.settings.max_depth,
+            bounces=self.export.settings.bounces,
             seed=self.request.seed,
             smoothness=self.request.smoothness,
             slide=self.request.slide,

@@ -65,6 +65,7 @@ class Scene:
         spp: int,
         seed: int,
         max_depth: int,
+        bounces: Bounces,
         terms: Sequence[str],
         progress: Progress,
     ) -> NDArray[np.float32]: ...
@@ -75,6 +76,7 @@ class Scene:
         spp: int,
         seed: int,
         max_depth: int,
+        bounces: Bounces,
         terms: Sequence[str],
         progress: Progress,
     ) -> dict[str, NDArray[np.float64]]: ...

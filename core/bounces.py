@@ -35,3 +35,6 @@ class Bounces:
         """Raise ``ValueError`` with one sentence that names the wrong field."""
         for f in fields(self):
             whole("bounces", f.name, getattr(self, f.name), 0, MOST_BOUNCES)
+
+
+UNLIMITED = Bounces()

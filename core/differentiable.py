@@ -1,4 +1,4 @@
-"""Which scenes have exact derivatives, and the nearest such scene to any other."""
+"""Flat, diffuse, directly lit scenes, of which every engine has derivatives, and the nearest to any other scene."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .scene import Scene
 
 
 def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
-    """The nearest scene whose derivatives are exact, and a sentence for each thing that was simplified.
+    """The nearest scene whose derivatives the reference engine has, and a sentence for each thing that was simplified.
 
     Surfaces become flat-shaded, opaque and Lambertian in their mean colour, instances meshes of their own,
     lights hard, the camera a pinhole with a box filter. Meshes keep their vertices, so that gradients and

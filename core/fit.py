@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import narrow_derivatives, parameters
 from ._check import number, whole
-from .bounces import MAX_DEPTH
+from .bounces import MAX_DEPTH, Bounces
 from .losses import Loss, Pyramid
 from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Progress, Renderer, engine_class
 from .scene import Scene
@@ -103,6 +103,7 @@ def fit(
     spp: int = 16,
     gradient_spp: int | None = None,
     max_depth: int = 2,
+    bounces: Bounces | None = None,
     loss: Loss | None = None,
     smoothness: float | None = None,
     slide: float | None = None,
@@ -134,8 +135,8 @@ def fit(
     spp, gradient_spp
         Samples per pixel of the pictures and of their derivatives (None: as `spp`); the two use
         independent seeds, without which the gradient would be biased.
-    max_depth
-        Path segments, as for `edgegrad.render`.
+    max_depth, bounces
+        Path segments, and most scatterings of each kind, as for `edgegrad.render`.
     loss
         A loss of `edgegrad.losses` or any function of its form; None: `Pyramid()`. A loss with a
         method ``at(part done)`` is asked for each iteration's form (the pyramid goes from coarse to
@@ -190,11 +191,13 @@ def fit(
     work = _copy(scene)
     narrow = engine_class(engine).narrow
     paths = _checked_paths(work, wrt, narrow)
-    seen = views(work, targets)
+    seen = views(work, targets, engine)
     iterations = whole("fit", "iterations", iterations, 1, 1_000_000)
     spp = whole("fit", "spp", spp, 1, 1 << 24)
     samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)
     max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH)
+    if bounces is not None:
+        bounces.validate()
     per_iteration = len(seen)
     if views_per_iteration is not None:
         per_iteration = whole("fit", "views_per_iteration", views_per_iteration, 1, len(seen))
@@ -212,7 +215,7 @@ def fit(
     run = _Run(
         work, Renderer(work, threads=threads, engine=engine), seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
-        max_depth=max_depth, seed=seed, started=started, progress=progress,
+        limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
     )
     stop = None
     try:
@@ -238,12 +241,12 @@ class _Run:
 
     def __init__(
         self, work: Scene, renderer: Renderer, seen: list[View], unknowns: list[Unknown], loss: Loss, *,
-        iterations: int, per_iteration: int, spp: int, gradient_spp: int, max_depth: int, seed: int,
+        iterations: int, per_iteration: int, spp: int, gradient_spp: int, limits: dict[str, Any], seed: int,
         started: float, progress: Progress | None,
     ) -> None:
         self.work, self.renderer, self.seen, self.unknowns, self.loss = work, renderer, seen, unknowns, loss
         self.iterations, self.per_iteration = iterations, per_iteration
-        self.spp, self.gradient_spp, self.max_depth = spp, gradient_spp, max_depth
+        self.spp, self.gradient_spp, self.limits = spp, gradient_spp, limits
         self.seed, self.started, self.progress = seed, started, progress
         self.start = self._values()
         self.best_values, self.best, self.best_loss = self.start, 0, np.inf
@@ -291,7 +294,7 @@ class _Run:
             if not adjoint.any():
                 continue
             part = self.renderer.render_backward(
-                adjoint, wrt, spp=self.gradient_spp, max_depth=self.max_depth, seed=self._seed(k, j, 1),
+                adjoint, wrt, spp=self.gradient_spp, **self.limits, seed=self._seed(k, j, 1),
                 camera=self.seen[j].camera, progress=self._part(done, 0.5 / self.per_iteration, 0.5),
             )
             for path in wrt:
@@ -308,7 +311,7 @@ class _Run:
         """Render picture j, note its loss, and return the adjoint of this iteration's form of the loss."""
         view = self.seen[j]
         image = self.renderer.render(
-            spp=self.spp, max_depth=self.max_depth, seed=self._seed(k, j, 0), camera=view.camera,
+            spp=self.spp, **self.limits, seed=self._seed(k, j, 0), camera=view.camera,
             progress=self._part(done, 0.0, 0.5),
         )
         value, adjoint = self.loss(image, view.image, view.mask)

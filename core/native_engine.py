@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from .bounces import Bounces
+from .bounces import UNLIMITED, Bounces
 from .table_derivatives import TableDerivative, Wanted, shapes
 from .tables import Tables
 from .topology import Edges
@@ -114,12 +114,12 @@ class Engine:
         spp: int,
         seed: int,
         max_depth: int,
-        bounces: Bounces | None = None,
+        bounces: Bounces = UNLIMITED,
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) picture seen by the camera of `tables`."""
         self._hold(tables)
-        return np.asarray(self._scene.render(spp, seed, max_depth, bounces or Bounces(), progress))
+        return np.asarray(self._scene.render(spp, seed, max_depth, bounces, progress))
 
     def forward(
         self,
@@ -130,6 +130,7 @@ class Engine:
         spp: int,
         seed: int,
         max_depth: int,
+        bounces: Bounces = UNLIMITED,
         terms: Collection[str],
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
@@ -137,7 +138,7 @@ class Engine:
         self._hold(tables)
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
         spans = _float_spans(tables, wanted)
-        return np.asarray(self._scene.forward(floats, spans, spp, seed, max_depth, list(terms), progress))
+        return np.asarray(self._scene.forward(floats, spans, spp, seed, max_depth, bounces, list(terms), progress))
 
     def backward(
         self,
@@ -148,13 +149,14 @@ class Engine:
         spp: int,
         seed: int,
         max_depth: int,
+        bounces: Bounces = UNLIMITED,
         terms: Collection[str],
         progress: Callable[[float], None] | None = None,
     ) -> TableDerivative:
         """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
         self._hold(tables)
         spans = _float_spans(tables, wanted)
-        found = self._scene.backward(adjoint, spans, spp, seed, max_depth, list(terms), progress)
+        found = self._scene.backward(adjoint, spans, spp, seed, max_depth, bounces, list(terms), progress)
         shape = shapes(tables)
         return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
 

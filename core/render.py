@@ -13,6 +13,7 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .bounces import Bounces
 from .renderer import TERMS, Progress, Renderer
 from .scene import Scene
 
@@ -43,6 +44,7 @@ def render(
     *,
     max_depth: int = 2,
     seed: int = 0,
+    bounces: Bounces | None = None,
     threads: int = 0,
     engine: str = "auto",
     progress: Progress | None = None,
@@ -59,6 +61,8 @@ def render(
         Path segments: 1 = light seen directly, 2 = and direct illumination.
     seed
         0 … 2^32 - 1. The same seed gives the same bits, for any number of threads.
+    bounces
+        Most scatterings of each kind along a path; None: as many as `max_depth` allows.
     threads
         Threads to use; 0: one per core.
     engine
@@ -78,7 +82,7 @@ def render(
         For a wrong scene or argument, naming it.
     """
     with _prepared(scene, engine, threads) as renderer:
-        return renderer.render(spp=spp, max_depth=max_depth, seed=seed, progress=progress)
+        return renderer.render(spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, progress=progress)
 
 
 def render_forward(
@@ -88,6 +92,7 @@ def render_forward(
     *,
     max_depth: int = 2,
     seed: int = 0,
+    bounces: Bounces | None = None,
     terms: Sequence[str] = TERMS,
     threads: int = 0,
     engine: str = "auto",
@@ -111,7 +116,7 @@ def render_forward(
     """
     with _prepared(scene, engine, threads) as renderer:
         return renderer.render_forward(
-            tangent, spp=spp, max_depth=max_depth, seed=seed, terms=terms, progress=progress
+            tangent, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
         )
 
 
@@ -123,6 +128,7 @@ def render_backward(
     *,
     max_depth: int = 2,
     seed: int = 0,
+    bounces: Bounces | None = None,
     terms: Sequence[str] = TERMS,
     threads: int = 0,
     engine: str = "auto",
@@ -146,5 +152,5 @@ def render_backward(
     """
     with _prepared(scene, engine, threads) as renderer:
         return renderer.render_backward(
-            adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, terms=terms, progress=progress
+            adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
         )

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import narrow_derivatives, parameters
 from . import tables as flat
 from ._check import array, whole
-from .bounces import MAX_DEPTH, Bounces
+from .bounces import MAX_DEPTH, UNLIMITED, Bounces
 from .camera import Camera
 from .differentiable import obstacles, shadow_obstacles
 from .light import AreaLight
@@ -65,7 +65,7 @@ class EngineLike(Protocol):
         spp: int,
         seed: int,
         max_depth: int,
-        bounces: Bounces | None,
+        bounces: Bounces,
         progress: Progress | None,
     ) -> NDArray[np.float32]: ...
     def forward(
@@ -77,6 +77,7 @@ class EngineLike(Protocol):
         spp: int,
         seed: int,
         max_depth: int,
+        bounces: Bounces,
         terms: Collection[str],
         progress: Progress | None,
     ) -> NDArray[np.float32]: ...
@@ -89,6 +90,7 @@ class EngineLike(Protocol):
         spp: int,
         seed: int,
         max_depth: int,
+        bounces: Bounces,
         terms: Collection[str],
         progress: Progress | None,
     ) -> TableDerivative: ...
@@ -256,12 +258,10 @@ class Renderer:
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The picture; see `edgegrad.render`."""
-        options = _options(spp, max_depth, seed)
-        if bounces is not None:
-            bounces.validate()
+        options = _options(spp, max_depth, seed, bounces)
         if self._may_be_convex():
             _ = self.edges
-        return self._engine.render(self._seen(self._tables, camera), **options, bounces=bounces, progress=progress)
+        return self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
 
     def render_forward(
         self,
@@ -270,12 +270,13 @@ class Renderer:
         spp: int,
         max_depth: int = 2,
         seed: int = 0,
+        bounces: Bounces | None = None,
         terms: Sequence[str] = TERMS,
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
-        options = self._derivative_options(spp, max_depth, seed, terms)
+        options = self._derivative_options(spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
         return self._engine.forward(tables, velocity, wanted, **options, progress=progress)
@@ -288,12 +289,13 @@ class Renderer:
         spp: int,
         max_depth: int = 2,
         seed: int = 0,
+        bounces: Bounces | None = None,
         terms: Sequence[str] = TERMS,
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> dict[str, NDArray[np.float64]]:
         """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
-        options = self._derivative_options(spp, max_depth, seed, terms)
+        options = self._derivative_options(spp, max_depth, seed, bounces, terms)
         if isinstance(wrt, str):
             raise ValueError("wrt must be a list of parameter paths, not one string")
         tables, wanted = self._asked(wrt, camera)
@@ -311,7 +313,9 @@ class Renderer:
             raise ValueError("camera: its derivatives are those of the scene's own; the picture is another camera's")
         return self._seen(tables, camera), wanted
 
-    def _derivative_options(self, spp: Any, max_depth: Any, seed: Any, terms: Sequence[str]) -> dict[str, Any]:
+    def _derivative_options(
+        self, spp: Any, max_depth: Any, seed: Any, bounces: Bounces | None, terms: Sequence[str]
+    ) -> dict[str, Any]:
         if self._obstacles is None:
             self._obstacles = list((obstacles if self._engine.narrow else shadow_obstacles)(self.scene))
         computed = _terms(terms)
@@ -322,7 +326,7 @@ class Renderer:
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if self._engine.narrow else MAX_DEPTH
-        return {**_options(spp, max_depth, seed, deepest), "terms": computed}
+        return {**_options(spp, max_depth, seed, bounces, deepest), "terms": computed}
 
     def _may_be_convex(self) -> bool:
         faces = int(self._tables.mesh_first_face[-1])
@@ -353,8 +357,13 @@ def _held(scene: Scene, path: str) -> Any:
     return parameters.owner(scene, path)[0]
 
 
-def _options(spp: Any, max_depth: Any, seed: Any, deepest: int = MAX_DEPTH) -> dict[str, int]:
+def _options(
+    spp: Any, max_depth: Any, seed: Any, bounces: Bounces | None, deepest: int = MAX_DEPTH
+) -> dict[str, Any]:
+    bounces = UNLIMITED if bounces is None else bounces
+    bounces.validate()
     return {
+        "bounces": bounces,
         "spp": whole("render", "spp", spp, 1, 1 << 24),
         "max_depth": whole("render", "max_depth", max_depth, 1, deepest),
         "seed": whole("render", "seed", seed, 0, 0xFFFFFFFF),

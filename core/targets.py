@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._check import array, number
 from .camera import Camera
+from .renderer import Renderer
 from .scene import Scene
 
 
@@ -21,7 +22,7 @@ class Target:
     Attributes
     ----------
     image
-        (H, W, 3) linear Rec.709 radiance of the camera's size; or (H, W, 4) with straight alpha, as
+        (H, W, 3) linear Rec.709 radiance of the camera's size (of its crop); or (H, W, 4) with straight alpha, as
         `images.read_image` gives it: it is then put over the scene's world, which is what a render
         shows where nothing stands.
     camera
@@ -48,11 +49,14 @@ class View:
     weight: float
 
 
+# Samples per pixel of the world behind pictures with alpha: of an image of the world, which has edges of its own.
+WORLD_SPP = 64
+
 # One or several targets; a bare picture is one seen by the scene's camera.
 Targets = Target | NDArray[Any] | Sequence[Target | NDArray[Any]]
 
 
-def views(scene: Scene, targets: Targets) -> list[View]:
+def views(scene: Scene, targets: Targets, engine: str = "auto") -> list[View]:
     """Checked targets with weights whose mean is 1.
 
     Raises
@@ -61,14 +65,14 @@ def views(scene: Scene, targets: Targets) -> list[View]:
         Naming the target by its place in the list, and the field.
     """
     several = [targets] if isinstance(targets, (Target, np.ndarray)) else list(targets)
-    out = [_view(scene, f"target {k}", target) for k, target in enumerate(several)]
+    out = [_view(scene, f"target {k}", target, engine) for k, target in enumerate(several)]
     if not out:
         raise ValueError("fit: there is no target; give at least one")
     mean = sum(view.weight for view in out) / len(out)
     return [View(view.image, view.camera, view.mask, view.weight / mean) for view in out]
 
 
-def _view(scene: Scene, where: str, target: Target | NDArray[Any]) -> View:
+def _view(scene: Scene, where: str, target: Target | NDArray[Any], engine: str) -> View:
     if isinstance(target, np.ndarray):
         target = Target(target)
     if not isinstance(target, Target):
@@ -80,20 +84,21 @@ def _view(scene: Scene, where: str, target: Target | NDArray[Any]) -> View:
         camera.validate()
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
-    size = (camera.height, camera.width)
+    size = camera.size
     image = array(where, "image", target.image, (None, None, None), np.float32)
     if image.shape[2] not in (3, 4):
         raise ValueError(f"{where}: image must have the shape (H, W, 3) or (H, W, 4), not {image.shape}")
     if image.shape[:2] != size:
         raise ValueError(
             f"{where}: image is {image.shape[1]} x {image.shape[0]} pixels, but its camera's picture is "
-            f"{camera.width} x {camera.height}"
+            f"{size[1]} x {size[0]}"
         )
     if image.shape[2] == 4:
         alpha = image[..., 3:]
-        background = (scene.world.color * scene.world.strength).astype(np.float32)
         # Where alpha is 0 an EXR may still hold light (a glow), which adds to the background.
-        image = image[..., :3] * np.where(alpha > 0.0, alpha, 1.0) + (1.0 - alpha) * background
+        image = image[..., :3] * np.where(alpha > 0.0, alpha, 1.0)
+        if (alpha < 1.0).any():
+            image += (1.0 - alpha) * _world_alone(scene, camera, engine)
     mask = None
     if target.mask is not None:
         mask = array(where, "mask", target.mask, (None, None), np.float64, least=0.0)
@@ -102,3 +107,9 @@ def _view(scene: Scene, where: str, target: Target | NDArray[Any]) -> View:
         if not mask.any():
             raise ValueError(f"{where}: mask is 0 everywhere")
     return View(image, camera, mask, number(where, "weight", target.weight, above=0.0))
+
+
+def _world_alone(scene: Scene, camera: Camera, engine: str) -> NDArray[np.float32]:
+    """What the camera sees where nothing stands."""
+    behind = Scene(camera, world=scene.world, images=scene.images)
+    return Renderer(behind, engine=engine).render(spp=WORLD_SPP, max_depth=1)

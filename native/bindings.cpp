@@ -164,7 +164,7 @@ Progress make_progress(nb::object callback) {
     };
 }
 
-RenderOptions make_options(int samples, uint32_t seed, int max_depth,
+RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle bounces,
                            const std::vector<std::string>& terms = {}) {
     RenderOptions o;
     const auto has = [&](const char* term) {
@@ -176,6 +176,9 @@ RenderOptions make_options(int samples, uint32_t seed, int max_depth,
     o.samples = samples;
     o.seed = seed;
     o.max_depth = max_depth;
+    o.limits = {nb::cast<int32_t>(bounces.attr("diffuse")), nb::cast<int32_t>(bounces.attr("glossy")),
+                nb::cast<int32_t>(bounces.attr("transmission")),
+                nb::cast<int32_t>(bounces.attr("transparent"))};
     if (samples < 1) throw std::invalid_argument("spp must be at least 1");
     return o;
 }
@@ -236,10 +239,7 @@ class Scene {
     Image render(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
-        RenderOptions options = make_options(samples, seed, max_depth);
-        options.limits = {
-            nb::cast<int32_t>(bounces.attr("diffuse")), nb::cast<int32_t>(bounces.attr("glossy")),
-            nb::cast<int32_t>(bounces.attr("transmission")), nb::cast<int32_t>(bounces.attr("transparent"))};
+        const RenderOptions options = make_options(samples, seed, max_depth, bounces);
         const Progress report = make_progress(std::move(progress));
         {
             const nb::gil_scoped_release release;
@@ -249,10 +249,10 @@ class Scene {
     }
 
     Image forward(nb::dict tangent, nb::dict wanted, int samples, uint32_t seed, int max_depth,
-                  const std::vector<std::string>& terms, nb::object progress) {
+                  nb::handle bounces, const std::vector<std::string>& terms, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
-        const RenderOptions options = make_options(samples, seed, max_depth, terms);
+        const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
         edgegrad::TableValues tangents;
         for (const auto& [name, values] : tangent) {
             using Values = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
@@ -269,12 +269,12 @@ class Scene {
     }
 
     nb::dict backward(AdjointImage adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
-                      const std::vector<std::string>& terms, nb::object progress) {
+                      nb::handle bounces, const std::vector<std::string>& terms, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         if (adjoint.shape(0) != static_cast<size_t>(c.height) ||
             adjoint.shape(1) != static_cast<size_t>(c.width))
             throw std::invalid_argument("the adjoint image has another size than the camera's picture");
-        const RenderOptions options = make_options(samples, seed, max_depth, terms);
+        const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
         const edgegrad::Wanted what = read_wanted(wanted);
         const Progress report = make_progress(std::move(progress));
         edgegrad::TableValues gradients;
@@ -334,10 +334,10 @@ NB_MODULE(_native, m) {
         .def("set_camera", &Scene::set_camera, "tables"_a)
         .def_prop_rw("guided", &Scene::guided, &Scene::set_guided)
         .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "progress"_a.none())
-        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a, "terms"_a,
-             "progress"_a.none())
+        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
+             "bounces"_a, "terms"_a, "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
-             "terms"_a, "progress"_a.none())
+             "bounces"_a, "terms"_a, "progress"_a.none())
         .def("sample_sky", [](const Scene& s, nb::handle u,
                               nb::handle v) { return edgegrad::sample_sky(s.engine(), u, v); })
         .def("look_at_sky", [](const Scene& s, nb::handle w) { return edgegrad::look_at_sky(s.engine(), w); })

@@ -16,7 +16,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad
 import edgegrad_addon
-from edgegrad import images
+from edgegrad import images, losses
 from edgegrad_addon import command_line
 from edgegrad_addon.export.mesh import positions
 from edgegrad_addon.operators.fit import Job
@@ -225,6 +225,46 @@ def test_render_and_gradient_write_files(start: Any, tmp_path: Any) -> None:
         # Moving sideways makes one side brighter and the other darker; growing makes the cube cover more.
         assert abs(total) < 30.0 if sign == 0.0 else total > 30.0
     assert command_line.main(["gradient", str(start), "--base-color", "Clay", "--out", str(tmp_path / "g.png")]) == 0
+
+
+@pytest.fixture
+def rich(tmp_path: Any) -> Any:
+    """A saved .blend with a spot, a soft lamp, a rough metal, a texture and deep light paths, and its picture."""
+    scene = bs.empty()
+    cycles = scene.cycles
+    cycles.max_bounces, cycles.diffuse_bounces, cycles.glossy_bounces = 6, 4, 4
+    bs.camera((0, 0, 8), name="Front")
+    bs.light("SPOT", "Spot", location=(2, 0, 6), rotation=(0, 0.35, 0), energy=900.0, shadow_soft_size=0.1)
+    bs.light("POINT", "Soft", location=(-2, 2, 4), energy=300.0, shadow_soft_size=0.5)
+    bs.add("Floor", bs.plane("Floor", 8.0, bs.material("White", (0.9, 0.9, 0.9))))
+    metal = bs.material("Metal", (0.8, 0.5, 0.3), "ShaderNodeBsdfPrincipled", Metallic=1.0, Roughness=0.3)
+    bs.add("Cube", bs.cube("Cube", metal), location=(0, 0, 1.5), rotation=(0.4, 0.3, 0), scale=(0.7, 0.7, 0.7))
+    for polygon in bpy.data.meshes["Cube"].polygons:
+        polygon.use_smooth = True
+    path = tmp_path / "rich.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path))
+    assert command_line.main(["render", str(path), "--out", str(tmp_path / "target.exr"), "--samples", "256"]) == 0
+    return path
+
+
+def test_scenes_are_fitted_as_they_are(rich: Any, capsys: Any) -> None:
+    """The fit renders what the render command renders, to the same depth, and what derivatives lack is a note."""
+    bpy.ops.wm.open_mainfile(filepath=str(rich))
+    request = Request([Picture("Front", str(rich.parent / "target.exr"))], Names(("Cube",)), 1, 256)
+    session = Session.prepare(bpy.context, request)
+    scene, limits = session.export.scene, session.export.settings
+    assert isinstance(scene.lights["Spot"], edgegrad.SpotLight) and scene.lights["Soft"].radius == 0.5
+    assert scene.materials["Metal"].metallic == 1.0 and scene.meshes["Cube"].smoothing is not None
+    assert limits.max_depth == 8 and limits.bounces.glossy == 4
+    assert not session.export.report.lines
+    shallow = edgegrad.render(scene, spp=256)
+    target = session.targets[0].image[..., :3]
+    loss = session.run().losses[0]
+    assert 3.0 * loss < losses.Pyramid()(shallow, target)[0]
+    command_line.main(["gradient", str(rich), "--vertices", "Cube", "--samples", "1", "--out", str(rich) + ".exr"])
+    said = capsys.readouterr().err.splitlines()
+    for note in edgegrad.plan(scene, session.wrt, max_depth=8).missing:
+        assert note in session.notes and any(line.endswith(note) for line in said)
 
 
 @pytest.fixture

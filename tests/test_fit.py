@@ -14,7 +14,7 @@ import edgegrad
 from edgegrad import Mesh, Scene, parameters, topology
 from edgegrad.fit import FitStep, fit
 from edgegrad.losses import l1, l2
-from edgegrad.targets import Target
+from edgegrad.targets import Target, views
 from tests import shapes
 
 VERTICES, COLOR, POWER = "meshes.object.vertices", "materials.clay.base_color", "lights.lamp.power"
@@ -163,6 +163,27 @@ def test_alpha_is_put_over_the_world() -> None:
     fit_from_alpha = fit(scene, Target(over_nothing), [COLOR], iterations=1, spp=2)
     plain = fit(ball(), Target(np.full((24, 32, 3), 0.2)), [COLOR], iterations=1, spp=2)
     assert fit_from_alpha.losses == plain.losses
+
+
+def test_alpha_is_put_over_an_image_of_the_world() -> None:
+    scene = ball()
+    scene.images = {"sky": edgegrad.Image(np.random.default_rng(0).uniform(0.0, 2.0, (8, 16, 3)).astype(np.float32))}
+    scene.world = edgegrad.World(np.ones(3), image="sky")
+    sky = edgegrad.render(Scene(scene.camera, world=scene.world, images=scene.images), spp=64)
+    over_nothing = np.zeros((24, 32, 4), np.float32)
+    seen = views(scene, Target(over_nothing))[0].image
+    np.testing.assert_allclose(seen, sky, atol=1e-6)
+    over_nothing[..., :3], over_nothing[..., 3] = 0.25, 1.0
+    assert (views(scene, Target(over_nothing))[0].image == 0.25).all()
+
+
+def test_a_target_is_as_large_as_the_camera_crop() -> None:
+    scene = ball()
+    scene.camera.crop = (4, 2, 24, 18)
+    image = picture(scene)
+    assert image.shape == (16, 20, 3) and len(fit(scene, Target(image), [COLOR], iterations=1, spp=1).losses) == 2
+    with pytest.raises(ValueError, match="is 32 x 24 pixels, but its camera's picture is 20 x 16"):
+        fit(scene, Target(np.zeros((24, 32, 3))), [COLOR], iterations=1, spp=1)
 
 
 def cancel_by_false(step: FitStep) -> bool:

@@ -48,6 +48,16 @@ def test_a_bounce_limit_ends_paths_like_depth() -> None:
     assert limited.mean() == pytest.approx(r.render(spp=64, max_depth=4, seed=1).mean(), rel=3e-3)
 
 
+def test_bounce_limits_hold_for_derivatives() -> None:
+    # e (1 + rho + rho^2), since a ray that is scattered once and meets a wall once more brings its light.
+    r, options = Renderer(furnace(0.5)), {"spp": 64, "max_depth": 20, "bounces": Bounces(diffuse=1)}
+    images = [r.render_forward({"materials.wall.base_color": np.ones(3)}, seed=k, **options) for k in range(4)]
+    means = np.array(images).mean(axis=(1, 2, 3))
+    assert means.mean() == pytest.approx(1.0 + 2.0 * 0.5, abs=5.0 * means.std(ddof=1) / 2.0 + 1e-4)
+    gradient = r.render_backward(np.ones((16, 16, 3)), ["materials.wall.base_color"], seed=0, **options)
+    assert gradient["materials.wall.base_color"].sum() == pytest.approx(images[0].sum(), rel=1e-4)
+
+
 def sheets(**top: object) -> Scene:
     """A see-through sheet before a glowing one, seen head-on."""
     return Scene(

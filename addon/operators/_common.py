@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -14,10 +15,12 @@ from ..problem import Problem, Report
 EXPECTED = (Problem, ValueError, OSError, FloatingPointError, ImportError)
 
 
-def tell(operator: Any, report: Report) -> None:
-    """Pass an export's warnings to Blender's message area."""
+def tell(operator: Any, report: Report, notes: Sequence[str] = ()) -> None:
+    """Pass an export's warnings, and notes on what derivatives leave out, to Blender's message area."""
     for line in report.lines:
         operator.report({"WARNING"}, line)
+    for note in notes:
+        operator.report({"INFO"}, f"not computed: {note}")
 
 
 def refuse(operator: Any, error: BaseException) -> set[str]:

@@ -72,7 +72,7 @@ class Fit(bpy.types.Operator):
             session.write(result)
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
-        _common.tell(self, session.export.report)
+        _common.tell(self, session.export.report, session.notes)
         self.report({"INFO"}, f"loss {result.losses[0]:.4g} -> {result.losses[result.best]:.4g}")
         return {"FINISHED"}
 
@@ -82,7 +82,7 @@ class Fit(bpy.types.Operator):
             session = Session.prepare(context, request(context))
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
-        _common.tell(self, session.export.report)
+        _common.tell(self, session.export.report, session.notes)
         self._job = Job(session)
         manager = context.window_manager
         self._timer = manager.event_timer_add(POLL_SECONDS, window=context.window)

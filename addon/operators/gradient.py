@@ -25,10 +25,10 @@ class Gradient(bpy.types.Operator):
     def execute(self, context: Any) -> set[str]:
         try:
             direction = context.scene.edgegrad.direction
-            picture, export = derivative_picture(context, chosen(context), direction, self.samples)
+            picture, export, notes = derivative_picture(context, chosen(context), direction, self.samples)
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
-        _common.tell(self, export.report)
+        _common.tell(self, export.report, notes)
         codes = images.derivative_image(picture)
         _common.show("Edgegrad Gradient", images.srgb_to_linear(codes / np.float32(255.0)))
         self.report({"INFO"}, "the picture is the image 'Edgegrad Gradient'")

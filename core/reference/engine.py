@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import narrow_derivatives as narrow
-from ..bounces import Bounces
+from ..bounces import UNLIMITED, Bounces
 from ..table_derivatives import TableDerivative, Wanted
 from ..tables import Tables
 from ..topology import Edges
@@ -29,6 +29,8 @@ TERMS = ("interior", "primary", "shadow")
 
 class Engine:
     """Renders and differentiates the scene of some tables with numpy and embreex.
+
+    Paths have two segments at most and no surface is transparent, so that limits of bounces (`bounces`) change nothing.
 
     Parameters
     ----------
@@ -74,7 +76,7 @@ class Engine:
         spp: int,
         seed: int,
         max_depth: int,
-        bounces: Bounces | None = None,
+        bounces: Bounces = UNLIMITED,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """(height, width, 3) picture seen by the camera of `tables`; scene values are those of the last `update`."""
@@ -91,6 +93,7 @@ class Engine:
         spp: int,
         seed: int,
         max_depth: int,
+        bounces: Bounces = UNLIMITED,
         terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
@@ -127,6 +130,7 @@ class Engine:
         spp: int,
         seed: int,
         max_depth: int,
+        bounces: Bounces = UNLIMITED,
         terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> TableDerivative:

@@ -19,13 +19,14 @@ namespace {
 // Shadow samples per pixel and sample of the picture: each costs three rays where a picture's costs two.
 constexpr double kShadowShare = 0.5;
 
-// Most samples per pixel and sample of the picture.
-constexpr double kMostPrimary = 1.0, kMostShadow = 4.0;
+// Most samples of the primary term per pixel and sample of the picture.
+constexpr double kMostPrimary = 1.0;
 
 struct BoundaryTerm {
-    bool primary;  // else shadow
     BoundaryPlan plan;
-    std::shared_ptr<const EdgesAndCrossings> lines;  // of the primary term
+    std::shared_ptr<const EdgesAndCrossings> lines;  // besides edges; null: none
+
+    SceneView view(const SceneView& scene) const { return lines ? lines->view(scene) : scene; }
 };
 
 // The boundary terms that a call computes.
@@ -33,13 +34,11 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                                          const RenderOptions& options, const Asked& asked, bool guided) {
     std::vector<BoundaryTerm> terms;
     const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
-    const auto add = [&](std::shared_ptr<const EdgesAndCrossings> lines, Candidates candidates,
-                         double samples, bool environment) {
-        const bool primary = lines != nullptr;
-        const double most =
-            (primary ? kMostPrimary : kMostShadow) * static_cast<double>(pixels) * options.samples;
-        BoundaryPlan plan(std::move(candidates), samples, most, options, environment, primary && guided);
-        if (plan.total(0) > 0) terms.push_back({primary, std::move(plan), std::move(lines)});
+    const double picture = static_cast<double>(pixels) * options.samples;
+    const auto add = [&](BoundaryKind kind, Candidates candidates, double samples, double most, bool guide,
+                         std::shared_ptr<const EdgesAndCrossings> lines = nullptr) {
+        BoundaryPlan plan(std::move(candidates), samples, most * picture, options, kind, guide);
+        if (plan.total(0) > 0) terms.push_back({std::move(plan), std::move(lines)});
     };
     if (options.primary) {
         auto lines = std::make_shared<EdgesAndCrossings>(edges.tables,
@@ -48,12 +47,14 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         lines->add_candidates(scene.camera, candidates);
         // As many samples per pixel of edge as the picture has per pixel.
         const double samples = candidates.mass() * options.samples;
-        add(std::move(lines), std::move(candidates), samples, false);
+        add(kPrimaryBoundary, std::move(candidates), samples, kMostPrimary, guided, std::move(lines));
     }
     if (options.shadow && options.max_depth >= 2 && !scene.convex) {
-        const double samples = kShadowShare * static_cast<double>(pixels) * options.samples;
-        if (scene.emitter_count > 0) add(nullptr, shadow_candidates(scene, edges, false), samples, false);
-        if (scene.has_environment) add(nullptr, shadow_candidates(scene, edges, true), samples, true);
+        const double samples = kShadowShare * picture;
+        if (scene.emitter_count > 0)
+            add(kShadowBoundary, shadow_candidates(scene, edges, false), samples, kShadowShare, false);
+        if (scene.has_environment)
+            add(kSkyBoundary, shadow_candidates(scene, edges, true), samples, kShadowShare, false);
     }
     return terms;
 }
@@ -197,11 +198,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
                 const BoundaryTask task =
                     term.plan.task(pass, first + begin, std::min(kBoundaryChunk, batch - begin));
                 Splats out = splats(begin);
-                if (term.primary)
-                    kernels_.primary_forward(term.lines->view(scene), task,
-                                             work[static_cast<size_t>(thread)].view(), d, out);
-                else
-                    kernels_.shadow_forward(scene, task, d, out);
+                kernels_.boundary[task.kind].forward(term.view(scene), task,
+                                                     work[static_cast<size_t>(thread)].view(), d, out);
             });
             kernels_.add_splats(scene.camera, splats(0), batch, image);
         }
@@ -244,10 +242,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             if (pass >= term.plan.passes()) continue;
             for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !stop; chunk += count, ++done) {
                 const BoundaryTask task = term.plan.chunk(pass, chunk);
-                if (term.primary)
-                    kernels_.primary_backward(term.lines->view(scene), task, w, adjoint, d);
-                else
-                    kernels_.shadow_backward(scene, task, adjoint, d);
+                kernels_.boundary[task.kind].backward(term.view(scene), task, w, adjoint, d);
             }
         }
     };

@@ -74,6 +74,14 @@ struct AdjointTask {
     float *position[3], *direction[3];
 };
 
+// Kinds of boundary terms.
+enum BoundaryKind : int32_t {
+    kPrimaryBoundary,  // what the camera sees (boundary/primary.h)
+    kShadowBoundary,   // between a surface and a light (boundary/shadow.h)
+    kSkyBoundary,      // between a surface and the environment
+    kBoundaryKinds
+};
+
 // Pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of `total`
 // systematic ones over their summed mass.
 struct BoundaryTask {
@@ -86,7 +94,7 @@ struct BoundaryTask {
     int64_t first, count, total;
     int32_t max_depth;
     uint32_t seed;
-    bool environment;  // shadow term: of the environment, else of the finite emitters
+    BoundaryKind kind;
     BounceLimits limits;
     // The mass cut into equal shares, and how much of the samples goes to those before each (shares + 1);
     // null: to all alike. What samples count for is scaled by `scale`; `score`, if not null, takes the size
@@ -162,6 +170,14 @@ struct RayBatch {
     bool brute_force;  // all triangles, whatever their number, else as pictures do
 };
 
+// Estimators of one kind of boundary term: values of samples at places of the picture, and gradients.
+struct BoundaryKernels {
+    void (*forward)(const SceneView&, const BoundaryTask&, Workspace&, const DerivativeView& tangent,
+                    Splats& splats);
+    void (*backward)(const SceneView&, const BoundaryTask&, Workspace&, const float* adjoint,
+                     DerivativeView& gradient);
+};
+
 struct KernelTable {
     const char* name;
     int width;
@@ -172,15 +188,8 @@ struct KernelTable {
     void (*path_forward)(const SceneView&, const AdjointTask&, float* const radiance[3]);
     // Adds the paths' values to the picture.
     void (*accumulate)(const ImageTask&, const Workspace&, float* image);
-    void (*primary_forward)(const SceneView&, const BoundaryTask&, Workspace&, const DerivativeView& tangent,
-                            Splats& splats);
-    void (*primary_backward)(const SceneView&, const BoundaryTask&, Workspace&, const float* adjoint,
-                             DerivativeView& gradient);
+    BoundaryKernels boundary[kBoundaryKinds];
     void (*add_splats)(const CameraView&, const Splats&, int64_t count, float* image);  // in their order
-    void (*shadow_forward)(const SceneView&, const BoundaryTask&, const DerivativeView& tangent,
-                           Splats& splats);
-    void (*shadow_backward)(const SceneView&, const BoundaryTask&, const float* adjoint,
-                            DerivativeView& gradient);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
     void (*bsdfs)(const BsdfTask&, const BsdfResult&);
     void (*texture_derivatives)(const SceneView&, const TextureTask&, const float* rows, const ProbeSweep&);

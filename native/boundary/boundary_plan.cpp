@@ -24,8 +24,8 @@ constexpr double kDensity = 2.5;
 }  // namespace
 
 BoundaryPlan::BoundaryPlan(Candidates candidates, double wanted, double most, const RenderOptions& options,
-                           bool environment, bool guided)
-    : candidates_(std::move(candidates)), options_(options), environment_(environment), guided_(guided) {
+                           BoundaryKind kind, bool guided)
+    : candidates_(std::move(candidates)), options_(options), kind_(kind), guided_(guided) {
     const double all = candidates_.size() == 0 ? 0.0 : std::ceil(std::min(wanted, most));
     total_[0] = static_cast<int64_t>(all);
     if (!guided_ || total_[0] == 0) return;
@@ -94,7 +94,7 @@ BoundaryTask BoundaryPlan::task(int pass, int64_t first, int64_t count) {
     t.total = total_[pass];
     t.max_depth = options_.max_depth;
     t.seed = options_.seed ^ (pass == 0 ? 0u : 0x3c6ef372u);
-    t.environment = environment_;
+    t.kind = kind_;
     t.limits = options_.limits;
     t.guide = pass == 0 ? nullptr : guide_.data();
     t.shares = guided_ ? total_[0] : 1;

@@ -17,7 +17,9 @@ class BoundaryPlan {
     // that those had. Both passes estimate the whole term, and their weighted mean is the result: the weights
     // are fixed, so that it stays unbiased though the second pass depends on the first.
     BoundaryPlan(Candidates candidates, double wanted, double most, const RenderOptions& options,
-                 bool environment, bool guided);
+                 BoundaryKind kind, bool guided);
+
+    BoundaryKind kind() const { return kind_; }
 
     int passes() const { return guided_ ? 2 : 1; }
     // Samples of a pass; of the second one before `guide` the most that it may take.
@@ -35,7 +37,8 @@ class BoundaryPlan {
  private:
     Candidates candidates_;
     RenderOptions options_;
-    bool environment_, guided_;
+    BoundaryKind kind_;
+    bool guided_;
     int64_t total_[2] = {0, 0};
     std::vector<float> score_;   // by sample of the first pass, each in a share of its own
     std::vector<double> guide_;  // (shares + 1)

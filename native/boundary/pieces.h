@@ -33,6 +33,11 @@ EG_INLINE void edge_end(const SceneView& scene, int32_t edge, int32_t instance, 
     place_point(scene, instance, p);
 }
 
+// The random numbers of a boundary term.
+EG_INLINE uint32_t boundary_stream(const BoundaryTask& task) {
+    return hash(task.seed ^ hash(0x2545f491u + static_cast<uint32_t>(task.kind)));
+}
+
 // Where a task's samples have come to.
 struct PieceCursor {
     int64_t piece = 0, share = 0;
@@ -91,7 +96,7 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
     // One low-discrepancy sequence over all samples: neighbouring shares of the mass get stratified
     // random numbers.
     s.random.pixel = splat(0);
-    s.random.stream = splat(hash(task.seed ^ (task.environment ? 0x6b2fb644u : 0x2545f491u)));
+    s.random.stream = splat(boundary_stream(task));
     for (int i = 0; i < W; ++i) {
         float p[3], q[3];
         edge_end(scene, s.edge[i], s.instance[i], 0, p);

@@ -15,7 +15,7 @@
 #pragma once
 
 #include "boundary/edge_sample.h"
-#include "path/blocks.h"
+#include "boundary/moving_points.h"
 #include "path/run.h"
 #include "path/start.h"
 
@@ -28,7 +28,7 @@ EG_INLINE ImageTask side_paths(const BoundaryTask& task) {
     paths.first_sample = static_cast<int32_t>(task.first);
     paths.samples = static_cast<int32_t>(task.count);
     paths.max_depth = task.max_depth;
-    paths.seed = hash(task.seed ^ 0x2545f491u);
+    paths.seed = boundary_stream(task);
     paths.limits = task.limits;
     paths.width = 1;
     paths.one_stream = true;
@@ -108,20 +108,6 @@ EG_INLINE Vec3 jump_of(const BoundaryTask& task, const Workspace& work, int at) 
     return minus - plus;
 }
 
-// The transposed linear part of an instance's transform.
-EG_INLINE Vec3 into_instance(const SceneView& scene, Int instance, Vec3 g) {
-    if (!any(instance >= 0)) return g;
-    for (int i = 0; i < W; ++i) {
-        if (instance[i] < 0) continue;
-        const float* m = scene.instance_to_world + 12 * static_cast<int64_t>(instance[i]);
-        const float x = g.x[i], y = g.y[i], z = g.z[i];
-        g.x[i] = m[0] * x + m[4] * y + m[8] * z;
-        g.y[i] = m[1] * x + m[5] * y + m[9] * z;
-        g.z[i] = m[2] * x + m[6] * y + m[10] * z;
-    }
-    return g;
-}
-
 // The velocity of a line along which two faces pierce each other.
 template <typename Mode>
 EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const EdgeSample& s, Mask crossing, Vec3 g,
@@ -151,21 +137,6 @@ EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const EdgeSam
     }
 }
 
-// A point of an edge in its mesh's own space.
-EG_INLINE Vec3 local_point(const SceneView& scene, const EdgeSample& s) {
-    Vec3 p = s.point;
-    for (int i = 0; i < W; ++i) {
-        if (s.instance[i] < 0) continue;
-        float a[3], b[3];
-        edge_end(scene, s.edge[i], -1, 0, a);
-        edge_end(scene, s.edge[i], -1, 1, b);
-        p.x[i] = a[0] + s.u[i] * (b[0] - a[0]);
-        p.y[i] = a[1] + s.u[i] * (b[1] - a[1]);
-        p.z[i] = a[2] + s.u[i] * (b[2] - a[2]);
-    }
-    return p;
-}
-
 // weight N . (de - c), times `color`, for what `asked` names.
 template <typename Mode>
 EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
@@ -176,17 +147,10 @@ EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeV
         ray_velocity_row(scene.camera, s.view, g, row);
         mode.camera(s.active, row, -color);
     }
-    const Mask placed = s.active & (s.instance >= 0);
-    if (asked.want_instances && any(placed)) mode.placed(placed, s.instance, local_point(scene, s), g, color);
     const Mask crossing = s.active & s.crossing;
     if (any(crossing)) crossing_blocks(mode, scene, s, crossing, g, color);
-    Mask moves = s.active & ~s.crossing;
-    for (int i = 0; i < W; ++i)
-        if (moves[i] && !scene.face_moving[scene.edge_faces[scene.edge_face_first[s.edge[i]]]]) moves[i] = 0;
-    if (!any(moves)) return;
-    const Vec3 local = into_instance(scene, s.instance, g);
-    mode.edge_end(moves, 0, s.edge, local * (1.0f - s.u), color);
-    mode.edge_end(moves, 1, s.edge, local * s.u, color);
+    const Mask on_edge = s.active & ~s.crossing;
+    if (any(on_edge)) edge_point_blocks(mode, scene, asked, on_edge, s.edge, s.instance, s.u, g, color);
 }
 
 // Area of the picture that the edge sweeps per unit of the tangent.

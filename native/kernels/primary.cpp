@@ -5,8 +5,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_primary_kernels(KernelTable& table) {
-    table.primary_forward = primary_forward_kernel;
-    table.primary_backward = primary_backward_kernel;
+    table.boundary[kPrimaryBoundary] = {primary_forward_kernel, primary_backward_kernel};
     table.add_splats = add_splats_kernel;
 }
 

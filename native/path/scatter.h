@@ -77,7 +77,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
         const Vec3 direction = select(s.distant, s.w, s.end - start);
         const Float far = select(s.distant, splat(__builtin_inff()), 0.99999f);
         const Vec3 through =
-            transmittance(scene, s.active & s.casts_shadow, start, direction, far, s.blockers);
+            transmittance(scene, s.active & s.casts_shadow, start, direction, far, {s.blockers});
         light = select(s.casts_shadow, light * through, light);
     }
     if (vertex) return record_light(*vertex, s, light);
@@ -101,8 +101,8 @@ EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const Pat
     if (!any(active)) return;
     if (!scene.convex) {
         const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
-        light =
-            light * transmittance(scene, active, start, s.w, splat(__builtin_inff()), splat(1 << kShadowRay));
+        light = light *
+                transmittance(scene, active, start, s.w, splat(__builtin_inff()), {splat(1 << kShadowRay)});
     }
     if (vertex) {
         put3(vertex->sky_direction, active, s.w);
@@ -122,7 +122,7 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
     if (scene.sky.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
     if (!scene.convex)
         light = light * transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
-                                      ray_mask(s.ray_kind));
+                                      {ray_mask(s.ray_kind)});
     if (vertex) return put3(vertex->last_scale, active, light);
     add_radiance(work, p, active, light);
 }

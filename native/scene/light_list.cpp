@@ -174,8 +174,7 @@ void LightList::add_rows(const SceneTables& t, bool dark_too) {
         (distant ? distant_ : near_).push_back(light);
         if (light.kind != kPointSource && light.kind != kDirectionLight)
             (distant ? distant_sized : sized_).push_back(light.index);
-        constexpr int32_t scattered = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
-        view_.any_hidden |= (lights.visible_to[k] & scattered) != scattered;
+        view_.any_hidden |= (lights.visible_to[k] & kScatteredRays) != kScatteredRays;
         view_.any_linked |=
             lights.receivers[k] >= 0 || lights.blockers[k] >= 0 || !(lights.flags[k] & kLightCastsShadow);
     }

@@ -59,9 +59,8 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
         }
     }
     if (tables.environment_map) {
-        constexpr int32_t scattered = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
         view_.sky = tables.environment_map->view();
-        view_.sky.sampled = (tables.environment_mask & scattered) == scattered;
+        view_.sky.sampled = (tables.environment_mask & kScatteredRays) == kScatteredRays;
     }
     std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
     view_.environment_mask = tables.environment_mask;

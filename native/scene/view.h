@@ -18,6 +18,9 @@ namespace edgegrad {
 // sets of shadow casters that lights may name.
 enum RayKind : int32_t { kCameraRay, kDiffuseRay, kGlossyRay, kTransmissionRay, kShadowRay, kFirstBlockers };
 
+// Those that surfaces scatter.
+constexpr int32_t kScatteredRays = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
+
 enum CameraKind : int32_t { kPerspective, kOrthographic, kEquirectangular };
 
 // Kinds of finite emitters.

@@ -6,11 +6,20 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+// Rays whose way is asked for.
+struct PassingRays {
+    Int mask;                   // of the meshes that they meet
+    RayKind kind = kShadowRay;  // as textures see them
+    int most_passed = 1 << 30;  // surfaces; what is behind more isn't seen
+    Ignored ignored = ignore_nothing();
+};
+
 // Context of a shadow query whose filter multiplies transmittances (Embree calls it once for each triangle
 // that the ray meets, in any order: the product doesn't care).
 struct ShadowContext {
-    embree::QueryContext base;  // first: Embree passes its address to the filter
-    const SceneView* scene;
+    EdgeContext edges;  // first: Embree passes its address to the filter
+    RayKind kind;
+    int32_t left[W];  // surfaces that may still be passed
     float through[3][W];
     float direction[3][W];
 };
@@ -37,7 +46,8 @@ EG_OUTLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint
 
 static void filter_transparent(const embree::FilterArguments* args) {
     auto* context = reinterpret_cast<ShadowContext*>(args->context);
-    const SceneView& scene = *context->scene;
+    const SceneView& scene = *context->edges.scene;
+    ignore_edge_faces(args);
     const auto* ray = static_cast<const uint32_t*>(args->ray);
     const auto* hit = static_cast<const uint32_t*>(args->hit);
     const uint32_t n = args->n;
@@ -68,37 +78,42 @@ static void filter_transparent(const embree::FilterArguments* args) {
     const SurfacePoint x = surface_point(scene, active, face, b1, b2, direction, instance);
     const Float length = sqrt(dot(direction, direction));
     const TexturePoint point = texture_point(scene, x, direction * (-1.0f / max(length, 1e-30f)),
-                                             splat(static_cast<int>(kShadowRay)));
+                                             splat(static_cast<int>(context->kind)));
     const Vec3 through = surface_transmittance(scene, x, point);
     for (int lane = 0; lane < W; ++lane) {
         if (!active[lane]) continue;
         const float t[3] = {through.x[lane], through.y[lane], through.z[lane]};
         if (!(t[0] > 0.0f || t[1] > 0.0f || t[2] > 0.0f)) continue;  // opaque: the query ends here
+        if (context->left[lane]-- <= 0) continue;
         for (int c = 0; c < 3; ++c) context->through[c][lane] *= t[c];
         args->valid[slot[lane]] = 0;
     }
 }
 
-// What passes along rays within `far` times their direction's length, of meshes that have a bit of `mask`.
+// What passes along rays within `far` times their direction's length.
 EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
-                              Int mask) {
+                              const PassingRays& rays) {
     const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
     if (!(scene.all_flags & kHasTransparency)) {
-        const Mask hidden = occluded(scene, active, origin, direction, far, ignore_nothing(), mask);
+        const Mask hidden = occluded(scene, active, origin, direction, far, rays.ignored, rays.mask);
         return select(hidden, zero3(), white);
     }
     if (!any(active)) return zero3();
     alignas(64) int32_t valid[W];
     store(valid, active);
     Ray ray;
-    set_ray(ray, origin, direction, splat(0.0f), far, mask);
+    set_ray(ray, origin, direction, splat(0.0f), far, rays.mask);
     ShadowContext context;
-    context.scene = &scene;
+    context.edges.scene = &scene;
+    store(context.edges.edge, rays.ignored.edge);
+    store(context.edges.instance, rays.ignored.instance);
+    context.kind = rays.kind;
+    store(context.left, splat(rays.most_passed));
     store(context.direction[0], direction.x), store(context.direction[1], direction.y);
     store(context.direction[2], direction.z);
     for (auto& channel : context.through) store(channel, splat(1.0f));
     embree::QueryArguments args;
-    args.context = &context.base;
+    args.context = &context.edges.base;
     args.flags |= embree::kInvokeArgumentFilter;
     args.filter = filter_transparent;
     query_occluded(scene, valid, ray, args);

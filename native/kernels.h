@@ -26,6 +26,7 @@ struct PathQueue {
 struct HitQueue {
     int32_t *face, *mesh, *instance;
     float *b1, *b2, *distance;
+    float* const* aside;  // from there to where rays leave, of first hits beside edges; null: nothing
 };
 
 // Scratch memory of one thread.
@@ -37,6 +38,7 @@ struct Workspace {
     VertexMemory* vertices;
     CameraSamples camera;
     int32_t* visible;  // by sample of an edge: whether it is seen
+    float* aside[3];   // memory of hits.aside
 };
 
 // Most scatterings of each kind; a ray beyond them brings light but isn't scattered again.

@@ -57,7 +57,7 @@ class ThreadWorkspace {
         if (memory_.empty()) {
             // Compacting writes whole packets behind the end.
             constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            constexpr size_t rows = 3 + 16 + 4 + 6 + 1;
+            constexpr size_t rows = 3 + 16 + 4 + 6 + 1 + 3;
             memory_.resize(rows * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
@@ -74,6 +74,7 @@ class ThreadWorkspace {
             take(w.hits.face), take(w.hits.mesh), take(w.hits.instance);
             take(w.hits.b1), take(w.hits.b2), take(w.hits.distance);
             take(w.visible);
+            for (float*& p : w.aside) take(p);
         }
         return view_;
     }

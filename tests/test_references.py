@@ -23,16 +23,13 @@ FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HER
 # With derivatives.
 CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
 # Of rich scenes, whose differences have no term that isn't computed; not for the reference engine.
-RICH = ["camera_move", "cornell_albedo", "glossy_emitter", "roughness_env", "spot_intensity"]
+RICH = ["camera_move", "cornell_albedo", "glossy_emitter", "point_shadow", "roughness_env", "spot_intensity"]
 # About moving shadows.
 MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
 # Not in the repository (size); tested where the file exists.
 LARGE = ["dense_200k"]
 # Pictures alone: the boundary that their differences have and derivatives don't, as the plan names it.
 PICTURES = {"glass_sphere": "indirect boundary"}
-# Blocks where a shadow crosses the terminator of a smooth body differ by more than their noise: the light that the
-# body's own faces cut off moves too (derivations H), which no term has.
-UNRESOLVED = ["point_shadow"]
 # The files don't tell the noise of their pictures: independent samples, at least this many per pixel. Where it is less,
 # single pixels' differences from a converged picture tell it (blocks still show a bias of a tenth of those).
 PICTURE_SPP = 8192
@@ -46,7 +43,7 @@ RUNS = [
     pytest.param("tri_background", "reference", 8, id="reference-tri_background"),
     *[pytest.param(case, "reference", 16, id=f"reference-{case}", marks=SLOW) for case in CASES[2:] + MORE[:2]],
 ]
-PICTURE_RUNS = RUNS + [pytest.param(case, "native", 32, id=f"native-{case}") for case in [*PICTURES, *UNRESOLVED]]
+PICTURE_RUNS = RUNS + [pytest.param(case, "native", 32, id=f"native-{case}") for case in PICTURES]
 
 
 def find(case: str) -> pathlib.Path:
@@ -170,7 +167,7 @@ def test_tangent_is_the_derivative_of_the_motion(case: str) -> None:
 
 def test_reference_files_are_small() -> None:
     files = list((HERE / "references").glob("*.npz"))
-    assert {f.stem for f in files} == {*CASES, *MORE, *RICH, *PICTURES, *UNRESOLVED} - {*LARGE}
+    assert {f.stem for f in files} == {*CASES, *MORE, *RICH, *PICTURES} - {*LARGE}
     assert sum(f.stat().st_size for f in files) < 5_000_000
 
 

@@ -73,6 +73,9 @@ struct SideFace {
 
 struct Sides {
     SideFace plus, minus;  // where N points, and where it points from
+    // Rays that leave a face at the edge may start behind another face of it: unless the edge is a border, or
+    // its two faces are blunt to each other (by more than 104 degrees).
+    Mask narrow;
 };
 
 // Per side the face that is nearest to the camera just beside the edge: the one of smallest depth slope
@@ -80,15 +83,17 @@ struct Sides {
 // each other are on both sides.
 EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
     const SideFace none = {splat(-1), splat(0), splat(__builtin_inff())};
-    Sides sides{none, none};
+    Sides sides{none, none, splat(-1)};
     for (int i = 0; i < W; ++i) {
         if (!s.active[i]) continue;
         const int32_t edge = s.edge[i], instance = s.instance[i];
         const float n[3] = {s.normal.x[i], s.normal.y[i], s.normal.z[i]};
         const float d[3] = {s.view.across_of.x[i], s.view.across_of.y[i], s.view.across_of.z[i]};
-        float a[3];
+        const float t[3] = {s.tangent.x[i], s.tangent.y[i], s.tangent.z[i]};
+        float a[3], across[2][3] = {};
         edge_end(scene, edge, instance, 0, a);
-        for (uint32_t k = scene.edge_face_first[edge]; k < scene.edge_face_first[edge + 1]; ++k) {
+        const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
+        for (uint32_t k = first; k < last; ++k) {
             const int32_t face = static_cast<int32_t>(scene.edge_faces[k]);
             const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face);
             float p[3][3];
@@ -102,14 +107,23 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
                                 d1[0] * d2[1] - d1[1] * d2[0]};
             const float md = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
             const float mn = m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
-            if (md == 0.0f) continue;
             int corner = 0;
             float side = 0.0f;
             if (!s.crossing[i]) {
                 while (corner < 2 && f[corner] != static_cast<int32_t>(scene.edge_opposite[k])) ++corner;
                 for (int x = 0; x < 3; ++x) side += n[x] * (p[corner][x] - a[x]);
+                if (k < first + 2) {
+                    // Across the edge, into the face.
+                    float* g = across[k - first];
+                    g[0] = m[1] * t[2] - m[2] * t[1], g[1] = m[2] * t[0] - m[0] * t[2];
+                    g[2] = m[0] * t[1] - m[1] * t[0];
+                    float into = 0.0f;
+                    for (int x = 0; x < 3; ++x) into += g[x] * (p[corner][x] - a[x]);
+                    for (int x = 0; x < 3; ++x) g[x] = into < 0.0f ? -g[x] : g[x];
+                }
                 if (side == 0.0f) continue;
             }
+            if (md == 0.0f) continue;
             const auto offer = [&](SideFace& best, float slope) {
                 if (!(slope < best.slope[i])) return;
                 best.face[i] = face;
@@ -119,6 +133,15 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
             if (side >= 0.0f) offer(sides.plus, -mn / md);
             if (side <= 0.0f) offer(sides.minus, mn / md);
         }
+        if (last - first == 1) sides.narrow[i] = 0;
+        if (last - first != 2 || s.crossing[i]) continue;
+        float cosine = 0.0f, size[2] = {0.0f, 0.0f};
+        for (int x = 0; x < 3; ++x) {
+            cosine += across[0][x] * across[1][x];
+            for (int k = 0; k < 2; ++k) size[k] += across[k][x] * across[k][x];
+        }
+        constexpr float kBlunt = -0.25f;
+        if (cosine < kBlunt * __builtin_sqrtf(size[0] * size[1])) sides.narrow[i] = 0;
     }
     return sides;
 }
@@ -208,14 +231,28 @@ EG_INLINE Float touched_slope(const SceneView& scene, const EdgeSample& s, const
     return select(md != 0.0f, -dot(m, s.normal) / select(md != 0.0f, md, 1.0f), splat(__builtin_inff()));
 }
 
-// By how far points beside an edge are off it, of a face: far enough that a ray which leaves the surface
+// By how far rays beside an edge start off it, of a face: far enough that a ray which leaves the surface
 // (SurfacePoint::offset off it) starts on the right side of another face of the edge or of a surface that
-// touches there, unless they meet it at less than 1/32; near enough that shading is that at the edge (tested
-// against central differences where the neighbour hides all light: tests/test_primary_boundary.py).
+// touches there, unless they meet it at less than 1/32; near enough that what hides light is what hides it
+// at the edge (tested against central differences where the neighbour hides all of it:
+// tests/test_primary_boundary.py).
 EG_INLINE Float aside(const Triangle& t) { return 32.0f * ray_offset(t); }
 
-// Barycentrics of the point of `face` beside the edge, where `outwards` (+-N) points.
-EG_INLINE void near_point(const SceneView& scene, const EdgeSample& s, const SideFace& near, Vec3 outwards,
+// Barycentrics of e on a triangle in whose plane the edge lies; the step from there to beside it.
+EG_INLINE Vec3 beside_in_plane(const EdgeSample& s, const Triangle& t, Vec3 outwards, Float& b1, Float& b2) {
+    const Vec3 m = area_normal(t);
+    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point - t.p0;
+    const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
+    b1 = dot(m, cross(d, e2)) * inverse;
+    b2 = dot(m, cross(e1, d)) * inverse;
+    Vec3 across = cross(m, s.tangent);
+    across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
+    return select(dot(across, outwards) < 0.0f, -across, across) * aside(t);
+}
+
+// Barycentrics of the point e of the edge on `face`; the step from there to beside the edge, where `outwards`
+// (+-N) points.
+EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const SideFace& near, Vec3 outwards,
                           Float& b1, Float& b2) {
     b1 = b2 = splat(0.0f);
     const Mask active = s.active & (near.face >= 0);
@@ -240,41 +277,26 @@ EG_INLINE void near_point(const SceneView& scene, const EdgeSample& s, const Sid
         b1[i] = b[1], b2[i] = b[2];
     }
     place_triangle(scene, select(active, s.instance, splat(-1)), t);
-    const Float step = aside(t);
-    if (any(active & s.crossing)) {
-        // In the plane of the face, across the line; the point may be a step outside of the triangle.
-        const Vec3 m = area_normal(t);
-        Vec3 across = cross(m, s.tangent);
-        across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
-        across = select(dot(across, outwards) < 0.0f, -across, across);
-        const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point + across * step - t.p0;
-        const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
-        b1 = select(s.crossing, dot(m, cross(d, e2)) * inverse, b1);
-        b2 = select(s.crossing, dot(m, cross(e1, d)) * inverse, b2);
-    }
-    if (!any(active & ~s.crossing)) return;
     // Towards the opposite corner, at most an eighth of the way.
     const Vec3 corner = select(near.opposite == 0, t.p0, select(near.opposite == 1, t.p1, t.p2));
     const Vec3 sheet = cross(s.tangent, corner - s.point);
     const Float height = sqrt(dot(sheet, sheet) / max(dot(s.tangent, s.tangent), 1e-37f));
-    const Float share = select(s.crossing, splat(0.0f), min(step / max(height, 1e-30f), splat(0.125f)));
-    b1 = b1 * (1.0f - share) + select(near.opposite == 1, share, splat(0.0f));
-    b2 = b2 * (1.0f - share) + select(near.opposite == 2, share, splat(0.0f));
+    const Vec3 step = (corner - s.point) * min(aside(t) / max(height, 1e-30f), splat(0.125f));
+    if (!any(active & s.crossing)) return step;
+    // In the plane of the face, across the line; rays may start a step outside of the triangle.
+    Float c1, c2;
+    const Vec3 across = beside_in_plane(s, t, outwards, c1, c2);
+    b1 = select(s.crossing, c1, b1);
+    b2 = select(s.crossing, c2, b2);
+    return select(s.crossing, across, step);
 }
 
-// Barycentrics of the point of the touched surface beside the edge, where `outwards` points.
-EG_INLINE void touched_point(const SceneView& scene, const EdgeSample& s, const Closest& hit, Vec3 outwards,
+// The same of the surface in which the edge lies.
+EG_INLINE Vec3 touched_point(const SceneView& scene, const EdgeSample& s, const Closest& hit, Vec3 outwards,
                              Float& b1, Float& b2) {
     Triangle t = gather_triangle(scene, hit.face);
     place_triangle(scene, hit.instance, t);
-    const Vec3 m = area_normal(t);
-    Vec3 across = cross(m, s.tangent);
-    across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
-    across = select(dot(across, outwards) < 0.0f, -across, across);
-    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point + across * aside(t) - t.p0;
-    const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
-    b1 = dot(m, cross(d, e2)) * inverse;
-    b2 = dot(m, cross(e1, d)) * inverse;
+    return beside_in_plane(s, t, outwards, b1, b2);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

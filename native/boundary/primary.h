@@ -35,16 +35,20 @@ EG_INLINE ImageTask side_paths(const BoundaryTask& task) {
     return paths;
 }
 
-// What is hit on one side: the near face at the point beside the edge, or what lies behind it.
-EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const SideFace& near, const Int& mesh,
-                           const Behind& behind, Vec3 outwards, Float slope_behind) {
+// What is hit on one side: the near face at the point of the edge, or what lies behind it. What of the
+// shading goes on across the edge (smooth normals, textures, samples of lights) has the same value on both
+// sides then. Rays leave the surface a step `aside`.
+EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Sides& sides,
+                           const SideFace& near, const Int& mesh, const Behind& behind, Vec3 outwards,
+                           Float slope_behind, Vec3& aside) {
     const Mask touched = s.active & behind.touched;
     // A face that is behind the surface in which the edge lies isn't seen.
     const Mask is_near = s.active & (near.face >= 0) & ~(touched & (slope_behind < near.slope));
     Closest hit = behind.hit;
+    aside = zero3();
     if (any(touched & ~is_near)) {
         Float b1, b2;
-        touched_point(scene, s, behind.hit, outwards, b1, b2);
+        aside = select(touched, touched_point(scene, s, behind.hit, outwards, b1, b2), aside);
         hit.b1 = select(touched, b1, hit.b1);
         hit.b2 = select(touched, b2, hit.b2);
     }
@@ -52,7 +56,8 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
     SideFace face = near;
     face.face = select(is_near, near.face, splat(-1));
     Float b1, b2;
-    near_point(scene, s, face, outwards, b1, b2);
+    const Vec3 step = near_point(scene, s, face, outwards, b1, b2);
+    aside = select(is_near, select(sides.narrow | touched | s.crossing, step, zero3()), aside);
     hit.hit |= is_near;
     hit.face = select(is_near, near.face, hit.face);
     hit.mesh = select(is_near, mesh, hit.mesh);
@@ -89,14 +94,16 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
         const auto start = [&](const SideFace& near, Int number, Vec3 outwards,
                                Float slope_behind) EG_INLINE_LAMBDA {
             const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
-            const Closest hit = side_hit(scene, s, near, mesh, behind, outwards, slope_behind);
-            queued = append_start(work, queued, s.active, number, s.view.origin, s.view.direction, hit,
+            Vec3 aside;
+            const Closest hit = side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, aside);
+            queued = append_start(work, queued, s.active, number, s.view.origin, s.view.direction, hit, aside,
                                   behind.through, behind.passed, task.max_depth);
         };
         start(sides.plus, path, s.normal, slope);
         start(sides.minus, path + count, -s.normal, -slope);
     }
     for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * 2 * task.count);
+    work.hits.aside = work.aside;
     if (queued > 0) run_paths(scene, side_paths(task), work, queued);
 }
 

@@ -196,6 +196,11 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         SurfacePoint x = surface_point(scene, hit, face, load(work.hits.b1 + at), load(work.hits.b2 + at),
                                        p.direction, select(hit, load(work.hits.instance + at), splat(-1)));
         x.mesh = select(hit, load(work.hits.mesh + at), splat(0));
+        if (work.hits.aside) {
+            Vec3 step;
+            load3(step, work.hits.aside, at);
+            x.start = select(hit, x.start + step, x.start);
+        }
         const PathIndex index = path_index(task, p.path);
         Float choice_u = splat(0.5f), choice_v = choice_u;
         if (vertex || scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))

@@ -32,7 +32,7 @@ EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 v
 
 // Where a ray towards w leaves the surface.
 EG_INLINE Vec3 leave_surface(const SurfacePoint& x, Vec3 w) {
-    return x.position + x.normal * select(dot(x.normal, w) < 0.0f, -x.offset, x.offset);
+    return x.start + x.normal * select(dot(x.normal, w) < 0.0f, -x.offset, x.offset);
 }
 
 EG_INLINE Int limit(const BounceLimits& limits, Int kind) {

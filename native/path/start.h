@@ -21,9 +21,9 @@ EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
 }
 
 // Appends camera paths with the numbers `path`, whose rays have met `hit` behind `passed` surfaces that let
-// `throughput` through, to a queue of n; its new length.
+// `throughput` through, to a queue of n; its new length. From there on rays leave a step `aside`.
 EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
-                           const Closest& hit, Vec3 throughput, Int passed, int max_depth) {
+                           const Closest& hit, Vec3 aside, Vec3 throughput, Int passed, int max_depth) {
     PathPacket p;
     p.active = active;
     p.path = path;
@@ -45,6 +45,7 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     append(hits.b1, n, active, hit.b1);
     append(hits.b2, n, active, hit.b2);
     append(hits.distance, n, active, hit.distance);
+    append3(work.aside, n, active, aside);
     return append_paths(work.paths, n, p);
 }
 

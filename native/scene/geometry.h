@@ -90,6 +90,7 @@ struct SurfacePoint {
     Int face;
     Float b1, b2;  // barycentrics of p1, p2
     Vec3 position;
+    Vec3 start;      // where rays leave it: its position, or (beside an edge) a step aside of it
     Vec3 normal;     // unit, on the viewer's side
     Float side;      // +1: the viewer is in front (counter-clockwise side), -1: behind
     Float length_m;  // |M|
@@ -121,7 +122,7 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
     s.triangle = t.triangle;
     s.mesh = splat(0);
     s.instance = instance;
-    s.position = interpolate(s.triangle, b1, b2);
+    s.position = s.start = interpolate(s.triangle, b1, b2);
     const Vec3 m = area_normal(s.triangle);
     s.length_m = sqrt(dot(m, m));
     s.active = active & (s.length_m > 0.0f);

@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo test test-slow test-gui lint benchmark throughput compare-cycles sanitize check-machine which-python clean
+.PHONY: help demo test test-slow test-gui lint benchmark benchmark-derivatives throughput compare-cycles sanitize check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -25,6 +25,7 @@ help:
 	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0.zip"
 	@echo "make lint        ruff, clang-format, mypy"
 	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 16)"
+	@echo "make benchmark-derivatives  run time against error of derivatives, beside Mitsuba 3 (about 12 minutes)"
 	@echo "make compare-cycles  Blender scenes beside Cycles: figures and pictures (about 15 minutes)"
 	@echo "make throughput  rays per second beside Embree, updates, memory"
 	@echo "make sanitize    run the tests on a build with AddressSanitizer and UndefinedBehaviorSanitizer"
@@ -51,6 +52,9 @@ throughput: $(VENV)/installed
 
 benchmark: $(VENV)/installed $(VENV)/installed-benchmark
 	$(RUN) -m tests.benchmarks.versus_mitsuba
+
+benchmark-derivatives: $(VENV)/installed $(VENV)/installed-benchmark
+	$(RUN) -m tests.benchmarks.derivatives --plot blend_examples/pictures/derivatives.png
 
 compare-cycles: $(VENV)/installed
 	$(RUN) -m tests.benchmarks.versus_cycles

@@ -1,4 +1,4 @@
-"""Mitsuba 3 on the benchmark scenes: render, and gradients of all vertices by its projective sampling.
+"""Mitsuba 3 on the benchmark scenes: pictures, and derivatives by its projective sampling.
 
 Needs ``pip install mitsuba`` (measured with 3.9.1) and an LLVM of version 16 or newer as a shared library
 (Debian: libllvm19), which is found by itself; DRJIT_LIBLLVM_PATH overrides it.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,15 +21,17 @@ OLDEST_LLVM = 16
 # Mitsuba's camera looks down +Z with +X to the left; the scenes' looks down -Z.
 _TURNED = np.diag([-1.0, 1.0, -1.0, 1.0])
 
-# Integrators that give the derivative of direct light with its visibility terms. How Mitsuba guides the samples of
-# indirect silhouettes decides its cost, so each setting is measured. "primary only" leaves indirect silhouettes out:
-# exactly what sphere_env needs, whose sphere is convex.
-BACKWARD: dict[str, dict[str, Any]] = {
-    "default guiding": {},
+# Integrators of derivatives with visibility terms. How Mitsuba guides the samples of indirect silhouettes decides its
+# cost, so several settings are measured; its default one costs up to 100 s a gradient. "primary only" leaves indirect
+# silhouettes out: exactly what convex bodies under an even sky need.
+PROJECTIVE: dict[str, dict[str, Any]] = {
     "light guiding": {"proj_seed_spp": 16, "octree_extra_leaf_sample": 16, "octree_max_depth": 7},
     "no guiding": {"guiding": "none"},
     "primary only": {"sppi": 0},
+    "default guiding": {},
 }
+# What moves no edge.
+INTERIOR = "prb"
 _LOADED_AS_PROPERTY = ("guiding", "sppi")
 # Pixel samplers; each renders through a sensor of its own.
 SAMPLERS = ("independent", "multijitter", "ldsampler")
@@ -76,6 +79,8 @@ class MitsubaPeer:
         A scene of `tests.benchmarks.scenes`.
     threads
         Threads that Dr.Jit may use.
+    tangent
+        What derivatives are taken of (`peer_scenes.at_theta`), and along what.
 
     Raises
     ------
@@ -83,7 +88,10 @@ class MitsubaPeer:
         If Mitsuba or LLVM is missing.
     """
 
-    def __init__(self, scene: dict[str, Any], threads: int) -> None:
+    def __init__(
+        self, scene: dict[str, Any], threads: int, tangent: Mapping[str, NDArray[np.float64]] | None = None
+    ) -> None:
+        tangent = tangent or {}
         self._mi, self._dr = load_mitsuba(threads)
         self.version: str = self._mi.__version__
         self._depth = int(scene["max_depth"])
@@ -93,9 +101,17 @@ class MitsubaPeer:
         description |= {f"light{k}": self._light(light) for k, light in enumerate(scene["lights"])}
         self._scene = self._mi.load_dict(description)
         self._params = self._mi.traverse(self._scene)
-        moving = [f"mesh{int(k)}.vertex_positions" for k in np.atleast_1d(scene["parameter"].get("meshes", []))]
-        self._keys = moving
-        self._params.keep(self._keys)
+        self._moved: dict[str, tuple[Any, Any]] = {}  # a parameter's value and its rate along theta
+        for path, rate in tangent.items():
+            key = _key(path)
+            value = self._params[key]
+            if key == "sensor0.to_world":
+                self._moved[key] = self._mi.Transform4f(value), np.asarray(rate)[:3, 3]
+            else:
+                kind, flat = type(value), np.asarray(rate, np.float32)
+                flat = flat.ravel() if path.endswith("vertices") else flat
+                self._moved[key] = kind(value), kind(flat) if flat.ndim else kind(float(flat))
+        self._params.keep(list(self._moved))
         self._integrators: dict[str, Any] = {}
 
     def _rgb(self, value: Any) -> dict[str, Any]:
@@ -169,16 +185,17 @@ class MitsubaPeer:
 
     def _integrator(self, kind: str) -> Any:
         if kind not in self._integrators:
-            if kind in BACKWARD:
-                settings = BACKWARD[kind]
+            if kind in PROJECTIVE:
+                settings = PROJECTIVE[kind]
                 properties: dict[str, Any] = {k: v for k, v in settings.items() if k in _LOADED_AS_PROPERTY}
-                description = {"type": "direct_projective"} | properties
-                integrator = self._mi.load_dict(description)
+                direct = {"type": "direct_projective"}
+                deep = {"type": "prb_projective", "max_depth": self._depth, "rr_depth": 1000}
+                integrator = self._mi.load_dict((direct if self._depth <= 2 else deep) | properties)
                 for name, value in settings.items():
                     if name not in properties:
                         setattr(integrator, name, value)
             else:
-                limit = {"max_depth": self._depth} if kind == "path" else {}
+                limit = {"max_depth": self._depth} if kind in ("path", INTERIOR) else {}
                 integrator = self._mi.load_dict({"type": kind, **limit})
             self._integrators[kind] = integrator
         return self._integrators[kind]
@@ -193,15 +210,56 @@ class MitsubaPeer:
         sensor = SAMPLERS.index(sampler)
         return np.array(self._integrator(integrator).render(self._scene, sensor=sensor, seed=seed, spp=spp))
 
-    def backward(self, adjoint: F32, *, spp: int, seed: int, setting: str) -> NDArray[np.float64]:
-        """(V, 3) gradient of sum(adjoint * image) with respect to the moving meshes' vertices, one after the other."""
+    def derivative_settings(self) -> list[str]:
+        """Integrators that are made for what moves in this scene."""
+        moves = any(key.endswith(("vertex_positions", "to_world")) for key in self._moved)
+        return list(PROJECTIVE) if moves else [INTERIOR]
+
+    def forward(self, *, spp: int, seed: int, setting: str) -> F32:
+        """(H, W, 3) derivative of the picture along theta."""
         mi, dr = self._mi, self._dr
-        for key in self._keys:
-            vertices = mi.Float(dr.detach(self._params[key]))
-            dr.enable_grad(vertices)
-            self._params[key] = vertices
+        theta = dr.opaque(mi.Float, 0)  # a literal would be folded away
+        dr.enable_grad(theta)
+        for key, (value, rate) in self._moved.items():
+            if key == "sensor0.to_world":
+                self._params[key] = mi.Transform4f().translate(mi.Vector3f(*map(float, rate)) * theta) @ value
+            else:
+                self._params[key] = value + rate * theta
+        self._params.update()
+        dr.forward(theta, dr.ADFlag.ClearEdges)
+        try:
+            return np.array(self._integrator(setting).render_forward(self._scene, params=theta, seed=seed, spp=spp))
+        finally:
+            self._reset()
+
+    def backward(self, adjoint: F32, *, spp: int, seed: int, setting: str) -> NDArray[np.float64]:
+        """(n,) gradient of sum(adjoint * image) with respect to all values that move, one after the other."""
+        mi, dr = self._mi, self._dr
+        for key, (value, _) in self._moved.items():
+            free = type(value)(value)
+            dr.enable_grad(free)
+            self._params[key] = free
         self._params.update()
         self._integrator(setting).render_backward(
             self._scene, params=self._params, grad_in=mi.TensorXf(adjoint), seed=seed, spp=spp
         )
-        return np.concatenate([np.array(dr.grad(self._params[k]), np.float64).reshape(-1, 3) for k in self._keys])
+        found = [np.array(dr.grad(self._params[key]), np.float64).ravel() for key in self._moved]
+        self._reset()
+        return np.concatenate(found)
+
+    def _reset(self) -> None:
+        for key, (value, _) in self._moved.items():
+            self._params[key] = type(value)(value)
+        self._params.update()
+
+
+def _key(path: str) -> str:
+    """Mitsuba's name of a parameter."""
+    collection, *_, field = path.split(".")
+    if collection == "camera":
+        return "sensor0.to_world"
+    name = path.split(".")[1]
+    names = {"vertices": "vertex_positions", "base_color": "bsdf.brdf_0.reflectance.value",
+             "roughness": "bsdf.brdf_0.roughness.value", "emission": "emitter.radiance.value",
+             "color": "intensity.value"}
+    return f"{name}.{names[field]}"

@@ -22,8 +22,6 @@ def markdown(report: Report) -> str:
     lines = [f"# Edgegrad beside Mitsuba 3\n\n{about}. Seconds are medians of warm calls.\n", *_render(report)]
     if report.first:
         lines += _first(report)
-    if report.backward:
-        lines += _backward(report)
     return "\n".join(lines) + "\n"
 
 
@@ -83,22 +81,4 @@ def _first(report: Report) -> list[str]:
         f"{geometric_mean(filled):.1f}× with a filled one (worst {min(filled):.1f}); memory "
         f"{geometric_mean(memory):.2f}× (worst {max(memory):.2f})."
     )
-    return lines
-
-
-def _backward(report: Report) -> list[str]:
-    lines = [
-        "\n## render_backward, all vertices, sphere_env, 16 spp\n",
-        "Noise: seed-to-seed, relative to the gradient's norm. Along θ: the gradient times the case's "
-        "tangent, a number both must agree on.\n",
-        "| renderer | s | noise | along θ | Edgegrad is faster by |",
-        "|---|---|---|---|---|",
-    ]
-    for b in report.backward:
-        faster = "" if b.renderer == "Edgegrad" else f"**{b.speed_up:.1f}×**"
-        lines.append(f"| {b.renderer} | {b.seconds:.4f} | {b.noise:.3f} | {b.along_theta:.5g} ± "
-                     f"{b.along_theta_error:.1g} | {faster} |")
-    cheapest = min(report.backward[1:], key=lambda b: b.seconds)
-    lines.append(f"\nAgainst Mitsuba's cheapest setting ({cheapest.renderer.removeprefix('Mitsuba, ')}): "
-                 f"**{cheapest.speed_up:.1f}×** faster.")
     return lines

@@ -1,4 +1,4 @@
-"""Edgegrad beside Mitsuba 3 in one run: time, noise, first picture, memory and gradients.
+"""Pictures of Edgegrad beside Mitsuba 3's in one run: time, noise, first picture and memory.
 
 ``python -m tests.benchmarks.versus_mitsuba`` prints a report and writes it as Markdown and JSON. The two renderers
 take turns call by call, so that a machine that slows down slows both; each time is the median of warm calls, each
@@ -27,12 +27,10 @@ from tests import peer_scenes
 from tests.benchmarks import scenes
 from tests.benchmarks.fresh_process import FirstPicture
 from tests.benchmarks.fresh_process import measure as first_picture
-from tests.benchmarks.mitsuba_peer import BACKWARD, MitsubaPeer
+from tests.benchmarks.mitsuba_peer import MitsubaPeer
 from tests.benchmarks.report import markdown
 
 SPP = (16, 64)
-BACKWARD_SPP = 16
-BACKWARD_SCENE = "sphere_env"
 FIRST_SPP = 16
 WARM_UP = 2
 BLOCK = 8
@@ -84,25 +82,12 @@ class FirstRow:
 
 
 @dataclass
-class BackwardRow:
-    """Median seconds of one gradient of all vertices, and its seed-to-seed noise relative to the gradient's norm."""
-
-    renderer: str
-    seconds: float
-    noise: float
-    along_theta: float
-    along_theta_error: float
-    speed_up: float
-
-
-@dataclass
 class Report:
     """One run."""
 
     machine: dict[str, Any]
     render: list[RenderRow] = field(default_factory=list)
     first: list[FirstRow] = field(default_factory=list)
-    backward: list[BackwardRow] = field(default_factory=list)
 
 
 def take_turns(calls: dict[str, Call], runs: int) -> dict[str, tuple[float, list[Any]]]:
@@ -172,39 +157,6 @@ def compare_first(data: scenes.Neutral, threads: int) -> FirstRow:
     return FirstRow(data["name"], ours, empty, filled)
 
 
-def compare_gradients(
-    renderer: edgegrad.Renderer, peer: MitsubaPeer, tangent: dict[str, NDArray[np.float64]], runs: int
-) -> list[BackwardRow]:
-    """Time and noise of the gradient of an image loss with respect to all vertices; Edgegrad's row comes first."""
-    image = np.mean([renderer.render(spp=64, seed=seed) for seed in range(4)], axis=0)
-    adjoint = (2.0 * (image - image.mean()) / image.size).astype(np.float32)
-    paths = list(tangent)
-
-    def ours(seed: int) -> NDArray[np.float64]:
-        # An optimiser's step: as in Mitsuba's timing, the acceleration structure takes the vertices' new values.
-        renderer.update()
-        gradients = renderer.render_backward(adjoint, paths, spp=BACKWARD_SPP, seed=seed)
-        return np.concatenate([gradients[path] for path in paths])
-
-    def theirs(setting: str) -> Call:
-        return lambda seed: peer.backward(adjoint, spp=BACKWARD_SPP, seed=seed, setting=setting)
-
-    calls: dict[str, Call] = {"Edgegrad": ours} | {f"Mitsuba, {s}": theirs(s) for s in BACKWARD}
-    timed = take_turns(calls, runs)
-    direction = np.concatenate([tangent[path] for path in paths])
-    rows = []
-    for name, (seconds, gradients) in timed.items():
-        mean, error = mean_and_error(gradients)
-        variance = np.sum(error**2) * runs
-        norm = max(np.sum(mean**2) - variance / runs, 1e-300)
-        projected = [float(np.sum(g * direction)) for g in gradients]
-        rows.append(BackwardRow(
-            name, seconds, float(np.sqrt(variance / norm)), float(np.mean(projected)),
-            float(np.std(projected, ddof=1) / np.sqrt(runs)), seconds / timed["Edgegrad"][0],
-        ))
-    return rows
-
-
 def measure(names: Sequence[str], threads: int, runs: int, deadline: float) -> Report:
     """Run everything."""
     report = Report({
@@ -225,9 +177,6 @@ def measure(names: Sequence[str], threads: int, runs: int, deadline: float) -> R
             report.render.append(compare_renders(name, renderer, peer, depth, spp, runs, deadline))
             print(name, spp, f"{report.render[-1].time_ratio:.2f} {report.render[-1].cost_ratio:.2f}", flush=True)
         report.first.append(compare_first(data, threads))
-        if name == BACKWARD_SCENE:
-            tangent = peer_scenes.at_theta(data, 0.0)[1]
-            report.backward = compare_gradients(renderer, peer, tangent, max(runs, 5))
     return report
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bounces import Bounces
+from .non_finite import Dropped
 from .tables import Tables
 from .texture_program import TextureTables
 from .topology import Edges
@@ -68,7 +69,7 @@ class Scene:
         bounces: Bounces,
         terms: Sequence[str],
         progress: Progress,
-    ) -> NDArray[np.float32]: ...
+    ) -> tuple[NDArray[np.float32], list[Dropped]]: ...
     def backward(
         self,
         adjoint: NDArray[np.float32],
@@ -79,7 +80,7 @@ class Scene:
         bounces: Bounces,
         terms: Sequence[str],
         progress: Progress,
-    ) -> dict[str, NDArray[np.float64]]: ...
+    ) -> tuple[dict[str, NDArray[np.float64]], list[Dropped]]: ...
 def evaluate_bsdfs(materials: object, points: object, instruction_set: str) -> dict[str, NDArray[np.float32]]: ...
 
 class RayScene:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _native
 from .bounces import UNLIMITED, Bounces
+from .non_finite import warn_of_samples
 from .table_derivatives import TableDerivative, Wanted, shapes
 from .tables import Tables
 from .topology import Edges
@@ -138,7 +139,9 @@ class Engine:
         self._hold(tables)
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
         spans = _float_spans(tables, wanted)
-        return np.asarray(self._scene.forward(floats, spans, spp, seed, max_depth, bounces, list(terms), progress))
+        image, dropped = self._scene.forward(floats, spans, spp, seed, max_depth, bounces, list(terms), progress)
+        warn_of_samples(tables, dropped)
+        return np.asarray(image)
 
     def backward(
         self,
@@ -156,7 +159,8 @@ class Engine:
         """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
         self._hold(tables)
         spans = _float_spans(tables, wanted)
-        found = self._scene.backward(adjoint, spans, spp, seed, max_depth, bounces, list(terms), progress)
+        found, dropped = self._scene.backward(adjoint, spans, spp, seed, max_depth, bounces, list(terms), progress)
+        warn_of_samples(tables, dropped)
         shape = shapes(tables)
         return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
 

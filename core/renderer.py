@@ -18,6 +18,7 @@ from .camera import Camera
 from .differentiable import obstacles, shadow_obstacles
 from .light import AreaLight
 from .material_table import LAMBERTIAN
+from .non_finite import warn_of_gradients, warn_of_picture
 from .placement import is_moved
 from .scene import Scene
 from .table_derivatives import (
@@ -261,7 +262,9 @@ class Renderer:
         options = _options(spp, max_depth, seed, bounces)
         if self._may_be_convex():
             _ = self.edges
-        return self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
+        picture = self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
+        warn_of_picture(picture, "render")
+        return picture
 
     def render_forward(
         self,
@@ -279,7 +282,13 @@ class Renderer:
         options = self._derivative_options(spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
-        return self._engine.forward(tables, velocity, wanted, **options, progress=progress)
+        image = self._engine.forward(tables, velocity, wanted, **options, progress=progress)
+        if not np.isfinite(image).all():
+            # Which term it is shows if each is computed by itself.
+            alone = {t: self._engine.forward(tables, velocity, wanted, **{**options, "terms": (t,)}, progress=progress)
+                     for t in options["terms"]}
+            warn_of_picture(image, "render_forward", [t for t, part in alone.items() if not np.isfinite(part).all()])
+        return image
 
     def render_backward(
         self,
@@ -300,8 +309,15 @@ class Renderer:
             raise ValueError("wrt must be a list of parameter paths, not one string")
         tables, wanted = self._asked(wrt, camera)
         image = array("adjoint image", "pixels", adjoint, (tables.height, tables.width, 3), np.float32)
-        gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
-        return pull_back(self.scene, tables, gradient, wrt)
+        def gradients(options: Mapping[str, Any]) -> dict[str, NDArray[np.float64]]:
+            gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
+            return pull_back(self.scene, tables, gradient, wrt)
+
+        found = gradients(options)
+        if not all(np.isfinite(gradient).all() for gradient in found.values()):
+            alone = {t: gradients({**options, "terms": (t,)}) for t in options["terms"]}
+            warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
+        return found
 
     def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Wanted]:
         """The tables that a camera's derivatives with respect to some parameters are taken of, and which rows."""

@@ -198,6 +198,15 @@ Image make_image(std::vector<float>&& pixels, const edgegrad::CameraView& c) {
     return to_numpy(std::move(pixels), {static_cast<size_t>(c.height), static_cast<size_t>(c.width), 3});
 }
 
+// What a derivative has left out (core/dropped_samples.py).
+nb::list dropped_list(const edgegrad::Dropped& dropped) {
+    nb::list out;
+    for (const edgegrad::DroppedTerm& d : dropped)
+        out.append(nb::make_tuple(d.term, d.count, d.pixel, nb::make_tuple(d.vertices[0], d.vertices[1]),
+                                  nb::make_tuple(d.faces[0], d.faces[1])));
+    return out;
+}
+
 // The engine together with its copy of the tables.
 class Scene {
  public:
@@ -248,8 +257,8 @@ class Scene {
         return make_image(std::move(pixels), c);
     }
 
-    Image forward(nb::dict tangent, nb::dict wanted, int samples, uint32_t seed, int max_depth,
-                  nb::handle bounces, const std::vector<std::string>& terms, nb::object progress) {
+    nb::tuple forward(nb::dict tangent, nb::dict wanted, int samples, uint32_t seed, int max_depth,
+                      nb::handle bounces, const std::vector<std::string>& terms, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
         const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
@@ -261,15 +270,16 @@ class Scene {
         }
         const edgegrad::Wanted what = read_wanted(wanted);
         const Progress report = make_progress(std::move(progress));
+        edgegrad::Dropped dropped;
         {
             const nb::gil_scoped_release release;
-            engine_->forward(options, what, std::move(tangents), report, pixels.data());
+            engine_->forward(options, what, std::move(tangents), report, pixels.data(), dropped);
         }
-        return make_image(std::move(pixels), c);
+        return nb::make_tuple(make_image(std::move(pixels), c), dropped_list(dropped));
     }
 
-    nb::dict backward(AdjointImage adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
-                      nb::handle bounces, const std::vector<std::string>& terms, nb::object progress) {
+    nb::tuple backward(AdjointImage adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
+                       nb::handle bounces, const std::vector<std::string>& terms, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         if (adjoint.shape(0) != static_cast<size_t>(c.height) ||
             adjoint.shape(1) != static_cast<size_t>(c.width))
@@ -278,16 +288,17 @@ class Scene {
         const edgegrad::Wanted what = read_wanted(wanted);
         const Progress report = make_progress(std::move(progress));
         edgegrad::TableValues gradients;
+        edgegrad::Dropped dropped;
         {
             const nb::gil_scoped_release release;
-            gradients = engine_->backward(options, what, adjoint.data(), report);
+            gradients = engine_->backward(options, what, adjoint.data(), report, dropped);
         }
         nb::dict out;
         for (auto& [name, values] : gradients) {
             const size_t size = values.size();
             out[name.c_str()] = to_numpy(std::move(values), {size});
         }
-        return out;
+        return nb::make_tuple(out, dropped_list(dropped));
     }
 
     const Engine& engine() const { return *engine_; }

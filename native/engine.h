@@ -24,6 +24,16 @@ struct RenderOptions {
     bool interior = true, primary = true, shadow = true;
 };
 
+// Samples that a term of a derivative leaves out, with where the first of them is.
+struct DroppedTerm {
+    const char* term;
+    int64_t count;
+    int64_t pixel;        // interior; else -1
+    int32_t vertices[2];  // of the edge; -1: there is none
+    int32_t faces[2];     // the surface or a face of the edge, and the one that pierces it; -1: there is none
+};
+using Dropped = std::vector<DroppedTerm>;
+
 class Engine {
  public:
     Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads);
@@ -47,11 +57,11 @@ class Engine {
     // Pictures are (height, width, 3).
     void render(const RenderOptions& options, const Progress& progress, float* image) const;
     // Derivatives (engine_derivatives.cpp): of the picture along tangents of the tables, and gradients of the
-    // wanted tables for an adjoint picture.
+    // wanted tables for an adjoint picture. What they leave out is told in `dropped`.
     void forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
-                 const Progress& progress, float* image) const;
+                 const Progress& progress, float* image, Dropped& dropped) const;
     TableValues backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
-                         const Progress& progress) const;
+                         const Progress& progress, Dropped& dropped) const;
 
     // For tests: light sampling by itself.
     void probe_lights(const LightProbes& probes) const;

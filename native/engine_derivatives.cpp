@@ -6,6 +6,7 @@
 #include "boundary/candidates.h"
 #include "boundary/crossings.h"
 #include "boundary/solids.h"
+#include "drop_count.h"
 #include "engine.h"
 #include "sampling_plan.h"
 #include "scene/prepared.h"
@@ -25,6 +26,7 @@ constexpr double kMostPrimary = 1.0;
 struct BoundaryTerm {
     BoundaryPlan plan;
     std::shared_ptr<const EdgesAndCrossings> lines;  // besides edges; null: none
+    std::unique_ptr<DropCount> dropped;
 
     SceneView view(const SceneView& scene) const { return lines ? lines->view(scene) : scene; }
 };
@@ -38,7 +40,8 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
     const auto add = [&](BoundaryKind kind, Candidates candidates, double samples, double most, bool guide,
                          std::shared_ptr<const EdgesAndCrossings> lines = nullptr) {
         BoundaryPlan plan(std::move(candidates), samples, most * picture, options, kind, guide);
-        if (plan.total(0) > 0) terms.push_back({std::move(plan), std::move(lines)});
+        if (plan.total(0) > 0)
+            terms.push_back({std::move(plan), std::move(lines), std::make_unique<DropCount>()});
     };
     if (options.primary) {
         auto lines = std::make_shared<EdgesAndCrossings>(edges.tables,
@@ -118,6 +121,27 @@ struct Engine::DerivativeCall {
         return sweep;
     }
 
+    // What samples without a finite value were left out, by term.
+    Dropped all_dropped() const {
+        Dropped out;
+        if (const DroppedSamples& d = dropped.sum(); d.count > 0)
+            out.push_back({"interior", d.count, d.first, {-1, -1}, {d.place, -1}});
+        for (const BoundaryTerm& term : terms) {
+            const DroppedSamples& d = term.dropped->sum();
+            if (d.count == 0) continue;
+            const SceneView view = term.view(scene);
+            const uint32_t* face = view.edge_faces + view.edge_face_first[d.place];
+            DroppedTerm t{kBoundaryTerms[term.plan.kind()], d.count, -1, {-1, -1}, {-1, -1}};
+            const bool crossing = d.place >= view.edge_count;
+            for (int k = 0; k < 2; ++k)
+                if (!crossing) t.vertices[k] = static_cast<int32_t>(view.edge_vertices[2 * d.place + k]);
+            t.faces[0] = static_cast<int32_t>(face[0]);
+            if (crossing) t.faces[1] = static_cast<int32_t>(face[1]);
+            out.push_back(t);
+        }
+        return out;
+    }
+
     // What boundary terms read or write; null where it is not asked for.
     DerivativeView boundary_view(double* vertices, double* camera, double* instances) const {
         const auto first = static_cast<int32_t>(wanted.span("vertices").first / 3);
@@ -134,10 +158,11 @@ struct Engine::DerivativeCall {
     const std::vector<NamedTable> tables;
     std::vector<BoundaryTerm> terms;
     int64_t image_chunks = 0, boundary_chunks = 0;
+    mutable DropCount dropped;  // by the interior term
 };
 
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
-                     const Progress& progress, float* image) const {
+                     const Progress& progress, float* image, Dropped& dropped) const {
     DerivativeCall call(*this, options, wanted);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
@@ -174,9 +199,11 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
         parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 Workspace& w = work[static_cast<size_t>(thread)].view();
-                const AdjointTask sweep =
-                    call.record(task, w, adjoint_work[static_cast<size_t>(thread)], tables);
+                DroppedSamples lost;
+                AdjointTask sweep = call.record(task, w, adjoint_work[static_cast<size_t>(thread)], tables);
+                sweep.dropped = &lost;
                 kernels_.path_forward(scene, sweep, w.radiance);
+                call.dropped.add(lost);
                 kernels_.accumulate(task, w, image);
             });
         });
@@ -195,11 +222,14 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             const int64_t chunks = (batch + kBoundaryChunk - 1) / kBoundaryChunk;
             parallel_for(threads_, chunks, part(chunks), [&](int thread, int64_t chunk) {
                 const int64_t begin = chunk * kBoundaryChunk;
-                const BoundaryTask task =
+                DroppedSamples lost;
+                BoundaryTask task =
                     term.plan.task(pass, first + begin, std::min(kBoundaryChunk, batch - begin));
+                task.dropped = &lost;
                 Splats out = splats(begin);
                 kernels_.boundary[task.kind].forward(term.view(scene), task,
                                                      work[static_cast<size_t>(thread)].view(), d, out);
+                term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
             });
             kernels_.add_splats(scene.camera, splats(0), batch, image);
         }
@@ -210,10 +240,11 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             add_pass(term, pass);
         }
     }
+    dropped = call.all_dropped();
 }
 
 TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
-                             const Progress& progress) const {
+                             const Progress& progress, Dropped& dropped) const {
     DerivativeCall call(*this, options, wanted);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
@@ -241,8 +272,11 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;
             for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !stop; chunk += count, ++done) {
-                const BoundaryTask task = term.plan.chunk(pass, chunk);
+                DroppedSamples lost;
+                BoundaryTask task = term.plan.chunk(pass, chunk);
+                task.dropped = &lost;
                 kernels_.boundary[task.kind].backward(term.view(scene), task, w, adjoint, d);
+                term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
             }
         }
     };
@@ -253,9 +287,12 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         for (int64_t chunk = group; chunk < call.image_chunks && !stop; chunk += count, ++done) {
             if (!plan.any_adjoint(chunk, adjoint)) continue;
             plan.for_each_task(chunk, [&](const ImageTask& task) {
-                const AdjointTask sweep =
+                DroppedSamples lost;
+                AdjointTask sweep =
                     call.record(task, w, adjoint_work[static_cast<size_t>(thread)], gradient.tables);
+                sweep.dropped = &lost;
                 kernels_.path_backward(scene, sweep, adjoint);
+                call.dropped.add(lost);
             });
         }
         add_pass(thread, group, 0, gradient);
@@ -269,6 +306,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     if (more)
         parallel_for(threads_, count, report,
                      [&](int thread, int64_t group) { add_pass(thread, group, 1, groups.again(group)); });
+    dropped = call.all_dropped();
     TableValues gradients = groups.reduce(threads_);
     if (wanted.any("normals") && wanted.any("vertices"))
         pull_shading_normals(tables_, threads_, gradients.at("normals").data(),

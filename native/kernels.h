@@ -61,6 +61,12 @@ struct ImageTask {
     bool one_stream;  // all pixels have the random numbers of the first: the two sides of edges
 };
 
+// Samples of a derivative that are left out because they have no finite value: how many, and the first.
+struct DroppedSamples {
+    int64_t count = 0, first = INT64_MAX;
+    int32_t place = -1, instance = -1;  // of the first: its edge, or (interior) face
+};
+
 // The recorded vertices of a task's paths, and what sweeps over them need.
 struct AdjointTask {
     const ImageTask* image;
@@ -69,6 +75,7 @@ struct AdjointTask {
     TapeMemory* tape;
     const DifferentiableTables* tables;
     bool geometry;  // whether positions, directions or normals change
+    DroppedSamples* dropped;
     // By path, what sweeps carry from vertex to vertex: light, the vertex that it comes from, and the
     // derivatives of the vertex' position and of a specular ray's direction.
     float* incoming[3];
@@ -83,6 +90,9 @@ enum BoundaryKind : int32_t {
     kSkyBoundary,      // between a surface and the environment
     kBoundaryKinds
 };
+// The term that each belongs to (core/renderer.py).
+constexpr const char* kBoundaryTerms[] = {"primary", "shadow", "shadow"};
+static_assert(sizeof kBoundaryTerms / sizeof *kBoundaryTerms == kBoundaryKinds);
 
 // Pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of `total`
 // systematic ones over their summed mass.
@@ -105,6 +115,7 @@ struct BoundaryTask {
     int64_t shares;
     float scale;
     float* score;
+    DroppedSamples* dropped;
 };
 
 // Forward mode: one value per boundary sample, at a place of the picture (x below kNowhere: at none).

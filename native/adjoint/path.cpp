@@ -76,6 +76,34 @@ ArrivalInputs arrive(const SceneView& scene, const AdjointTask& task, const Vert
     return in;
 }
 
+Mask finite(Vec3 a) {
+    const auto one = [](Float x) { return x.value - x.value == 0.0f; };
+    return one(a.x) & one(a.y) & one(a.z);
+}
+
+// A vertex of no position and direction: what is behind it has no derivatives by those before it.
+void forget_place(const AdjointTask& task, Mask m, Int path) {
+    const raw::Float zero = raw::splat(0.0f);
+    scatter3(task.position, path, m, zero, zero, zero);
+    scatter3(task.direction, path, m, zero, zero, zero);
+}
+
+// Leaves out vertices whose light is no finite number, with what they bring to the vertices before, and
+// counts them.
+EG_OUTLINE void drop(const AdjointTask& task, Vertex& v, Mask lost, Int path) {
+    store(v.lost, lost);
+    store(v.active, load(v.active) & ~lost);
+    forget_place(task, lost, path);
+    DroppedSamples& d = *task.dropped;
+    for (int i = 0; i < W; ++i) {
+        if (!lost[i]) continue;
+        ++d.count;
+        const int64_t pixel = task.image->first_pixel + path[i] / task.image->samples;
+        if (pixel >= d.first) continue;
+        d.first = pixel, d.place = v.face[i], d.instance = v.instance[i];
+    }
+}
+
 // Goes over all vertices from the ends of paths; `after` runs on what each packet's evaluation gave.
 template <typename After>
 void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, const After& after) {
@@ -87,7 +115,7 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
     for (int64_t k = task.vertices->count - 1; k >= 0; --k) {
         Vertex& v = task.vertices->at<W>(k);
         tape.clear();
-        const Mask active = load(v.active), scattered = active & ~load(v.passes);
+        Mask active = load(v.active), scattered = active & ~load(v.passes);
         const Int path = select(active, load(v.path), splat(0));
         const RawVec3 incoming = gather_raw3(task.incoming, path);
         const Int next = raw::gather(task.next, path);
@@ -95,9 +123,16 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
         store(v.incoming[2], constant(incoming.z));
         store(v.next, next);
         const ArrivalInputs in = arrive(scene, task, v);
-        const Leaving out =
+        Leaving out =
             leave_vertex(scene, *task.vertices, v, in.arrival, constant3(incoming), next, task.geometry);
-        scatter3(task.incoming, path, active, out.light.x.value, out.light.y.value, out.light.z.value);
+        const Mask lost = active & ~(finite(out.light) & finite(load3(v.throughput)));
+        if (any(lost)) {
+            drop(task, v, lost, path);
+            active &= ~lost;
+            scattered &= ~lost;
+            out.light = select(lost, zero3(), out.light);
+        }
+        scatter3(task.incoming, path, active | lost, out.light.x.value, out.light.y.value, out.light.z.value);
         for (int i = 0; i < W; ++i)
             if (scattered[i]) task.next[path[i]] = static_cast<int32_t>(k) * W + i;
         after(v, active, path, in, out);
@@ -177,7 +212,8 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
     for (int64_t k = 0; k < task.vertices->count; ++k) {
         Vertex& v = task.vertices->at<W>(k);
         tape.clear();
-        const Mask active = load(v.active), scattered = active & ~load(v.passes);
+        const Mask active = load(v.active), scattered = active & ~load(v.passes), lost = load(v.lost);
+        if (any(lost)) forget_place(task, lost, load(v.path));
         const Int path = select(active, load(v.path), splat(0));
         const ArrivalInputs in = arrive(scene, task, v);
         const Leaving out = leave_vertex(scene, *task.vertices, v, in.arrival, load3(v.incoming),

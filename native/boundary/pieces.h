@@ -121,6 +121,27 @@ EG_INLINE PieceCursor first_piece(const BoundaryTask& task) {
     return cursor;
 }
 
+// Beyond this, products with velocities and adjoints don't fit into floats.
+constexpr float kLargestSample = 1e36f;
+
+// A size that is no finite number if one of the components isn't.
+EG_INLINE Float size_of(Vec3 a) { return abs(a.x) + abs(a.y) + abs(a.z); }
+
+// The samples of finite size; the others are counted. Velocities and adjoints are not in a size, so that both
+// modes leave out the same samples.
+EG_INLINE Mask keep_finite(const BoundaryTask& task, int64_t at, Mask active, Int edge, Int instance,
+                           Float size) {
+    const Mask lost = active & ~(size < kLargestSample);
+    if (any(lost)) {
+        DroppedSamples& d = *task.dropped;
+        for (int i = 0; i < W; ++i) {
+            if (!lost[i]) continue;
+            if (d.count++ == 0) d.first = task.first + at + i, d.place = edge[i], d.instance = instance[i];
+        }
+    }
+    return active & ~lost;
+}
+
 // Pixel of a pinhole camera that a direction of unit depth goes through; lanes outside of the picture become
 // inactive.
 EG_INLINE Int pixel_of(const CameraView& c, Vec3 direction, Mask& active) {

@@ -167,14 +167,15 @@ EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent, con
     return mode.value.x;
 }
 
-// Sizes of a first pass' samples, by which those of a second are distributed: the jump times the area that a
-// motion across the edge sweeps. Neither tangent nor adjoint is in them, so that both modes take the same
-// samples and are exactly each other's transpose.
-EG_INLINE void write_scores(const BoundaryTask& task, int at, const EdgeSample& s, Vec3 jump) {
+// Leaves out samples without a finite size, and writes those of a first pass, by which the samples of a
+// second are distributed: the jump times the area that a motion across the edge sweeps. Neither tangent nor
+// adjoint is in them, so that both modes take the same samples and are exactly each other's transpose.
+EG_INLINE void weigh(const BoundaryTask& task, int at, EdgeSample& s, Vec3 jump) {
+    const Float size = size_of(jump) * s.weight * sqrt(dot(s.normal, s.normal));
+    s.active = keep_finite(task, at, s.active, s.edge, s.instance, size);
     if (!task.score) return;
-    const Float size = largest_component(jump) * s.weight * sqrt(dot(s.normal, s.normal));
     for (int i = 0; i < W && at + i < task.count; ++i)
-        task.score[task.first + at + i] = s.active[i] && size[i] < 1e30f ? size[i] : 0.0f;
+        task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
 }
 
 static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
@@ -188,10 +189,8 @@ static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& t
         EdgeSample s = sample_edge(scene, task, at, piece);
         s.active &= load(work.visible + at);
         const Vec3 jump = jump_of(task, work, at);
-        write_scores(task, at, s, jump);
-        const Vec3 value = jump * sweep(scene, tangent, s);
-        s.active &= largest_component(value) < 1e30f;
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, value);
+        weigh(task, at, s, jump);
+        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, jump * sweep(scene, tangent, s));
     }
 }
 
@@ -209,8 +208,7 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
         EdgeSample s = sample_edge(scene, task, at, piece);
         s.active &= load(work.visible + at);
         const Vec3 jump = jump_of(task, work, at);
-        write_scores(task, at, s, jump);
-        s.active &= largest_component(jump) < 1e30f;
+        weigh(task, at, s, jump);
         const Vec3 a = any(s.active) ? adjoint_of(s) : zero3();
         s.active &= largest_component(a) > 0.0f;
         if (!any(s.active)) continue;

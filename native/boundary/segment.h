@@ -13,6 +13,7 @@
 #pragma once
 
 #include "boundary/moving_points.h"
+#include "boundary/pieces.h"
 #include "path/camera_projection.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -48,6 +49,9 @@ EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& asked
     if (asked.want_camera) moves |= s.active & s.slides;
     return moves;
 }
+
+// What a motion of the edge across the segment counts for.
+EG_INLINE Float size_of(const BoundarySegment& s) { return size_of(s.color) * sqrt(dot(s.sweep, s.sweep)); }
 
 // The velocities of all ends, for what `asked` names.
 template <typename Mode>

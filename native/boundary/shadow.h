@@ -161,6 +161,7 @@ EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTa
     s.color =
         scattered_towards(scene, s.x, -s.view.direction, towards, camera_ray, splat(kScatteredRays), choice) *
         light * seen * (s.view.area / p.density);
+    s.active = keep_finite(task, at, s.active, s.edge, s.instance, size_of(s));
     return s;
 }
 

@@ -91,9 +91,11 @@ struct Backward {
                 add(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + vertex_slot], a[i], g, i);
     }
     EG_INLINE void camera(Mask m, const Float row[kCameraFloats], Vec3 color) {
-        const Float a = select(m, dot(adjoint, color), 0.0f);
-        for (int k = 0; k < kCameraFloats; ++k)
-            for (int i = 0; i < W; ++i) gradient.camera[k] += static_cast<double>(a[i] * row[k][i]);
+        const Float a = dot(adjoint, color);
+        for (int k = 0; k < kCameraFloats; ++k) {
+            const Float part = select(m, a * row[k], 0.0f);  // other lanes may hold anything
+            for (int i = 0; i < W; ++i) gradient.camera[k] += static_cast<double>(part[i]);
+        }
     }
     EG_INLINE void placed(Mask m, Int instance, Vec3 local, Vec3 g, Vec3 color) {
         const Float a = dot(adjoint, color);

@@ -57,6 +57,7 @@ struct alignas(64) VertexPacket {
     Floats position[3];
     Floats incoming[3];
     Ints next;
+    Ints lost;  // -1: its light is no finite number; it isn't active any more
 };
 
 // The vertices of a task's paths.

@@ -1,0 +1,125 @@
+"""What is not finite is told: samples that were left out, and results; zero losses give exactly zero gradients."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import Renderer, Scene
+from edgegrad.non_finite import warn_of_gradients, warn_of_picture, warn_of_samples
+from tests.picture_differences import need_every_table
+from tests.rich_scene import everything
+from tests.small_scenes import FLOOR, box, camera, floating_box, matte, rectangle
+from tests.stability.test_soups import paths_of
+
+# Near the largest number that a float holds, so that products don't fit.
+HUGE = 1e38
+
+
+def lamps() -> Scene:
+    """An emissive box before a dark floor."""
+    return Scene(
+        camera((0.3, 1.0, 4.0)),
+        {"floor": rectangle(**FLOOR, material="clay"),
+         "glowing box": box((0.0, 1.0, 0.0), (0.4, 0.3, 0.5), "lamp", 0.3)},
+        {"clay": matte(), "lamp": edgegrad.Material(np.zeros(3), np.full(3, HUGE))},
+    )
+
+
+def shadowed() -> Scene:
+    """A box over a floor under a sun as bright as that."""
+    scene = lamps()
+    scene.materials = {"clay": matte(), "lamp": matte()}
+    scene.lights = {"sun": edgegrad.SunLight(np.array([0.2, -1.0, 0.1]), HUGE)}
+    return scene
+
+
+def sentences(run: Callable[[], Any]) -> list[str]:
+    """The warnings of a call."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        run()
+    assert all(w.category is RuntimeWarning for w in caught)
+    return [str(w.message) for w in caught]
+
+
+def both_modes(scene: Scene, path: str, term: str) -> tuple[list[str], list[str]]:
+    """Warnings of the derivative by a mesh's vertices, forward and backward."""
+    renderer = Renderer(scene)
+    moved = {path: np.broadcast_to([1e-6, 2e-6, 0.0], scene.meshes[path.split(".")[1]].vertices.shape)}
+    forward = sentences(lambda: renderer.render_forward(moved, spp=4, terms=(term,)))
+    adjoint = np.full((32, 32, 3), 1e-6)
+    return forward, sentences(lambda: renderer.render_backward(adjoint, [path], spp=4, terms=(term,)))
+
+
+def test_samples_of_edges_that_are_left_out_are_told() -> None:
+    need_every_table()
+    for scene, term in ((lamps(), "primary"), (shadowed(), "shadow")):
+        forward, backward = both_modes(scene, "meshes.glowing box.vertices", term)
+        assert len(forward) == len(backward) == 1
+        for sentence in (forward[0], backward[0]):
+            assert f"the {term} term leaves out" in sentence
+            assert "at the edge between the vertices" in sentence and "of mesh 'glowing box'" in sentence
+
+
+def test_samples_of_shading_that_are_left_out_are_told() -> None:
+    need_every_table()
+    scene = lamps()
+    scene.materials = {**scene.materials, "clay": edgegrad.Material(np.ones(3), np.full(3, 3.0 * HUGE))}
+    scene.world = edgegrad.World(np.ones(3), 3.0 * HUGE)
+    forward, backward = both_modes(scene, "meshes.floor.vertices", "interior")
+    assert len(forward) == len(backward) == 1 and forward == backward
+    assert "the interior term leaves out" in forward[0] and "in row" in forward[0] and "of mesh '" in forward[0]
+
+
+def test_results_that_are_not_finite_are_told() -> None:
+    need_every_table()
+    scene = shadowed()
+    renderer = Renderer(scene)
+    path = "meshes.floor.vertices"
+    tangent = {path: np.full((4, 3), 1e300)}
+    told = sentences(lambda: renderer.render_forward(tangent, spp=1))
+    assert any("render_forward" in sentence and "pixels are not finite" in sentence for sentence in told)
+
+
+def test_words_of_reports() -> None:
+    picture = np.zeros((3, 4, 3), np.float32)
+    assert sentences(lambda: warn_of_picture(picture, "render")) == []
+    picture[1, 2, 0] = np.nan
+    assert sentences(lambda: warn_of_picture(picture, "render_forward", ["primary"])) == [
+        "render_forward: 1 of 12 pixels are not finite by the primary term, the first in row 1, column 2"
+    ]
+    gradients = {"meshes.a.vertices": np.zeros((2, 3)), "lights.b.power": np.array(np.inf)}
+    gradients["meshes.a.vertices"][1] = np.nan
+    assert sentences(lambda: warn_of_gradients(gradients, lambda path: ["interior", "shadow"])) == [
+        "render_backward: the gradient of 'meshes.a.vertices' is not finite at 3 of 6 values by the interior and "
+        "shadow terms, the first at index (1, 0)",
+        "render_backward: the gradient of 'lights.b.power' is not finite at 1 of 1 values by the interior and shadow "
+        "terms, the first at index (0)",
+    ]
+    tables = Renderer(lamps())._tables
+    assert sentences(lambda: warn_of_samples(tables, [
+        ("primary", 1, -1, (-1, -1), (1, 3)), ("interior", 2, 33, (-1, -1), (-1, -1)),
+        ("shadow", 5, -1, (4, 6), (2, -1)),
+    ])) == [
+        "derivative: the primary term leaves out one sample where face 1 of mesh 'floor' and face 1 of mesh "
+        "'glowing box' pierce each other, since no finite number holds the value",
+        "derivative: the interior term leaves out 2 samples, of which the first is in row 1, column 1, at the world, "
+        "since no finite number holds the value",
+        "derivative: the shadow term leaves out 5 samples, of which the first is at the edge between the vertices 0 "
+        "and 2 of mesh 'glowing box', since no finite number holds the value",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("make", [everything, floating_box])
+def test_zero_losses_have_zero_gradients(make: Callable[[], Scene]) -> None:
+    need_every_table()
+    scene = make()
+    adjoint = np.zeros((*scene.camera.size, 3))
+    gradients = Renderer(scene).render_backward(adjoint, paths_of(scene), spp=4, max_depth=3)
+    assert not any(gradient.any() for gradient in gradients.values())

@@ -1,0 +1,51 @@
+"""Derivatives of random scenes: finite, the same in both modes, zero where nothing is asked, and no crash."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+
+from edgegrad import Renderer, Scene, parameters
+from tests.picture_differences import need_every_table
+from tests.stability.soups import soups
+from tests.table_values import WITHOUT
+
+OPTIONS = {"spp": 4, "max_depth": 4, "seed": 3}
+# Rounding of the sums over a picture's samples, relative to the sizes of what is summed.
+ROUNDING = 2e-4
+
+
+def paths_of(scene: Scene) -> list[str]:
+    """Every parameter that has a derivative."""
+    return [path for path in parameters.paths(scene) if not path.endswith(WITHOUT)]
+
+
+def check(scene: Scene) -> None:
+    """Whether a scene's derivatives are sound; any warning fails it, that of a sample without finite value too."""
+    rng = np.random.default_rng(1)
+    paths = paths_of(scene)
+    renderer = Renderer(scene, threads=2)
+    assert np.isfinite(renderer.render(**OPTIONS)).all()
+    tangent = {}
+    for path in paths:
+        value = np.asarray(parameters.get(scene, path), np.float64)
+        tangent[path] = rng.normal(size=value.shape) * (np.abs(value).max(initial=0.0) * 0.1 + 1e-3)
+    image = renderer.render_forward(tangent, **OPTIONS).astype(np.float64)
+    assert np.isfinite(image).all()
+    adjoint = rng.normal(size=image.shape).astype(np.float32)
+    gradients = renderer.render_backward(adjoint, paths, **OPTIONS)
+    for path in paths:
+        assert np.isfinite(gradients[path]).all(), path
+    parts = [float(np.vdot(gradients[path], tangent[path])) for path in paths]
+    size = float(np.linalg.norm(image) * np.linalg.norm(adjoint)) + sum(map(abs, parts))
+    assert abs(float(np.vdot(image, adjoint)) - sum(parts)) <= ROUNDING * size
+    nothing = renderer.render_backward(np.zeros_like(adjoint), paths, **OPTIONS)
+    assert not any(nothing[path].any() for path in paths)
+
+
+@given(soups())
+@settings(max_examples=25, derandomize=True, deadline=None, database=None,
+          phases=[Phase.generate], suppress_health_check=list(HealthCheck))  # fmt: skip
+def test_random_scenes_have_sound_derivatives(scene: Scene) -> None:
+    need_every_table()
+    check(scene)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters
-from .differentiable import obstacles, shadow_obstacles
+from .differentiable import indirect_obstacles, obstacles, shadow_obstacles
 from .light import AreaLight, PointLight, SunLight
 from .material import Material, Mixture
-from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
+from .material_table import GLOSSY, LAMBERTIAN, NORMAL_MAP, REFRACTION, TRANSPARENCY, flags
 from .mesh_edges import MeshEdges
 from .motion import STRENGTH, Motion
 from .placement import placed_meshes
@@ -59,6 +59,7 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
         "interior": _interior(scene, tables, wrt, max_depth),
         "primary": Term("primary", primary.computed, primary.edges, primary.of, primary.why),
         "shadow": _shadow(scene, moves, edges, max_depth),
+        "indirect": _indirect(scene, moves, edges, max_depth),
     }
     return tuple(made[name] for name in TERMS)
 
@@ -156,6 +157,32 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
     return Term("shadow", kept > 0, kept, total, tuple(why))
 
 
+def _indirect(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth: int) -> Term:
+    total = sum(e.count for e in edges.values())
+    kept = total - sum(e.flat for e in edges.values())
+    zero = ""
+    if max_depth < 3:
+        zero = "light that surfaces pass on to each other is not rendered"
+    elif not moves.meshes and not moves.camera:
+        zero = "no vertex is a parameter and the camera stands still: what surfaces see of each other stays"
+    elif not any(_reflects(scene, name) for name in scene.meshes):
+        zero = "every surface is black: none passes light on"
+    elif len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
+        zero = f"'{next(iter(edges))}' is alone and convex: it doesn't light itself"
+    elif not kept:
+        zero = "every edge is between two faces of one plane, never a silhouette"
+    if zero:
+        return Term("indirect", False, 0, total, (zero,))
+    if next(indirect_obstacles(scene), None) is not None:
+        return Term("indirect", False, 0, total, (NOT_COMPUTED,))
+    why = ["edges of all meshes: what they hide of one surface from another, at any bounce"]
+    if total - kept:
+        why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
+    if max_depth == 3:
+        why.append("no chains of surfaces besides: paths of three segments have none")
+    return Term("indirect", True, kept, total, tuple(why))
+
+
 def missing(scene: Scene, moves: Motion, max_depth: int, narrow: bool) -> tuple[str, ...]:
     """Sentences on what may not be zero and isn't computed; `narrow`: by engines for flat, diffuse scenes alone."""
     if not narrow:
@@ -177,10 +204,25 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
         more = f", and {len(rich) - 1} more" if rich[1:] else ""
         yield ("shadow boundary: edges between a surface and its lights are left out; they would be sampled, had "
                f"`edgegrad.differentiable` simplified this: {rich[0]}{more}")
-    if any(not flags(leaf) & LAMBERTIAN for mesh in scene.meshes for leaf in _leaves(scene, mesh)):
-        yield "reflected and refracted boundary: edges seen in surfaces that are no mirrors and not diffuse"
+    smooth = [name for name in scene.meshes if any(_is_smooth(leaf) for leaf in _leaves(scene, name))]
+    if smooth:
+        yield f"reflected and refracted boundary: edges seen in mirrors and smooth glass ({', '.join(smooth)})"
     if max_depth > 2:
-        yield "indirect boundary: edges between two surfaces that light each other"
+        yield "shadow boundary: edges of shadows on what the camera sees by way of other surfaces"
+    stands = next(indirect_obstacles(scene), None)
+    if max_depth > 2 and (moves.meshes or moves.camera) and stands is not None:
+        yield f"indirect boundary: edges between two surfaces that light each other are left out, since {stands}"
+
+
+# Microfacet alphas below this count as perfectly smooth (native/shading/bsdf/microfacet.h).
+_SMOOTH_ROUGHNESS = 0.004
+
+
+def _is_smooth(leaf: Material) -> bool:
+    """Whether the shader may have a perfectly specular lobe."""
+    coat = "coat_weight" in leaf.textures or leaf.coat_weight > 0.0
+    rough = min(leaf.roughness, leaf.coat_roughness if leaf.kind == "PRINCIPLED" and coat else 1.0)
+    return bool(flags(leaf) & (GLOSSY | REFRACTION)) and ("roughness" in leaf.textures or rough < _SMOOTH_ROUGHNESS)
 
 
 def _used(scene: Scene, mesh_name: str) -> list[str]:

@@ -62,6 +62,19 @@ def shadow_obstacles(scene: Scene) -> Iterator[str]:
     yield from notes
 
 
+def indirect_obstacles(scene: Scene) -> Iterator[str]:
+    """What the indirect boundary can't deal with: instances, and surfaces that only some rays meet."""
+    for name in scene.materials:
+        if any(flags(leaf) & TRANSPARENCY for leaf in scene.leaves(name)):
+            yield f"material '{name}' lets light through unscattered"
+    scattered = set(RAYS) - {"camera", "shadow"}
+    for name, mesh in scene.meshes.items():
+        if 0 < len(scattered - mesh.visible_to) < len(scattered):
+            yield f"mesh '{name}' is visible to some kinds of scattered rays only"
+        if mesh.instances is not None:
+            yield f"mesh '{name}' is instanced"
+
+
 def obstacles(scene: Scene) -> Iterator[str]:
     """What stands in the way of exact derivatives: none for a scene from `differentiable`."""
     yield from differentiable(scene)[1]

@@ -24,6 +24,7 @@ _WORDS = {
     "interior": "Interior (shading that changes smoothly)",
     "primary": "Primary boundary (edges that the camera sees)",
     "shadow": "Shadow boundary (edges between a lit point and a light)",
+    "indirect": "Indirect boundary (edges between two surfaces that light each other)",
 }
 
 

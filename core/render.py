@@ -105,8 +105,8 @@ def render_forward(
     tangent
         Parameter path (``"meshes.cube.vertices"``) to an array of the parameter's shape.
     terms
-        Which of the terms "interior", "primary" (edges seen by the camera) and "shadow" (edges
-        between light and lit surface) to compute; their sum is the derivative.
+        Which of the terms "interior", "primary" (edges seen by the camera), "shadow" (edges between light and
+        lit surface) and "indirect" (edges between two surfaces) to compute; their sum is the derivative.
 
     Other parameters and errors as for `render`.
 

@@ -15,7 +15,7 @@ from . import tables as flat
 from ._check import array, whole
 from .bounces import MAX_DEPTH, UNLIMITED, Bounces
 from .camera import Camera
-from .differentiable import obstacles, shadow_obstacles
+from .differentiable import indirect_obstacles, obstacles, shadow_obstacles
 from .light import AreaLight
 from .material_table import LAMBERTIAN
 from .non_finite import warn_of_gradients, warn_of_picture
@@ -32,7 +32,7 @@ from .table_derivatives import (
 from .topology import Edges
 
 # Terms of a derivative (docs: README, "What is differentiated").
-TERMS = ("interior", "primary", "shadow")
+TERMS = ("interior", "primary", "shadow", "indirect")
 # Path segments of which this version has derivatives: light seen directly, and direct illumination.
 MAX_DERIVATIVE_DEPTH = 2
 # Up to so many faces a lone mesh's edges are worth knowing for its picture alone: if it turns out to be a
@@ -159,6 +159,7 @@ class Renderer:
         self._tables = flat.flatten(scene)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
+        self._indirect = False  # whether the indirect boundary is computed
         self._moved = False  # vertices have moved in the engine that the tables don't know of
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
@@ -332,16 +333,20 @@ class Renderer:
     def _derivative_options(
         self, spp: Any, max_depth: Any, seed: Any, bounces: Bounces | None, terms: Sequence[str]
     ) -> dict[str, Any]:
+        narrow = self._engine.narrow
         if self._obstacles is None:
-            self._obstacles = list((obstacles if self._engine.narrow else shadow_obstacles)(self.scene))
+            self._obstacles = list((obstacles if narrow else shadow_obstacles)(self.scene))
+            self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None
         computed = _terms(terms)
-        if self._obstacles and not self._engine.narrow:
+        if not self._indirect:
+            computed = tuple(term for term in computed if term != "indirect")
+        if self._obstacles and not narrow:
             computed = tuple(term for term in computed if term != "shadow")
         elif self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
-        deepest = MAX_DERIVATIVE_DEPTH if self._engine.narrow else MAX_DEPTH
+        deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
         return {**_options(spp, max_depth, seed, bounces, deepest), "terms": computed}
 
     def _may_be_convex(self) -> bool:

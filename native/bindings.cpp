@@ -173,6 +173,7 @@ RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle
     o.interior = has("interior");
     o.primary = has("primary");
     o.shadow = has("shadow");
+    o.indirect = has("indirect");
     o.samples = samples;
     o.seed = seed;
     o.max_depth = max_depth;

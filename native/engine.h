@@ -21,7 +21,7 @@ struct RenderOptions {
     uint32_t seed = 0;
     int32_t max_depth = 2;
     BounceLimits limits;
-    bool interior = true, primary = true, shadow = true;
+    bool interior = true, primary = true, shadow = true, indirect = true;
 };
 
 // Samples that a term of a derivative leaves out, with where the first of them is.

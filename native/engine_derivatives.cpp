@@ -19,6 +19,8 @@ namespace {
 
 // Shadow samples per pixel and sample of the picture: each costs three rays where a picture's costs two.
 constexpr double kShadowShare = 0.5;
+// Indirect ones, each of which costs a path; and pieces of edges with cells of directions, by sample.
+constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.1;
 
 // Most samples of the primary term per pixel and sample of the picture.
 constexpr double kMostPrimary = 1.0;
@@ -58,6 +60,13 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
             add(kShadowBoundary, shadow_candidates(scene, edges, false), samples, kShadowShare, false);
         if (scene.has_environment)
             add(kSkyBoundary, shadow_candidates(scene, edges, true), samples, kShadowShare, false);
+    }
+    if (options.indirect && options.max_depth >= 3 && !scene.convex) {
+        const double samples = kIndirectShare * picture;
+        add(kIndirectBoundary,
+            over_directions(shadow_candidates(scene, edges, true), kDirectionPieces * samples,
+                            options.max_depth > 3),
+            samples, kIndirectShare, guided);
     }
     return terms;
 }

@@ -37,8 +37,9 @@ struct Workspace {
     // Where vertices are recorded for derivatives; null: they are not.
     VertexMemory* vertices;
     CameraSamples camera;
-    int32_t* visible;  // by sample of an edge: whether it is seen
-    float* aside[3];   // memory of hits.aside
+    int32_t* visible;      // by sample of an edge: whether it is seen
+    float* aside[3];       // memory of hits.aside
+    TapeBuffer* segments;  // of a boundary task (boundary/segment.h), in packets
 };
 
 // Most scatterings of each kind; a ray beyond them brings light but isn't scattered again.
@@ -85,14 +86,18 @@ struct AdjointTask {
 
 // Kinds of boundary terms.
 enum BoundaryKind : int32_t {
-    kPrimaryBoundary,  // what the camera sees (boundary/primary.h)
-    kShadowBoundary,   // between a surface and a light (boundary/shadow.h)
-    kSkyBoundary,      // between a surface and the environment
+    kPrimaryBoundary,   // what the camera sees (boundary/primary.h)
+    kShadowBoundary,    // between a surface and a light (boundary/shadow.h)
+    kSkyBoundary,       // between a surface and the environment
+    kIndirectBoundary,  // between two surfaces (boundary/indirect.h)
     kBoundaryKinds
 };
 // The term that each belongs to (core/renderer.py).
-constexpr const char* kBoundaryTerms[] = {"primary", "shadow", "shadow"};
+constexpr const char* kBoundaryTerms[] = {"primary", "shadow", "shadow", "indirect"};
 static_assert(sizeof kBoundaryTerms / sizeof *kBoundaryTerms == kBoundaryKinds);
+
+// Flag of a piece's cell: of segments that the camera sees by way of other surfaces.
+constexpr int32_t kChained = 1 << 30;
 
 // Pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of `total`
 // systematic ones over their summed mass.
@@ -101,6 +106,8 @@ struct BoundaryTask {
     const int32_t* instance;  // -1: none; null: none has one
     const float* u0;
     const float* u1;
+    const int32_t* cell;       // of direction_cells^2 directions about the edge, and kChained; null: none
+    int32_t direction_cells;   // cosines, and azimuths
     const double* cumulative;  // (pieces + 1) mass
     int64_t pieces;
     int64_t first, count, total;

@@ -75,12 +75,14 @@ class ThreadWorkspace {
             take(w.hits.b1), take(w.hits.b2), take(w.hits.distance);
             take(w.visible);
             for (float*& p : w.aside) take(p);
+            w.segments = &segments_;
         }
         return view_;
     }
 
  private:
     std::vector<float> memory_;
+    TapeBuffer segments_;
     Workspace view_{};
 };
 

@@ -34,6 +34,14 @@ def with_floor(scene: Scene) -> Scene:
     return scene
 
 
+def with_neighbour(scene: Scene) -> Scene:
+    """A floor, and another object beside the first, which hides parts of it from the floor."""
+    scene = with_floor(scene)
+    beside = scene.meshes["object"]
+    scene.meshes = {**scene.meshes, "beside": Mesh(beside.vertices + [3.0, 0.0, 0.0], beside.faces, ("clay",))}
+    return scene
+
+
 def term(made: Plan, name: str) -> Term:
     return next(t for t in made.terms if t.name == name)
 
@@ -67,6 +75,10 @@ ZERO: dict[str, tuple[Scene, list[str], str, int, str]] = {
     "black stays": (black(box()), [VERTICES], "interior", 2, "zero, since it is black"),
     "no shading at depth 1": (box(), [VERTICES], "interior", 1, "emission alone does not change"),
     "reflectance at depth 1": (box(), ["materials.clay.base_color"], "interior", 1, "only light seen directly"),
+    "no light between surfaces at depth 2": (with_floor(box()), [VERTICES], "indirect", 2, "is not rendered"),
+    "still meshes see the same": (with_floor(box()), ["lights.lamp.power"], "indirect", 3, "stays"),
+    "black surfaces pass nothing on": (black(with_floor(box())), [VERTICES], "indirect", 4, "every surface is black"),
+    "convex and alone lights nothing": (box(), [VERTICES], "indirect", 4, "'object' is alone and convex"),
     "lights on black": (black(box()), ["lights.lamp.power"], "interior", 2, "every surface is black"),
 }
 
@@ -88,6 +100,7 @@ NOT_ZERO: dict[str, tuple[Scene, list[str], str]] = {
     "a shadow on a moving floor": (with_floor(box()), ["meshes.floor.vertices"], "shadow"),
     "its own shadow": (bent(), [VERTICES], "shadow"),
     "emissive edges": (glowing(box()), [VERTICES], "primary"),
+    "light between surfaces": (with_neighbour(box()), [VERTICES], "indirect"),
 }
 
 
@@ -95,8 +108,9 @@ NOT_ZERO: dict[str, tuple[Scene, list[str], str]] = {
 def test_what_is_computed_is_not_zero(rule: str) -> None:
     """The same scenes without the reason to skip: the rules say nothing too much."""
     scene, wrt, name = NOT_ZERO[rule]
-    assert term(plan(scene, wrt), name).computed
-    assert largest(scene, wrt, name) > 1e-4
+    depth = 3 if name == "indirect" else 2
+    assert term(plan(scene, wrt, max_depth=depth), name).computed
+    assert largest(scene, wrt, name, depth) > 1e-4
 
 
 def test_edges_are_counted() -> None:
@@ -147,6 +161,8 @@ def test_what_is_not_computed_is_said() -> None:
     scene.meshes["object"].vertices[:, 2] -= 0.1
     assert any("'object' and 'floor' may pass through" in words for words in plan(scene, [VERTICES]).missing)
     assert not any("pass through" in words for words in plan(scene, ["world.color"]).missing)
+    assert not any("indirect boundary" in words for words in plan(scene, [VERTICES], max_depth=3).missing)
+    scene.materials["clay"].alpha = 0.5
     assert any("indirect boundary" in words for words in plan(scene, [VERTICES], max_depth=3).missing)
     assert plan(glowing(box()), [VERTICES]).missing == ()
 

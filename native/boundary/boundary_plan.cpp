@@ -87,6 +87,8 @@ BoundaryTask BoundaryPlan::task(int pass, int64_t first, int64_t count) {
     t.instance = candidates_.instance.empty() ? nullptr : candidates_.instance.data();
     t.u0 = candidates_.u0.data();
     t.u1 = candidates_.u1.data();
+    t.cell = candidates_.cell.empty() ? nullptr : candidates_.cell.data();
+    t.direction_cells = candidates_.direction_cells;
     t.cumulative = candidates_.cumulative.data();
     t.pieces = candidates_.size();
     t.first = first;

@@ -38,14 +38,11 @@ EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const Surface
                          {splat(1 << kCameraRay), kCameraRay, most_passed});
 }
 
-// f |n_s . w| / |n . w| of light from w that x scatters towards `view` (unit, both from x), to a ray of
-// `kind` on whose side x's normal is: by the picture's own BSDF, with one of the material's shaders picked by
-// `choice`, times the share that isn't let through. `light_kinds`: bits 1 << RayKind of the scattering that
-// the light is seen through.
-EG_OUTLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
-                                  Int light_kinds, Float choice) {
-    const TexturePoint point = texture_point(scene, x, view, kind);
-    const Shader shader = surface_shader(scene, x, point, choice);
+// f |n_s . w| / |n . w| of light from w that x scatters by `shader` towards point.view (unit, both from x),
+// on whose side x's normal is: by the picture's own BSDF, times the share that isn't let through.
+// `light_kinds`: bits 1 << RayKind of the scattering that the light is seen through.
+EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
+                             const Shader& shader, Vec3 w, Int light_kinds) {
     Vec3 normal = point.normal;
     if (scene.all_flags & kHasNormalMap)
         normal = shading_normal(scene, x.active & has(shader, kHasNormalMap), shader.leaf, point,
@@ -75,6 +72,13 @@ EG_OUTLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x,
         scale = scale * (1.0f - passing_share(shader, color));
     }
     return select(lit, value * scale, zero3());
+}
+
+// The same towards a ray of `kind`, with one of the material's shaders picked by `choice`.
+EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
+                                 Int light_kinds, Float choice) {
+    const TexturePoint point = texture_point(scene, x, view, kind);
+    return scattered_by(scene, x, point, surface_shader(scene, x, point, choice), w, light_kinds);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -5,6 +5,7 @@
 
 #include "boundary/picture_frame.h"
 #include "boundary/seams.h"
+#include "kernels.h"
 #include "parallel.h"
 
 namespace edgegrad {
@@ -38,6 +39,9 @@ constexpr double kCoplanar = 1e-6;
 constexpr double kLeastCrease = 0.05;
 // Share for edges inside or behind a solid body, which are hidden unless the mesh crosses itself.
 constexpr double kHidden = 0.05;
+// Cells of directions about an edge, most along each axis; share of the samples that goes to segments which
+// the camera sees by way of other surfaces.
+constexpr double kMostDirections = 16.0, kChainedShare = 0.4;
 // Edges per item of parallel work.
 constexpr int64_t kEdgeBlock = 1 << 13;
 
@@ -242,6 +246,42 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
         const bool concave = wedge.faces == 2 && solid_side * dot(wedge.normal[0], wedge.third[1]) > 0.0;
         add(-1, 0.0, 1.0, concave ? kHidden * mass : mass);
     });
+}
+
+Candidates over_directions(const Candidates& edges, double wanted, bool chains) {
+    const auto size = static_cast<double>(edges.size());
+    Candidates out;
+    if (edges.size() == 0) return out;
+    // Directions first: what an edge hides depends more on them than on the place along it.
+    const double each = std::max(1.0, wanted / size);
+    out.direction_cells = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
+    const int32_t n = out.direction_cells, kinds = chains ? 2 : 1;
+    const double pieces = std::max(1.0, wanted / (n * n));
+    for (int32_t kind = 0; kind < kinds; ++kind) {
+        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        for (int64_t k = 0; k < edges.size(); ++k) {
+            const auto i = static_cast<size_t>(k);
+            const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
+            const auto parts = static_cast<int64_t>(std::max(1.0, std::round(pieces * mass / edges.mass())));
+            for (int64_t part = 0; part < parts; ++part) {
+                const float length = (edges.u1[i] - edges.u0[i]) / static_cast<float>(parts);
+                for (int32_t row = 0; row < n; ++row) {
+                    for (int32_t column = 0; column < n; ++column) {
+                        out.edge.push_back(edges.edge[i]);
+                        if (!edges.instance.empty()) out.instance.push_back(edges.instance[i]);
+                        out.u0.push_back(edges.u0[i] + length * static_cast<float>(part));
+                        out.u1.push_back(edges.u0[i] + length * static_cast<float>(part + 1));
+                        // There and back, so that what follows each other is near each other.
+                        const int32_t place = row % 2 ? n - 1 - column : column;
+                        out.cell.push_back((row * n + place) | (kind ? kChained : 0));
+                        out.cumulative.push_back(out.cumulative.back() +
+                                                 share * mass / static_cast<double>(parts * n * n));
+                    }
+                }
+            }
+        }
+    }
+    return out;
 }
 
 }  // namespace edgegrad

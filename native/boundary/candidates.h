@@ -15,6 +15,8 @@ struct Candidates {
     std::vector<int32_t> edge;
     std::vector<int32_t> instance;  // -1: the edge stands in the world; empty: all do
     std::vector<float> u0, u1;
+    std::vector<int32_t> cell;  // of directions (kernels.h, BoundaryTask); empty: all directions
+    int32_t direction_cells = 1;
     std::vector<double> cumulative{0.0};  // mass up to each piece, pixels
 
     int64_t size() const { return static_cast<int64_t>(edge.size()); }
@@ -41,5 +43,9 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
 // emitters, or (towards the environment) all that are not flat. Of all meshes: what moves may also
 // be the surface or the light.
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment);
+
+// The same edges for light between surfaces: cut into pieces, and their directions into cells, of which there
+// are about `wanted`. `chains`: also of segments that the camera sees by way of other surfaces.
+Candidates over_directions(const Candidates& edges, double wanted, bool chains);
 
 }  // namespace edgegrad

@@ -8,6 +8,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct PieceSample {
     Mask active;
     Int edge, instance;
+    Int cell;       // of directions, in each row of them one after the other
+    Mask chained;   // x is seen by way of other surfaces
     Vec3 a, t;      // first end, and from it to the second
     Float u0, u1;   // the piece
     Float tau;      // place along the piece, uniform in [0, 1]
@@ -64,6 +66,7 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
     const double share = mass / static_cast<double>(task.shares);
     s.edge = splat(0);
     s.instance = splat(-1);
+    s.cell = s.chained = splat(0);
     s.u0 = s.tau = splat(0.0f);
     s.u1 = s.density = splat(1.0f);
     for (int i = 0; i < W; ++i) {
@@ -88,6 +91,10 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
         const double tau = (place - task.cumulative[piece]) / length;
         s.edge[i] = task.edge[piece];
         if (task.instance) s.instance[i] = task.instance[piece];
+        if (task.cell) {
+            s.cell[i] = task.cell[piece] & ~kChained;
+            s.chained[i] = task.cell[piece] & kChained ? -1 : 0;
+        }
         s.u0[i] = task.u0[piece];
         s.u1[i] = task.u1[piece];
         s.tau[i] = static_cast<float>(tau < 0.0 ? 0.0 : tau > 1.0 ? 1.0 : tau);

@@ -15,74 +15,10 @@
 
 #include "boundary/camera_connection.h"
 #include "boundary/segment.h"
+#include "boundary/silhouette.h"
 #include "shading/emitters.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
-
-// Unit vectors across the edge into its first face (b1) and at a right angle to it towards the second
-// (b2), and the angle delta between the two faces (0 unless there are exactly two).
-EG_INLINE void edge_frame(const SceneView& scene, const PieceSample& p, Vec3& axis, Vec3& b1, Vec3& b2,
-                          Float& delta) {
-    axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
-    Vec3 third[2] = {zero3(), zero3()};
-    Mask two = splat(0);
-    for (int i = 0; i < W; ++i) {
-        const uint32_t first = scene.edge_face_first[p.edge[i]], last = scene.edge_face_first[p.edge[i] + 1];
-        two[i] = last - first == 2 ? -1 : 0;
-        for (uint32_t k = 0; k < 2 && first + k < last; ++k) {
-            const float* c = scene.vertices + 3 * static_cast<int64_t>(scene.edge_opposite[first + k]);
-            third[k].x[i] = c[0] - p.a.x[i], third[k].y[i] = c[1] - p.a.y[i], third[k].z[i] = c[2] - p.a.z[i];
-        }
-    }
-    Vec3 across[2];
-    for (int k = 0; k < 2; ++k) {
-        const Vec3 g = third[k] - axis * dot(third[k], axis);
-        across[k] = g * (1.0f / max(sqrt(dot(g, g)), 1e-30f));
-    }
-    b1 = across[0];
-    b2 = cross(axis, b1);
-    const Float c = dot(b1, across[1]), s = dot(b2, across[1]);
-    b2 = select(two & (s < 0.0f), -b2, b2);
-    // Accurate for small and for nearly flat angles alike.
-    for (int i = 0; i < W; ++i) delta[i] = two[i] ? __builtin_atan2f(__builtin_fabsf(s[i]), c[i]) : 0.0f;
-}
-
-// sigma: +1 or -1 if all faces of the edge lie on that side of the sheet of normal `across`, else 0.
-EG_INLINE Float occluder_side(const SceneView& scene, const PieceSample& p, Vec3 across) {
-    Float sigma = splat(0.0f);
-    for (int i = 0; i < W; ++i) {
-        if (!p.active[i]) continue;
-        int plus = 0, minus = 0;
-        for (uint32_t k = scene.edge_face_first[p.edge[i]]; k < scene.edge_face_first[p.edge[i] + 1]; ++k) {
-            const float* c = scene.vertices + 3 * static_cast<int64_t>(scene.edge_opposite[k]);
-            const float h = across.x[i] * (c[0] - p.a.x[i]) + across.y[i] * (c[1] - p.a.y[i]) +
-                            across.z[i] * (c[2] - p.a.z[i]);
-            plus += h > 0.0f;
-            minus += h < 0.0f;
-        }
-        sigma[i] = plus && !minus ? 1.0f : minus && !plus ? -1.0f : 0.0f;
-    }
-    return sigma;
-}
-
-// Direction to the environment about the edge; the density of its solid angle.
-EG_INLINE Vec3 environment_direction(const SceneView& scene, const PieceSample& p, Float& density) {
-    Vec3 axis, b1, b2;
-    Float delta = splat(0.0f), u, v;
-    edge_frame(scene, p, axis, b1, b2, delta);
-    sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
-    constexpr float kPi = 3.14159265f;
-    const Float alpha = splat(kPi) - delta;
-    const Float cosine = 2.0f * u - 1.0f, sine = sqrt(max(1.0f - cosine * cosine, 0.0f));
-    const Mask second = v >= 0.5f;
-    const Float within = select(second, 2.0f * v - 1.0f, 2.0f * v);
-    Float azimuth = (delta + within * alpha + select(second, splat(kPi), 0.0f)) * (0.5f / kPi);
-    azimuth = select(azimuth >= 1.0f, azimuth - 1.0f, azimuth);
-    Float s, c;
-    sincos_turn(max(azimuth, 0.0f), s, c);
-    density = 1.0f / (4.0f * max(alpha, 1e-12f));
-    return axis * cosine + (b1 * c + b2 * s) * sine;
-}
 
 template <typename Wanted>
 EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
@@ -100,8 +36,9 @@ EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTa
     Float lambda_distance;
     EmitterSample emitter;
     if (task.kind == kSkyBoundary) {
-        Float density;
-        const Vec3 w = environment_direction(scene, p, density);  // travels along w
+        Float u, v, density;
+        sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
+        const Vec3 w = wedge_direction(scene, p, u, v, density);  // travels along w
         towards = -w;
         light = splat3(scene.environment) * (1.0f / density);
         lambda_distance = splat(__builtin_inff());

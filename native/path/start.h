@@ -20,8 +20,22 @@ EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
     return mesh;
 }
 
-// Appends camera paths with the numbers `path`, whose rays have met `hit` behind `passed` surfaces that let
-// `throughput` through, to a queue of n; its new length. From there on rays leave a step `aside`.
+// Appends paths whose rays have met `hit` to a queue of n; its new length. From there on rays leave a step
+// `aside`.
+EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Closest& hit, Vec3 aside) {
+    HitQueue& hits = work.hits;
+    append(hits.face, n, p.active, select(hit.hit, hit.face, splat(-1)));
+    append(hits.mesh, n, p.active, hit.mesh);
+    append(hits.instance, n, p.active, hit.instance);
+    append(hits.b1, n, p.active, hit.b1);
+    append(hits.b2, n, p.active, hit.b2);
+    append(hits.distance, n, p.active, hit.distance);
+    append3(work.aside, n, p.active, aside);
+    return append_paths(work.paths, n, p);
+}
+
+// The same for camera paths with the numbers `path`, whose rays have met `hit` behind `passed` surfaces that
+// let `throughput` through.
 EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
                            const Closest& hit, Vec3 aside, Vec3 throughput, Int passed, int max_depth) {
     PathPacket p;
@@ -38,15 +52,29 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     p.both_sides = p.from_mesh = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.final_ray = splat(max_depth <= 1 ? -1 : 0);
-    HitQueue& hits = work.hits;
-    append(hits.face, n, active, select(hit.hit, hit.face, splat(-1)));
-    append(hits.mesh, n, active, hit.mesh);
-    append(hits.instance, n, active, hit.instance);
-    append(hits.b1, n, active, hit.b1);
-    append(hits.b2, n, active, hit.b2);
-    append(hits.distance, n, active, hit.distance);
-    append3(work.aside, n, active, aside);
-    return append_paths(work.paths, n, p);
+    return append_met(work, n, p, hit, aside);
+}
+
+// The same for paths on their ray number `segment` of `kind`, of which what is scattered where they start is
+// asked for and nothing else: their density makes all that the ray itself brings count for nothing beside
+// samples of lights (power_heuristic).
+EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
+                                const Closest& hit, Vec3 aside, Int segment, Int bounces, Int kind) {
+    PathPacket p;
+    p.active = active;
+    p.path = path;
+    p.origin = p.from = origin;
+    p.direction = p.from_normal = direction;
+    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    p.pdf = splat(1e-30f);
+    p.segment = segment;
+    p.previous = p.place = splat(-1);
+    p.vertex = splat(0);
+    p.bounces = bounces;
+    p.both_sides = p.from_mesh = splat(0);
+    p.kind = kind;
+    p.final_ray = splat(0);
+    return append_met(work, n, p, hit, aside);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

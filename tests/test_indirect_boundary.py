@@ -1,0 +1,173 @@
+"""The indirect boundary term: edges between two surfaces that light each other, against central differences.
+
+The scenes' lamps are hidden from what moves, or nothing can come between them and what they light: their derivatives
+are those of shading, of edges that the camera sees, and of edges between surfaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad.bounces import UNLIMITED, Bounces
+from edgegrad.renderer import TERMS, Renderer
+from tests.block_statistics import ALARM, Agreement, compare
+from tests.small_scenes import along, box, camera, central_difference, glowing, matte, need, rectangle, white_world
+
+Make = Callable[[float], edgegrad.Scene]
+WITHOUT = tuple(term for term in TERMS if term != "indirect")
+SIZE = 16
+
+
+def bounced_light(view: edgegrad.Camera | None = None) -> edgegrad.Scene:
+    """A box between a floor and a ceiling; the lamp is near the ceiling and shines on nothing else."""
+    return edgegrad.Scene(
+        view or camera((0.3, 0.9, 2.6), (0, 0.35, 0), SIZE, 0.9),
+        {
+            "floor": rectangle((0, 0, 0), (0, 0, 1.2), (1.2, 0, 0), "floor"),
+            "ceiling": rectangle((0, 1.6, 0), (1.2, 0, 0), (0, 0, 1.2), "ceiling"),
+            "lamp": rectangle((0, 1.3, 0), (0, 0, 0.4), (0.4, 0, 0), "lamp"),
+            "box": box((0.1, 0.4, 0.1), (0.3, 0.12, 0.25), "clay", 0.4),
+        },
+        {
+            "floor": matte(0.8, 0.7, 0.6),
+            "ceiling": matte(0.9, 0.9, 0.8),
+            "lamp": glowing(8.0),
+            "clay": matte(0.3, 0.5, 0.7),
+        },
+    )
+
+
+def mirrored_edge(roughness: float) -> edgegrad.Scene:
+    """A black box over a floor of rough metal that reflects a wall; the lamp lights the wall alone, from nearby."""
+    metal = edgegrad.Material(np.array([0.9, 0.8, 0.6]), kind="GLOSSY", roughness=float(np.sqrt(roughness)))
+    return edgegrad.Scene(
+        camera((0, 1.0, 2.2), (0, 0.1, 0), SIZE, 0.7),
+        {
+            "floor": rectangle((0, 0, 0.2), (0, 0, 0.8), (0.9, 0, 0), "metal"),
+            "wall": rectangle((0, 0.7, -1.2), (1.5, 0, 0), (0, 1.0, 0), "wall"),
+            "lamp": rectangle((0, 1.9, -0.9), (0, 0.1, 0), (0.6, 0, 0), "lamp"),
+            "box": box((0.1, 0.45, -0.2), (0.25, 0.12, 0.1), "black", 0.3),
+        },
+        {"metal": metal, "wall": matte(0.8, 0.6, 0.5), "lamp": glowing(30.0), "black": matte(0.0, 0.0, 0.0)},
+    )
+
+
+def behind_rough_glass() -> edgegrad.Scene:
+    """The same box before the wall, seen through a sheet that refracts roughly."""
+    scene = mirrored_edge(0.3)
+    sheet = rectangle((0, 0.6, 0.4), (0.9, 0, 0), (0, 0.8, 0), "glass")
+    scene.meshes = {name: scene.meshes[name] for name in ("wall", "lamp", "box")} | {"sheet": sheet}
+    scene.materials["glass"] = edgegrad.Material(np.full(3, 0.9), kind="REFRACTION", roughness=0.5, ior=1.2)
+    scene.camera = camera((0, 0.8, 2.2), (0, 0.5, 0), SIZE, 0.7)
+    return scene
+
+
+def moving(make: Callable[[], edgegrad.Scene], mesh: str, direction: tuple[float, float, float]) -> Make:
+    """A mesh moves."""
+
+    def at(theta: float) -> edgegrad.Scene:
+        scene = make()
+        scene.meshes[mesh].vertices = scene.meshes[mesh].vertices + theta * np.asarray(direction)
+        return scene
+
+    return at
+
+
+def moving_camera(make: Callable[[], edgegrad.Scene], direction: tuple[float, float, float]) -> Make:
+    """The camera moves."""
+
+    def at(theta: float) -> edgegrad.Scene:
+        scene = make()
+        scene.camera.to_world = scene.camera.to_world.copy()
+        scene.camera.to_world[:3, 3] += theta * np.asarray(direction)
+        return scene
+
+    return at
+
+
+@dataclass(frozen=True)
+class Case:
+    """A scene's motion, the paths that are rendered, and by how much and how often the scene is sampled."""
+
+    make: Make
+    path: str = "meshes.box.vertices"
+    max_depth: int = 3
+    bounces: Bounces = UNLIMITED
+    spp: int = 512
+    reference_spp: int = 512
+    eps: float = 0.02
+    seeds: int = 8
+    quick: bool = False
+
+
+BOX = (1.0, 0.3, 0.5)
+CASES: dict[str, Case] = {
+    "occluder of bounced light": Case(moving(bounced_light, "box", BOX), quick=True),
+    "receiver of bounced light": Case(moving(bounced_light, "floor", (0.7, 0.2, 0.3)), "meshes.floor.vertices"),
+    "source of bounced light": Case(moving(bounced_light, "ceiling", (0.5, 1.0, 0.3)), "meshes.ceiling.vertices"),
+    "camera and bounced light": Case(moving_camera(bounced_light, (0.5, 0.4, -1.0)), "camera.to_world"),
+    "two bounces": Case(moving(bounced_light, "box", BOX), max_depth=4, quick=True),
+    "three bounces": Case(moving(bounced_light, "box", BOX), max_depth=6),
+    "one bounce by limit": Case(moving(bounced_light, "box", BOX), max_depth=5, bounces=Bounces(diffuse=1)),
+    "edge in rougher metal": Case(moving(lambda: mirrored_edge(0.3), "box", (1.0, 0.5, 0.3))),
+    "edge in rough metal": Case(moving(lambda: mirrored_edge(0.1), "box", (1.0, 0.5, 0.3)), quick=True),
+    "edge in nearly smooth metal": Case(moving(lambda: mirrored_edge(0.02), "box", (1.0, 0.5, 0.3)), spp=2048),
+    "metal that moves": Case(moving(lambda: mirrored_edge(0.1), "floor", (0.3, 1.0, 0.2)), "meshes.floor.vertices"),
+    "camera and metal": Case(moving_camera(lambda: mirrored_edge(0.2), (0.5, 0.4, -1.0)), "camera.to_world"),
+    "edge behind rough glass": Case(moving(behind_rough_glass, "box", (1.0, 0.5, 0.3)), quick=True),
+}
+
+
+def agreement(case: Case, terms: tuple[str, ...] = TERMS) -> Agreement:
+    """The derivative, averaged over the interval of the central difference, compared with that."""
+    at = along(case.make, [case.path])
+    depths = {"max_depth": case.max_depth, "bounces": case.bounces}
+    difference, stderr = central_difference(at, case.eps, case.reference_spp, 2 * case.seeds, "native", **depths)
+    samples = []
+    for k in range(case.seeds):
+        scene, tangent = at(case.eps * ((k + 0.5) / case.seeds - 0.5))
+        samples.append(Renderer(scene).render_forward(tangent, spp=case.spp, seed=k, terms=terms, **depths))
+    return compare(np.stack(samples), difference, stderr)
+
+
+RUNS = [name if case.quick else pytest.param(name, marks=pytest.mark.slow) for name, case in CASES.items()]
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_it_agrees_with_central_differences_and_is_needed(name: str) -> None:
+    need("native")
+    outcome, without = agreement(CASES[name]), agreement(CASES[name], WITHOUT)
+    print(outcome, without, sep="\n")
+    assert outcome.p_value > ALARM, str(outcome)
+    assert without.p_value < ALARM, str(without)
+
+
+@pytest.mark.parametrize("name", ["two bounces", "edge behind rough glass", "camera and metal"])
+def test_modes_are_transposes(name: str) -> None:
+    need("native")
+    case = CASES[name]
+    scene, tangent = along(case.make, [case.path])(0.0)
+    tangent[case.path] = tangent[case.path] + np.random.default_rng(1).normal(size=tangent[case.path].shape)
+    options: dict[str, Any] = {"spp": 64, "seed": 3, "max_depth": case.max_depth, "terms": ("indirect",)}
+    adjoint = np.random.default_rng(0).normal(size=(SIZE, SIZE, 3)).astype(np.float32)
+    derivative = Renderer(scene).render_forward(tangent, **options).astype(np.float64)
+    gradient = Renderer(scene, threads=1).render_backward(adjoint, [case.path], **options)[case.path]
+    size = np.abs(derivative * adjoint).sum()
+    assert size > 0.0
+    product = float((gradient * tangent[case.path]).sum())
+    assert float((derivative * adjoint).sum()) == pytest.approx(product, abs=1e-5 * size)
+
+
+def test_a_convex_body_under_an_even_sky_has_none() -> None:
+    need("native")
+    body = box((0, 0, 0), (0.5, 0.4, 0.3), "clay", 0.3)
+    scene = edgegrad.Scene(camera(), {"box": body}, {"clay": matte(0.8, 0.7, 0.6)}, world=white_world())
+    tangent = {"meshes.box.vertices": np.random.default_rng(0).normal(size=body.vertices.shape)}
+    for term in ("shadow", "indirect"):
+        assert not Renderer(scene).render_forward(tangent, spp=64, max_depth=5, terms=(term,)).any()

@@ -110,7 +110,7 @@ struct Engine::DerivativeCall {
           prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(sides),
                    e.lights(wants_dark_lights(wanted))),
           scene(prepared.view()),
-          plan(scene.camera, options),
+          plan(scene.camera, options, kRecordedPaths),
           tables(differentiable_tables(scene, e.tables_)) {
         if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
         if (anything_moves(asked))
@@ -125,6 +125,7 @@ struct Engine::DerivativeCall {
         AdjointTask sweep = adjoint.task(task, work);
         sweep.tables = &of;
         sweep.geometry = wanted.geometry();
+        sweep.camera_moves = wanted.any("camera");
         engine.kernels_.record(scene, task, work);
         AdjointWorkspace::release(work);
         return sweep;

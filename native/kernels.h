@@ -13,13 +13,14 @@ namespace edgegrad {
 
 // Paths of one task: enough for compaction to pay, few enough for the cache.
 constexpr int kBlockPaths = 8192;
+// Of those whose vertices are recorded.
+constexpr int kRecordedPaths = 1024;
 constexpr int kMaxWidth = 16;
 
 // Live paths of a task, one array for each value (path/path_queue.h).
 struct PathQueue {
     float *origin[3], *direction[3], *throughput[3], *from[3], *from_normal[3], *pdf;
     int32_t *path, *state, *bounces, *from_mesh;
-    int32_t* previous;  // null unless vertices are recorded
 };
 
 // What the rays of a queue met; face -1: nothing.
@@ -75,7 +76,8 @@ struct AdjointTask {
     CameraSamples camera;
     TapeMemory* tape;
     const DifferentiableTables* tables;
-    bool geometry;  // whether positions, directions or normals change
+    bool geometry;      // whether positions, directions or normals change
+    bool camera_moves;  // whether camera rays do
     DroppedSamples* dropped;
     // By path, what sweeps carry from vertex to vertex: light, the vertex that it comes from, and the
     // derivatives of the vertex' position and of a specular ray's direction.

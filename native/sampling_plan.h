@@ -10,13 +10,14 @@
 
 namespace edgegrad {
 
-// The picture as chunks of consecutive pixels.
+// The picture as chunks of consecutive pixels, of so many paths.
 struct ImagePlan {
-    ImagePlan(const CameraView& camera, const RenderOptions& options)
+    ImagePlan(const CameraView& camera, const RenderOptions& options, int chunk_paths = kBlockPaths)
         : pixels(static_cast<int64_t>(camera.width) * camera.height),
           options(options),
           camera(camera),
-          per_chunk(std::max(1, kBlockPaths / options.samples)),
+          paths(chunk_paths),
+          per_chunk(std::max(1, paths / options.samples)),
           chunks((pixels + per_chunk - 1) / per_chunk) {}
 
     // The tasks of a chunk: one, unless a single pixel has more samples than a task holds.
@@ -35,9 +36,9 @@ struct ImagePlan {
         task.skipped_row = camera.full_width - camera.width;
         task.skipped_all = camera.window_y * camera.full_width + camera.window_x;
         task.weight = 1.0f / static_cast<float>(options.samples);
-        for (int sample = 0; sample < options.samples; sample += kBlockPaths) {
+        for (int sample = 0; sample < options.samples; sample += paths) {
             task.first_sample = sample;
-            task.samples = std::min(kBlockPaths, options.samples - sample);
+            task.samples = std::min(paths, options.samples - sample);
             run(task);
         }
     }
@@ -51,6 +52,7 @@ struct ImagePlan {
     int64_t pixels;
     RenderOptions options;
     CameraView camera;
+    int paths;  // of a task at most
     int per_chunk;
     int64_t chunks;
 };

@@ -15,21 +15,19 @@ class AdjointWorkspace {
     AdjointTask task(const ImageTask& image, Workspace& work) {
         if (memory_.empty()) {
             constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            memory_.resize(15 * row);
+            memory_.resize(14 * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
                 p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
                 next += row;
             };
             take(camera_.x), take(camera_.y), take(camera_.lens_u), take(camera_.lens_v);
-            take(previous_);
             for (auto* v : {&task_.incoming, &task_.position, &task_.direction})
                 for (float*& p : *v) take(p);
             take(task_.next);
         }
         work.vertices = &vertices_;
         work.camera = camera_;
-        work.paths.previous = previous_;
         task_.image = &image;
         task_.vertices = &vertices_;
         task_.camera = camera_;
@@ -37,17 +35,13 @@ class AdjointWorkspace {
         return task_;
     }
     // Paths are followed without being recorded again.
-    static void release(Workspace& work) {
-        work.vertices = nullptr;
-        work.paths.previous = nullptr;
-    }
+    static void release(Workspace& work) { work.vertices = nullptr; }
 
  private:
     std::vector<float> memory_;
     VertexMemory vertices_;
     TapeMemory tape_;
     CameraSamples camera_{};
-    int32_t* previous_ = nullptr;
     AdjointTask task_{};
 };
 

@@ -19,8 +19,7 @@ EG_INLINE RawVec3 gather_raw3(float* const (&base)[3], Int at) {
 EG_INLINE Vec3 constant3(const RawVec3& a) { return {constant(a.x), constant(a.y), constant(a.z)}; }
 
 EG_INLINE void scatter3(float* const (&base)[3], Int at, Mask m, raw::Float x, raw::Float y, raw::Float z) {
-    for (int i = 0; i < W; ++i)
-        if (m[i]) base[0][at[i]] = x[i], base[1][at[i]] = y[i], base[2][at[i]] = z[i];
+    raw::scatter(base[0], at, m, x), raw::scatter(base[1], at, m, y), raw::scatter(base[2], at, m, z);
 }
 
 // What a packet's vertices were found by. Positions of earlier vertices, and directions of specular rays, are
@@ -30,49 +29,23 @@ struct ArrivalInputs {
     Vec3 from, direction;
 };
 
-// Whether it matters where rays start: for what moves, and for lights that rays meet on their way.
-EG_INLINE bool looks_back(const SceneView& scene, const AdjointTask& task) {
-    return task.geometry || scene.lights.sized_count + scene.lights.sized_distant > 0;
-}
-
 EG_INLINE Vec3 input_of(Vec3 a) { return {input(a.x.value), input(a.y.value), input(a.z.value)}; }
 
 ArrivalInputs arrive(const SceneView& scene, const AdjointTask& task, const Vertex& v) {
     ArrivalInputs in;
-    if (!looks_back(scene, task)) {
-        in.direction = load3(v.direction);
-        in.from = zero3();
-        in.arrival = {in.from, in.direction};
-        return in;
-    }
-    const Mask active = load(v.active);
-    const Int path = load(v.path), previous = load(v.previous);
-    const Mask camera = active & (previous < 0);
-    Vec3 direction = load3(v.direction);
-    RawVec3 place{raw::splat(0.0f), raw::splat(0.0f), raw::splat(0.0f)};
-    for (int i = 0; i < W; ++i) {
-        if (!active[i] || previous[i] < 0) continue;
-        const Vertex& p = task.vertices->at<W>(previous[i] / W);
-        const int lane = previous[i] % W;
-        place.x[i] = p.position[0][lane], place.y[i] = p.position[1][lane], place.z[i] = p.position[2][lane];
-    }
-    Vec3 from = constant3(place);
-    if (task.geometry) {
-        from = input_of(from);
-        direction = input_of(direction);
-    }
-    in.from = from;
-    in.direction = direction;
-    if (any(camera)) {
-        const auto sample = [&](const float* values) {
-            return EDGEGRAD_ISA::constant(raw::gather(values, raw::select(camera, path, raw::splat(0))));
-        };
-        const CameraRay ray = camera_ray(scene.camera, sample(task.camera.x), sample(task.camera.y),
-                                         sample(task.camera.lens_u), sample(task.camera.lens_v));
-        from = select(camera, ray.origin, from);
-        direction = select(camera, ray.direction, direction);
-    }
-    in.arrival = {from, direction};
+    in.from = load3(v.from), in.direction = load3(v.direction);
+    if (task.geometry) in.from = input_of(in.from), in.direction = input_of(in.direction);
+    in.arrival = {in.from, in.direction};
+    if (!task.camera_moves) return in;
+    const Mask camera = load(v.active) & (load(v.kind) == static_cast<int>(kCameraRay));
+    if (!any(camera)) return in;
+    const Int path = select(camera, load(v.path), splat(0));
+    const auto sample = [&](const float* values) {
+        return EDGEGRAD_ISA::constant(raw::gather(values, path));
+    };
+    const CameraRay ray = camera_ray(scene.camera, sample(task.camera.x), sample(task.camera.y),
+                                     sample(task.camera.lens_u), sample(task.camera.lens_v));
+    in.arrival = {select(camera, ray.origin, in.from), select(camera, ray.direction, in.direction)};
     return in;
 }
 
@@ -133,21 +106,8 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
             out.light = select(lost, zero3(), out.light);
         }
         scatter3(task.incoming, path, active | lost, out.light.x.value, out.light.y.value, out.light.z.value);
-        for (int i = 0; i < W; ++i)
-            if (scattered[i]) task.next[path[i]] = static_cast<int32_t>(k) * W + i;
+        raw::scatter(task.next, path, scattered, raw::lane_index() + static_cast<int32_t>(k) * W);
         after(v, active, path, in, out);
-    }
-}
-
-// Positions of all vertices, which later ones look back to.
-void locate(const SceneView& scene, const AdjointTask& task) {
-    for (int64_t k = 0; k < task.vertices->count; ++k) {
-        Vertex& v = task.vertices->at<W>(k);
-        const Mask hit = load(v.active) & (load(v.face) >= 0);
-        const RidingPoint x =
-            riding_point(scene, hit, load(v.face), load(v.instance), load(v.b1), load(v.b2));
-        store(v.position[0], x.position.x), store(v.position[1], x.position.y);
-        store(v.position[2], x.position.z);
     }
 }
 
@@ -158,26 +118,19 @@ EG_INLINE void seed3(Tape& tape, Vec3 to, Mask m, const RawVec3& value) {
 }
 
 void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const float* adjoint) {
-    const DifferentiableTables none{};
-    if (looks_back(scene, task)) {
-        Tape silent(*task.tape, none);
-        locate(scene, task);
-    }
     const int paths = task.image->pixel_count * task.image->samples;
     for (int k = 0; k < paths; ++k)
         for (int c = 0; c < 3; ++c) task.position[c][k] = task.direction[c][k] = 0.0f;
     Tape tape(*task.tape, *task.tables);
     walk_back(scene, task, tape,
               [&](Vertex& v, Mask active, Int path, const ArrivalInputs& in, const Leaving& out) {
-                  RawVec3 weight{raw::splat(0.0f), raw::splat(0.0f), raw::splat(0.0f)};
-                  for (int i = 0; i < W; ++i) {
-                      if (!active[i]) continue;
-                      const float* a = adjoint + 3 * static_cast<int64_t>(task.image->first_pixel +
-                                                                          path[i] / task.image->samples);
-                      weight.x[i] = a[0] * task.image->weight * v.throughput[0][i];
-                      weight.y[i] = a[1] * task.image->weight * v.throughput[1][i];
-                      weight.z[i] = a[2] * task.image->weight * v.throughput[2][i];
-                  }
+                  // What the picture's adjoint makes of the path's light here.
+                  const Int pixel = 3 * (quotient(path, task.image->samples) + task.image->first_pixel);
+                  const raw::Float share = raw::splat(task.image->weight);
+                  const auto weight_of = [&](int c) {
+                      return raw::gather(adjoint + c, pixel) * (raw::load(v.throughput[c]) * share);
+                  };
+                  const RawVec3 weight{weight_of(0), weight_of(1), weight_of(2)};
                   seed3(tape, out.light, active, weight);
                   const Mask scattered = active & ~load(v.passes);
                   if (task.geometry) {
@@ -200,7 +153,6 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
     const DifferentiableTables none{};
     {
         Tape silent(*task.tape, none);
-        locate(scene, task);
         // With the very numbers of the backward mode: sharp lobes tell a recorded direction from one that is
         // computed again.
         walk_back(scene, task, silent, [](Vertex&, Mask, Int, const ArrivalInputs&, const Leaving&) {});
@@ -225,9 +177,9 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         tape.forward();
         const raw::Float change[3] = {tape.derivative(out.light.x.node), tape.derivative(out.light.y.node),
                                       tape.derivative(out.light.z.node)};
-        for (int i = 0; i < W; ++i)
-            for (int c = 0; active[i] && c < 3; ++c)
-                radiance[c][path[i]] += v.throughput[c][i] * change[c][i];
+        for (int c = 0; c < 3; ++c)
+            raw::scatter(radiance[c], path, active,
+                         raw::gather(radiance[c], path) + raw::load(v.throughput[c]) * change[c]);
         if (!task.geometry) continue;
         scatter3(task.position, path, scattered, tape.derivative(out.position.x.node),
                  tape.derivative(out.position.y.node), tape.derivative(out.position.z.node));

@@ -14,7 +14,7 @@
 #pragma once
 
 #include "adjoint/light_arrival.h"
-#include "path/camera_rays.h"
+#include "path/stream.h"
 #include "path/shaded_surface.h"
 #include "path/vertex_packet.h"
 #include "shading/bsdf/specular.h"

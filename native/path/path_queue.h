@@ -17,8 +17,6 @@ struct PathPacket {
     Vec3 from;  // the surface point that scattered last, and its normal: a ray may pass surfaces between
     Vec3 from_normal;
     Int from_mesh;
-    Int previous;     // where that point is recorded (path/vertex_packet.h)
-    Int place;        // and where the end of this ray is
     Mask both_sides;  // that point passes light to its back
     Int segment;      // number of this ray in its path, from 1
     Int vertex;       // surfaces met, passed ones included: which random numbers come next
@@ -82,7 +80,6 @@ EG_INLINE PathPacket load_paths(const PathQueue& q, int at, int count) {
     p.pdf = load(q.pdf + at);
     p.bounces = load(q.bounces + at);
     p.from_mesh = select(p.active, load(q.from_mesh + at), splat(0));
-    p.previous = q.previous ? load(q.previous + at) : splat(-1);
     unpack_state(load(q.state + at), p);
     p.kind = select(p.active, p.kind, splat(0));
     return p;
@@ -97,7 +94,6 @@ EG_INLINE int append_paths(PathQueue& q, int n, const PathPacket& p) {
     append(q.pdf, n, p.active, p.pdf);
     append(q.bounces, n, p.active, p.bounces);
     append(q.from_mesh, n, p.active, p.from_mesh);
-    if (q.previous) append(q.previous, n, p.active, p.previous);
     append(q.state, n, p.active, pack_state(p));
     return append(q.path, n, p.active, p.path);
 }

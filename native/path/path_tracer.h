@@ -46,7 +46,6 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     p.vertex = p.bounces = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.both_sides = p.from_mesh = splat(0);
-    p.previous = p.place = splat(-1);
     p.final_ray = splat(task.max_depth <= 1 ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
@@ -184,7 +183,6 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         const Mask hit = p.active & (face >= 0);
         Vertex* vertex = nullptr;
         if (work.vertices) {
-            p.place = lane_index() + static_cast<int32_t>(work.vertices->count) * W;
             vertex = &work.vertices->append<W>();
             record_arrival(*vertex, p, hit, load_hits(work.hits, at, hit));
         }

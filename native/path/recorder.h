@@ -21,9 +21,9 @@ EG_INLINE void put3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
 EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Closest& closest) {
     store(v.active, p.active);
     store(v.path, p.path);
-    store(v.previous, p.previous);
     store(v.slides, p.active & (p.pdf == 0.0f));
     store(v.kind, p.kind);
+    put3(v.from, p.active, p.from);
     put3(v.direction, p.active, p.direction);
     put3(v.throughput, p.active, p.throughput);
     store(v.face, select(hit, closest.face, splat(-1)));

@@ -171,7 +171,6 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     p.from = x.position;
     p.from_normal = x.normal;
     p.from_mesh = x.mesh;
-    p.previous = p.place;
     p.pdf = select(s.specular, splat(0.0f), s.pdf);
     p.bounces = add_bounce(p.bounces, p.active, s.ray_kind);
     p.kind = s.ray_kind;

@@ -46,7 +46,6 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     p.throughput = throughput;
     p.pdf = splat(0.0f);
     p.segment = splat(1);
-    p.previous = p.place = splat(-1);
     p.vertex = passed;
     p.bounces = passed << 24;  // the fourth count (path/path_queue.h)
     p.both_sides = p.from_mesh = splat(0);

@@ -18,9 +18,9 @@ struct alignas(64) VertexPacket {
 
     // The ray and what it met. Lanes whose `active` is 0 hold nothing else.
     Ints active, path;
-    Ints previous;  // where the vertex is that scattered it: packet * N + lane; -1: it comes from the camera
-    Ints slides;    // -1: from the camera or a specular vertex, so its direction is a function of the scene
-    Ints kind;      // RayKind
+    Ints slides;  // -1: from the camera or a specular vertex, so its direction is a function of the scene
+    Ints kind;    // RayKind
+    Floats from[3];  // the surface point that scattered it, or the camera's
     Floats direction[3], throughput[3];
     Ints face, mesh, instance;  // face -1: it met nothing
     Floats b1, b2;
@@ -52,9 +52,8 @@ struct alignas(64) VertexPacket {
     Floats next_direction[3], next_scale;
     Floats last_scale[3];  // of environment's light along it, where nothing else could be met
 
-    // Set by sweeps (adjoint/path.cpp): where the vertex is, the light that arrives by the ray that goes on,
-    // and the vertex that it comes from (-1: none).
-    Floats position[3];
+    // Set by sweeps (adjoint/path.cpp): the light that arrives by the ray that goes on, and the vertex that it
+    // comes from: packet * N + lane, -1: none.
     Floats incoming[3];
     Ints next;
     Ints lost;  // -1: its light is no finite number; it isn't active any more

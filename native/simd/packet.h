@@ -120,6 +120,18 @@ EG_INLINE Int gather(const int32_t* base, Int index) {
     return r;
 }
 
+// Values of the lanes of a mask, to places of which no two are the same.
+template <typename V, typename T>
+EG_INLINE void scatter(T* base, Int index, Mask m, V a) {
+#if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
+    _mm512_mask_i32scatter_epi32(base, _mm512_test_epi32_mask((__m512i)m, (__m512i)m), (__m512i)index,
+                                 (__m512i)a, 4);
+#else
+    for (int i = 0; i < W; ++i)
+        if (m[i]) base[index[i]] = a[i];
+#endif
+}
+
 // The same float for all lanes, read from a table: what adjoint/number.h can follow, other than a splat.
 EG_INLINE Float broadcast(const float* p) { return splat(*p); }
 

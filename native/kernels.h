@@ -172,7 +172,11 @@ enum SceneProbeKind : int32_t {
     kBentNormalProbe,
     kCameraProbe,
     kEnvironmentProbe,
-    kLightProbe
+    kLightProbe,
+    // Blocks (adjoint/block_probes.h):
+    kMetPointProbe,
+    kSegmentProbe,
+    kReflectionProbe
 };
 constexpr int kSceneOutputs = 9;
 struct SceneProbe {

@@ -6,7 +6,7 @@
 // divided by its own value, since the sample's density is a constant.
 #pragma once
 
-#include "scene/geometry.h"
+#include "adjoint/blocks.h"
 #include "shading/emission.h"
 #include "shading/light_rows.h"
 
@@ -23,32 +23,13 @@ struct LightArrival {
     Float measure;  // relative
 };
 
-// A point that rides on its triangle.
-struct RidingPoint {
-    Vec3 position, area_normal;
-};
-
-EG_INLINE RidingPoint riding_point(const SceneView& scene, Mask active, Int face, Int instance, Float b1,
-                                   Float b2) {
-    Triangle t = gather_triangle(scene, select(active, face, splat(0)));
-    place_triangle(scene, select(active, instance, splat(-1)), t);
-    return {interpolate(t, b1, b2), area_normal(t)};
-}
-
-// |w . M| / r^2 of the segment from x to y.
-EG_INLINE Float segment_measure(Vec3 x, Vec3 y, Vec3 m, Vec3& w) {
-    const Vec3 d = y - x;
-    const Float inverse2 = 1.0f / max(dot(d, d), 1e-37f);
-    w = d * sqrt(inverse2);
-    return abs(dot(w, m)) * inverse2;
-}
-
 // From a face of a mesh.
 EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
                                      Vec3 x, Int ray_kind) {
-    const RidingPoint y = riding_point(scene, active, face, splat(-1), b1, b2);
+    const Triangle t = gather_triangle(scene, select(active, face, splat(0)));
+    const Segment segment = segment_to(x, t, b1.value, b2.value);
     LightArrival a;
-    a.measure = relative(segment_measure(x, y.position, y.area_normal, a.w));
+    a.w = segment.w, a.measure = segment.measure;
     if (!scene.emission_varies) {
         // That of the material's only leaf, the same at all points and in all directions.
         const Int material = gather(scene.face_material, select(active, face, splat(0)));
@@ -69,8 +50,8 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
     const LightRow l = gather_light(scene.lights, select(active, row, splat(0)));
     const auto is = [&](LightKind k) { return active & (kind == splat(static_cast<int>(k))); };
     const Vec3 center = detach(l.position), place = detach(x) + offset - center;  // relative to the light
-    Vec3 y = l.position, m = zero3(), w;
-    Mask without_size = is(kPointSource);
+    Vec3 y = l.position, m = zero3();
+    const Mask without_size = is(kPointSource);
     const Mask sphere = is(kSphereLight), disk = is(kDiskLight);
     const Mask flat = is(kRectangleLight) | is(kEllipseLight);
     if (any(sphere)) {
@@ -96,10 +77,8 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
         m = select(flat, cross(l.axis_x, l.axis_y), m);
     }
     LightArrival a;
-    const Float measure = segment_measure(x, y, m, w);
-    const Vec3 way = l.position - x;
-    a.measure = select(without_size, relative(1.0f / max(dot(way, way), 1e-37f)), relative(measure));
-    a.w = w;
+    const Segment segment = segment_to(x, y, m, without_size);
+    a.w = segment.w, a.measure = segment.measure;
     const Mask direction = is(kDirectionLight), cone = is(kConeLight);
     a.w = select(direction, -l.direction, a.w);
     if (any(cone)) {

@@ -23,7 +23,7 @@ class TapeBuffer {
 };
 
 struct TapeMemory {
-    TapeBuffer ends, partials, leaves, derivatives;
+    TapeBuffer ends, partials, leaves, derivatives, block_entries, blocks;
 };
 
 }  // namespace edgegrad

@@ -9,15 +9,9 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 namespace {
 
-struct RawVec3 {
-    raw::Float x, y, z;
-};
-
 EG_INLINE RawVec3 gather_raw3(float* const (&base)[3], Int at) {
     return {raw::gather(base[0], at), raw::gather(base[1], at), raw::gather(base[2], at)};
 }
-EG_INLINE Vec3 constant3(const RawVec3& a) { return {constant(a.x), constant(a.y), constant(a.z)}; }
-
 EG_INLINE void scatter3(float* const (&base)[3], Int at, Mask m, raw::Float x, raw::Float y, raw::Float z) {
     raw::scatter(base[0], at, m, x), raw::scatter(base[1], at, m, y), raw::scatter(base[2], at, m, z);
 }
@@ -77,6 +71,9 @@ EG_OUTLINE void drop(const AdjointTask& task, Vertex& v, Mask lost, Int path) {
     }
 }
 
+// From a packet's fields to the same of the next one.
+constexpr int32_t kPacketFloats = static_cast<int32_t>(sizeof(Vertex) / sizeof(float));
+
 // Goes over all vertices from the ends of paths; `after` runs on what each packet's evaluation gave.
 template <typename After>
 void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, const After& after) {
@@ -106,7 +103,7 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
             out.light = select(lost, zero3(), out.light);
         }
         scatter3(task.incoming, path, active | lost, out.light.x.value, out.light.y.value, out.light.z.value);
-        raw::scatter(task.next, path, scattered, raw::lane_index() + static_cast<int32_t>(k) * W);
+        raw::scatter(task.next, path, scattered, raw::lane_index() + static_cast<int32_t>(k) * kPacketFloats);
         after(v, active, path, in, out);
     }
 }
@@ -149,20 +146,38 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
               });
 }
 
+// Adds what the vertices of a packet change of their paths' light.
+EG_INLINE void add_change(const Tape& tape, const Vertex& v, Mask active, Int path, const Leaving& out,
+                          float* const radiance[3]) {
+    const int32_t node[3] = {out.light.x.node, out.light.y.node, out.light.z.node};
+    for (int c = 0; c < 3; ++c)
+        raw::scatter(radiance[c], path, active,
+                     raw::gather(radiance[c], path) + raw::load(v.throughput[c]) * tape.derivative(node[c]));
+}
+
 void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float* const radiance[3]) {
-    const DifferentiableTables none{};
+    const int paths = task.image->pixel_count * task.image->samples;
+    for (int k = 0; k < paths; ++k)
+        for (int c = 0; c < 3; ++c) radiance[c][k] = task.position[c][k] = task.direction[c][k] = 0.0f;
+    if (!task.geometry) {
+        // Nothing is handed from vertex to vertex, so that any order will do.
+        Tape tape(*task.tape, *task.tables);
+        return walk_back(scene, task, tape,
+                         [&](Vertex& v, Mask active, Int path, const ArrivalInputs&, const Leaving& out) {
+                             tape.forward();
+                             add_change(tape, v, active, path, out, radiance);
+                         });
+    }
     {
+        const DifferentiableTables none{};
         Tape silent(*task.tape, none);
         // With the very numbers of the backward mode: sharp lobes tell a recorded direction from one that is
         // computed again.
         walk_back(scene, task, silent, [](Vertex&, Mask, Int, const ArrivalInputs&, const Leaving&) {});
     }
-    const int paths = task.image->pixel_count * task.image->samples;
-    for (int k = 0; k < paths; ++k)
-        for (int c = 0; c < 3; ++c) radiance[c][k] = task.position[c][k] = task.direction[c][k] = 0.0f;
     Tape tape(*task.tape, *task.tables);
     for (int64_t k = 0; k < task.vertices->count; ++k) {
-        Vertex& v = task.vertices->at<W>(k);
+        const Vertex& v = task.vertices->at<W>(k);
         tape.clear();
         const Mask active = load(v.active), scattered = active & ~load(v.passes), lost = load(v.lost);
         if (any(lost)) forget_place(task, lost, load(v.path));
@@ -170,17 +185,10 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         const ArrivalInputs in = arrive(scene, task, v);
         const Leaving out = leave_vertex(scene, *task.vertices, v, in.arrival, load3(v.incoming),
                                          load(v.next), task.geometry);
-        if (task.geometry) {
-            seed3(tape, in.from, scattered, gather_raw3(task.position, path));
-            seed3(tape, in.direction, scattered & load(v.slides), gather_raw3(task.direction, path));
-        }
+        seed3(tape, in.from, scattered, gather_raw3(task.position, path));
+        seed3(tape, in.direction, scattered & load(v.slides), gather_raw3(task.direction, path));
         tape.forward();
-        const raw::Float change[3] = {tape.derivative(out.light.x.node), tape.derivative(out.light.y.node),
-                                      tape.derivative(out.light.z.node)};
-        for (int c = 0; c < 3; ++c)
-            raw::scatter(radiance[c], path, active,
-                         raw::gather(radiance[c], path) + raw::load(v.throughput[c]) * change[c]);
-        if (!task.geometry) continue;
+        add_change(tape, v, active, path, out, radiance);
         scatter3(task.position, path, scattered, tape.derivative(out.position.x.node),
                  tape.derivative(out.position.y.node), tape.derivative(out.position.z.node));
         scatter3(task.direction, path, scattered & load(v.specular), tape.derivative(out.direction.x.node),

@@ -1,25 +1,13 @@
 // Parts of the shading code that read the scene, one packet at a time: what tests take derivatives of.
 #pragma once
 
-#include "kernels.h"
+#include "adjoint/block_probes.h"
 #include "path/camera_rays.h"
 #include "shading/environment.h"
 #include "shading/light_rows.h"
 #include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
-
-// Inputs and outputs of one packet of a SceneProbe.
-struct SceneProbePacket {
-    Mask active;
-    Int index, instance;
-    Vec3 a, b;
-    Float output[kSceneOutputs];
-
-    EG_INLINE void put(int place, Vec3 v) {
-        output[place] = v.x, output[place + 1] = v.y, output[place + 2] = v.z;
-    }
-};
 
 // Position, normal and smooth normal at the barycentrics a.xy, seen along b.
 EG_INLINE void probe_surface(const SceneView& scene, SceneProbePacket& p) {
@@ -78,6 +66,15 @@ EG_INLINE SceneProbePacket run_scene_probe(const SceneView& scene, const ScenePr
             break;
         case kLightProbe:
             probe_light(scene, p);
+            break;
+        case kMetPointProbe:
+            probe_met_point(scene, p);
+            break;
+        case kSegmentProbe:
+            probe_segments(scene, p);
+            break;
+        case kReflectionProbe:
+            probe_reflection(scene, p);
             break;
     }
     return p;

@@ -6,6 +6,9 @@
 // sweep runs over them from the last to the first and adds partial * adjoint(to) to adjoint(from); a forward
 // sweep runs from the first to the last and adds partial * tangent(from) to tangent(to).
 //
+// What a few vectors describe better than edges is a block, whose derivative is written by hand; it has its
+// place among the edges.
+//
 // Numbers read from a differentiable table are leaves: a backward sweep adds their adjoints to the table's
 // gradient at the places they were read from, a forward sweep starts from the table's tangent there. The
 // adjoint of a gather is a scatter, and both sweeps are transposes of each other by construction.
@@ -38,7 +41,7 @@ class Tape {
     Tape& operator=(const Tape&) = delete;
 
     // Forgets everything: the start of a new recording.
-    void clear() { edges_ = nodes_ = leaves_ = zeroed_ = 0; }
+    void clear() { edges_ = nodes_ = leaves_ = zeroed_ = blocks_ = 0, block_bytes_ = 0; }
 
     // ---- Recording (adjoint/number.h) ----
 
@@ -70,6 +73,22 @@ class Tape {
         return nodes_++;
     }
 
+    // A block: several results of several numbers with derivatives written by hand (adjoint/blocks.h). It is
+    // a plain struct whose `first` is the node of the first of its kResults results, with the functions
+    //   backward(d): adds to the adjoints of its operands,
+    //   forward(d): sets the tangents of its results, which were zero.
+    // The caller fills in the rest, before anything else is recorded.
+    template <typename Block>
+    Block& new_block() {
+        constexpr size_t size = (sizeof(Block) + 63) / 64 * 64;
+        auto& block = *static_cast<Block*>(make_block(
+            size, [](const void* b, raw::Float* d) { static_cast<const Block*>(b)->backward(d); },
+            [](const void* b, raw::Float* d) { static_cast<const Block*>(b)->forward(d); }));
+        block.first = nodes_;
+        nodes_ += Block::kResults;
+        return block;
+    }
+
     // Leaves for `count` neighbouring floats from base + index on, of each lane: the first one's node, the
     // others follow; -1 where no lane reads from what is asked for.
     int32_t record_leaves(const float* base, raw::Int index, int count);
@@ -95,6 +114,12 @@ class Tape {
         raw::Int place;  // in the table's span; -1: outside
         int32_t node, count, table;
     };
+    using BlockSweep = void (*)(const void*, raw::Float*);
+    struct BlockEntry {
+        size_t at;      // in the blocks' memory
+        int32_t edges;  // recorded before it
+        BlockSweep backward, forward;
+    };
     // Most edges that one call of `record` makes.
     static constexpr int kMostEdges = 6;
 
@@ -113,6 +138,9 @@ class Tape {
         if constexpr (sizeof...(rest) > 0) add_edges(e, rest...);
     }
     __attribute__((cold)) void grow_edges();
+    void* make_block(size_t size, BlockSweep backward, BlockSweep forward);
+    void sweep_back(raw::Float* d, int last, int first) const;
+    void sweep_on(raw::Float* d, int first, int last) const;
     void scatter(const Leaves& leaves, const raw::Float* adjoint) const;
     // Derivatives of all nodes, of which those of the latest are set to zero.
     raw::Float* derivatives();
@@ -120,7 +148,8 @@ class Tape {
     Ends* ends_ = nullptr;
     raw::Float* partials_ = nullptr;
     int edges_ = 0, edge_room_ = 0;
-    int nodes_ = 0, leaves_ = 0, zeroed_ = 0;
+    int nodes_ = 0, leaves_ = 0, zeroed_ = 0, blocks_ = 0;
+    size_t block_bytes_ = 0;
     const DifferentiableTables& tables_;
     uintptr_t lowest_ = ~uintptr_t{0}, highest_ = 0;  // all tables' addresses
     TapeMemory& memory_;
@@ -175,6 +204,19 @@ inline int32_t Tape::record_leaves(const float* base, raw::Int index, int count)
     return -1;
 }
 
+inline void* Tape::make_block(size_t size, BlockSweep backward, BlockSweep forward) {
+    const size_t used = static_cast<size_t>(blocks_) * sizeof(BlockEntry);
+    if (used + sizeof(BlockEntry) > memory_.block_entries.size())
+        memory_.block_entries.grow(2 * used + 64 * sizeof(BlockEntry), used);
+    if (block_bytes_ + size > memory_.blocks.size())
+        memory_.blocks.grow(2 * (block_bytes_ + size) + 65536, block_bytes_);
+    static_cast<BlockEntry*>(memory_.block_entries.data())[blocks_++] = {block_bytes_, edges_, backward,
+                                                                         forward};
+    void* block = static_cast<char*>(memory_.blocks.data()) + block_bytes_;
+    block_bytes_ += size;
+    return block;
+}
+
 inline raw::Float* Tape::derivatives() {
     const size_t size = static_cast<size_t>(nodes_), kept = static_cast<size_t>(zeroed_);
     auto* d = static_cast<raw::Float*>(
@@ -194,13 +236,24 @@ inline raw::Float Tape::derivative(int32_t node) const {
     return static_cast<const raw::Float*>(memory_.derivatives.data())[node];
 }
 
-inline void Tape::backward() {
-    raw::Float* d = derivatives();
-    for (int e = edges_ - 1; e >= 0; --e) {
+inline void Tape::sweep_back(raw::Float* d, int last, int first) const {
+    for (int e = last - 1; e >= first; --e) {
         const raw::Float g = d[ends_[e].to];
         raw::Float& from = d[ends_[e].from];
         from = from + raw::select(g != 0.0f, partials_[e] * g, 0.0f);
     }
+}
+
+inline void Tape::backward() {
+    raw::Float* d = derivatives();
+    const auto* entries = static_cast<const BlockEntry*>(memory_.block_entries.data());
+    int e = edges_;
+    for (int k = blocks_ - 1; k >= 0; --k) {
+        sweep_back(d, e, entries[k].edges);
+        e = entries[k].edges;
+        entries[k].backward(static_cast<const char*>(memory_.blocks.data()) + entries[k].at, d);
+    }
+    sweep_back(d, e, 0);
     const Leaves* leaves = static_cast<const Leaves*>(memory_.leaves.data());
     for (int k = 0; k < leaves_; ++k) scatter(leaves[k], d + leaves[k].node);
 }
@@ -244,7 +297,18 @@ inline void Tape::forward() {
                 d[leaf.node + c][i] += static_cast<float>(tangent[place + c]);
         }
     }
-    for (int e = 0; e < edges_; ++e) {
+    const auto* entries = static_cast<const BlockEntry*>(memory_.block_entries.data());
+    int e = 0;
+    for (int k = 0; k < blocks_; ++k) {
+        sweep_on(d, e, entries[k].edges);
+        e = entries[k].edges;
+        entries[k].forward(static_cast<const char*>(memory_.blocks.data()) + entries[k].at, d);
+    }
+    sweep_on(d, e, edges_);
+}
+
+inline void Tape::sweep_on(raw::Float* d, int first, int last) const {
+    for (int e = first; e < last; ++e) {
         const raw::Float t = d[ends_[e].from], p = partials_[e];
         raw::Float& to = d[ends_[e].to];
         to = to + raw::select((t != 0.0f) & (p != 0.0f), p * t, 0.0f);

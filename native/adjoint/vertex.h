@@ -14,8 +14,8 @@
 #pragma once
 
 #include "adjoint/light_arrival.h"
-#include "path/stream.h"
 #include "path/shaded_surface.h"
+#include "path/stream.h"
 #include "path/vertex_packet.h"
 #include "shading/bsdf/specular.h"
 #include "shading/environment.h"
@@ -39,48 +39,20 @@ struct Leaving {
     Vec3 direction;  // of the ray that goes on, where it is specular
 };
 
-// Barycentrics of the point where the line from `from` along `direction` meets a triangle's plane.
-EG_INLINE void meet_plane(const Triangle& t, Vec3 from, Vec3 direction, Float& b1, Float& b2) {
-    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, s = from - t.p0;
-    const Vec3 m = cross(e1, e2), q = cross(s, direction);
-    const Float det = dot(direction, m), sign = select(det < 0.0f, splat(-1.0f), 1.0f);
-    const Float inverse = 1.0f / select(abs(det) > 1e-37f, det, sign * 1e-37f);
-    b1 = -dot(e2, q) * inverse;
-    b2 = dot(e1, q) * inverse;
+// Of the vertices where the rays that go on have ended, a field.
+EG_INLINE Int next_ints(const VertexMemory& memory, Mask active, Int next,
+                        const Vertex::Ints Vertex::* field) {
+    return raw::gather(memory.at<W>(0).*field, select(active, next, splat(0)));
 }
-
-// Where the rays that go on have ended.
-struct NextPoint {
-    Mask surface;  // else in the environment
-    Vec3 position, area_normal;
-};
-
-EG_INLINE NextPoint next_point(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
-    Int face = splat(0), instance = splat(-1);
-    raw::Float b1 = raw::splat(0.0f), b2 = b1;
-    NextPoint n;
-    n.surface = splat(0);
-    for (int i = 0; i < W; ++i) {
-        if (!active[i] || next[i] < 0) continue;
-        const Vertex& v = memory.at<W>(next[i] / W);
-        const int lane = next[i] % W;
-        if (v.face[lane] < 0) continue;
-        n.surface[i] = -1;
-        face[i] = v.face[lane], instance[i] = v.instance[lane];
-        b1[i] = v.b1[lane], b2[i] = v.b2[lane];
-    }
-    const RidingPoint y = riding_point(scene, n.surface, face, instance, constant(b1), constant(b2));
-    n.position = y.position;
-    n.area_normal = y.area_normal;
-    return n;
+EG_INLINE raw::Float next_floats(const VertexMemory& memory, Mask active, Int next,
+                                 const Vertex::Floats Vertex::* field) {
+    return raw::gather(memory.at<W>(0).*field, select(active, next, splat(0)));
 }
 
 // Whether the rays that go on have met nothing.
 EG_INLINE Mask ends_in_sky(const VertexMemory& memory, Int next) {
-    Mask sky = splat(0);
-    for (int i = 0; i < W; ++i)
-        if (next[i] >= 0 && memory.at<W>(next[i] / W).face[next[i] % W] < 0) sky[i] = -1;
-    return sky;
+    const Mask some = next >= 0;
+    return some & (next_ints(memory, some, next, &Vertex::face) < 0);
 }
 
 // The direction w (a constant) as it turns with the environment's image.
@@ -100,8 +72,25 @@ struct Scattering {
     Vec3 light_value, sky_value, next_value;
 };
 
+// The same of a Lambertian surface that no normal map bends.
+EG_INLINE Vec3 scattered_evenly(const SceneView& scene, const Lambertian& surface, Mask active,
+                                const Scattering& s) {
+    DiffuseLight lights[3];
+    int count = 0;
+    const auto add = [&](Mask m, Vec3 w, Vec3 value) {
+        if (any(active & m)) lights[count++] = {active & m, w, value};
+    };
+    const Mask seen = scene.lights.any_hidden ? (s.light_visible_to & (1 << kDiffuseRay)) != 0 : splat(-1);
+    add(s.light & seen, s.light_w, s.light_value);
+    add(s.sky, s.sky_w, s.sky_value);
+    add(s.next, s.next_w, s.next_value);
+    return diffuse_reflection(surface.normal, surface.albedo, count, lights);
+}
+
 template <typename Surface>
 EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask active, const Scattering& s) {
+    if constexpr (Surface::kSmooth)
+        if (!surface.smooth) return scattered_evenly(scene, surface, active, s);
     Vec3 sum = zero3();
     const Mask light = active & s.light, sky = active & s.sky, next = active & s.next;
     if (any(light)) {
@@ -166,11 +155,17 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
             s.next_value = select(s.last, environment_radiance(scene, s.next_w) * last_scale, s.next_value);
     }
     if (geometry && any(follows)) {
-        const NextPoint y = next_point(scene, memory, follows, next);
-        Vec3 w;
-        const Float measure = relative(segment_measure(position, y.position, y.area_normal, w));
-        s.next_w = select(y.surface, w, s.next_w);
-        s.next_value = select(y.surface, s.next_value * measure, s.next_value);
+        const Int face = next_ints(memory, follows, next, &Vertex::face);
+        const Mask surface = follows & (next >= 0) & (face >= 0);
+        if (any(surface)) {
+            Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
+            place_triangle(
+                scene, select(surface, next_ints(memory, surface, next, &Vertex::instance), splat(-1)), t);
+            const Segment y = segment_to(position, t, next_floats(memory, surface, next, &Vertex::b1),
+                                         next_floats(memory, surface, next, &Vertex::b2));
+            s.next_w = select(surface, y.w, s.next_w);
+            s.next_value = select(surface, s.next_value * y.measure, s.next_value);
+        }
     }
     return s;
 }
@@ -213,6 +208,16 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
     return reflected;
 }
 
+// Whether nothing asks where surfaces are seen from: all are Lambertian and have no textures.
+EG_INLINE bool diffuse_alone(const SceneView& scene) {
+    return (scene.common_flags & kLambertian) && !(scene.all_flags & kHasNormalMap) &&
+           !scene.textures.leaf_program && !scene.textures.leaf_weight_program;
+}
+
+EG_INLINE PlacedTriangle detach(const PlacedTriangle& t) {
+    return {{detach(t.triangle.p0), detach(t.triangle.p1), detach(t.triangle.p2)}, detach(t.handed)};
+}
+
 // The light that leaves the vertices of a packet. `incoming` arrives by the ray that goes on; `geometry`:
 // positions and directions have derivatives.
 inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
@@ -234,23 +239,15 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     // The surface, and the view from where the ray came.
     const Int face = select(hit, load(v.face), splat(0));
     const Int instance = select(hit, load(v.instance), splat(-1));
-    Float b1 = load(v.b1), b2 = load(v.b2);
     const PlacedTriangle t = placed_triangle(scene, face, instance);
-    if (geometry && any(slides & hit)) {
-        Float c1, c2;
-        meet_plane(t.triangle, arrival.from, direction, c1, c2);
-        // The place itself is as it was traced; only its motion is taken.
-        b1 = select(slides, b1 + (c1 - detach(c1)), b1);
-        b2 = select(slides, b2 + (c2 - detach(c2)), b2);
-    }
-    SurfacePoint x = surface_point(scene, hit, face, t, b1, b2, recorded, instance);
+    SurfacePoint x = surface_point(scene, hit, face, detach(t), load(v.b1), load(v.b2), recorded, instance);
     x.mesh = load(v.mesh);
-    out.position = x.position;
     Vec3 view = -recorded;
     if (geometry) {
-        const Vec3 way = select(slides, -direction, arrival.from - x.position);
-        view = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        move_met_point(x, t.triangle, slides, arrival.from, direction);
+        if (!diffuse_alone(scene)) view = unit(select(slides, -direction, arrival.from - x.position));
     }
+    out.position = x.position;
     const TexturePoint point = texture_point(scene, x, view, load(v.kind));
     const Int leaf = select(hit, load(v.leaf), splat(0));
     Shader shader = leaf_shader(scene, x, leaf, point);

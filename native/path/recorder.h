@@ -17,28 +17,43 @@ EG_INLINE void put3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
     put(field[0], m, a.x), put(field[1], m, a.y), put(field[2], m, a.z);
 }
 
+// Values of the lanes of a mask in a field that holds none; 0 in the others.
+EG_INLINE void set(float* field, Mask m, Float a) { store(field, select(m, a, 0.0f)); }
+EG_INLINE void set3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
+    set(field[0], m, a.x), set(field[1], m, a.y), set(field[2], m, a.z);
+}
+
 // The vertex of a packet of ray ends.
 EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Closest& closest) {
     store(v.active, p.active);
     store(v.path, p.path);
     store(v.slides, p.active & (p.pdf == 0.0f));
     store(v.kind, p.kind);
-    put3(v.from, p.active, p.from);
-    put3(v.direction, p.active, p.direction);
-    put3(v.throughput, p.active, p.throughput);
+    set3(v.from, p.active, p.from);
+    set3(v.direction, p.active, p.direction);
+    set3(v.throughput, p.active, p.throughput);
     store(v.face, select(hit, closest.face, splat(-1)));
     store(v.mesh, closest.mesh & hit);
     store(v.instance, select(hit, closest.instance, splat(-1)));
-    put(v.b1, hit, closest.b1);
-    put(v.b2, hit, closest.b2);
+    set(v.b1, hit, closest.b1);
+    set(v.b2, hit, closest.b2);
     const Float near = way_so_far(p);
-    put(v.near, p.active, near);
-    put(v.far, p.active, select(hit, near + closest.distance, splat(__builtin_inff())));
+    set(v.near, p.active, near);
+    set(v.far, p.active, select(hit, near + closest.distance, splat(__builtin_inff())));
     store(v.from_mesh, p.from_mesh);
     store(v.light_face, splat(-1));
     store(v.light_row, splat(-1));
-    put(v.scale, p.active, splat(1.0f));
+    set(v.scale, p.active, splat(1.0f));
     store(v.next, splat(-1));
+}
+
+// Leaves lanes out whose light has no derivative; the latest packet altogether where all are such. It may
+// still be written to.
+EG_INLINE void keep_touched(VertexMemory& memory, Vertex& v, Mask touched) {
+    if (memory.everywhere) return;
+    const Mask kept = load(v.active) & touched;
+    store(v.active, kept);
+    if (!any(kept)) --memory.count;
 }
 
 EG_INLINE void record_light(Vertex& v, const LightSample& s, Vec3 scale) {

@@ -18,8 +18,8 @@ struct alignas(64) VertexPacket {
 
     // The ray and what it met. Lanes whose `active` is 0 hold nothing else.
     Ints active, path;
-    Ints slides;  // -1: from the camera or a specular vertex, so its direction is a function of the scene
-    Ints kind;    // RayKind
+    Ints slides;     // -1: from the camera or a specular vertex, so its direction is a function of the scene
+    Ints kind;       // RayKind
     Floats from[3];  // the surface point that scattered it, or the camera's
     Floats direction[3], throughput[3];
     Ints face, mesh, instance;  // face -1: it met nothing
@@ -52,8 +52,8 @@ struct alignas(64) VertexPacket {
     Floats next_direction[3], next_scale;
     Floats last_scale[3];  // of environment's light along it, where nothing else could be met
 
-    // Set by sweeps (adjoint/path.cpp): the light that arrives by the ray that goes on, and the vertex that it
-    // comes from: packet * N + lane, -1: none.
+    // Set by sweeps (adjoint/path.cpp): the light that arrives by the ray that goes on, and the vertex that
+    // it comes from: of its fields the distance from the first packet's first lane, in floats; -1: none.
     Floats incoming[3];
     Ints next;
     Ints lost;  // -1: its light is no finite number; it isn't active any more
@@ -63,6 +63,11 @@ struct alignas(64) VertexPacket {
 struct VertexMemory {
     TapeBuffer packets;
     int64_t count = 0;
+    bool geometry = true;  // positions or directions have derivatives
+    // Where nothing but values of these shaders have derivatives, paths that haven't met one yet are followed
+    // but neither recorded nor lit.
+    bool everywhere = true;
+    int32_t first_leaf = 0, last_leaf = 0;
 
     template <int N>
     VertexPacket<N>& at(int64_t k) const {

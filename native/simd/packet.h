@@ -109,6 +109,17 @@ EG_INLINE void store(float* p, Float a) { __builtin_memcpy(p, &a, sizeof a); }
 EG_INLINE void store(int32_t* p, Int a) { __builtin_memcpy(p, &a, sizeof a); }
 
 // Lanes outside of a mask must hold a valid index (0 will do).
+#if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
+// A third of the time of 16 loads by themselves. (Masks of all lanes: GCC 12 takes the operands of the others
+// for uninitialised.)
+constexpr __mmask16 kAllLanes = 0xffff;
+EG_INLINE Float gather(const float* base, Int index) {
+    return (Float)_mm512_mask_i32gather_ps(_mm512_setzero_ps(), kAllLanes, (__m512i)index, base, 4);
+}
+EG_INLINE Int gather(const int32_t* base, Int index) {
+    return (Int)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), kAllLanes, (__m512i)index, base, 4);
+}
+#else
 EG_INLINE Float gather(const float* base, Int index) {
     Float r;
     for (int i = 0; i < W; ++i) r[i] = base[index[i]];
@@ -119,6 +130,7 @@ EG_INLINE Int gather(const int32_t* base, Int index) {
     for (int i = 0; i < W; ++i) r[i] = base[index[i]];
     return r;
 }
+#endif
 
 // Values of the lanes of a mask, to places of which no two are the same.
 template <typename V, typename T>
@@ -146,11 +158,35 @@ template <int N, typename R>
 EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
     const float* rows[W];
     for (int i = 0; i < W; ++i) rows[i] = base + stride * static_cast<int64_t>(row[i]);
+#if defined(__AVX512VL__) && EDGEGRAD_WIDTH == 16
+    // Four floats of each row at a time, transposed: a third of the time of one after the other.
+    for (int k = 0; k < N; k += 4) {
+        const __mmask8 some = static_cast<__mmask8>(N - k < 4 ? (1 << (N - k)) - 1 : 15);
+        __m512 r[4];
+        for (int j = 0; j < 4; ++j) {
+            const auto four = [&](int i) { return _mm_maskz_loadu_ps(some, rows[i] + k); };
+            r[j] = _mm512_zextps128_ps512(four(j));
+            r[j] = _mm512_insertf32x4(r[j], four(j + 4), 1);
+            r[j] = _mm512_insertf32x4(r[j], four(j + 8), 2);
+            r[j] = _mm512_insertf32x4(r[j], four(j + 12), 3);
+        }
+        const auto low = [](__m512 a, __m512 b) { return _mm512_maskz_unpacklo_ps(kAllLanes, a, b); };
+        const auto high = [](__m512 a, __m512 b) { return _mm512_maskz_unpackhi_ps(kAllLanes, a, b); };
+        // Rows j and j + 2 side by side, twice: columns 0 and 1, then 2 and 3.
+        const __m512 even01 = low(r[0], r[2]), odd01 = low(r[1], r[3]);
+        const __m512 even23 = high(r[0], r[2]), odd23 = high(r[1], r[3]);
+        out[k] = (Float)low(even01, odd01);
+        if (k + 1 < N) out[k + 1] = (Float)high(even01, odd01);
+        if (k + 2 < N) out[k + 2] = (Float)low(even23, odd23);
+        if (k + 3 < N) out[k + 3] = (Float)high(even23, odd23);
+    }
+#else
     for (int k = 0; k < N; ++k) {
         Float column{};
         for (int i = 0; i < W; ++i) column[i] = rows[i][k];
         out[k] = column;
     }
+#endif
 }
 
 // A value whose derivative isn't wanted: densities of samples, and whatever else only decides what is

@@ -1,0 +1,363 @@
+// Steps of the shading code that are recorded as one block (adjoint/tape.h), with derivatives written by
+// hand: the adjoint blocks of the derivations, section 1. Where generic operations would leave 20 to 60 edges
+// each on the tape, a block keeps a few vectors; tests compare both (tests/test_adjoint_blocks.py).
+//
+// Numbers that don't enter a result in some lane must not pass derivatives there, even as 0 * infinity: all
+// factors that blocks keep are finite.
+#pragma once
+
+#include "adjoint/number.h"
+#include "sampling/hemisphere.h"
+#include "scene/geometry.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// ---- Vectors of plain packets, and where vectors stand on the tape ----
+
+struct RawVec3 {
+    raw::Float x, y, z;
+};
+EG_INLINE RawVec3 operator+(const RawVec3& a, const RawVec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+EG_INLINE RawVec3 operator-(const RawVec3& a, const RawVec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+EG_INLINE RawVec3 operator*(const RawVec3& a, raw::Float s) { return {a.x * s, a.y * s, a.z * s}; }
+EG_INLINE RawVec3 operator*(const RawVec3& a, const RawVec3& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+EG_INLINE raw::Float dot(const RawVec3& a, const RawVec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+EG_INLINE RawVec3 cross(const RawVec3& a, const RawVec3& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+EG_INLINE RawVec3 select(raw::Mask m, const RawVec3& a, const RawVec3& b) {
+    return {raw::select(m, a.x, b.x), raw::select(m, a.y, b.y), raw::select(m, a.z, b.z)};
+}
+// a without its part along the unit vector n.
+EG_INLINE RawVec3 across(const RawVec3& a, const RawVec3& n) { return a - n * dot(a, n); }
+EG_INLINE RawVec3 raw_zero3() { return {raw::splat(0.0f), raw::splat(0.0f), raw::splat(0.0f)}; }
+EG_INLINE raw::Mask nonzero(const RawVec3& a) { return (a.x != 0.0f) | (a.y != 0.0f) | (a.z != 0.0f); }
+
+EG_INLINE RawVec3 values(const Vec3& a) { return {a.x.value, a.y.value, a.z.value}; }
+EG_INLINE Vec3 constant3(const RawVec3& a) { return {constant(a.x), constant(a.y), constant(a.z)}; }
+
+struct Nodes3 {
+    int32_t x, y, z;
+};
+EG_INLINE Nodes3 nodes(const Vec3& a) { return {a.x.node, a.y.node, a.z.node}; }
+EG_INLINE bool taped(const Nodes3& n) { return (n.x & n.y & n.z) >= 0; }
+// The results of a block from the node `first` on.
+EG_INLINE Vec3 results(const RawVec3& a, int32_t first) {
+    return {{a.x, first}, {a.y, first + 1}, {a.z, first + 2}};
+}
+EG_INLINE RawVec3 read(const raw::Float* d, int32_t first) { return {d[first], d[first + 1], d[first + 2]}; }
+EG_INLINE RawVec3 read(const raw::Float* d, const Nodes3& n) {
+    const auto at = [d](int32_t node) { return node >= 0 ? d[node] : raw::splat(0.0f); };
+    return {at(n.x), at(n.y), at(n.z)};
+}
+EG_INLINE void add(raw::Float* d, const Nodes3& n, const RawVec3& g) {
+    if (n.x >= 0) d[n.x] = d[n.x] + g.x;
+    if (n.y >= 0) d[n.y] = d[n.y] + g.y;
+    if (n.z >= 0) d[n.z] = d[n.z] + g.z;
+}
+EG_INLINE void write(raw::Float* d, int32_t first, const RawVec3& t) {
+    d[first] = t.x, d[first + 1] = t.y, d[first + 2] = t.z;
+}
+// 1 / a, or 0 where a is too small for that to mean anything.
+EG_INLINE raw::Float finite_inverse(raw::Float a) {
+    const raw::Mask fine = raw::abs(a) > 1e-30f;
+    return raw::select(fine, 1.0f / raw::select(fine, a, 1.0f), 0.0f);
+}
+
+// ---- Triangles: the blocks M (a point at fixed barycentrics) and N (the area normal) ----
+
+EG_INLINE bool taped(const Triangle& t) {
+    return taped(nodes(t.p0)) || taped(nodes(t.p1)) || taped(nodes(t.p2));
+}
+
+struct RawTriangle {
+    Nodes3 corner[3];
+    RawVec3 e1, e2;
+    raw::Float b1, b2;
+
+    EG_INLINE void set(const Triangle& t, raw::Float at1, raw::Float at2) {
+        corner[0] = nodes(t.p0), corner[1] = nodes(t.p1), corner[2] = nodes(t.p2);
+        e1 = values(t.p1) - values(t.p0), e2 = values(t.p2) - values(t.p0);
+        b1 = at1, b2 = at2;
+    }
+    EG_INLINE bool moves() const { return taped(corner[0]) || taped(corner[1]) || taped(corner[2]); }
+    // Adjoints of the point and of the area normal.
+    EG_INLINE void backward(raw::Float* d, const RawVec3& point, const RawVec3& normal) const {
+        if (!moves()) return;
+        const RawVec3 n1 = cross(e2, normal), n2 = cross(normal, e1);
+        const RawVec3 g1 = point * b1 + n1, g2 = point * b2 + n2;
+        add(d, corner[0], point - g1 - g2);
+        add(d, corner[1], g1);
+        add(d, corner[2], g2);
+    }
+    EG_INLINE void forward(const raw::Float* d, RawVec3& point, RawVec3& normal) const {
+        const RawVec3 t0 = read(d, corner[0]), t1 = read(d, corner[1]) - t0, t2 = read(d, corner[2]) - t0;
+        point = t0 + t1 * b1 + t2 * b2;
+        normal = cross(t1, e2) + cross(e1, t2);
+    }
+};
+
+// ---- The surface point that a ray has met: M, N and S ----
+//
+// It rides on its triangle, or slides: it stays on its ray from + t direction, whose velocity c there makes
+// it move with  c + direction n.(m - c) / (n.direction),  m the triangle's own (derivations, section 1); then
+// its barycentrics change with  grad(b).(its velocity - m).  Results: position, unit normal, barycentrics.
+struct MetPoint {
+    static constexpr int kResults = 8;
+    int32_t first;
+    Nodes3 from, direction;
+    RawTriangle triangle;
+    raw::Mask slides;
+    RawVec3 d, n;          // of the ray; the unit normal along e1 x e2
+    raw::Float t;          // the ray's parameter
+    raw::Float inverse;    // 1 / (n . d)
+    raw::Float inverse_m;  // 1 / |e1 x e2|
+    raw::Float side;       // of the normal
+
+    // What barycentrics change with.
+    EG_INLINE RawVec3 gradient1() const { return cross(triangle.e2, n) * inverse_m; }
+    EG_INLINE RawVec3 gradient2() const { return cross(n, triangle.e1) * inverse_m; }
+
+    void backward(raw::Float* a) const {
+        const RawVec3 position = read(a, first), normal = read(a, first + 3);
+        const raw::Float b1 = a[first + 6], b2 = a[first + 7];
+        const raw::Mask by_place = nonzero(position) | (((b1 != 0.0f) | (b2 != 0.0f)) & slides);
+        if (!raw::any(by_place | nonzero(normal))) return;
+        RawVec3 point = position;
+        if (raw::any(by_place & slides)) {
+            const RawVec3 places = gradient1() * b1 + gradient2() * b2;
+            const RawVec3 g = position + places;
+            const RawVec3 of_plane = n * (dot(g, d) * inverse);
+            const RawVec3 of_ray = select(slides, g - of_plane, raw_zero3());
+            point = select(slides, of_plane - places, position);
+            add(a, from, of_ray);
+            add(a, direction, of_ray * t);
+        }
+        triangle.backward(a, point, across(normal, n) * (side * inverse_m));
+    }
+    void forward(raw::Float* a) const {
+        RawVec3 m, area_normal;
+        triangle.forward(a, m, area_normal);
+        RawVec3 position = m;
+        if (raw::any(slides)) {
+            const RawVec3 c = read(a, from) + read(a, direction) * t;
+            position = select(slides, c + d * (dot(n, m - c) * inverse), m);
+            const RawVec3 relative = position - m;
+            a[first + 6] = dot(gradient1(), relative), a[first + 7] = dot(gradient2(), relative);
+        }
+        write(a, first, position);
+        write(a, first + 3, across(area_normal, n) * (side * inverse_m));
+    }
+};
+
+// Gives a surface point of constants its derivatives: `t` is its triangle, seen along the ray from `from`.
+EG_INLINE void move_met_point(SurfacePoint& x, const Triangle& t, Mask slides, Vec3 from, Vec3 direction) {
+    const bool by_ray = any(slides) && (taped(nodes(from)) || taped(nodes(direction)));
+    if (!taped(t) && !by_ray) return;
+    MetPoint& block = current_tape->new_block<MetPoint>();
+    const int32_t first = block.first;
+    block.from = nodes(from), block.direction = nodes(direction);
+    block.triangle.set(t, x.b1.value, x.b2.value);
+    block.slides = slides;
+    block.d = values(direction);
+    const RawVec3 m = cross(block.triangle.e1, block.triangle.e2);
+    block.inverse_m = finite_inverse(raw::sqrt(dot(m, m)));
+    block.n = m * block.inverse_m;
+    block.side = raw::select(dot(block.n, values(x.normal)) < 0.0f, raw::splat(-1.0f), 1.0f);
+    block.t = dot(values(x.position) - values(from), block.d) * finite_inverse(dot(block.d, block.d));
+    block.inverse = finite_inverse(dot(block.n, block.d));
+    x.position = results(values(x.position), first);
+    x.normal = results(values(x.normal), first + 3);
+    if (by_ray || any(slides)) x.b1.node = first + 6, x.b2.node = first + 7;
+}
+
+// ---- Unit vectors ----
+
+struct Unit {
+    static constexpr int kResults = 3;
+    int32_t first;
+    Nodes3 of;
+    RawVec3 n;
+    raw::Float inverse;  // 1 / length
+
+    void backward(raw::Float* a) const { add(a, of, across(read(a, first), n) * inverse); }
+    void forward(raw::Float* a) const { write(a, first, across(read(a, of), n) * inverse); }
+};
+
+EG_INLINE Vec3 unit(Vec3 v) {
+    const RawVec3 a = values(v);
+    const raw::Float inverse = finite_inverse(raw::sqrt(dot(a, a)));
+    const RawVec3 n = a * inverse;
+    if (!taped(nodes(v))) return constant3(n);
+    Unit& block = current_tape->new_block<Unit>();
+    block.of = nodes(v), block.n = n, block.inverse = inverse;
+    return results(n, block.first);
+}
+
+// ---- Segments ----
+
+// The segment from x to y: its unit direction w, and the measure |w.M| / r^2 (M the area normal of the
+// surface at y; none, of points: 1 / r^2) by its own value, which is 1.
+struct Segment {
+    Vec3 w;
+    Float measure;
+};
+
+// What the adjoints of w and of the measure are to d = y - x and to M:  log |w.M|/r^2 = log |d.M| - 3 log r.
+struct RawSegment {
+    RawVec3 w, by_area;  // M / (w.M)
+    raw::Float inverse_r;
+    raw::Float inverse_m;  // 1 / (w.M); 0 where the measure doesn't change
+    raw::Float power;      // of r in the measure
+
+    EG_INLINE RawVec3 set(const RawVec3& from, const RawVec3& to, const RawVec3& m, raw::Mask point) {
+        const RawVec3 d = to - from;
+        const raw::Float square = dot(d, d);
+        inverse_r = finite_inverse(raw::sqrt(square));
+        w = d * inverse_r;
+        const raw::Float facing = dot(w, m);
+        const raw::Mask flat = ~point & (raw::abs(facing) * (inverse_r * inverse_r) > 1e-37f);
+        inverse_m = raw::select(flat, finite_inverse(facing), 0.0f);
+        by_area = m * inverse_m;
+        power = raw::select(flat, raw::splat(3.0f), raw::select(point, raw::splat(2.0f), 0.0f));
+        return w;
+    }
+    EG_INLINE RawVec3 distance_adjoint(const RawVec3& g, raw::Float measure) const {
+        return ((by_area - w * power) * measure + across(g, w)) * inverse_r;
+    }
+    EG_INLINE RawVec3 area_adjoint(raw::Float measure) const { return w * (measure * inverse_m); }
+    EG_INLINE void forward(const RawVec3& d, const RawVec3& m, raw::Float* a, int32_t first) const {
+        write(a, first, across(d, w) * inverse_r);
+        a[first + 3] = dot(by_area - w * power, d) * inverse_r + dot(w, m) * inverse_m;
+    }
+};
+
+struct SegmentBlock {
+    static constexpr int kResults = 4;
+    int32_t first;
+    Nodes3 x, y, m;
+    RawSegment segment;
+
+    void backward(raw::Float* a) const {
+        const RawVec3 g = segment.distance_adjoint(read(a, first), a[first + 3]);
+        add(a, y, g);
+        add(a, x, raw_zero3() - g);
+        add(a, m, segment.area_adjoint(a[first + 3]));
+    }
+    void forward(raw::Float* a) const { segment.forward(read(a, y) - read(a, x), read(a, m), a, first); }
+};
+
+// Towards a point of a light's shape with the area normal m; `point`: it is without size.
+EG_INLINE Segment segment_to(Vec3 x, Vec3 y, Vec3 m, Mask point) {
+    if (!taped(nodes(x)) && !taped(nodes(y)) && !taped(nodes(m))) {
+        RawSegment s;
+        return {constant3(s.set(values(x), values(y), values(m), point)), splat(1.0f)};
+    }
+    SegmentBlock& block = current_tape->new_block<SegmentBlock>();
+    block.x = nodes(x), block.y = nodes(y), block.m = nodes(m);
+    const RawVec3 w = block.segment.set(values(x), values(y), values(m), point);
+    return {results(w, block.first), {raw::splat(1.0f), block.first + 3}};
+}
+
+struct FaceSegmentBlock {
+    static constexpr int kResults = 4;
+    int32_t first;
+    Nodes3 x;
+    RawTriangle triangle;
+    RawSegment segment;
+
+    void backward(raw::Float* a) const {
+        const raw::Float measure = a[first + 3];
+        const RawVec3 g = segment.distance_adjoint(read(a, first), measure);
+        add(a, x, raw_zero3() - g);
+        triangle.backward(a, g, segment.area_adjoint(measure));
+    }
+    void forward(raw::Float* a) const {
+        RawVec3 y, m;
+        triangle.forward(a, y, m);
+        segment.forward(y - read(a, x), m, a, first);
+    }
+};
+
+// Towards a point that rides on a triangle.
+EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Float b2) {
+    const auto run = [&](RawTriangle& triangle, RawSegment& segment) {
+        triangle.set(t, b1, b2);
+        const RawVec3 y = values(t.p0) + triangle.e1 * b1 + triangle.e2 * b2;
+        return segment.set(values(x), y, cross(triangle.e1, triangle.e2), raw::splat(0));
+    };
+    if (!taped(nodes(x)) && !taped(t)) {
+        RawTriangle triangle;
+        RawSegment segment;
+        return {constant3(run(triangle, segment)), splat(1.0f)};
+    }
+    FaceSegmentBlock& block = current_tape->new_block<FaceSegmentBlock>();
+    block.x = nodes(x);
+    const RawVec3 w = run(block.triangle, block.segment);
+    return {results(w, block.first), {raw::splat(1.0f), block.first + 3}};
+}
+
+// ---- Diffuse reflection ----
+
+// Light from up to three directions off a Lambertian surface: albedo / pi * sum of max(n.w, 0) * light.
+struct DiffuseBlock {
+    static constexpr int kResults = 3, kMost = 3;
+    int32_t first, count;
+    Nodes3 normal, albedo, w[kMost], light[kMost];
+    RawVec3 n, color, from[kMost], value[kMost];
+    raw::Float lit[kMost];  // 1 / pi, or 0 where it doesn't count
+
+    void backward(raw::Float* a) const {
+        const RawVec3 g = read(a, first), of_color = g * color;
+        if (!raw::any(nonzero(g))) return;
+        RawVec3 to_normal = raw_zero3(), to_albedo = raw_zero3();
+        for (int k = 0; k < count; ++k) {
+            const raw::Float density = dot(n, from[k]) * lit[k], turn = dot(of_color, value[k]) * lit[k];
+            to_albedo = to_albedo + value[k] * density;
+            to_normal = to_normal + from[k] * turn;
+            add(a, w[k], n * turn);
+            add(a, light[k], of_color * density);
+        }
+        add(a, normal, to_normal);
+        add(a, albedo, to_albedo * g);
+    }
+    void forward(raw::Float* a) const {
+        const RawVec3 n_change = read(a, normal), color_change = read(a, albedo);
+        RawVec3 sum = raw_zero3();
+        for (int k = 0; k < count; ++k) {
+            const raw::Float density = dot(n, from[k]) * lit[k];
+            const raw::Float change = (dot(n_change, from[k]) + dot(n, read(a, w[k]))) * lit[k];
+            sum = sum + color_change * value[k] * density + color * value[k] * change +
+                  color * read(a, light[k]) * density;
+        }
+        write(a, first, sum);
+    }
+};
+
+struct DiffuseLight {
+    Mask active;
+    Vec3 w, value;
+};
+
+EG_INLINE Vec3 diffuse_reflection(Vec3 normal, Vec3 albedo, int count, const DiffuseLight* lights) {
+    DiffuseBlock local;
+    bool recorded = taped(nodes(normal)) || taped(nodes(albedo));
+    for (int k = 0; k < count; ++k) recorded |= taped(nodes(lights[k].w)) || taped(nodes(lights[k].value));
+    DiffuseBlock& block = recorded ? current_tape->new_block<DiffuseBlock>() : local;
+    block.count = count;
+    block.normal = nodes(normal), block.albedo = nodes(albedo);
+    block.n = values(normal), block.color = values(albedo);
+    RawVec3 sum = raw_zero3();
+    for (int k = 0; k < count; ++k) {
+        block.w[k] = nodes(lights[k].w), block.light[k] = nodes(lights[k].value);
+        block.from[k] = values(lights[k].w);
+        block.value[k] = select(lights[k].active, values(lights[k].value), raw_zero3());
+        const raw::Float cosine = dot(block.n, block.from[k]);
+        block.lit[k] = raw::select(lights[k].active & (cosine > 0.0f), raw::splat(kInvPi), 0.0f);
+        sum = sum + block.value[k] * (cosine * block.lit[k]);
+    }
+    sum = sum * block.color;
+    return recorded ? results(sum, block.first) : constant3(sum);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

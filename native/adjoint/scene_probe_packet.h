@@ -1,0 +1,21 @@
+// One packet of points to look at parts of the shading code at.
+#pragma once
+
+#include "kernels.h"
+#include "simd/vector.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Inputs and outputs of one packet of a SceneProbe.
+struct SceneProbePacket {
+    Mask active;
+    Int index, instance;
+    Vec3 a, b;
+    Float output[kSceneOutputs];
+
+    EG_INLINE void put(int place, Vec3 v) {
+        output[place] = v.x, output[place + 1] = v.y, output[place + 2] = v.z;
+    }
+};
+
+}  // namespace edgegrad::EDGEGRAD_ISA

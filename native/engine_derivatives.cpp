@@ -126,6 +126,8 @@ struct Engine::DerivativeCall {
         sweep.tables = &of;
         sweep.geometry = wanted.geometry();
         sweep.camera_moves = wanted.any("camera");
+        work.vertices->geometry = sweep.geometry;
+        set_asked_leaves(*work.vertices);
         engine.kernels_.record(scene, task, work);
         AdjointWorkspace::release(work);
         return sweep;
@@ -150,6 +152,16 @@ struct Engine::DerivativeCall {
             out.push_back(t);
         }
         return out;
+    }
+
+    // Which shaders have derivatives, where nothing else does. Emission is seen from everywhere.
+    void set_asked_leaves(VertexMemory& vertices) const {
+        const Wanted::Span span = wanted.span("leaf_params");
+        vertices.first_leaf = static_cast<int32_t>(span.first / kMaterialParams);
+        vertices.last_leaf = static_cast<int32_t>((span.last + kMaterialParams - 1) / kMaterialParams);
+        const auto glows = [&](int32_t k) { return (scene.leaf_flags[k] & kHasEmission) != 0; };
+        vertices.everywhere = wanted.spans().size() != 1 || !wanted.any("leaf_params");
+        for (int32_t k = vertices.first_leaf; k < vertices.last_leaf; ++k) vertices.everywhere |= glows(k);
     }
 
     // What boundary terms read or write; null where it is not asked for.

@@ -21,6 +21,7 @@ struct PathPacket {
     Int segment;      // number of this ray in its path, from 1
     Int vertex;       // surfaces met, passed ones included: which random numbers come next
     Int kind;         // RayKind
+    Mask touched;     // recorded paths: it has met what has a derivative
     Mask final_ray;   // it brings light that it meets, and isn't scattered again
     Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
@@ -30,7 +31,8 @@ constexpr int kVertexBits = 11, kSegmentBits = 11;
 EG_INLINE Int pack_state(const PathPacket& p) {
     return p.segment | (p.vertex << kSegmentBits) | (p.kind << (kSegmentBits + kVertexBits)) |
            ((p.final_ray & 1) << (kSegmentBits + kVertexBits + 3)) |
-           ((p.both_sides & 1) << (kSegmentBits + kVertexBits + 4));
+           ((p.both_sides & 1) << (kSegmentBits + kVertexBits + 4)) |
+           ((p.touched & 1) << (kSegmentBits + kVertexBits + 5));
 }
 
 EG_INLINE void unpack_state(Int state, PathPacket& p) {
@@ -39,6 +41,7 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.kind = (state >> (kSegmentBits + kVertexBits)) & 7;
     p.final_ray = ((state >> (kSegmentBits + kVertexBits + 3)) & 1) != 0;
     p.both_sides = ((state >> (kSegmentBits + kVertexBits + 4)) & 1) != 0;
+    p.touched = ((state >> (kSegmentBits + kVertexBits + 5)) & 1) != 0;
 }
 
 // Number of bounces of a kind (kDiffuseRay, kGlossyRay, kTransmissionRay, or 4: transparent) so far.

@@ -46,6 +46,7 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     p.vertex = p.bounces = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.both_sides = p.from_mesh = splat(0);
+    p.touched = splat(work.vertices && work.vertices->everywhere ? -1 : 0);
     p.final_ray = splat(task.max_depth <= 1 ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
@@ -161,7 +162,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         part.active = lambertian;
         if (!vertex) part.active &= largest_component(albedo) > 0.0f;
         const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
-        const Lambertian surface{normal, x.normal, albedo, smooth, vertex != nullptr};
+        const Lambertian surface{normal, x.normal, albedo, smooth, vertex && work.vertices->geometry};
         if (any(part.active))
             alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
     }
@@ -190,7 +191,10 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         if (!vertex && scene.lights.sized_count + scene.lights.sized_distant > 0)
             add_sized_lights(scene, work, p,
                              select(hit, load(work.hits.distance + at), splat(__builtin_inff())));
-        if (!any(hit)) continue;
+        if (!any(hit)) {
+            if (vertex) keep_touched(*work.vertices, *vertex, p.touched);
+            continue;
+        }
         SurfacePoint x = surface_point(scene, hit, face, load(work.hits.b1 + at), load(work.hits.b2 + at),
                                        p.direction, select(hit, load(work.hits.instance + at), splat(-1)));
         x.mesh = select(hit, load(work.hits.mesh + at), splat(0));
@@ -208,6 +212,9 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         if (vertex) {
             put(vertex->leaf, hit, shader.leaf);
             put(vertex->scale, hit, shader.scale);
+            p.touched |=
+                hit & (shader.leaf >= work.vertices->first_leaf) & (shader.leaf < work.vertices->last_leaf);
+            keep_touched(*work.vertices, *vertex, p.touched);
         }
         if (scene.all_flags & kHasTransparency)
             alive = pass_through(task, work, p, x, shader, index, alive, vertex);

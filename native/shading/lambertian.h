@@ -20,7 +20,8 @@ struct Lambertian {
     EG_INLINE Mask both_sides() const { return splat(0); }
 
     // Turning the surface changes f |cos| by up to 1, whatever the cosine: divided by a density that vanishes
-    // with it, that has no variance. Derivatives therefore sample half of the directions uniformly.
+    // with it, that has no variance. Derivatives of what moves therefore sample half of the directions
+    // uniformly.
     EG_INLINE Float pdf(Float cosine_density) const {
         return mixed ? 0.5f * cosine_density + 0.25f * kInvPi : cosine_density;
     }
@@ -37,9 +38,9 @@ struct Lambertian {
         f.value = select((kinds & (1 << kDiffuseRay)) != 0, f.value, zero3());
         return f;
     }
-    EG_INLINE BsdfSample sample(Mask active, Float lobe_u, Float u, Float v) const {
+    EG_INLINE BsdfSample sample(Mask active, Float, Float u, Float v) const {
         BsdfSample s;
-        s.wi = mixed ? mixed_direction(normal, lobe_u, u, v) : cosine_direction(normal, u, v);
+        s.wi = mixed ? mixed_direction(normal, u, v) : cosine_direction(normal, u, v);
         const Float density = max(dot(normal, s.wi), 0.0f) * kInvPi;
         s.active = active & (dot(ng, s.wi) > 0.0f);
         s.pdf = pdf(density);

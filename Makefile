@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo test test-slow test-gui lint benchmark benchmark-derivatives throughput compare-cycles sanitize check-machine which-python clean
+.PHONY: help demo test test-slow test-gui lint benchmark benchmark-derivatives throughput compare-cycles stability sanitize sanitize-threads check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -28,6 +28,8 @@ help:
 	@echo "make benchmark-derivatives  run time against error of derivatives, beside Mitsuba 3 (about 12 minutes)"
 	@echo "make compare-cycles  Blender scenes beside Cycles: figures and pictures (about 15 minutes)"
 	@echo "make throughput  rays per second beside Embree, updates, memory"
+	@echo "make stability   how errors of derivatives grow as scenes get hard: table and plot"
+	@echo "make sanitize-threads  run tests of many threads on a build with ThreadSanitizer"
 	@echo "make sanitize    run the tests on a build with AddressSanitizer and UndefinedBehaviorSanitizer"
 
 demo: $(VENV)/installed
@@ -59,6 +61,9 @@ benchmark-derivatives: $(VENV)/installed $(VENV)/installed-benchmark
 compare-cycles: $(VENV)/installed
 	$(RUN) -m tests.benchmarks.versus_cycles
 
+stability: $(VENV)/installed
+	$(RUN) -m tests.stability
+
 check-machine:
 	@$(PYTHON) .ci/check_machine.py
 
@@ -88,11 +93,19 @@ SANITIZER_ENV = LD_PRELOAD="$$($(or $(CXX),c++) -print-file-name=libasan.so) $$(
 sanitize: $(SANITIZED)/installed
 	$(SANITIZER_ENV) $(SANITIZED)/bin/python -m pytest --capture=sys
 
-$(SANITIZED)/installed: $(PACKAGE) | check-machine
-	test -x $(SANITIZED)/bin/python || $(PYTHON) -m venv --upgrade-deps $(SANITIZED)
-	$(SANITIZED)/bin/python -m pip install --quiet --disable-pip-version-check '.[test-core]' \
-	  -C cmake.build-type=Debug -C cmake.define.EDGEGRAD_SANITIZE=address,undefined
+# Races don't depend on the width of packets: one instruction set will do. ThreadSanitizer needs fixed addresses
+# (setarch -R), and knows neither the interpreter's locks nor those of Embree's own threads.
+sanitize-threads: $(SANITIZED)-threads/installed
+	LD_PRELOAD="$$($(or $(CXX),c++) -print-file-name=libtsan.so)" \
+	  TSAN_OPTIONS="halt_on_error=1 suppressions=$(CURDIR)/tests/stability/threads.suppressions" \
+	  setarch -R $(SANITIZED)-threads/bin/python -m pytest --capture=sys tests/stability/test_threads.py
+
+$(SANITIZED)/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=address,undefined
+$(SANITIZED)-threads/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=thread -C cmake.define.EDGEGRAD_KERNELS=scalar
+$(SANITIZED)/installed $(SANITIZED)-threads/installed: %/installed: $(PACKAGE) | check-machine
+	test -x $*/bin/python || $(PYTHON) -m venv --upgrade-deps $*
+	$*/bin/python -m pip install --quiet --disable-pip-version-check '.[test-core]' -C cmake.build-type=Debug $(SANITIZERS)
 	@touch $@
 
 clean:
-	rm -rf $(VENV) $(SANITIZED) build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) $(SANITIZED) $(SANITIZED)-threads build dist .mypy_cache .ruff_cache .pytest_cache .hypothesis

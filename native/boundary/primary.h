@@ -42,8 +42,12 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
                            const SideFace& near, const Int& mesh, const Behind& behind, Vec3 outwards,
                            Float slope_behind, Vec3& aside) {
     const Mask touched = s.active & behind.touched;
-    // A face that is behind the surface in which the edge lies isn't seen.
-    const Mask is_near = s.active & (near.face >= 0) & ~(touched & (slope_behind < near.slope));
+    // A face that is behind the surface in which the edge lies isn't seen. Where both lie in one plane, but
+    // for rounding, the nearer one hides the other.
+    const Float lower = near.slope - slope_behind;
+    const Float size = abs(near.slope) + abs(slope_behind) + sqrt(dot(s.tangent, s.tangent));
+    const Mask hides = select(abs(lower) < 1e-5f * size, behind.hit.distance < s.view.distance, lower > 0.0f);
+    const Mask is_near = s.active & (near.face >= 0) & ~(touched & hides);
     Closest hit = behind.hit;
     aside = zero3();
     if (any(touched & ~is_near)) {

@@ -68,19 +68,21 @@ bool triangle_node(const SceneTables& t, size_t face, LightNode& n) {
     return n.power > 0.0f;
 }
 
-// What is dark is picked as if it had this share of the brightest's radiance.
-constexpr float kDim = 0.05f;
-
-float brightest(const std::vector<float>& radiance) {
-    const auto most = std::max_element(radiance.begin(), radiance.end());
-    return most != radiance.end() && *most > 0.0f ? *most : 1.0f;
+// Radius of the scene's bounding box.
+double scene_radius(const SceneTables& t) {
+    float low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
+    for (size_t k = 0; k < t.vertices.size(); ++k) {
+        const float x = t.vertices[k];
+        low[k % 3] = k < 3 ? x : std::min(low[k % 3], x);
+        high[k % 3] = k < 3 ? x : std::max(high[k % 3], x);
+    }
+    return 0.5 * std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
 }
 
-// Bound of a row of the light table, whose radiance counts as `dim` at least.
-LightNode row_node(const SceneTables::LightRows& lights, size_t k, float dim) {
+// Bound of a row of the light table, taken for one of some radiance.
+LightNode row_node(const SceneTables::LightRows& lights, size_t k, float radiance) {
     const float* row = &lights.params[kLightParams * k];
     LightNode n{};
-    const float radiance = std::max(mean(row + kLightRadiance), dim);
     const float* direction = row + kLightDirection;
     std::copy_n(row + kLightPosition, 3, n.center);
     n.power = radiance;
@@ -129,29 +131,24 @@ LightNode row_node(const SceneTables::LightRows& lights, size_t k, float dim) {
 }  // namespace
 
 LightList::LightList(const SceneTables& tables, bool dark_too) {
-    add_faces(tables, dark_too);
+    add_faces(tables);
     add_rows(tables, dark_too);
+    if (dark_too) lift_dark(tables);
     arrange();
     view_.dark_too = dark_too;
 }
 
-void LightList::add_faces(const SceneTables& t, bool dark_too) {
-    std::vector<float> emission = material_emission(t);
-    if (dark_too) {
-        const float dim = kDim * brightest(emission);
-        for (size_t m = 0; m < emission.size() && m + 1 < t.material_first_leaf.size(); ++m)
-            for (int32_t leaf = t.material_first_leaf[m]; leaf < t.material_first_leaf[m + 1]; ++leaf)
-                if (t.leaf_flags[static_cast<size_t>(leaf)] & kHasEmission)
-                    emission[m] = std::max(emission[m], dim);
-    }
+void LightList::add_faces(const SceneTables& t) {
+    const std::vector<float> emission = material_emission(t);
     if (std::all_of(emission.begin(), emission.end(), [](float e) { return !(e > 0.0f); })) return;
     // Area lights have faces behind those of the visible meshes, for derivatives only: here they are rows.
     const auto faces = static_cast<size_t>(t.mesh_first_face[static_cast<size_t>(t.visible_meshes)]);
     for (size_t f = 0; f < faces; ++f) {
         const auto material = static_cast<size_t>(t.face_material[f]);
         if (!(emission[material] > 0.0f)) continue;
-        Light light{kTriangleLight, static_cast<int32_t>(f), {}};
+        Light light{kTriangleLight, static_cast<int32_t>(f), {}, 0.0};
         if (!triangle_node(t, f, light.node)) continue;
+        light.area = light.node.power;
         light.node.power *= emission[material];
         light.node.two_sided = t.emission_two_sided[material];
         near_.push_back(light);
@@ -161,15 +158,15 @@ void LightList::add_faces(const SceneTables& t, bool dark_too) {
 
 void LightList::add_rows(const SceneTables& t, bool dark_too) {
     const SceneTables::LightRows& lights = t.lights;
-    std::vector<float> radiance;
-    for (size_t k = 0; k < lights.kind.size(); ++k)
-        radiance.push_back(mean(&lights.params[kLightParams * k + kLightRadiance]));
-    const float dim = dark_too ? kDim * brightest(radiance) : 0.0f;
     light_of_row_.assign(lights.kind.size(), -1);
     std::vector<int32_t> distant_sized;
     for (size_t k = 0; k < lights.kind.size(); ++k) {
-        const Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k, dim)};
+        const float radiance = mean(&lights.params[kLightParams * k + kLightRadiance]);
+        const bool dark = dark_too && !(radiance > 0.0f);
+        Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k, dark ? 1.0f : radiance),
+                    0.0};
         if (!(light.node.power > 0.0f)) continue;
+        if (dark) light.node.power = 0.0f;
         const bool distant = light.node.radius < 0.0f;
         (distant ? distant_ : near_).push_back(light);
         if (light.kind != kPointSource && light.kind != kDirectionLight)
@@ -187,6 +184,33 @@ void LightList::add_rows(const SceneTables& t, bool dark_too) {
     view_.receivers = lights.receivers.data();
     view_.blockers = lights.blockers.data();
     view_.sized = sized_.data();
+}
+
+// What is dark or dim is picked as if all lights of its kind shared a part kDim of what they give together.
+// Near lights are compared by intensity and distant ones by irradiance, which say nothing of each other but
+// for the size of the scene.
+void LightList::lift_dark(const SceneTables& t) {
+    constexpr double kDim = 0.1;
+    const auto power = [](const std::vector<Light>& lights) {
+        double sum = 0.0;
+        for (const Light& light : lights) sum += static_cast<double>(light.node.power);
+        return sum;
+    };
+    double near = power(near_), distant = power(distant_);
+    const double radius = std::max(scene_radius(t), 1e-15);
+    if (near == 0.0 && distant == 0.0) near = 1.0;
+    if (near == 0.0) near = distant * radius * radius;
+    if (distant == 0.0) distant = near / (radius * radius);
+    const auto lift = [](std::vector<Light>& lights, double all) {
+        double area = 0.0, rows = 0.0;
+        for (const Light& light : lights) area += light.area, rows += light.area > 0.0 ? 0.0 : 1.0;
+        for (Light& light : lights) {
+            const double share = light.area > 0.0 ? light.area / area : 1.0 / rows;
+            light.node.power = std::max(light.node.power, static_cast<float>(kDim * all * share));
+        }
+    };
+    lift(near_, near);
+    lift(distant_, distant);
 }
 
 void LightList::arrange() {

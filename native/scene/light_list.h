@@ -21,13 +21,15 @@ class LightList {
     const LightView& view() const { return view_; }
 
  private:
-    void add_faces(const SceneTables& tables, bool dark_too);
+    void add_faces(const SceneTables& tables);
     void add_rows(const SceneTables& tables, bool dark_too);
+    void lift_dark(const SceneTables& tables);
     void arrange();
 
     struct Light {
         int32_t kind, index;
         LightNode node;
+        double area;  // of a face; of a row 0
     };
     std::vector<Light> near_, distant_;
     std::vector<int32_t> kind_, index_, node_of_, face_light_, light_of_row_, sized_;

@@ -29,7 +29,7 @@ def plot(measured: dict[str, list[Error]], path: pathlib.Path) -> None:
 
     columns = 5
     rows = -(-len(measured) // columns)
-    figure, axes = pyplot.subplots(rows, columns, figsize=(3.0 * columns, 2.4 * rows), sharey=True)
+    figure, axes = pyplot.subplots(rows, columns, figsize=(3.0 * columns, 2.4 * rows), sharey=True, squeeze=False)
     for axis in axes.flat[len(measured) :]:
         axis.set_axis_off()
     for axis, stress in zip(axes.flat, (s for s in STRESSES if s.name in measured), strict=False):

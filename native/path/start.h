@@ -67,10 +67,9 @@ EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, V
     p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
     p.pdf = splat(1e-30f);
     p.segment = segment;
-    p.previous = p.place = splat(-1);
     p.vertex = splat(0);
     p.bounces = bounces;
-    p.both_sides = p.from_mesh = splat(0);
+    p.both_sides = p.from_mesh = p.touched = splat(0);
     p.kind = kind;
     p.final_ray = splat(0);
     return append_met(work, n, p, hit, aside);

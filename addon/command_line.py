@@ -185,6 +185,7 @@ def _fit(arguments: argparse.Namespace) -> None:
 
         result = session.run(callback=tell, progress=_shown(bar, lambda: note))
     session.write(result)
+    _print_notes([note for note in result.notes if note not in session.notes])
     if arguments.out is not None:
         _write_pictures(session, arguments.out, "after")
         _write_report(session, result, arguments.out / "report.json")
@@ -251,7 +252,7 @@ def _write_report(session: Session, result: Any, path: Path) -> None:
         "values": values,
         "untouched": result.untouched,
         "warnings": session.export.report.lines,
-        "not_computed": session.notes,
+        "notes": result.notes,
     }
     path.write_text(json.dumps(report, indent=1) + "\n")
 
@@ -263,7 +264,7 @@ def _print_warnings(report: Report) -> None:
 
 def _print_notes(notes: Sequence[str]) -> None:
     for note in notes:
-        print(f"edgegrad: note: not computed: {note}", file=sys.stderr)
+        print(f"edgegrad: note: {note}", file=sys.stderr)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: Any = None,

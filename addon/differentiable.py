@@ -40,7 +40,8 @@ def export_view(camera: Any, context: Any, export: Export) -> edgegrad.Camera:
 
 def not_computed(export: Export, paths: list[str]) -> list[str]:
     """Sentences on what derivatives with respect to `paths` leave out though it may not be zero."""
-    return list(edgegrad.plan(export.scene, paths, max_depth=export.settings.max_depth).missing)
+    missing = edgegrad.plan(export.scene, paths, max_depth=export.settings.max_depth).missing
+    return [f"not computed: {sentence}" for sentence in missing]
 
 
 def _narrow() -> bool:

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import bpy
+
+from .status import STATUS
+
+# Mean width of a character, pixels at scale 1, and what a panel's margins and an icon take.
+CHARACTER, MARGINS = 6.6, 52
 
 
 class TargetList(bpy.types.UIList):
@@ -51,13 +57,41 @@ class MainPanel(bpy.types.Panel):
         column.prop(settings, "write_to")
         if not settings.targets:
             layout.label(text="Add the active camera as a target first", icon="INFO")
-        column = layout.column()
-        column.enabled = len(settings.targets) > 0
-        column.operator("edgegrad.fit", icon="PLAY")
+        if STATUS.fraction is None:
+            column = layout.column()
+            column.enabled = len(settings.targets) > 0
+            column.operator("edgegrad.fit", icon="PLAY")
+        else:
+            layout.progress(factor=STATUS.fraction, type="BAR", text=STATUS.text)
+            layout.label(text="Esc: back to the start, Enter: keep the best")
         layout.prop(settings, "direction")
         row = layout.row(align=True)
         row.operator("edgegrad.render", icon="RENDER_STILL")
         row.operator("edgegrad.gradient", icon="NODE_TEXTURE")
 
 
-CLASSES: tuple[Any, ...] = (TargetList, MainPanel)
+class NotesPanel(bpy.types.Panel):
+    """What the last operator had to say of this scene."""
+
+    bl_idname = "EDGEGRAD_PT_notes"
+    bl_parent_id = "EDGEGRAD_PT_main"
+    bl_label = "Notes"
+    bl_category = "Edgegrad"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return bool(STATUS.lines)
+
+    def draw(self, context: Any) -> None:
+        scale = context.preferences.system.ui_scale
+        width = max(16, int((context.region.width / scale - MARGINS) / CHARACTER))
+        for icon, sentence in STATUS.lines:
+            column = self.layout.column(align=True)
+            column.scale_y = 0.8
+            for k, line in enumerate(textwrap.wrap(sentence, width)):
+                column.label(text=line, icon=icon if k == 0 else "BLANK1")
+
+
+CLASSES: tuple[Any, ...] = (TargetList, MainPanel, NotesPanel)

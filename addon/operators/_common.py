@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..problem import Problem, Report
+from ..status import STATUS
 
 # What a person can put right; anything else is a defect and shows with its traceback.
 EXPECTED = (Problem, ValueError, OSError, FloatingPointError, ImportError)
 
 
 def tell(operator: Any, report: Report, notes: Sequence[str] = ()) -> None:
-    """Pass an export's warnings, and notes on what derivatives leave out, to Blender's message area."""
+    """Pass an export's warnings, and notes on what derivatives leave out, to Blender's message area and the panel."""
+    STATUS.say(report.lines, notes)
     for line in report.lines:
         operator.report({"WARNING"}, line)
     for note in notes:
-        operator.report({"INFO"}, f"not computed: {note}")
+        operator.report({"INFO"}, note)
 
 
 def refuse(operator: Any, error: BaseException) -> set[str]:

@@ -11,6 +11,7 @@ import edgegrad
 
 from ..properties import request
 from ..session import Session
+from ..status import STATUS, redraw
 from . import _common
 
 POLL_SECONDS = 0.1
@@ -27,6 +28,7 @@ class Job:
         self.result: Any = None
         self.error: BaseException | None = None
         self.stop_as: str | None = None  # "restore" or "best"
+        self.fraction = 0.0
         self._thread = threading.Thread(target=self._run, name="edgegrad.fit", daemon=True)
         self._thread.start()
 
@@ -40,8 +42,9 @@ class Job:
         self.step = step
         return self.stop_as
 
-    def _check(self, _: float) -> None:
+    def _check(self, fraction: float) -> None:
         """Called many times per iteration: going back to the start need not wait for a step's end."""
+        self.fraction = fraction
         if self.stop_as == "restore":
             raise edgegrad.Cancelled
 
@@ -72,7 +75,7 @@ class Fit(bpy.types.Operator):
             session.write(result)
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
-        _common.tell(self, session.export.report, session.notes)
+        _common.tell(self, session.export.report, result.notes)
         self.report({"INFO"}, f"loss {result.losses[0]:.4g} -> {result.losses[result.best]:.4g}")
         return {"FINISHED"}
 
@@ -121,23 +124,28 @@ class Fit(bpy.types.Operator):
             job.session.write(job.result)
         except _common.EXPECTED as error:
             return _common.refuse(self, error)
+        _common.tell(self, job.session.export.report, job.result.notes)
         self.report({"INFO"}, f"loss {job.result.losses[0]:.4g} -> {job.result.losses[job.result.best]:.4g}")
         return {"FINISHED"}
 
     def _show_progress(self, context: Any, job: Job) -> None:
         step = job.step
         if step is None:
-            text = "Edgegrad: first iteration"
+            text = "First iteration"
         else:
             context.window_manager.progress_update(step.iteration)
-            text = (f"Edgegrad: {step.iteration} / {step.iterations}   {step.seconds / step.iteration:.2g} s each   "
+            text = (f"{step.iteration} / {step.iterations}   {step.seconds / step.iteration:.2g} s each   "
                     f"loss {step.smoothed:.4g}")  # fmt: skip
         if job.stop_as is not None:
             text += "   stopping"
-        context.workspace.status_text_set(text + "   Esc: back to the start   Enter: stop and keep the best")
+        STATUS.fraction, STATUS.text = job.fraction, text
+        redraw()
+        context.workspace.status_text_set(f"Edgegrad: {text}   Esc: back to the start   Enter: stop and keep the best")
 
     def _clean_up(self, context: Any) -> None:
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         context.workspace.status_text_set(None)
+        STATUS.fraction = None
+        redraw()
         self._job = None

@@ -3,7 +3,8 @@
 from .bounces import Bounces
 from .camera import Camera
 from .differentiable import differentiable
-from .fit import FitResult, FitStep, fit
+from .fit import FitResult, fit
+from .fit_run import FitStep
 from .image import Image
 from .light import AreaLight, PointLight, SpotLight, SunLight
 from .material import Material, Mixture

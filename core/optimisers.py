@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 F64 = NDArray[np.float64]
 
+# A direction whose mean gradient's square is so many times what noise alone would make of it is told by the picture.
+CERTAIN = 4.0
+
 
 @dataclass
 class Adam:
@@ -61,3 +64,34 @@ class AdamUniform(Adam):
     def _direction(self, mean: F64, root: F64) -> F64:
         largest = float(root.max(initial=0.0))
         return mean / largest if largest > 0.0 else np.zeros_like(mean)
+
+
+@dataclass
+class AdamMatrix(Adam):
+    """Adam with the whole matrix of second moments of each row's few entries (Duchi et al. 2011, "full-matrix").
+
+    The mean gradient m becomes V^(-1/2) m with V the running mean of g g^T. What pulls hard, and what pulls weakly but
+    is told by the picture too (a camera that moves aside while it turns back), so advance alike, whichever axes they
+    are written in. With beta1 = beta2, c_i = q_i.m obeys c_i^2 <= w_i for each eigenvector q_i of V with the
+    eigenvalue w_i (Cauchy-Schwarz), so no direction steps further than `step`.
+
+    Made equal, a direction that the picture doesn't tell of (the turn of a ball) would wander by its noise. The mean
+    of independent gradients has the share rho of their second moment (Balles & Hennig 2018): directions with
+    c_i^2 < rho w_i stay, those beyond `CERTAIN` times that step in full.
+    """
+
+    beta2: float = 0.9
+
+    def update(self, value: F64, gradient: F64, factor: float = 1.0) -> F64:
+        self.count += 1
+        self.mean = self.beta1 * self.mean + (1.0 - self.beta1) * gradient
+        self.square = self.beta2 * self.square + (1.0 - self.beta2) * gradient[..., :, None] * gradient[..., None, :]
+        size, axes = np.linalg.eigh(self.square / (1.0 - self.beta2**self.count))
+        kept = size > 1e-12 * size[..., -1:]
+        along = np.einsum("...i,...ij->...j", self.mean / (1.0 - self.beta1**self.count), axes)
+        along = np.where(kept, along / np.sqrt(np.where(kept, size, 1.0)), 0.0)
+        if self.count > 1:
+            left = self.beta1**self.count
+            noise = (1.0 - self.beta1) * (1.0 + left) / ((1.0 + self.beta1) * (1.0 - left))
+            along *= np.clip((along**2 / noise - 1.0) / (CERTAIN - 1.0), 0.0, 1.0)
+        return np.asarray(value - factor * self.step * np.einsum("...j,...ij->...i", along, axes))

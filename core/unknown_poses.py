@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters
+from .camera import Camera
+from .frame import depths, in_picture
 from .mesh import Mesh
-from .optimisers import AdamUniform
-from .placement import placed_meshes, places
+from .optimisers import AdamMatrix, AdamUniform
+from .placement import expanded, placed_meshes, places
 from .scene import Scene
 
 F64 = NDArray[np.float64]
@@ -18,7 +20,7 @@ F64 = NDArray[np.float64]
 # Memory of the squared gradient. The usual 0.999 keeps the large gradients of the start in mind longer
 # than most fits last, and slows their end down.
 BETA2 = 0.98
-# First steps: radians, and of positions as a fraction of the extent that they move in.
+# First steps: radians (of poses also of moves, as a fraction of the extent), and of positions as that fraction.
 TURN_STEP = 0.02
 MOVE_STEP = 0.02
 
@@ -61,16 +63,15 @@ class Poses:
 
     A step turns about the pivot by a vector w (radians) and moves by t: linear part A and offset m become R A and
     R (m - pivot) + pivot + t. With gradients g_j of the columns c_j of (A, m - pivot), that of w is the sum of
-    c_j x g_j, that of t is g_3.
+    c_j x g_j, that of t is g_3. One optimiser sees both, t in units of the extent.
     """
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path
         self.value = np.array(parameters.get(scene, path), np.float64)
         self.step = TURN_STEP if step is None else step
-        self._turn = AdamUniform(self.step, beta2=BETA2)
-        self._pivot, extent = _pivot_and_extent(scene, path, self.value)
-        self._move = AdamUniform((MOVE_STEP if step is None else step) * extent, beta2=BETA2)
+        self._pivot, self._extent = _pivot_and_extent(scene, path, self.value)
+        self._optimiser = AdamMatrix(self.step)
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         columns = self.value[..., :3, :].copy()
@@ -78,12 +79,13 @@ class Poses:
         rigid = self.value.shape[-1] == 4
         if rigid:
             columns[..., 3] -= self._pivot
-        torque = np.cross(columns, change, axisa=-2, axisb=-2, axisc=-2).sum(axis=-1)
-        turn = rotations(self._turn.update(np.zeros_like(torque), torque, factor))
-        columns = turn @ columns
+        slope = np.cross(columns, change, axisa=-2, axisb=-2, axisc=-2).sum(axis=-1)
         if rigid:
-            move = self._move.update(np.zeros_like(torque), change[..., 3], factor)
-            self._pivot = self._pivot + move
+            slope = np.concatenate([slope, self._extent * change[..., 3]], axis=-1)
+        step = self._optimiser.update(np.zeros_like(slope), slope, factor)
+        columns = rotations(step[..., :3]) @ columns
+        if rigid:
+            self._pivot = self._pivot + self._extent * step[..., 3:]
             columns[..., 3] += self._pivot
         self.value = self.value.copy()
         self.value[..., :3, :] = columns
@@ -115,9 +117,25 @@ def _box(mesh: Mesh) -> F64:
     return np.asarray((np.einsum("kij,nj->kni", place[:, :, :3], corners) + place[:, None, :, 3]).reshape(-1, 3))
 
 
+def depth_seen(scene: Scene, camera: Camera) -> float:
+    """Depth of what a camera sees: the median of the vertices in its picture, else of those before it.
+
+    A camera that turns about what it sees, instead of about itself, keeps it in the picture: of the two ways to move
+    the picture aside, turning and moving, only one is left, and they no longer work against each other.
+    """
+    points = np.concatenate([np.zeros((0, 3)), *(expanded(mesh).vertices for mesh in placed_meshes(scene))])
+    depth = depths(camera, points)
+    before = depth > 0.0
+    seen = before & in_picture(camera, points)
+    chosen = depth[seen] if seen.any() else depth[before]
+    return float(np.median(chosen)) if len(chosen) else scene_extent(scene)
+
+
 def _pivot_and_extent(scene: Scene, path: str, value: F64) -> tuple[F64, float]:
     """What a pose turns about, and the extent that its moves go by."""
     held, field = parameters.owner(scene, path)
+    if isinstance(held, Camera):
+        return value[:3, 3] - depth_seen(scene, held) * value[:3, 2], scene_extent(scene)
     if not isinstance(held, Mesh):
         return value[..., :3, -1], scene_extent(scene)
     corners = _box(held)

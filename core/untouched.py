@@ -1,18 +1,27 @@
-"""Why a fit finds no gradient for a parameter."""
+"""Why a fit finds no gradient for a parameter, or for a part of it."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters
+from .camera import Camera
+from .frame import in_picture
 from .material import Mixture
+from .placement import expanded
+from .plan import plan
 from .scene import Scene
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten
 
+# A smaller part than this isn't worth a word: few meshes are seen from all sides.
+WORTH_A_NOTE = 0.01
 
-def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str) -> str:
+
+def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, max_depth: int) -> str:
     """The likeliest reason why the gradient of the parameter `path` is zero everywhere.
 
     `losses` are those of the pictures.
@@ -33,7 +42,35 @@ def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str) -> str:
         return "the world's strength is 0"
     if fieldname in ("power", "strength") and not np.any(parameters.owner(scene, path)[0].color):
         return "its colour is black"
+    terms = plan(scene, [path], max_depth=max_depth).terms
+    if not any(term.computed for term in terms):
+        return terms[0].why[0].partition("zero, since ")[2] or terms[0].why[0]
     return "nothing that the cameras see depends on it (out of view, hidden, unlit, or all of it masked)"
+
+
+def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: NDArray[np.bool_]) -> str | None:
+    """A sentence on the entries of a parameter whose gradient was exactly 0 in all pictures, and why; None: too few.
+
+    Parameters
+    ----------
+    touched
+        Of the parameter's shape: where the gradient was not 0.
+    """
+    if not touched.any() or touched.mean() > 1.0 - WORTH_A_NOTE:
+        return None
+    collection, name, fieldname = parameters.split(path)
+    found = f"{np.mean(~touched):.0%} of the gradient of '{path}' is exactly 0"
+    if collection == "meshes" and fieldname == "vertices" and scene.meshes[name].instances is None:
+        points = expanded(scene.meshes[name]).vertices
+        still = ~touched.any(axis=1)
+        seen = np.any([in_picture(camera, points) for camera in cameras], axis=0)
+        parts = {"lie outside all pictures": still & ~seen, "are hidden, unlit or masked": still & seen}
+        why = [f"{np.mean(part):.0%} of the vertices {words}" for words, part in parts.items()
+               if np.mean(part) >= WORTH_A_NOTE]  # fmt: skip
+        return f"{found}: {', '.join(why)}" if why else None
+    if collection == "images":
+        return f"{found}: these texels are out of view, hidden, unlit or masked"
+    return f"{found}: nothing that the cameras see depends on these entries"
 
 
 def _is_used(scene: Scene, name: str) -> bool:

@@ -12,9 +12,10 @@ import pytest
 
 import edgegrad
 from edgegrad import Mesh, Scene, parameters, topology
-from edgegrad.fit import FitStep, fit
+from edgegrad.fit import fit
+from edgegrad.fit_run import FitStep, Run
 from edgegrad.losses import l1, l2
-from edgegrad.targets import Target, views
+from edgegrad.targets import Target, View, views
 from tests import shapes
 
 VERTICES, COLOR, POWER = "meshes.object.vertices", "materials.clay.base_color", "lights.lamp.power"
@@ -125,6 +126,43 @@ def test_parameters_that_nothing_depends_on_are_named() -> None:
     assert any("'meshes.behind.vertices', because nothing that the cameras see" in w for w in words)
     assert len(words) == 2 and result.untouched[COLOR] == 0.0
     assert caught[0].filename == __file__
+
+
+def test_what_part_of_a_gradient_is_zero_is_told_with_its_reason() -> None:
+    """Of a sheet that the frame cuts in the middle half the vertices lie outside; its mask hides half of the rest."""
+    scene = shapes.scene(*shapes.sheet(9), world=1.0)
+    scene.camera = shapes.camera((0.0, -0.01, 8.0), size=(32, 32), fov_x=0.3)
+    scene.camera.to_world[0, 3] = 1.1
+    mask = np.zeros((32, 32))
+    mask[:16] = 1.0
+    result = fit(scene, Target(np.zeros((32, 32, 3)), mask=mask), [VERTICES], iterations=1, spp=4)
+    assert 0.5 < result.untouched[VERTICES] < 0.9
+    (note,) = result.notes
+    assert note.startswith(f"{result.untouched[VERTICES]:.0%} of the gradient of '{VERTICES}' is exactly 0: ")
+    assert "lie outside all pictures" in note and "are hidden, unlit or masked" in note
+    whole = fit(ball(), Target(np.zeros((24, 32, 3))), [COLOR], iterations=1, spp=4)
+    assert whole.notes == ()
+
+
+def test_notes_name_what_is_not_computed() -> None:
+    scene = ball()
+    found = edgegrad.plan(scene, [VERTICES], max_depth=6).missing
+    result = fit(scene, Target(np.zeros((24, 32, 3))), [VERTICES], iterations=1, spp=1, max_depth=6)
+    assert [note for note in result.notes if "not computed" in note] == [f"not computed: {words}" for words in found]
+
+
+def test_of_values_that_noise_alone_tells_apart_the_latest_are_kept() -> None:
+    run = Run.__new__(Run)
+    run.seen, run.unknowns, run.losses = [View(np.zeros((1, 1, 3), np.float32), shapes.camera(), None, 1.0)], [], []
+    run.best, run.least = 0, np.inf
+    kept = []
+    noise = np.random.default_rng(0).normal(size=80)
+    # Falls, stays, and rises: the last is told from the noise.
+    for k, loss in enumerate(np.concatenate([np.linspace(10.0, 1.0, 20), np.ones(40), np.linspace(1.0, 3.0, 20)])):
+        run.newest = np.array([loss + 0.1 * noise[k]])
+        run._record(True)
+        kept.append(run.best)
+    assert kept[30] >= 28 and kept[59] >= 50 and 58 <= kept[-1] <= 66
 
 
 def test_values_stay_in_their_range() -> None:

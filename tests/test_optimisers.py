@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from edgegrad.large_steps import LargeSteps
-from edgegrad.optimisers import Adam, AdamUniform
+from edgegrad.optimisers import Adam, AdamMatrix, AdamUniform
 
 
 def grid(n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -35,7 +35,7 @@ def test_adam_follows_the_published_recurrence() -> None:
     np.testing.assert_allclose(x, y, rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", [Adam, AdamUniform])
+@pytest.mark.parametrize("kind", [Adam, AdamUniform, AdamMatrix])
 def test_minimum_of_a_quadratic_is_found(kind: type[Adam]) -> None:
     goal, x = np.array([1.0, -2.0, 0.5]), np.zeros(3)
     optimiser = kind(0.1)
@@ -59,6 +59,42 @@ def test_adam_uniform_has_one_step_and_turns_with_the_world() -> None:
     )
     turned = AdamUniform(0.1).update(np.zeros((5, 3)), gradient[:, [1, 2, 0]])
     np.testing.assert_allclose(turned, AdamUniform(0.1).update(np.zeros((5, 3)), gradient)[:, [1, 2, 0]])
+
+
+def test_adam_matrix_steps_alike_in_all_axes_and_follows_a_narrow_valley() -> None:
+    rng = np.random.default_rng(0)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    gradients = rng.normal(size=(6, 2, 3)) * [1.0, 30.0, 0.1]
+    plain, turned = AdamMatrix(0.1), AdamMatrix(0.1)
+    for gradient in gradients:
+        step = plain.update(np.zeros((2, 3)), gradient)
+        np.testing.assert_allclose(turned.update(np.zeros((2, 3)), gradient @ axes.T), step @ axes.T, atol=1e-9)
+        assert np.abs(step).max() <= 0.1 + 1e-9
+    np.testing.assert_allclose(AdamMatrix(0.1).update(np.zeros(3), axes[0]), -0.1 * axes[0], atol=1e-12)
+    np.testing.assert_array_equal(AdamMatrix(0.1).update(np.ones((2, 3)), np.zeros((2, 3))), np.ones((2, 3)))
+
+    def left(optimiser: Adam) -> float:
+        x = np.array([0.5, -0.5])
+        for k in range(100):
+            across, along = x[0] - x[1], x[0] + x[1] - 2.0
+            x = optimiser.update(x, 30.0 * across * np.array([1.0, -1.0]) + 0.03 * along, 1.0 - k / 100)
+        return float(np.abs(x - 1.0).max())
+
+    assert left(AdamMatrix(0.05)) < 0.1 < 0.9 < left(AdamUniform(0.05))
+
+
+def test_adam_matrix_does_not_wander_by_noise() -> None:
+    rng = np.random.default_rng(1)
+
+    def wandered(optimiser: Adam) -> float:
+        x = np.zeros((50, 1, 6))
+        for walk in x:
+            optimiser.__init__(0.05)  # type: ignore[misc]
+            for _ in range(100):
+                walk[...] = optimiser.update(walk, rng.normal(size=(1, 6)))
+        return float(np.sqrt(np.mean(x**2)))
+
+    assert wandered(AdamMatrix(0.05)) < 0.6 * wandered(AdamUniform(0.05))
 
 
 def test_wrong_steps_are_refused() -> None:

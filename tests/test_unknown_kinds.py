@@ -9,7 +9,7 @@ import pytest
 
 from edgegrad import Material, Scene, parameters, tables
 from edgegrad.table_derivatives import pull_back
-from edgegrad.unknown_poses import rotations, scene_extent
+from edgegrad.unknown_poses import depth_seen, rotations, scene_extent
 from edgegrad.unknowns import unknown
 from edgegrad.untouched import why_untouched
 from tests import shapes as solids
@@ -111,17 +111,30 @@ def test_poses_stay_rigid_and_directions_keep_their_lengths() -> None:
 def test_first_steps_of_poses_go_by_radians_and_extent() -> None:
     scene = everything()
     pose = scene.camera.to_world
-    item = unknown(scene, "camera.to_world", 0.05, None, None)
+    pivot = pose[:3, 3] - pose[:3, 2] * depth_seen(scene, scene.camera)
     gradient = np.zeros((4, 4))
-    gradient[:3, 3] = [0.0, 0.0, 7.0]
-    end = item.take_step(gradient, 1.0)
-    np.testing.assert_allclose(end[:3, 3] - pose[:3, 3], [0.0, 0.0, -0.05 * scene_extent(scene)], atol=1e-12)
-    np.testing.assert_array_equal(end[:3, :3], pose[:3, :3])
+    gradient[:3, 3] = 7.0 * pose[:3, 2]  # towards the pivot: no turn
+    end = unknown(scene, "camera.to_world", 0.05, None, None).take_step(gradient, 1.0)
+    np.testing.assert_allclose(end[:3, 3] - pose[:3, 3], -0.05 * scene_extent(scene) * pose[:3, 2], atol=1e-12)
+    np.testing.assert_allclose(end[:3, :3], pose[:3, :3], atol=1e-12)
     gradient = np.zeros((4, 4))
     gradient[:3, :3] = np.cross([0.0, 0.0, 1.0], pose[:3, :3].T).T  # of a turn about z
     end = unknown(scene, "camera.to_world", 0.05, None, None).take_step(gradient, 1.0)
     np.testing.assert_allclose(end[:3, :3], turn(0.0, 0.0, -0.05) @ pose[:3, :3], atol=1e-12)
-    np.testing.assert_allclose(end[:3, 3], pose[:3, 3], atol=1e-12)
+    np.testing.assert_allclose(end[:3, 3], pivot + turn(0.0, 0.0, -0.05) @ (pose[:3, 3] - pivot), atol=1e-12)
+
+
+def test_cameras_turn_about_what_they_see() -> None:
+    """The median depth of the vertices in the picture; without any, of those before the camera; else the extent."""
+    scene = solids.scene(*solids.cube(2.0))
+    scene.camera = solids.camera((0.0, -6.0, 0.0), size=(8, 8), fov_x=0.6)
+    assert depth_seen(scene, scene.camera) == pytest.approx(6.0)
+    scene.camera.fov_x = 0.35  # sees the far corners alone
+    assert depth_seen(scene, scene.camera) == pytest.approx(7.0)
+    scene.camera.fov_x = 0.01
+    assert depth_seen(scene, scene.camera) == pytest.approx(6.0)
+    scene.camera.to_world[:3, [0, 2]] *= -1.0  # looks away
+    assert depth_seen(scene, scene.camera) == scene_extent(scene)
 
 
 def test_rotations_are_exact_at_any_angle() -> None:
@@ -166,4 +179,4 @@ def test_why_nothing_depends_on_a_parameter(path: str, reason: str) -> None:
     scene.materials = {**scene.materials, "spare": Material()}
     scene.meshes = {"still": scene.meshes["still"]}  # has "clay" as a part of a mixture only
     scene.lights = {name: light for name, light in scene.lights.items() if name == "point"}
-    assert why_untouched(scene, np.ones(1), path).startswith(reason)
+    assert why_untouched(scene, np.ones(1), path, 2).startswith(reason)

@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo test test-slow test-gui lint benchmark benchmark-derivatives throughput compare-cycles stability sanitize sanitize-threads check-machine which-python clean
+.PHONY: help demo test test-slow test-gui lint benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability sanitize sanitize-threads check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -26,6 +26,7 @@ help:
 	@echo "make lint        ruff, clang-format, mypy"
 	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 16)"
 	@echo "make benchmark-derivatives  run time against error of derivatives, beside Mitsuba 3 (about 12 minutes)"
+	@echo "make benchmark-triangles    run times by the number of triangles, up to a million"
 	@echo "make compare-cycles  Blender scenes beside Cycles: figures and pictures (about 15 minutes)"
 	@echo "make throughput  rays per second beside Embree, updates, memory"
 	@echo "make stability   how errors of derivatives grow as scenes get hard: table and plot"
@@ -57,6 +58,9 @@ benchmark: $(VENV)/installed $(VENV)/installed-benchmark
 
 benchmark-derivatives: $(VENV)/installed $(VENV)/installed-benchmark
 	$(RUN) -m tests.benchmarks.derivatives --plot blend_examples/pictures/derivatives.png
+
+benchmark-triangles: $(VENV)/installed
+	$(RUN) -m tests.benchmarks.triangles --plot blend_examples/pictures/triangles.png
 
 compare-cycles: $(VENV)/installed
 	$(RUN) -m tests.benchmarks.versus_cycles

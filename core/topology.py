@@ -66,14 +66,36 @@ def weld(vertices: NDArray[np.float64], tolerance: float = WELD_TOLERANCE) -> ND
     # shifted by half a cell along just these axes: eight grids miss no pair closer than half a cell.
     scaled = (points - points.min(axis=0)) / (2.0 * step)
     label = np.arange(len(points))
+    near = _maybe_near(scaled, np.sqrt(3.0))
     for shift in np.ndindex(2, 2, 2):
-        members, group = _shared_cells(np.floor(scaled + 0.5 * np.asarray(shift)).astype(np.int64))
+        if len(near) == 0:
+            break
+        members, group = _shared_cells(np.floor(scaled[near] + 0.5 * np.asarray(shift)).astype(np.int64))
         if len(members):
-            label = _merge(label, members, group)
-    _, first, inverse = np.unique(label[copy_of], return_index=True, return_inverse=True)
-    order = np.empty(len(first), np.int64)
-    order[np.argsort(first)] = np.arange(len(first))
-    return order[inverse.reshape(-1)]
+            label = _merge(label, near[members], group)
+    label = label[copy_of]
+    first = np.zeros(len(points), np.int64)
+    first[label[::-1]] = np.arange(len(label))[::-1]  # the last one that is written is the first vertex
+    first = first[label]
+    return (np.cumsum(first == np.arange(len(first))) - 1)[first]
+
+
+def _maybe_near(points: NDArray[np.float64], distance: float) -> NDArray[np.int64]:
+    """Indices of points that may have another one within a distance: all that have, and few others.
+
+    Points that are near each other are so along any direction; directions of no mesh's symmetry tell most of
+    the others, at the cost of one sort each.
+    """
+    found = np.arange(len(points))
+    for direction in ([0.7013, 0.5441, 0.4606], [-0.3931, 0.8217, 0.4126], [0.4909, -0.3457, 0.7997]):
+        along = points[found] @ (np.asarray(direction) / np.linalg.norm(direction))
+        order = np.argsort(along)
+        close = np.diff(along[order]) <= distance * (1.0 + 1e-6)
+        kept = np.zeros(len(found), bool)
+        kept[order[1:][close]] = True
+        kept[order[:-1][close]] = True
+        found = found[kept]
+    return found
 
 
 def _hash(rows: NDArray[np.uint64]) -> NDArray[np.uint64]:
@@ -87,11 +109,16 @@ def _hash(rows: NDArray[np.uint64]) -> NDArray[np.uint64]:
 
 
 def _distinct_rows(rows: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The first row of each kind, and for each row the index of its kind."""
-    _, first, inverse = np.unique(_hash(rows.view(np.uint64)), return_index=True, return_inverse=True)
-    if not np.array_equal(rows[first][inverse.reshape(-1)], rows):  # two kinds have one key
-        _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    return first, inverse.reshape(-1)
+    """A row of each kind, and for each row the index of its kind."""
+    key = _hash(rows.view(np.uint64))
+    order = np.argsort(key)
+    ordered = key[order]
+    new = np.concatenate([[True], ordered[1:] != ordered[:-1]])
+    found, copy_of = order[new], np.empty(len(rows), np.int64)
+    copy_of[order] = np.cumsum(new) - 1
+    if not np.array_equal(rows[found][copy_of], rows):  # two kinds have one key
+        _, found, copy_of = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    return found, copy_of.reshape(-1)
 
 
 def _shared_cells(cell: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -141,15 +168,17 @@ def edges(faces: NDArray[np.int32], label: NDArray[np.int64]) -> Edges:
     if len(faces) == 0:
         none = np.zeros(0, np.uint32)
         return Edges(np.zeros((0, 2), np.uint32), np.zeros(1, np.uint32), none, none)
-    corner = np.stack([np.roll(faces, -k, axis=1) for k in range(3)], axis=1).reshape(-1, 3)  # a, b, opposite
-    ends = np.sort(label[corner[:, :2]], axis=1)
+    # Corner k of a face stands for the edge from it to the next one: a, b, and the corner opposite.
+    a, b, opposite = (np.roll(faces, -k, axis=1).ravel() for k in range(3))
     face = np.repeat(np.arange(len(faces), dtype=np.uint32), 3)
-    real = ends[:, 0] != ends[:, 1]
-    corner, ends, face = corner[real], ends[real], face[real]
-    key = ends[:, 0] * (int(label.max()) + 1) + ends[:, 1]
-    # Corners sorted by edge; within an edge they stay in the order of the faces.
-    order = np.argsort(key, kind="stable")
-    starts = np.flatnonzero(np.concatenate([[True], np.diff(key[order]) != 0]) if len(key) else np.zeros(0, bool))
+    one, other = label[a], label[b]
+    real = one != other
+    if not real.all():
+        a, b, opposite, face, one, other = (x[real] for x in (a, b, opposite, face, one, other))
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    key = low * (int(label.max()) + 1) + high
+    order, ordered = _sorted(key)
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(ordered) != 0]) if len(key) else np.zeros(0, bool))
     count = np.diff(starts, append=len(key))
     first = order[starts]  # the first corner of each edge
     is_first = np.zeros(len(key), bool)
@@ -162,11 +191,22 @@ def edges(faces: NDArray[np.int32], label: NDArray[np.int64]) -> Edges:
     listed = np.empty_like(order)
     listed[place] = order
     return Edges(
-        corner[is_first, :2].astype(np.uint32),
+        np.stack([a[is_first], b[is_first]], axis=1).astype(np.uint32),
         face_first.astype(np.uint32),
         face[listed],
-        corner[listed, 2].astype(np.uint32),
+        opposite[listed].astype(np.uint32),
     )
+
+
+def _sorted(key: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The order that sorts keys and leaves equal ones as they are, and the sorted keys."""
+    bits = max(len(key) - 1, 1).bit_length()
+    if len(key) == 0 or int(key.max()).bit_length() + bits > 63:
+        order = np.argsort(key, kind="stable")
+        return order, key[order]
+    # Key and place in one number: sorting values is several times faster than sorting places.
+    joined = np.sort((key << bits) | np.arange(len(key)))
+    return joined & ((1 << bits) - 1), joined >> bits
 
 
 def join(parts: list[Edges], vertex_first: NDArray[np.int64], face_first: NDArray[np.int64]) -> Edges:

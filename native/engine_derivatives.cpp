@@ -22,8 +22,9 @@ constexpr double kShadowShare = 0.5;
 // Indirect ones, each of which costs a path; and pieces of edges with cells of directions, by sample.
 constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.1;
 
-// Most samples of the primary term per pixel and sample of the picture.
-constexpr double kMostPrimary = 1.0;
+// Samples of the primary term per pixel and sample of the picture, least and most. Along few edges,
+// systematic samples get better much faster than they get more.
+constexpr double kLeastPrimary = 0.1, kMostPrimary = 0.6;
 
 struct BoundaryTerm {
     BoundaryPlan plan;
@@ -51,7 +52,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         Candidates candidates = primary_candidates(scene, edges, asked);
         lines->add_candidates(scene.camera, candidates);
         // As many samples per pixel of edge as the picture has per pixel.
-        const double samples = candidates.mass() * options.samples;
+        const double samples = std::max(candidates.mass() * options.samples, kLeastPrimary * picture);
         add(kPrimaryBoundary, std::move(candidates), samples, kMostPrimary, guided, std::move(lines));
     }
     if (options.shadow && options.max_depth >= 2 && !scene.convex) {
@@ -113,8 +114,11 @@ struct Engine::DerivativeCall {
           plan(scene.camera, options, kRecordedPaths),
           tables(differentiable_tables(scene, e.tables_)) {
         if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
-        if (anything_moves(asked))
-            terms = boundary_terms(scene, {e.tables_, sides.data(), e.threads_}, options, asked, e.guided_);
+        if (anything_moves(asked) && (options.primary || options.shadow)) {
+            const std::vector<Vector> normals = unit_normals(e.tables_, e.threads_);
+            terms = boundary_terms(scene, {e.tables_, sides.data(), normals.data(), e.threads_}, options,
+                                   asked, e.guided_);
+        }
         for (const BoundaryTerm& term : terms)
             for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
     }

@@ -27,7 +27,14 @@ struct PathQueue {
 struct HitQueue {
     int32_t *face, *mesh, *instance;
     float *b1, *b2, *distance;
-    float* const* aside;  // from there to where rays leave, of first hits beside edges; null: nothing
+    const struct EdgeStarts* edges;  // of first hits beside edges; else null
+};
+
+// First hits beside edges, one array for each value.
+struct EdgeStarts {
+    float* aside[3];  // from there to where rays leave
+    int32_t* other;   // the face on the other side, whose radiance is taken off; -1: none
+    float *b1, *b2;   // the hit on it
 };
 
 // Scratch memory of one thread.
@@ -39,7 +46,7 @@ struct Workspace {
     VertexMemory* vertices;
     CameraSamples camera;
     int32_t* visible;      // by sample of an edge: whether it is seen
-    float* aside[3];       // memory of hits.aside
+    EdgeStarts edges;      // memory of hits.edges
     TapeBuffer* segments;  // of a boundary task (boundary/segment.h), in packets
 };
 

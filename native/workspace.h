@@ -51,7 +51,7 @@ class ThreadWorkspace {
         if (memory_.empty()) {
             // Compacting writes whole packets behind the end.
             constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            constexpr size_t rows = 3 + 16 + 4 + 6 + 1 + 3;
+            constexpr size_t rows = 3 + 16 + 4 + 6 + 1 + 6;
             memory_.resize(rows * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
@@ -68,7 +68,8 @@ class ThreadWorkspace {
             take(w.hits.face), take(w.hits.mesh), take(w.hits.instance);
             take(w.hits.b1), take(w.hits.b2), take(w.hits.distance);
             take(w.visible);
-            for (float*& p : w.aside) take(p);
+            for (float*& p : w.edges.aside) take(p);
+            take(w.edges.other), take(w.edges.b1), take(w.edges.b2);
             w.segments = &segments_;
         }
         return view_;

@@ -35,8 +35,8 @@ struct Placement {
 // Faces whose normals differ by less than this sine lie in one plane.
 constexpr double kCoplanar = 1e-6;
 // Least share of a crease's length that is sampled, however blunt it is: the jump may come from
-// shadows rather than from the angle.
-constexpr double kLeastCrease = 0.05;
+// shadows rather than from the angle. Lights without size draw these sharply.
+constexpr double kLeastCrease = 0.005, kLeastSharp = 0.05;
 // Share for edges inside or behind a solid body, which are hidden unless the mesh crosses itself.
 constexpr double kHidden = 0.05;
 // Cells of directions about an edge, most along each axis; share of the samples that goes to segments which
@@ -51,6 +51,7 @@ struct Wedge {
     V normal[2];               // unit normals of the first two as they are wound
     V third[2];                // their third corners, from the edge's first vertex
     bool same_surface = true;  // of one material, and no seam between them
+    bool smooth = false;       // the first two have shading normals of their own at their corners
 
     // Two faces in one plane, of one orientation and one surface: nothing jumps there.
     bool flat() const {
@@ -58,6 +59,12 @@ struct Wedge {
                length(cross(normal[0], normal[1])) < kCoplanar;
     }
 };
+
+V unit_normal(V p0, V p1, V p2) {
+    const V m = cross(p1 - p0, p2 - p0);
+    const double l = length(m);
+    return l > 0.0 ? V{m.x / l, m.y / l, m.z / l} : V{0.0, 0.0, 0.0};
+}
 
 Wedge wedge_of(const SceneView& scene, const EdgeList& edges, int64_t edge,
                const Placement& place = {nullptr}) {
@@ -67,14 +74,17 @@ Wedge wedge_of(const SceneView& scene, const EdgeList& edges, int64_t edge,
     for (uint32_t k = first; k < last; ++k) {
         const uint32_t face = scene.edge_faces[k];
         const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face);
-        const V p0 = place(vertex(scene, f[0]));
-        const V m = cross(place(vertex(scene, f[1])) - p0, place(vertex(scene, f[2])) - p0);
-        const double l = length(m);
-        if (l <= 0.0) continue;  // no area, no border
+        const V n = !place.matrix ? edges.normal[face]
+                                  : unit_normal(place(vertex(scene, f[0])), place(vertex(scene, f[1])),
+                                                place(vertex(scene, f[2])));
+        if (dot(n, n) == 0.0) continue;  // no area, no border
         if (wedge.faces < 2) {
-            wedge.normal[wedge.faces] = {m.x / l, m.y / l, m.z / l};
+            wedge.normal[wedge.faces] = n;
             wedge.third[wedge.faces] = place(vertex(scene, scene.edge_opposite[k])) - a;
         }
+        const auto corner = [&](int c) { return scene.corner_normal[3 * static_cast<int64_t>(face) + c]; };
+        if (scene.corner_normal && (k == first || wedge.smooth))
+            wedge.smooth = corner(0) >= 0 && corner(1) >= 0 && corner(2) >= 0;
         ++wedge.faces;
         wedge.same_surface &= scene.face_material[face] == scene.face_material[scene.edge_faces[first]];
     }
@@ -86,7 +96,7 @@ Wedge wedge_of(const SceneView& scene, const EdgeList& edges, int64_t edge,
 // Share of an edge's length on the screen by which it is sampled: 0 if it can't carry a jump. `reach`: by how
 // much the rays from other points of the lens differ from `ray`; what is a silhouette from any of them counts
 // as one.
-double jump_weight(const Wedge& wedge, V ray, double reach, V t, int solid_side) {
+double jump_weight(const Wedge& wedge, V ray, double reach, V t, int solid_side, bool sharp) {
     if (wedge.faces == 0 || wedge.flat()) return 0.0;
     if (wedge.faces != 2 || !wedge.same_surface) return 1.0;  // border or junction
     const V sheet = cross(ray, t);                            // normal of the sheet through camera and edge
@@ -94,7 +104,11 @@ double jump_weight(const Wedge& wedge, V ray, double reach, V t, int solid_side)
     if (side[0] * side[1] >= 0.0) return 1.0;  // silhouette
     for (int k = 0; k < 2; ++k)
         if (std::abs(side[k]) <= reach * length(cross(t, wedge.third[k]))) return 1.0;
-    const double crease = std::clamp(length(wedge.normal[0] - wedge.normal[1]), kLeastCrease, 1.0);
+    // The radiance of flat faces differs by about the angle between them. Where smooth normals go on across
+    // the edge, only light between the planes of both counts, which grazes.
+    double crease = length(wedge.normal[0] - wedge.normal[1]);
+    if (wedge.smooth) crease *= crease;
+    crease = std::clamp(crease, sharp ? kLeastSharp : kLeastCrease, 1.0);
     return solid_side * dot(wedge.normal[0], ray) > reach ? kHidden * crease : crease;
 }
 
@@ -151,13 +165,31 @@ bool may_be_silhouette(const Wedge& wedge, V a, V t, const EmitterBounds& emitte
     return false;
 }
 
-// Candidates of all edges by visit(edge, mesh, add) over blocks of edges in parallel, joined in order.
+// Where candidates are listed: silhouettes, borders and sharp creases first, then blunt ones, each by tiles
+// of the picture along a Z-order curve (Morton 1966). Neighbours on the list then are of one kind and place,
+// so that systematic samples are spread evenly and a guide can tell of each by its neighbours.
+constexpr uint32_t kTileBits = 6, kTiles = 1u << (2 * kTileBits), kPlaces = 2 * kTiles;
+constexpr double kBlunt = 0.5;
+
+uint32_t place_of(const CameraView& camera, const PictureFrame::Piece& piece, double weight) {
+    const auto tile = [](double x, int32_t size) {
+        return static_cast<uint32_t>(std::clamp(x / size, 0.0, 0.999) * (1u << kTileBits));
+    };
+    const uint32_t x = tile(piece.x, camera.width), y = tile(piece.y, camera.height);
+    uint32_t place = weight < kBlunt ? kTiles : 0u;
+    for (uint32_t k = 0; k < kTileBits; ++k)
+        place |= ((x >> k & 1u) << (2 * k)) | ((y >> k & 1u) << (2 * k + 1));
+    return place;
+}
+
+// Candidates of all edges by visit(edge, mesh, add) over blocks of edges in parallel, joined by place.
 template <typename Visit>
 Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& visit) {
     struct Block {
         std::vector<int32_t> edge, instance;
         std::vector<float> u0, u1;
         std::vector<double> mass;
+        std::vector<uint32_t> place;
     };
     const int64_t count = edges.count(), blocks = (count + kEdgeBlock - 1) / kEdgeBlock;
     const bool placed = !edges.tables.instance_mesh.empty();
@@ -168,8 +200,9 @@ Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& v
         for (int64_t edge = k * kEdgeBlock; edge < std::min(count, (k + 1) * kEdgeBlock); ++edge) {
             const auto face = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[edge]]);
             while (face >= scene.mesh_first_face[mesh + 1]) ++mesh;
-            visit(edge, mesh, [&](int32_t instance, double u0, double u1, double mass) {
+            visit(edge, mesh, [&](int32_t instance, double u0, double u1, double mass, uint32_t place) {
                 if (!(mass > 0.0)) return;
+                part.place.push_back(place);
                 part.edge.push_back(static_cast<int32_t>(edge));
                 if (placed) part.instance.push_back(instance);
                 part.u0.push_back(static_cast<float>(u0));
@@ -178,22 +211,48 @@ Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& v
             });
         }
     });
+    // By place, and where that is the same in the order of edges: a counting sort.
+    std::vector<size_t> at(kPlaces + 1);
+    for (const Block& part : parts)
+        for (uint32_t place : part.place) ++at[place + 1];
+    for (size_t k = 0; k < kPlaces; ++k) at[k + 1] += at[k];
+    const size_t all = at[kPlaces];
     Candidates out;
+    out.edge.resize(all), out.u0.resize(all), out.u1.resize(all), out.cumulative.resize(all + 1);
+    if (placed) out.instance.resize(all);
     for (const Block& part : parts) {
-        out.edge.insert(out.edge.end(), part.edge.begin(), part.edge.end());
-        out.instance.insert(out.instance.end(), part.instance.begin(), part.instance.end());
-        out.u0.insert(out.u0.end(), part.u0.begin(), part.u0.end());
-        out.u1.insert(out.u1.end(), part.u1.begin(), part.u1.end());
-        for (double mass : part.mass) out.cumulative.push_back(out.cumulative.back() + mass);
+        for (size_t k = 0; k < part.edge.size(); ++k) {
+            const size_t to = at[part.place[k]]++;
+            out.edge[to] = part.edge[k];
+            if (placed) out.instance[to] = part.instance[k];
+            out.u0[to] = part.u0[k], out.u1[to] = part.u1[k];
+            out.cumulative[to + 1] = part.mass[k];
+        }
     }
+    for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
     return out;
 }
 
 }  // namespace
 
+std::vector<Vector> unit_normals(const SceneTables& t, int threads) {
+    const auto faces = static_cast<int64_t>(t.faces.size() / 3);
+    std::vector<Vector> normals(static_cast<size_t>(faces));
+    parallel_for(threads, (faces + kEdgeBlock - 1) / kEdgeBlock, nullptr, [&](int, int64_t block) {
+        for (int64_t f = block * kEdgeBlock; f < std::min(faces, (block + 1) * kEdgeBlock); ++f) {
+            const auto corner = [&](int64_t k) {
+                return vector(&t.vertices[3 * static_cast<size_t>(t.faces[static_cast<size_t>(3 * f + k)])]);
+            };
+            normals[static_cast<size_t>(f)] = unit_normal(corner(0), corner(1), corner(2));
+        }
+    });
+    return normals;
+}
+
 Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const Asked& asked) {
     const PictureFrame frame(scene.camera);
     const SceneTables& tables = edges.tables;
+    const bool sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
     std::vector<std::vector<int32_t>> instances(static_cast<size_t>(tables.visible_meshes));
     for (size_t k = 0; k < tables.instance_mesh.size(); ++k)
         instances[static_cast<size_t>(tables.instance_mesh[k])].push_back(static_cast<int32_t>(k));
@@ -208,11 +267,12 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
             const V a = place(vertex(scene, scene.edge_vertices[2 * edge]));
             const V b = place(vertex(scene, scene.edge_vertices[2 * edge + 1]));
             double weight = -1.0;  // found for edges that are in the picture only
-            frame.pieces(a, b, [&](double u0, double u1, double pixels) {
+            frame.pieces(a, b, [&](const PictureFrame::Piece& piece) {
                 if (weight < 0.0)
                     weight = jump_weight(wedge_of(scene, edges, edge, place), frame.ray_through(a),
-                                         frame.lens_reach(), b - a, edges.solid_side[mesh]);
-                add(instance, u0, u1, pixels * weight);
+                                         frame.lens_reach(), b - a, edges.solid_side[mesh], sharp);
+                add(instance, piece.u0, piece.u1, piece.pixels * weight,
+                    place_of(scene.camera, piece, weight));
             });
         };
         if (copies.empty()) visit(-1);
@@ -244,7 +304,7 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
         }
         // A line that touches a concave edge with both faces on one side runs inside the body.
         const bool concave = wedge.faces == 2 && solid_side * dot(wedge.normal[0], wedge.third[1]) > 0.0;
-        add(-1, 0.0, 1.0, concave ? kHidden * mass : mass);
+        add(-1, 0.0, 1.0, concave ? kHidden * mass : mass, 0u);
     });
 }
 

@@ -60,8 +60,9 @@ struct Cone {
 
     // Whether all directions of both are within `limit` of each other.
     bool narrow(const Cone& other, double limit) const {
+        if (2.0 * angle >= limit || 2.0 * other.angle >= limit) return false;
         const double between = std::atan2(length(cross(axis, other.axis)), dot(axis, other.axis));
-        return angle + other.angle + between < limit && 2.0 * angle < limit && 2.0 * other.angle < limit;
+        return angle + other.angle + between < limit;
     }
 };
 
@@ -106,36 +107,62 @@ class FaceTree {
         }
     }
 
-    // visit(face, other) for the pairs whose boxes meet, but for those in patches of about one direction.
+    // Two nodes by number, or one and itself.
+    using Pair = std::array<size_t, 2>;
+
+    // About so many pairs of nodes whose faces' pairs are all that may cross, but for those in patches of
+    // about one direction.
+    std::vector<Pair> pairs(double narrow, size_t wanted) const {
+        std::vector<Pair> found;
+        if (!nodes_.empty()) found.push_back({0, 0});
+        while (!found.empty() && found.size() < wanted) {
+            std::vector<Pair> next;
+            for (const Pair& pair : found)
+                if (!divide(pair, narrow, next) && nodes_[pair[0]].leaf() && nodes_[pair[1]].leaf())
+                    next.push_back(pair);
+            if (next.size() <= found.size()) return next;
+            found = std::move(next);
+        }
+        return found;
+    }
+
+    // visit(face, other) for the pairs of two nodes' faces whose boxes meet, but for those in such patches.
     template <typename Visit>
-    void visit_pairs(double narrow, const Visit& visit_pair) const {
-        std::vector<std::array<size_t, 2>> stack;
-        if (!nodes_.empty()) stack.push_back({0, 0});
+    void visit_pairs(Pair first, double narrow, const Visit& visit_pair) const {
+        std::vector<Pair> stack{first};
         while (!stack.empty()) {
-            const auto [a, b] = stack.back();
+            const Pair pair = stack.back();
             stack.pop_back();
-            const Node &s = nodes_[a], &t = nodes_[b];
+            const Node &s = nodes_[pair[0]], &t = nodes_[pair[1]];
+            if (divide(pair, narrow, stack) || !s.leaf() || !t.leaf()) continue;
             if (!s.box.meets(t.box) || s.cone.narrow(t.cone, narrow)) continue;
-            if (s.leaf() && t.leaf()) {
-                for (size_t j = s.first; j < s.last; ++j)
-                    for (size_t k = a == b ? j + 1 : t.first; k < t.last; ++k)
-                        if (boxes_[order_[j]].meets(boxes_[order_[k]]))
-                            visit_pair(faces_[order_[j]], faces_[order_[k]]);
-            } else if (a == b) {
-                stack.push_back({a + 1, a + 1});
-                stack.push_back({s.right, s.right});
-                stack.push_back({a + 1, s.right});
-            } else if (t.leaf() || (!s.leaf() && s.last - s.first >= t.last - t.first)) {
-                stack.push_back({a + 1, b});
-                stack.push_back({s.right, b});
-            } else {
-                stack.push_back({a, b + 1});
-                stack.push_back({a, t.right});
-            }
+            for (size_t j = s.first; j < s.last; ++j)
+                for (size_t k = pair[0] == pair[1] ? j + 1 : t.first; k < t.last; ++k)
+                    if (boxes_[order_[j]].meets(boxes_[order_[k]]))
+                        visit_pair(faces_[order_[j]], faces_[order_[k]]);
         }
     }
 
  private:
+    // Appends the pairs of the nodes' children; false if there are none: leaves, or nothing can cross.
+    bool divide(const Pair& pair, double narrow, std::vector<Pair>& out) const {
+        const auto [a, b] = pair;
+        const Node &s = nodes_[a], &t = nodes_[b];
+        if ((s.leaf() && t.leaf()) || !s.box.meets(t.box) || s.cone.narrow(t.cone, narrow)) return false;
+        if (a == b) {
+            out.push_back({a + 1, a + 1});
+            out.push_back({s.right, s.right});
+            out.push_back({a + 1, s.right});
+        } else if (t.leaf() || (!s.leaf() && s.last - s.first >= t.last - t.first)) {
+            out.push_back({a + 1, b});
+            out.push_back({s.right, b});
+        } else {
+            out.push_back({a, b + 1});
+            out.push_back({a, t.right});
+        }
+        return true;
+    }
+
     size_t build(size_t first, size_t last) {
         const size_t at = nodes_.size();
         nodes_.push_back({{}, {}, first, last, 0});
@@ -230,11 +257,16 @@ bool shared_line(const SceneTables& tables, int32_t face, int32_t other, Vector 
 
 // Whether two faces have a corner in common (by place: copies of a vertex count as one).
 bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
+    const int32_t* f = &t.faces[3 * static_cast<size_t>(face)];
+    const int32_t* g = &t.faces[3 * static_cast<size_t>(other)];
+    for (int k = 0; k < 3; ++k)
+        if (f[k] == g[0] || f[k] == g[1] || f[k] == g[2]) return true;
     for (size_t j = 0; j < 3; ++j)
         for (size_t k = 0; k < 3; ++k) {
             const float *p = corner(t, face, j), *q = corner(t, other, k);
             const float scale = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
-            if (std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]) <= 1e-6f * scale) return true;
+            const float d[3] = {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
+            if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= 1e-12f * scale * scale) return true;
         }
     return false;
 }
@@ -263,6 +295,13 @@ void add_pair(const SceneTables& tables, int32_t face, int32_t other, Crossings&
     out.faces.push_back(static_cast<uint32_t>(other));
 }
 
+void join(const std::vector<Crossings>& parts, Crossings& out) {
+    for (const Crossings& part : parts) {
+        out.ends.insert(out.ends.end(), part.ends.begin(), part.ends.end());
+        out.faces.insert(out.faces.end(), part.faces.begin(), part.faces.end());
+    }
+}
+
 void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
                  Crossings& out) {
     std::vector<int32_t> few = faces_in(tables, one, common, threads);
@@ -279,19 +318,23 @@ void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Bo
             tree.visit(box_of(tables, few[k]),
                        [&](int32_t f) { add_pair(tables, few[k], f, parts[static_cast<size_t>(part)]); });
     });
-    for (const Crossings& part : parts) {
-        out.ends.insert(out.ends.end(), part.ends.begin(), part.ends.end());
-        out.faces.insert(out.faces.end(), part.faces.begin(), part.faces.end());
-    }
+    join(parts, out);
 }
 
-void search_self(const SceneTables& tables, int32_t mesh, Crossings& out) {
+void search_self(const SceneTables& tables, int32_t mesh, int threads, Crossings& out) {
     std::vector<int32_t> faces(static_cast<size_t>(tables.mesh_first_face[static_cast<size_t>(mesh) + 1] -
                                                    tables.mesh_first_face[static_cast<size_t>(mesh)]));
     std::iota(faces.begin(), faces.end(), tables.mesh_first_face[static_cast<size_t>(mesh)]);
-    FaceTree(tables, std::move(faces)).visit_pairs(kOneDirection, [&](int32_t face, int32_t other) {
-        if (!neighbours(tables, face, other)) add_pair(tables, face, other, out);
+    const FaceTree tree(tables, std::move(faces));
+    const std::vector<FaceTree::Pair> pairs = tree.pairs(kOneDirection, 256);
+    std::vector<Crossings> parts(pairs.size());
+    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t k) {
+        const auto part = static_cast<size_t>(k);
+        tree.visit_pairs(pairs[part], kOneDirection, [&](int32_t face, int32_t other) {
+            if (!neighbours(tables, face, other)) add_pair(tables, face, other, parts[part]);
+        });
     });
+    join(parts, out);
 }
 
 }  // namespace
@@ -316,7 +359,7 @@ Crossings find_crossings(const SceneTables& tables, const Asked& asked, int thre
             if (a == b) {
                 const bool small =
                     tables.mesh_first_face[a + 1] - tables.mesh_first_face[a] <= kSelfCrossingFaces;
-                if (small) search_self(tables, static_cast<int32_t>(a), out);
+                if (small) search_self(tables, static_cast<int32_t>(a), threads, out);
                 continue;
             }
             Box common;
@@ -351,14 +394,14 @@ void EdgesAndCrossings::add_candidates(const CameraView& camera, Candidates& can
     const PictureFrame frame(camera);
     for (int64_t k = 0; k < crossings_.size(); ++k) {
         const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
-        frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](double u0, double u1, double pixels) {
-            if (!(pixels > 0.0)) return;
+        frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::Piece& piece) {
+            if (!(piece.pixels > 0.0)) return;
             candidates.instance.resize(candidates.edge.size(), -1);
             candidates.edge.push_back(edge_count_ + static_cast<int32_t>(k));
             candidates.instance.push_back(-1);
-            candidates.u0.push_back(static_cast<float>(u0));
-            candidates.u1.push_back(static_cast<float>(u1));
-            candidates.cumulative.push_back(candidates.cumulative.back() + pixels);
+            candidates.u0.push_back(static_cast<float>(piece.u0));
+            candidates.u1.push_back(static_cast<float>(piece.u1));
+            candidates.cumulative.push_back(candidates.cumulative.back() + piece.pixels);
         });
     }
 }

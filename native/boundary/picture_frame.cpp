@@ -1,6 +1,7 @@
 #include "boundary/picture_frame.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace edgegrad {
 namespace {
@@ -33,6 +34,25 @@ void clip_blurred(Range& range, const double (&v)[2], const double (&w)[2]) {
     range.high = std::max(more.high, less.high);
 }
 
+using Ends = double[2];
+
+// The piece from u0 to u1 of a segment, whose ends' places in the picture are (x, y)/h.
+PictureFrame::Piece seen_piece(double u0, double u1, const Ends& x, const Ends& y, const Ends& h,
+                               const Ends& blur_x, const Ends& blur_y) {
+    double sx[2], sy[2], bx[2], by[2];
+    for (int k = 0; k < 2; ++k) {
+        const double u = k ? u1 : u0, over = 1.0 / std::max(h[0] + u * (h[1] - h[0]), 1e-12);
+        sx[k] = (x[0] + u * (x[1] - x[0])) * over;
+        sy[k] = (y[0] + u * (y[1] - y[0])) * over;
+        bx[k] = (blur_x[0] + u * (blur_x[1] - blur_x[0])) * over;
+        by[k] = (blur_y[0] + u * (blur_y[1] - blur_y[0])) * over;
+    }
+    const auto size = [](double dx, double dy) { return std::sqrt(dx * dx + dy * dy); };
+    // A segment that points at the middle of the lens is a point from there, but not from its border.
+    const double pixels = size(sx[1] - sx[0], sy[1] - sy[0]) + size(bx[1] - bx[0], by[1] - by[0]);
+    return {u0, u1, pixels, 0.5 * (sx[0] + sx[1]), 0.5 * (sy[0] + sy[1])};
+}
+
 }  // namespace
 
 PictureFrame::PictureFrame(const CameraView& c)
@@ -56,14 +76,7 @@ double PictureFrame::lens_reach() const {
     return camera_.kind == kOrthographic ? radius / camera_.focus_distance : radius;
 }
 
-void PictureFrame::pieces(Vector a, Vector b, const Visit& visit) const {
-    if (camera_.kind == kEquirectangular)
-        panorama_pieces(a, b, visit);
-    else
-        flat_pieces(a, b, visit);
-}
-
-void PictureFrame::flat_pieces(Vector a, Vector b, const Visit& visit) const {
+PictureFrame::Piece PictureFrame::flat_piece(Vector a, Vector b) const {
     const CameraView& c = camera_;
     // Every clip plane is linear along the segment in homogeneous coordinates: (x, y) times h, and h is the
     // depth z or, orthographic, 1. A lens point shifts the picture by at most blur |z/F - 1| times that.
@@ -77,7 +90,13 @@ void PictureFrame::flat_pieces(Vector a, Vector b, const Visit& visit) const {
         const double defocus = z[k] / c.focus_distance - 1.0;
         blur_x[k] = blur_x_ * defocus, blur_y[k] = blur_y_ * defocus;
     }
+    // Most segments of fine meshes are in the frame as a whole.
+    bool whole = blur_x_ == 0.0 && blur_y_ == 0.0;
+    for (int k = 0; k < 2; ++k)
+        whole &= z[k] > c.clip_start && z[k] < c.clip_end && x[k] > 0.0 && x[k] < c.width * h[k] &&
+                 y[k] > 0.0 && y[k] < c.height * h[k];
     Range range;
+    if (whole) return seen_piece(range.low, range.high, x, y, h, blur_x, blur_y);
     range.clip(z[0] - c.clip_start, z[1] - c.clip_start);
     range.clip(c.clip_end - z[0], c.clip_end - z[1]);
     const auto within = [&](const double (&v)[2], double size, const double (&blur)[2]) {
@@ -88,22 +107,11 @@ void PictureFrame::flat_pieces(Vector a, Vector b, const Visit& visit) const {
     };
     if (!range.empty()) within(x, c.width, blur_x);
     if (!range.empty()) within(y, c.height, blur_y);
-    if (range.empty()) return;
-    double sx[2], sy[2], bx[2], by[2];
-    for (int k = 0; k < 2; ++k) {
-        const double u = k ? range.high : range.low;
-        const double over = std::max(h[0] + u * (h[1] - h[0]), 1e-12);
-        sx[k] = (x[0] + u * (x[1] - x[0])) / over;
-        sy[k] = (y[0] + u * (y[1] - y[0])) / over;
-        bx[k] = (blur_x[0] + u * (blur_x[1] - blur_x[0])) / over;
-        by[k] = (blur_y[0] + u * (blur_y[1] - blur_y[0])) / over;
-    }
-    // A segment that points at the middle of the lens is a point from there, but not from its border.
-    visit(range.low, range.high,
-          std::hypot(sx[1] - sx[0], sy[1] - sy[0]) + std::hypot(bx[1] - bx[0], by[1] - by[0]));
+    if (range.empty()) return {1.0, 0.0, 0.0, 0.0, 0.0};
+    return seen_piece(range.low, range.high, x, y, h, blur_x, blur_y);
 }
 
-void PictureFrame::panorama_pieces(Vector a, Vector b, const Visit& visit) const {
+void PictureFrame::panorama_pieces(Vector a, Vector b, const std::function<void(const Piece&)>& visit) const {
     constexpr double kLongest = 0.05;  // radians
     const CameraView& c = camera_;
     const Vector p = a - position_, q = b - position_;
@@ -132,7 +140,7 @@ void PictureFrame::panorama_pieces(Vector a, Vector b, const Visit& visit) const
         const double dy = to.sy - from.sy;
         const double slack = margin_ + 1.0 + 0.5 * std::abs(kLongest * per_latitude);
         if (std::max(from.sy, to.sy) > -slack && std::min(from.sy, to.sy) < c.height + slack)
-            visit(from.u, to.u, std::hypot(dx, dy));
+            visit({from.u, to.u, std::hypot(dx, dy), 0.0, 0.5 * (from.sy + to.sy)});
         from = to;
     }
 }

@@ -14,11 +14,19 @@ class PictureFrame {
  public:
     explicit PictureFrame(const CameraView& camera);
 
-    // visit(u0, u1, pixels) for the pieces of the segment from a to b that are in the frame: u runs from 0 at
-    // a to 1 at b, `pixels` is the piece's length in the picture, seen from some point of the lens. One piece
-    // at most, but for an equirectangular camera, in whose pictures lines are bent.
-    using Visit = std::function<void(double u0, double u1, double pixels)>;
-    void pieces(Vector a, Vector b, const Visit& visit) const;
+    // A part of a segment that is in the frame: u runs from 0 at its first end to 1 at the other, `pixels` is
+    // the part's length in the picture, seen from some point of the lens, (x, y) its middle there.
+    struct Piece {
+        double u0, u1, pixels, x, y;
+    };
+    // visit(piece) for the pieces of the segment from a to b. One at most, but for an equirectangular camera,
+    // in whose pictures lines are bent.
+    template <typename Visit>
+    void pieces(Vector a, Vector b, const Visit& visit) const {
+        if (camera_.kind == kEquirectangular) return panorama_pieces(a, b, visit);
+        const Piece piece = flat_piece(a, b);
+        if (piece.u0 < piece.u1) visit(piece);
+    }
 
     // Direction of the ray through a point (from the middle of the lens), of any length.
     Vector ray_through(Vector point) const;
@@ -26,8 +34,8 @@ class PictureFrame {
     double lens_reach() const;
 
  private:
-    void flat_pieces(Vector a, Vector b, const Visit& visit) const;
-    void panorama_pieces(Vector a, Vector b, const Visit& visit) const;
+    Piece flat_piece(Vector a, Vector b) const;  // empty where nothing of it is in the frame
+    void panorama_pieces(Vector a, Vector b, const std::function<void(const Piece&)>& visit) const;
 
     const CameraView& camera_;
     Vector position_, right_, up_, back_;

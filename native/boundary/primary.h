@@ -72,6 +72,22 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
     return hit;
 }
 
+// Where both sides are blunt to each other and of one Lambertian material that neither shines nor lets light
+// pass: one path is enough for both (path/edge_step.h).
+EG_INLINE Mask bent_lambertian(const SceneView& scene, const EdgeSample& s, const Sides& sides,
+                               Mask touched) {
+    if (scene.any_terminator) return splat(0);
+    Mask bends = ~s.crossing & ~touched & ~sides.narrow & (sides.plus.face >= 0) & (sides.minus.face >= 0);
+    if (!any(bends)) return bends;
+    const Int material = gather(scene.face_material, select(bends, sides.plus.face, splat(0)));
+    bends &= material == gather(scene.face_material, select(bends, sides.minus.face, splat(0)));
+    const Int leaf = gather(scene.material_first_leaf, material);
+    bends &= gather(scene.material_first_leaf + 1, material) == leaf + 1;
+    const Int flags = gather(scene.leaf_flags, select(bends, leaf, splat(0)));
+    constexpr int32_t kPlain = kLambertian, kOther = kHasEmission | kHasTransparency | kHasNormalMap;
+    return bends & ((flags & kPlain) != 0) & ((flags & kOther) == 0);
+}
+
 // Estimates both sides' radiance into work.radiance, of the samples that are seen (work.visible) and that
 // wanted(sample) keeps.
 template <typename Wanted>
@@ -95,19 +111,28 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
         if (!any(s.active)) continue;
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
         const Int path = lane_index() + at;
-        const auto start = [&](const SideFace& near, Int number, Vec3 outwards,
-                               Float slope_behind) EG_INLINE_LAMBDA {
+        Vec3 aside[2];
+        const auto met = [&](const SideFace& near, Vec3 outwards, Float slope_behind,
+                             Vec3& step) EG_INLINE_LAMBDA {
             const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
-            Vec3 aside;
-            const Closest hit = side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, aside);
-            queued = append_start(work, queued, s.active, number, s.view.origin, s.view.direction, hit, aside,
-                                  behind.through, behind.passed, task.max_depth);
+            return side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, step);
         };
-        start(sides.plus, path, s.normal, slope);
-        start(sides.minus, path + count, -s.normal, -slope);
+        const Closest plus = met(sides.plus, s.normal, slope, aside[0]);
+        const Closest minus = met(sides.minus, -s.normal, -slope, aside[1]);
+        const Mask bends = s.active & bent_lambertian(scene, s, sides, behind.touched);
+        const auto start = [&](Mask active, Int number, const Closest& hit, Vec3 step,
+                               const Closest& other) EG_INLINE_LAMBDA {
+            queued = append_start(work, queued, active, number, s.view.origin, s.view.direction, hit, step,
+                                  other, behind.through, behind.passed, task.max_depth);
+        };
+        Closest other = minus;
+        other.hit = bends;
+        start(s.active, path, plus, aside[0], other);
+        other.hit = splat(0);
+        if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
     }
     for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * 2 * task.count);
-    work.hits.aside = work.aside;
+    work.hits.edges = &work.edges;
     if (queued > 0) run_paths(scene, side_paths(task), work, queued);
 }
 

@@ -7,7 +7,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 void run_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count) {
     while (true) {
         count = shade_paths(scene, task, work, count);
-        work.hits.aside = nullptr;
+        work.hits.edges = nullptr;
         if (count == 0) return;
         trace_paths(scene, work, count);
     }

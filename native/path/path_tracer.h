@@ -9,6 +9,7 @@
 // traced only to see the environment.
 #pragma once
 
+#include "path/edge_step.h"
 #include "path/recorder.h"
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
@@ -198,14 +199,16 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         SurfacePoint x = surface_point(scene, hit, face, load(work.hits.b1 + at), load(work.hits.b2 + at),
                                        p.direction, select(hit, load(work.hits.instance + at), splat(-1)));
         x.mesh = select(hit, load(work.hits.mesh + at), splat(0));
-        if (work.hits.aside) {
+        Mask bends = splat(0);
+        if (work.hits.edges) {
             Vec3 step;
-            load3(step, work.hits.aside, at);
+            load3(step, work.hits.edges->aside, at);
             x.start = select(hit, x.start + step, x.start);
+            bends = hit & (load(work.hits.edges->other + at) >= 0);
         }
         const PathIndex index = path_index(task, p.path);
         Float choice_u = splat(0.5f), choice_v = choice_u;
-        if (vertex || scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))
+        if (vertex || any(bends) || scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         const Shader shader = surface_shader(scene, x, point, choice_u);
@@ -224,6 +227,16 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         p.active = x.active & ~p.final_ray;
         p.throughput = p.throughput * shader.scale;
         if (!any(p.active)) continue;
+        if (any(bends)) {
+            const EdgeStarts& starts = *work.hits.edges;
+            PathPacket part = p;
+            part.active &= bends;
+            alive = scatter_step(scene, task, work, part, x, point, shader,
+                                 select(part.active, load(starts.other + at), splat(0)), load(starts.b1 + at),
+                                 load(starts.b2 + at), index, choice_v, alive);
+            p.active &= ~bends;
+            if (!any(p.active)) continue;
+        }
         alive = scatter_at(scene, task, work, p, x, point, shader, index, choice_v, alive, vertex);
     }
     return alive;

@@ -114,18 +114,22 @@ EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const Pat
     add_radiance(work, p, active, p.throughput * light);
 }
 
-// Light that a last ray finds in the environment: only whether it meets anything matters.
+// Light that a last ray finds in the environment: only whether it meets anything matters. Where the light of
+// all directions together is `known`, what is hidden of it is taken off.
 EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, const PathPacket& p,
-                                     const SurfacePoint& x, Mask active, const BsdfSample& s,
+                                     const SurfacePoint& x, Mask active, const BsdfSample& s, Mask known,
                                      Vertex* vertex) {
     active &= (splat(scene.environment_mask) & ray_mask(s.ray_kind)) != 0;
     if (!any(active)) return;
     Vec3 light = vertex ? gray(1.0f / max(s.pdf, 1e-30f))
                         : p.throughput * s.weight * environment_radiance(scene, s.wi);
     if (scene.sky.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
+    Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
     if (!scene.convex)
-        light = light * transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
-                                      {ray_mask(s.ray_kind)});
+        through = transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
+                                {ray_mask(s.ray_kind)});
+    const Float all = select(known, splat(1.0f), splat(0.0f));
+    light = light * Vec3{through.x - all, through.y - all, through.z - all};
     if (vertex) return put3(vertex->last_scale, active, light);
     add_radiance(work, p, active, light);
 }
@@ -155,7 +159,9 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     if (vertex) record_direction(*vertex, p.active, s);
     p.active &= s.active;
     const Mask last = p.active & alone & (vertex ? p.touched : splat(-1));
-    if (any(last)) add_final_environment(scene, work, p, x, last, s, vertex);
+    Mask known = splat(0);
+    if constexpr (requires { surface.sky_is_known; }) known = surface.sky_is_known;
+    if (any(last)) add_final_environment(scene, work, p, x, last, s, known, vertex);
     p.active &= ~alone;
     if (!any(p.active)) return alive;
 

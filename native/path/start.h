@@ -20,9 +20,10 @@ EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
     return mesh;
 }
 
-// Appends paths whose rays have met `hit` to a queue of n; its new length. From there on rays leave a step
-// `aside`.
-EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Closest& hit, Vec3 aside) {
+// Appends paths whose rays have met `hit` to a queue of n; its new length. Rays leave them a step `aside`,
+// and where `other` has a face, the radiance there is taken off.
+EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Closest& hit, Vec3 aside,
+                         const Closest& other) {
     HitQueue& hits = work.hits;
     append(hits.face, n, p.active, select(hit.hit, hit.face, splat(-1)));
     append(hits.mesh, n, p.active, hit.mesh);
@@ -30,14 +31,18 @@ EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Clos
     append(hits.b1, n, p.active, hit.b1);
     append(hits.b2, n, p.active, hit.b2);
     append(hits.distance, n, p.active, hit.distance);
-    append3(work.aside, n, p.active, aside);
+    append3(work.edges.aside, n, p.active, aside);
+    append(work.edges.other, n, p.active, select(other.hit, other.face, splat(-1)));
+    append(work.edges.b1, n, p.active, other.b1);
+    append(work.edges.b2, n, p.active, other.b2);
     return append_paths(work.paths, n, p);
 }
 
 // The same for camera paths with the numbers `path`, whose rays have met `hit` behind `passed` surfaces that
 // let `throughput` through.
 EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
-                           const Closest& hit, Vec3 aside, Vec3 throughput, Int passed, int max_depth) {
+                           const Closest& hit, Vec3 aside, const Closest& other, Vec3 throughput, Int passed,
+                           int max_depth) {
     PathPacket p;
     p.active = active;
     p.path = path;
@@ -51,7 +56,7 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     p.both_sides = p.from_mesh = p.touched = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.final_ray = splat(max_depth <= 1 ? -1 : 0);
-    return append_met(work, n, p, hit, aside);
+    return append_met(work, n, p, hit, aside, other);
 }
 
 // The same for paths on their ray number `segment` of `kind`, of which what is scattered where they start is
@@ -72,7 +77,9 @@ EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, V
     p.both_sides = p.from_mesh = p.touched = splat(0);
     p.kind = kind;
     p.final_ray = splat(0);
-    return append_met(work, n, p, hit, aside);
+    Closest none = hit;
+    none.hit = splat(0);
+    return append_met(work, n, p, hit, aside, none);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters
-from .differentiable import indirect_obstacles, obstacles, shadow_obstacles
-from .light import AreaLight, PointLight, SunLight
+from .differentiable import indirect_obstacles, obstacles
+from .light import AreaLight, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .material_table import GLOSSY, LAMBERTIAN, NORMAL_MAP, REFRACTION, TRANSPARENCY, flags
 from .mesh_edges import MeshEdges
@@ -19,12 +19,13 @@ from .placement import placed_meshes
 from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .renderer import TERMS
 from .scene import Scene
+from .shadow_plan import missing_shadows
 from .shape import convex
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
 NOT_COMPUTED = "not computed in this scene, see below"
-_LIGHTS = ((AreaLight, "area lights"), (PointLight, "point lights"), (SunLight, "suns"))
+_LIGHTS = ((AreaLight, "area lights"), (PointLight, "point lights"), (SpotLight, "spots"), (SunLight, "suns"))
 
 
 @dataclass(frozen=True)
@@ -141,8 +142,6 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
         zero = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
     if zero:
         return Term("shadow", False, 0, total, (zero,))
-    if next(shadow_obstacles(scene), None) is not None:
-        return Term("shadow", False, 0, total, (NOT_COMPUTED,))
     kept = total - sum(e.flat for e in edges.values())
     why = ["edges of all meshes, since a shadow also moves over a moving surface when its caster stands still"]
     if total - kept:
@@ -199,11 +198,7 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     yield from missing_jumps(scene, dict(zip(scene.meshes, placed_meshes(scene), strict=True)), moves)
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
-    rich = list(shadow_obstacles(scene))
-    if rich:
-        more = f", and {len(rich) - 1} more" if rich[1:] else ""
-        yield ("shadow boundary: edges between a surface and its lights are left out; they would be sampled, had "
-               f"`edgegrad.differentiable` simplified this: {rich[0]}{more}")
+    yield from missing_shadows(scene, moves)
     smooth = [name for name in scene.meshes if any(_is_smooth(leaf) for leaf in _leaves(scene, name))]
     if smooth:
         yield f"reflected and refracted boundary: edges seen in mirrors and smooth glass ({', '.join(smooth)})"

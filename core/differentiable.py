@@ -41,27 +41,6 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
     return Scene(camera, meshes, materials, lights, world), notes
 
 
-def shadow_obstacles(scene: Scene) -> Iterator[str]:
-    """What the shadow boundary can't deal with: lights, cameras and surfaces it has no edges' weights for."""
-    notes: list[str] = []
-    _camera(scene.camera, notes)
-    for name, light in scene.lights.items():
-        _light(name, light, notes)
-    if scene.world.image is not None or scene.world.visible_to != frozenset(RAYS):
-        notes.append("world: its mean colour stands for the image, seen by all rays")
-    for name in scene.materials:
-        mixed = isinstance(scene.materials[name], Mixture)
-        for leaf in scene.leaves(name):
-            if flags(leaf) & TRANSPARENCY:
-                notes.append(f"material '{name}': is opaque")
-            if "emission" in leaf.textures or (mixed and leaf.emission.any()):
-                notes.append(f"material '{name}': its mean emission stands for it")
-    for name, mesh in scene.meshes.items():
-        if mesh.instances is not None or mesh.visible_to != frozenset(RAYS):
-            notes.append(f"mesh '{name}': stands by itself, and is visible to all rays")
-    yield from notes
-
-
 def indirect_obstacles(scene: Scene) -> Iterator[str]:
     """What the indirect boundary can't deal with: instances, and surfaces that only some rays meet."""
     for name in scene.materials:

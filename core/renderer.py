@@ -15,9 +15,10 @@ from . import tables as flat
 from ._check import array, whole
 from .bounces import MAX_DEPTH, UNLIMITED, Bounces
 from .camera import Camera
-from .differentiable import indirect_obstacles, obstacles, shadow_obstacles
+from .differentiable import indirect_obstacles, obstacles
 from .light import AreaLight
 from .material_table import LAMBERTIAN
+from .motion import STRENGTH
 from .non_finite import warn_of_gradients, warn_of_picture
 from .placement import is_moved
 from .scene import Scene
@@ -280,7 +281,7 @@ class Renderer:
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
-        options = self._derivative_options(spp, max_depth, seed, bounces, terms)
+        options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
         image = self._engine.forward(tables, velocity, wanted, **options, progress=progress)
@@ -305,9 +306,9 @@ class Renderer:
         progress: Progress | None = None,
     ) -> dict[str, NDArray[np.float64]]:
         """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
-        options = self._derivative_options(spp, max_depth, seed, bounces, terms)
         if isinstance(wrt, str):
             raise ValueError("wrt must be a list of parameter paths, not one string")
+        options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(wrt, camera)
         image = array("adjoint image", "pixels", adjoint, (tables.height, tables.width, 3), np.float32)
         def gradients(options: Mapping[str, Any]) -> dict[str, NDArray[np.float64]]:
@@ -331,18 +332,24 @@ class Renderer:
         return self._seen(tables, camera), wanted
 
     def _derivative_options(
-        self, spp: Any, max_depth: Any, seed: Any, bounces: Bounces | None, terms: Sequence[str]
+        self,
+        wrt: Collection[str],
+        spp: Any,
+        max_depth: Any,
+        seed: Any,
+        bounces: Bounces | None,
+        terms: Sequence[str],
     ) -> dict[str, Any]:
         narrow = self._engine.narrow
         if self._obstacles is None:
-            self._obstacles = list((obstacles if narrow else shadow_obstacles)(self.scene))
+            self._obstacles = list(obstacles(self.scene)) if narrow else []
             self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None
         computed = _terms(terms)
         if not self._indirect:
             computed = tuple(term for term in computed if term != "indirect")
-        if self._obstacles and not narrow:
-            computed = tuple(term for term in computed if term != "shadow")
-        elif self._obstacles:
+        if not any(_moves(path) for path in wrt):
+            computed = tuple(term for term in computed if term == "interior")
+        if self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
@@ -372,6 +379,16 @@ def _vertices_of(path: str) -> str | None:
     """Name of the mesh whose vertices the path is, or None."""
     collection, name, field = parameters.split(path)
     return name if collection == "meshes" and field == "vertices" else None
+
+
+def _moves(path: str) -> bool:
+    """Whether a parameter may move anything: then edges sweep over the picture, or between surfaces and lights."""
+    collection, _, field = parameters.split(path)
+    return (
+        field in ("vertices", "instances", "transform", "rotation")
+        or collection == "camera"
+        or (collection == "lights" and field not in STRENGTH)
+    )
 
 
 def _held(scene: Scene, path: str) -> Any:

@@ -123,10 +123,6 @@ void read_values(nb::handle t, edgegrad::ValueTables& s) {
     s.filter_width = nb::cast<float>(t.attr("filter_width"));
     s.emission = column<float>(t, "emission");
     s.emission_two_sided = column<uint8_t, int32_t>(t, "emission_two_sided");
-    s.point_position = column<float>(t, "point_position");
-    s.point_intensity = column<float>(t, "point_intensity");
-    s.sun_direction = column<float>(t, "sun_direction");
-    s.sun_irradiance = column<float>(t, "sun_irradiance");
     fill(s.environment, t, "environment");
     s.camera = read_camera(t);
     if (s.leaf_params.size() != edgegrad::kMaterialParams * s.leaf_kind.size())

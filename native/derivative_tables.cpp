@@ -43,6 +43,8 @@ Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
             add(s.table, 0, kCameraFloats);
         else if (s.table == "instance_to_world")
             add(s.table, 0, tables.instance_to_world.size());
+        else if (s.table == "light_params")
+            add(s.table, 0, tables.lights.params.size());
         else
             add(s.table, s.first, s.last);
         if (s.table != "vertices") continue;
@@ -94,16 +96,17 @@ GradientGroups::View GradientGroups::view(int64_t group) {
 
 GradientGroups::View GradientGroups::again(int64_t group) {
     std::vector<double>& values = groups_[static_cast<size_t>(group)];
-    View v{{}, nullptr, nullptr, nullptr};
+    View v{{}, nullptr, nullptr, nullptr, nullptr, nullptr};
     for (const Part& p : parts_) {
         v.tables.add(p.table.data, p.table.size, p.span.first, p.span.last, values.data() + p.offset,
                      nullptr);
-        const std::string name = p.table.name;
-        double** const single = name == "vertices"            ? &v.vertices
-                                : name == "camera"            ? &v.camera
-                                : name == "instance_to_world" ? &v.instances
-                                                              : nullptr;
-        if (single) *single = values.data() + p.offset;
+        const std::pair<const char*, double**> singles[] = {{"vertices", &v.vertices},
+                                                            {"camera", &v.camera},
+                                                            {"instance_to_world", &v.instances},
+                                                            {"light_params", &v.lights},
+                                                            {"environment_rotation", &v.rotation}};
+        for (const auto& [name, place] : singles)
+            if (std::string(p.table.name) == name) *place = values.data() + p.offset;
     }
     return v;
 }

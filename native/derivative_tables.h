@@ -61,7 +61,7 @@ class GradientGroups {
     // A group's buffers, cleared; those of single tables are null where they are not asked for.
     struct View {
         DifferentiableTables tables;
-        double *vertices, *camera, *instances;
+        double *vertices, *camera, *instances, *lights, *rotation;
     };
     View view(int64_t group);
     // The same buffers with what is in them.

@@ -57,10 +57,10 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
     }
     if (options.shadow && options.max_depth >= 2 && !scene.convex) {
         const double samples = kShadowShare * picture;
-        if (scene.emitter_count > 0)
-            add(kShadowBoundary, shadow_candidates(scene, edges, false), samples, kShadowShare, false);
+        if (scene.lights.count > 0)
+            add(kShadowBoundary, shadow_candidates(scene, edges, false), samples, kShadowShare, guided);
         if (scene.has_environment)
-            add(kSkyBoundary, shadow_candidates(scene, edges, true), samples, kShadowShare, false);
+            add(kSkyBoundary, shadow_candidates(scene, edges, true), samples, kShadowShare, guided);
     }
     if (options.indirect && options.max_depth >= 3 && !scene.convex) {
         const double samples = kIndirectShare * picture;
@@ -79,7 +79,11 @@ bool wants_dark_lights(const Wanted& wanted) {
 
 // What boundary terms see of the tables' derivatives.
 Asked asked_for(const Wanted& wanted) {
-    return {wanted.moving(), wanted.any("camera"), wanted.any("instance_to_world"),
+    return {wanted.moving(),
+            wanted.any("camera"),
+            wanted.any("instance_to_world"),
+            wanted.any("light_params"),
+            wanted.any("environment_rotation"),
             wanted.any("environment") || wanted.any("environment_pixels")};
 }
 
@@ -95,7 +99,7 @@ bool shading_is_constant(const SceneView& scene, const Wanted& wanted) {
 }
 
 bool anything_moves(const Asked& asked) {
-    return asked.camera || asked.instances ||
+    return asked.camera || asked.instances || asked.lights || asked.rotation ||
            std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
 }
 
@@ -169,9 +173,10 @@ struct Engine::DerivativeCall {
     }
 
     // What boundary terms read or write; null where it is not asked for.
-    DerivativeView boundary_view(double* vertices, double* camera, double* instances) const {
+    DerivativeView boundary_view(const GradientGroups::View& v) const {
         const auto first = static_cast<int32_t>(wanted.span("vertices").first / 3);
-        return {vertices, first, camera, instances, asked.camera, asked.instances};
+        return {v.vertices, first,        v.camera,        v.instances,  v.lights,
+                v.rotation, asked.camera, asked.instances, asked.lights, asked.rotation};
     }
 
     const Engine& engine;
@@ -205,7 +210,12 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     };
     double* vertices = values("vertices");
     if (vertices) vertices += wanted.span("vertices").first;
-    const DerivativeView d = call.boundary_view(vertices, values("camera"), values("instance_to_world"));
+    const DerivativeView d = call.boundary_view({{},
+                                                 vertices,
+                                                 values("camera"),
+                                                 values("instance_to_world"),
+                                                 values("light_params"),
+                                                 values("environment_rotation")});
 
     const int64_t all = call.image_chunks + call.boundary_chunks;
     int64_t done = 0;
@@ -293,7 +303,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     };
     const int64_t count = groups.count();
     const auto add_pass = [&](int thread, int64_t group, int pass, const GradientGroups::View& gradient) {
-        DerivativeView d = call.boundary_view(gradient.vertices, gradient.camera, gradient.instances);
+        DerivativeView d = call.boundary_view(gradient);
         Workspace& w = work[static_cast<size_t>(thread)].view();
         for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;

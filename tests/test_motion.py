@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from edgegrad import Scene, expression, tables
-from edgegrad.derivative_plan import NOT_COMPUTED, Term, missing, terms
+from edgegrad.derivative_plan import Term, missing, terms
 from edgegrad.motion import Motion, motion
 from edgegrad.table_derivatives import asked_tables
 from tests import shapes
@@ -54,7 +54,7 @@ def test_edges_of_all_meshes_move_with_the_camera() -> None:
     plain = term("primary", "camera.shift", scene=shapes.scene(*shapes.cube()))
     assert plain.edges == 12 and plain.of == 18
     assert not term("primary", "lights.ball.position").computed
-    assert term("shadow", "lights.ball.position").why == (NOT_COMPUTED,)  # what it is lit by is more than it knows
+    assert term("shadow", "lights.ball.position").computed
     assert "no shadow moves" in term("shadow", "lights.ball.power").why[0]
 
 
@@ -90,9 +90,9 @@ def test_parts_of_mixtures_are_used() -> None:
 
 def test_boundaries_that_no_term_has_are_named() -> None:
     found = missing(SCENE, moves("meshes.still.vertices"), 4, False)
-    named = [sentence.split(":")[0] for sentence in found]
-    assert named[-3:] == ["shadow boundary", "reflected and refracted boundary", "indirect boundary"]
-    assert any("had `edgegrad.differentiable` simplified" in sentence for sentence in found)
+    named = {sentence.split(":")[0] for sentence in found}
+    assert {"reflected and refracted boundary", "shadow boundary", "indirect boundary"} <= named
+    assert any(sentence.startswith("the horizon of the flat faces that stand for smooth ones") for sentence in found)
     assert missing(SCENE, moves("world.color"), 4, False) == ()
     plain = shapes.scene(*shapes.cube())
     still = tables.flatten(plain)

@@ -140,11 +140,11 @@ def test_split_vertices_have_the_same_plan() -> None:
 def test_absent_kinds_of_light_are_named() -> None:
     scene = with_floor(box())
     why = term(plan(scene, [VERTICES]), "shadow").why
-    assert "no shadows of area lights, suns, emissive meshes: there are none" in why
+    assert "no shadows of area lights, spots, suns, emissive meshes: there are none" in why
     scene.lights = {"sun": SunLight(np.array([0.0, 0.0, -1.0])), "area": AreaLight(np.eye(4))}
     scene.world = World()
     why = term(plan(scene, [VERTICES]), "shadow").why
-    assert "no shadows of point lights, environment, emissive meshes: there are none" in why
+    assert "no shadows of point lights, spots, environment, emissive meshes: there are none" in why
 
 
 def test_unused_materials_are_named() -> None:

@@ -112,57 +112,38 @@ double jump_weight(const Wedge& wedge, V ray, double reach, V t, int solid_side,
     return solid_side * dot(wedge.normal[0], ray) > reach ? kHidden * crease : crease;
 }
 
-// Where the finite emitters are: a ball around triangles and point lights, directions of suns.
-struct EmitterBounds {
-    V center{0, 0, 0};
-    double radius = -1.0;  // negative: there are none
-    std::vector<V> towards_suns;
-
-    explicit EmitterBounds(const SceneView& scene) {
-        std::vector<V> points;
-        for (int32_t k = 0; k < scene.emitter_count; ++k) {
-            const int64_t index = scene.emitter_index[k];
-            if (scene.emitter_kind[k] == kEmissiveTriangle)
-                for (int c = 0; c < 3; ++c) points.push_back(vertex(scene, scene.faces[3 * index + c]));
-            else if (scene.emitter_kind[k] == kPointLight)
-                points.push_back(vector(scene.point_position + 3 * index));
-            else
-                towards_suns.push_back(V{0, 0, 0} - vector(scene.sun_direction + 3 * index));
-        }
-        if (points.empty()) return;
-        V low = points[0], high = points[0];
-        for (const V& p : points) {
-            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-        }
-        center = {0.5 * (low.x + high.x), 0.5 * (low.y + high.y), 0.5 * (low.z + high.z)};
-        for (const V& p : points) radius = std::max(radius, length(p - center));
-    }
-};
-
-// Whether two faces may lie on one side of the sheet through the edge and some emitter. With the
-// normals n0 = t x c0 and n1 = c1 x t (equal for a flat pair), a point y sees the edge as a
-// silhouette iff n0.(y - a) and n1.(y - a) differ in sign.
-bool may_be_silhouette(const Wedge& wedge, V a, V t, const EmitterBounds& emitters) {
+// Whether two faces may lie on one side of the sheet through the edge and a point of a ball around `d` (from
+// the edge; or, of directions, of the cone around d whose angle has the sine `radius`). With the normals
+// n0 = t x c0 and n1 = c1 x t (equal for a flat pair), a point y sees the edge as a silhouette iff n0.(y - a)
+// and n1.(y - a) differ in sign.
+bool may_be_silhouette(const Wedge& wedge, V t, V d, double radius) {
     if (wedge.faces != 2) return true;
-    V n[2] = {cross(t, wedge.third[0]), cross(wedge.third[1], t)};
-    for (V& v : n) {
-        const double l = std::max(length(v), 1e-300);
-        v = {v.x / l, v.y / l, v.z / l};
-    }
     // Rounding must not lose an edge that the kernels' arithmetic sees as a silhouette.
-    constexpr double kSlack = 1e-5;
-    if (emitters.radius >= 0.0) {
-        const V d = emitters.center - a;
-        const double reach = emitters.radius + kSlack * length(d);
-        const double h0 = dot(n[0], d), h1 = dot(n[1], d);
-        if (!(h0 > reach && h1 > reach) && !(h0 < -reach && h1 < -reach)) return true;
+    const double reach = radius + 1e-5 * length(d);
+    const V n0 = cross(t, wedge.third[0]), n1 = cross(wedge.third[1], t);
+    const double h0 = dot(n0, d) / std::max(length(n0), 1e-300);
+    const double h1 = dot(n1, d) / std::max(length(n1), 1e-300);
+    return !(h0 > reach && h1 > reach) && !(h0 < -reach && h1 < -reach);
+}
+
+// Bound of the light that edges from a along t may take from surfaces: of the nodes among which a light is
+// picked, those that may see it as a silhouette, by what they give at its distance.
+double hidden_light(const LightView& lights, const Wedge& wedge, V a, V t, bool all_sides) {
+    double sum = 0.0;
+    for (int32_t k = 0; k < lights.top; ++k) {
+        const LightNode& n = lights.nodes[k];
+        const double power = std::max(static_cast<double>(n.power), 1e-30);
+        if (n.radius < 0.0f) {
+            const double sine = n.cos_o < 0.0f ? 1.0 : static_cast<double>(n.sin_o);
+            if (all_sides || may_be_silhouette(wedge, t, vector(n.axis), sine)) sum += power;
+            continue;
+        }
+        const V d = vector(n.center) - a;
+        const double radius = n.radius;
+        if (all_sides || may_be_silhouette(wedge, t, d, radius))
+            sum += power / (dot(d, d) + radius * radius + 1e-30);
     }
-    for (const V& sun : emitters.towards_suns) {
-        const double h0 = dot(n[0], sun), h1 = dot(n[1], sun);
-        if (!(h0 > kSlack && h1 > kSlack) && !(h0 < -kSlack && h1 < -kSlack)) return true;
-    }
-    return false;
+    return sum;
 }
 
 // Where candidates are listed: silhouettes, borders and sharp creases first, then blunt ones, each by tiles
@@ -233,6 +214,14 @@ Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& v
     return out;
 }
 
+// The instances of each mesh.
+std::vector<std::vector<int32_t>> instances_of(const SceneTables& tables) {
+    std::vector<std::vector<int32_t>> instances(static_cast<size_t>(tables.visible_meshes));
+    for (size_t k = 0; k < tables.instance_mesh.size(); ++k)
+        instances[static_cast<size_t>(tables.instance_mesh[k])].push_back(static_cast<int32_t>(k));
+    return instances;
+}
+
 }  // namespace
 
 std::vector<Vector> unit_normals(const SceneTables& t, int threads) {
@@ -253,9 +242,7 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
     const PictureFrame frame(scene.camera);
     const SceneTables& tables = edges.tables;
     const bool sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
-    std::vector<std::vector<int32_t>> instances(static_cast<size_t>(tables.visible_meshes));
-    for (size_t k = 0; k < tables.instance_mesh.size(); ++k)
-        instances[static_cast<size_t>(tables.instance_mesh[k])].push_back(static_cast<int32_t>(k));
+    const auto instances = instances_of(tables);
     return collect(scene, edges, [&](int64_t edge, int64_t mesh, const auto& add) {
         const auto& copies = instances[static_cast<size_t>(mesh)];
         if (!asked.camera && !asked.moving[static_cast<size_t>(mesh)] &&
@@ -281,30 +268,36 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
 }
 
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
-    const EmitterBounds emitters(scene);
+    const SceneTables& tables = edges.tables;
+    const auto instances = instances_of(tables);
     return collect(scene, edges, [&](int64_t edge, int64_t mesh, const auto& add) {
-        const int solid_side = edges.solid_side[mesh];
-        const V a = vertex(scene, scene.edge_vertices[2 * edge]);
-        const V t = vertex(scene, scene.edge_vertices[2 * edge + 1]) - a;
-        const Wedge wedge = wedge_of(scene, edges, edge);
-        if (wedge.faces == 0 || wedge.flat()) return;
-        double mass = length(t);
-        if (environment) {
-            // Times the width of the wedges of directions in which it is a silhouette: the angle
-            // between n0 = t x c0 and n1 = c1 x t, all directions if there are not two faces.
-            const V n0 = cross(t, wedge.third[0]), n1 = cross(wedge.third[1], t);
-            mass *= wedge.faces == 2 ? std::atan2(length(cross(n0, n1)), dot(n0, n1)) : M_PI;
-        } else {
-            if (!may_be_silhouette(wedge, a, t, emitters)) return;
-            // Light through the edge falls with the squared distance from emitters of finite place.
-            if (emitters.radius >= 0.0 && emitters.towards_suns.empty()) {
-                const V d = emitters.center - a;
-                mass /= dot(d, d) + emitters.radius * emitters.radius + 1e-30;
+        const auto visit = [&](int32_t instance) {
+            const Placement place{instance < 0 ? nullptr : scene.instance_to_world + 12 * int64_t{instance}};
+            const V a = place(vertex(scene, scene.edge_vertices[2 * edge]));
+            const V t = place(vertex(scene, scene.edge_vertices[2 * edge + 1])) - a;
+            const Wedge wedge = wedge_of(scene, edges, edge, place);
+            if (wedge.faces == 0 || wedge.flat()) return;
+            // Two faces that let different shares pass hide light from all sides.
+            const bool all_sides =
+                (scene.all_flags & kHasTransparency) && (!wedge.same_surface || is_seam(tables, edge));
+            double mass = length(t);
+            if (environment) {
+                // Times the width of the wedges of directions in which it is a silhouette: the angle between
+                // n0 = t x c0 and n1 = c1 x t, all directions if there are not two faces.
+                const V n0 = cross(t, wedge.third[0]), n1 = cross(wedge.third[1], t);
+                mass *=
+                    wedge.faces == 2 && !all_sides ? std::atan2(length(cross(n0, n1)), dot(n0, n1)) : M_PI;
+            } else {
+                mass *= hidden_light(scene.lights, wedge, a, t, all_sides);
             }
-        }
-        // A line that touches a concave edge with both faces on one side runs inside the body.
-        const bool concave = wedge.faces == 2 && solid_side * dot(wedge.normal[0], wedge.third[1]) > 0.0;
-        add(-1, 0.0, 1.0, concave ? kHidden * mass : mass, 0u);
+            // A line that touches a concave edge with both faces on one side runs inside the body.
+            const bool concave =
+                wedge.faces == 2 && edges.solid_side[mesh] * dot(wedge.normal[0], wedge.third[1]) > 0.0;
+            add(instance, 0.0, 1.0, concave ? kHidden * mass : mass, 0u);
+        };
+        const auto& copies = instances[static_cast<size_t>(mesh)];
+        if (copies.empty()) visit(-1);
+        for (int32_t instance : copies) visit(instance);
     });
 }
 

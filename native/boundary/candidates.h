@@ -44,8 +44,8 @@ struct EdgeList {
 // of a smooth mesh and material borders are one case (derivations A3, 0.5a).
 Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const Asked& asked);
 
-// Edges that may hide light from a surface: silhouettes as seen from some point of the finite
-// emitters, or (towards the environment) all that are not flat. Of all meshes: what moves may also
+// Edges that may hide light from a surface: silhouettes as seen from some point of the lights, or (towards
+// the environment) all that are not flat. Of all meshes: what moves may also
 // be the surface or the light.
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment);
 

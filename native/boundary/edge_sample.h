@@ -258,22 +258,10 @@ EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const Sid
     const Mask active = s.active & (near.face >= 0);
     const Int face = select(active, near.face, splat(0));
     Triangle t = gather_triangle(scene, face);
-    // Which of the face's corners is the edge's first vertex: by distance, since copies of one vertex differ.
     for (int i = 0; i < W; ++i) {
         if (!active[i] || s.crossing[i]) continue;
-        const Vec3* corners[3] = {&t.p0, &t.p1, &t.p2};
-        const int opposite = near.opposite[i], one = (opposite + 1) % 3, other = (opposite + 2) % 3;
-        float a[3];
-        edge_end(scene, s.edge[i], -1, 0, a);
-        const auto distance = [&](const Vec3& p) {
-            const float x = p.x[i] - a[0], y = p.y[i] - a[1], z = p.z[i] - a[2];
-            return x * x + y * y + z * z;
-        };
         float b[3];
-        const bool first = distance(*corners[one]) <= distance(*corners[other]);
-        b[opposite] = 0.0f;
-        b[first ? one : other] = 1.0f - s.u[i];
-        b[first ? other : one] = s.u[i];
+        edge_place(scene, s.edge[i], s.u[i], face[i], near.opposite[i], b);
         b1[i] = b[1], b2[i] = b[2];
     }
     place_triangle(scene, select(active, s.instance, splat(-1)), t);

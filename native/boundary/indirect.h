@@ -103,8 +103,13 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     if (!any(s.active)) return queued;
     const SegmentEnds ends = find_ends(scene, s.active, s, p.t, w);
     s.active &= ends.x.hit & ends.y.hit;
+    s.towards = -w;
+    s.reach = ends.to_x;
+    s.distance = ends.to_y;
     s.lambda = select(s.active, ends.to_y / max(ends.to_x + ends.to_y, 1e-30f), 0.0f);
-    s.y = {select(s.active, ends.y.face, splat(-1)), ends.y.instance, ends.y.b1, ends.y.b2};
+    s.y = still_far_end();
+    s.y.face = select(s.active, ends.y.face, splat(-1)), s.y.instance = ends.y.instance;
+    s.y.b1 = ends.y.b1, s.y.b2 = ends.y.b2;
     s.x = surface_point(scene, s.active, ends.x.face, ends.x.b1, ends.x.b2, w, ends.x.instance);
     s.x.mesh = ends.x.mesh;
     s.active = s.x.active;
@@ -147,15 +152,6 @@ EG_OUTLINE BoundarySegment* trace_segments(const SceneView& scene, const Boundar
         s.active &= ~(largest_component(s.color) <= 0.0f);
     }
     return segments;
-}
-
-// Leaves out samples without a finite size, and writes those of a first pass (see primary.h, weigh).
-EG_INLINE void weigh(const BoundaryTask& task, int at, BoundarySegment& s) {
-    s.active = keep_finite(task, at, s.active, s.edge, s.instance, size_of(s));
-    if (!task.score) return;
-    const Float size = size_of(s) * select(s.slides, abs(dot(s.x.normal, s.view.across_of)), splat(1.0f));
-    for (int i = 0; i < W && at + i < task.count; ++i)
-        task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
 }
 
 static void indirect_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,

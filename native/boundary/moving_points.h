@@ -24,12 +24,17 @@ EG_INLINE Vec3 into_instance(const SceneView& scene, Int instance, Vec3 g) {
     return g;
 }
 
+// The first of an edge's faces.
+EG_INLINE Int edge_face(const SceneView& scene, Int edge) {
+    Int face;
+    for (int i = 0; i < W; ++i)
+        face[i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[edge[i]]]);
+    return face;
+}
+
 // Whether the vertices of the edge's mesh are among the parameters.
 EG_INLINE Mask edge_moving(const SceneView& scene, Int edge) {
-    Mask moving;
-    for (int i = 0; i < W; ++i)
-        moving[i] = scene.face_moving[scene.edge_faces[scene.edge_face_first[edge[i]]]] ? -1 : 0;
-    return moving;
+    return gather(scene.face_moving, edge_face(scene, edge)) != 0;
 }
 
 // Whether a point of an edge, or of a face, may move.

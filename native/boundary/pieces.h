@@ -35,6 +35,25 @@ EG_INLINE void edge_end(const SceneView& scene, int32_t edge, int32_t instance, 
     place_point(scene, instance, p);
 }
 
+// Barycentrics of the point at u on an edge in one of its faces, whose corner `opposite` is off the edge.
+// Which of the others is the edge's first vertex is told by distance, since copies of one vertex differ.
+EG_INLINE void edge_place(const SceneView& scene, int32_t edge, float u, int32_t face, int opposite,
+                          float (&b)[3]) {
+    const int one = (opposite + 1) % 3, other = (opposite + 2) % 3;
+    float a[3];
+    edge_end(scene, edge, -1, 0, a);
+    const auto distance = [&](int corner) {
+        const float* p =
+            scene.vertices + 3 * static_cast<int64_t>(scene.faces[3 * static_cast<int64_t>(face) + corner]);
+        const float x = p[0] - a[0], y = p[1] - a[1], z = p[2] - a[2];
+        return x * x + y * y + z * z;
+    };
+    const bool first = distance(one) <= distance(other);
+    b[opposite] = 0.0f;
+    b[first ? one : other] = 1.0f - u;
+    b[first ? other : one] = u;
+}
+
 // The random numbers of a boundary term.
 EG_INLINE uint32_t boundary_stream(const BoundaryTask& task) {
     return hash(task.seed ^ hash(0x2545f491u + static_cast<uint32_t>(task.kind)));

@@ -12,26 +12,35 @@
 // - y rides on its surface, on a light, or turns with the environment.
 #pragma once
 
+#include "boundary/light_motion.h"
 #include "boundary/moving_points.h"
 #include "boundary/pieces.h"
 #include "path/camera_projection.h"
+#include "shading/environment.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// What the far end of a segment rides on; lanes of neither kind are infinitely far, or stand still.
+// What the far end of a segment rides on; lanes of no kind stand still.
 struct FarEnd {
     Int face, instance;  // a surface at (b1, b2); face -1: none
     Float b1, b2;
+    Int row, kind;  // a row of the light table, and its LightKind; row -1: none
+    Mask sky;       // the environment's image
 };
 
-EG_INLINE FarEnd still_far_end() { return {splat(-1), splat(-1), splat(0.0f), splat(0.0f)}; }
+EG_INLINE FarEnd still_far_end() {
+    return {splat(-1), splat(-1), splat(0.0f), splat(0.0f), splat(-1), splat(0), splat(0)};
+}
 
 struct BoundarySegment {
     Mask active;
     Int edge, instance;  // the edge, and which of its copies
     Float u;
-    Vec3 point;  // e
-    Vec3 sweep;  // sigma (t x w)
+    Vec3 point;      // e
+    Vec3 towards;    // -w: unit, from e to y
+    Vec3 sweep;      // sigma (t x w)
+    Float reach;     // |x - e|
+    Float distance;  // |e - y|, infinite of distant lights and the environment
     Float lambda;
     SurfacePoint x;  // its normal on the side from which it is seen
     Mask slides;     // x is seen by the camera, as `view` says; else it rides on its surface
@@ -41,17 +50,50 @@ struct BoundarySegment {
     Vec3 color;
 };
 
+// Sets lambda, once x and y are known.
+EG_INLINE void divide_segment(BoundarySegment& s) {
+    const Mask finite = s.distance < __builtin_inff();
+    s.lambda = select(finite, s.distance / max(s.distance + s.reach, 1e-30f), splat(1.0f));
+}
+
 // Whether anything of the segment may move.
 EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& asked, const BoundarySegment& s) {
     Mask moves = edge_point_moves(scene, asked, s.active, s.edge, s.instance) |
                  face_point_moves(scene, asked, s.active, s.x.face, s.x.instance) |
                  face_point_moves(scene, asked, s.active & (s.y.face >= 0), s.y.face, s.y.instance);
     if (asked.want_camera) moves |= s.active & s.slides;
+    if (asked.want_lights) moves |= s.active & (s.y.row >= 0);
+    if (asked.want_rotation) moves |= s.active & s.y.sky;
     return moves;
 }
 
-// What a motion of the edge across the segment counts for.
-EG_INLINE Float size_of(const BoundarySegment& s) { return size_of(s.color) * sqrt(dot(s.sweep, s.sweep)); }
+// The velocity of a y that isn't on a surface; the adjoint of x's, on which that of some lights depends.
+template <typename Mode>
+EG_INLINE Vec3 light_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                            const BoundarySegment& s, Vec3 color) {
+    Vec3 from = zero3();
+    const Mask distant = s.y.sky | (s.y.kind >= splat(static_cast<int>(kDirectionLight)));
+    // Of distant ones the direction to them moves: dw = -d(-w).
+    const Vec3 g = s.sweep * select(distant, -s.reach, s.lambda - 1.0f);
+    const Mask on_row = s.active & (s.y.row >= 0);
+    if (any(on_row)) {
+        Float row[kLightParams];
+        const Int light = select(on_row, s.y.row, splat(0));
+        const Float way = select(distant, splat(1.0f), s.reach + s.distance);
+        from = select(on_row,
+                      light_motion_row(scene.lights, light, s.y.kind, s.x.position, s.towards * way, g, row),
+                      from);
+        if (asked.want_lights) mode.light(on_row, light, row, color);
+    }
+    const Mask sky = s.active & s.y.sky;
+    if (asked.want_rotation && any(sky)) {
+        const Vec3 d = rotated(scene.environment_rotation, s.towards);
+        const Float row[9] = {d.x * g.x, d.x * g.y, d.x * g.z, d.y * g.x, d.y * g.y,
+                              d.y * g.z, d.z * g.x, d.z * g.y, d.z * g.z};
+        mode.rotation(sky, row, color);
+    }
+    return from;
+}
 
 // The velocities of all ends, for what `asked` names.
 template <typename Mode>
@@ -66,7 +108,7 @@ EG_INLINE void segment_blocks(Mode& mode, const SceneView& scene, const Derivati
                           s.sweep * (s.lambda - 1.0f), color);
     // The adjoint of dx. Of a slide, n (g . D)/(n . D) goes to the surface, its rest to the ray: with the
     // |n . D| of the color cancelled both are bounded at grazing views.
-    const Vec3 g = -s.sweep * s.lambda;
+    const Vec3 g = light_blocks(mode, scene, asked, s, color) - s.sweep * s.lambda;
     const Vec3 along = s.x.normal * -dot(g, s.view.across_of);
     face_point_blocks(mode, scene, asked, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2,
                       select(s.slides, along, g), s.color);
@@ -76,6 +118,25 @@ EG_INLINE void segment_blocks(Mode& mode, const SceneView& scene, const Derivati
         ray_velocity_row(scene.camera, s.view, g * -nd - along, row);
         mode.camera(seen, row, s.color);
     }
+}
+
+// What a motion of the edge across the segment changes, per unit.
+EG_INLINE Float size_of(const BoundarySegment& s) {
+    const Float facing = select(s.slides, -dot(s.x.normal, s.view.across_of), splat(1.0f));
+    return size_of(s.color) * facing * sqrt(dot(s.sweep, s.sweep));
+}
+
+// Leaves out samples without a finite size, and writes the sizes of those of a first pass, by which the
+// samples of a second are distributed (boundary/boundary_plan.h).
+EG_INLINE void weigh(const BoundaryTask& task, int64_t at, BoundarySegment& s) {
+    Float size = splat(0.0f);
+    if (any(s.active)) {
+        size = size_of(s);
+        s.active = keep_finite(task, at, s.active, s.edge, s.instance, size);
+    }
+    if (!task.score) return;
+    for (int i = 0; i < W && at + i < task.count; ++i)
+        task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

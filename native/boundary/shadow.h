@@ -1,24 +1,110 @@
 // Shadow boundary term: what changes where an edge passes between a lit surface and its light.
 //
-// Formula (S) of the derivations, sampled from the edge outwards. With e(u) a point of an edge of
-// direction t = b - a, w the direction of light from y through e to the first surface behind it, x:
-//   dI = int du int dw  J f_r L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
-// f_r the BSDF of x towards the camera (times |n_s . w|/|n . w| where its shading normal is another),
-// J = f^2 |n . p|/z^3 the screen's area per area at x, lambda = |e - y|/|x - y|.
-// sigma is the side of the edge's faces: where they are on both sides, light doesn't pass there.
-//   triangle:    L dw = L_e |w . M_y|/(2 |e - y|^2 P)      (what EmitterSample::geometry holds)
-//   point light: L dw = I/|e - y|^2,   sun: its irradiance and lambda = 1
-//   environment: w about the edge, its cosine to t uniform, its azimuth uniform in the two wedges in
-//                which both faces are on one side, each of width alpha: density 1/(4 alpha); lambda = 1.
-// x slides along its pixel's ray, y rides on its triangle.
+// Formula (S), sampled from the edge outwards: a point e of an edge, light that arrives there as it does at a
+// surface (shading/lights.h), and x, the first surface behind:
+//   dI = int du int dw  kappa |n . D| f_r L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
+// f_r the BSDF of x towards the camera (times |n_s . w|/|n . w| where its shading normal is another). sigma
+// is the side of the edge's faces: where they are on both sides, light doesn't pass there. Of lights without
+// size L dw is I/|e - y|^2, or a sun's irradiance. The picture's own samples of lights are per solid angle,
+// and so is this integral.
 #pragma once
 
 #include "boundary/camera_connection.h"
+#include "boundary/lit_surface.h"
+#include "boundary/occluder.h"
 #include "boundary/segment.h"
 #include "boundary/silhouette.h"
-#include "shading/emitters.h"
+#include "shading/environment_samples.h"
+#include "shading/light_radiance.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
+
+// Direction to the environment from a point of an edge: about the edge, where it is a silhouette. Half of the
+// directions to an image are its own samples; each sample is weighted by the mixture's density (the balance
+// heuristic).
+EG_INLINE Vec3 sky_direction(const SceneView& scene, const PieceSample& p, Float& density) {
+    constexpr float kByImage = 0.5f;
+    Float u, v;
+    sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
+    Vec3 towards = wedge_direction(scene, p, u, v, density);
+    if (scene.sky.sampled) {
+        Float pick, unused, image_u, image_v;
+        sobol_pair(p.random.stream, p.random.sample, kPairStrategy, unused, pick);
+        sobol_pair(p.random.stream, p.random.sample, kPairLight, image_u, image_v);
+        const Mask by_image = pick < kByImage;
+        towards = select(by_image, sample_environment(scene, p.active, image_u, image_v).w, towards);
+        density = (1.0f - kByImage) * density + kByImage * environment_pdf(scene, towards);
+    }
+    return towards;
+}
+
+EG_OUTLINE LightSample sample_passing_light(const SceneView& scene, Mask active, const PassedEdge& edge,
+                                            Float u, Float v) {
+    return sample_light_for(scene, active, edge, u, v);
+}
+
+// What a shadow sample's light is, once it is known to pass the edge.
+struct ShadowLight {
+    LightSample sample;
+    Float geometry;  // 1/density
+    Int blockers;
+};
+
+// Sets where the light comes from.
+EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+                                   BoundarySegment& s) {
+    ShadowLight light;
+    if (task.kind == kSkyBoundary) {
+        Float density;
+        s.towards = sky_direction(scene, p, density);
+        s.distance = splat(__builtin_inff());
+        s.y.sky = splat(scene.sky.pixels ? -1 : 0);
+        light.geometry = 1.0f / max(density, 1e-30f);
+        light.blockers = splat(scene.sky.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+        return light;
+    }
+    Float u, v;
+    sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
+    light.sample = sample_passing_light(scene, p.active, {s.point, s.edge}, u, v);
+    const LightSample& from = light.sample;
+    s.active &= from.active & from.casts_shadow;
+    s.towards = from.w;
+    s.distance = from.r;
+    s.y.face = from.face, s.y.b1 = from.b1, s.y.b2 = from.b2;
+    s.y.row = from.row, s.y.kind = from.kind;
+    light.geometry = from.geometry;
+    light.blockers = from.blockers;
+    return light;
+}
+
+// A disk that faces x: where the segment from x meets it.
+EG_INLINE void meet_facing_disk(const SceneView& scene, BoundarySegment& s) {
+    const Mask disk = s.active & (s.y.row >= 0) & (s.y.kind == splat(static_cast<int>(kDiskLight)));
+    if (!any(disk)) return;
+    const LightRow l = gather_light(scene.lights, select(disk, s.y.row, splat(0)));
+    Float pdf;
+    const Float way = meet_light(l, kDiskLight, s.x.position, s.towards, pdf);
+    s.distance = select(disk, way - s.reach, s.distance);
+    s.active &= ~disk | (s.distance > 0.0f);
+}
+
+// Light that arrives at the edge from y, divided by the density of the sample.
+EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
+                             ShadowLight& light) {
+    PassingRays rays{light.blockers};
+    rays.ignored = {s.edge, s.instance};
+    const Int camera_ray = splat(static_cast<int>(kCameraRay));
+    if (task.kind == kSkyBoundary)
+        return environment_radiance(scene, s.towards) * light.geometry *
+               transmittance(scene, s.active, s.point, s.towards, splat(__builtin_inff()), rays);
+    light.sample.active = s.active;
+    look_up_emission(scene, light.sample, camera_ray);
+    const Mask near = s.distance < __builtin_inff(), on_surface = light.sample.face >= 0;
+    const Vec3 end =
+        select(on_surface, light.sample.end - s.point, s.towards * select(near, s.distance, 1.0f));
+    const Float far = select(near, splat(0.99999f), splat(__builtin_inff()));
+    return light.sample.radiance * light.geometry * transmittance(scene, s.active, s.point, end, far, rays);
+}
 
 template <typename Wanted>
 EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
@@ -26,79 +112,62 @@ EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTa
                                         const Wanted& wanted) {
     BoundarySegment s;
     PieceSample p = sample_piece(scene, task, at, piece);
+    s.active = p.active;
     s.edge = p.edge;
     s.instance = p.instance;
     s.u = p.u0 + (p.u1 - p.u0) * p.tau;
     s.point = p.a + p.t * s.u;
     s.y = still_far_end();
     s.view.sx = s.view.sy = splat(0.0f);
-    Vec3 light, towards;
-    Float lambda_distance;
-    EmitterSample emitter;
-    if (task.kind == kSkyBoundary) {
-        Float u, v, density;
-        sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
-        const Vec3 w = wedge_direction(scene, p, u, v, density);  // travels along w
-        towards = -w;
-        light = splat3(scene.environment) * (1.0f / density);
-        lambda_distance = splat(__builtin_inff());
-    } else {
-        Float u, v;
-        sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
-        emitter = sample_emitter(scene, p.active, s.point, u, v);
-        p.active &= emitter.active;
-        towards = emitter.w;
-        light = emitter.radiance * emitter.geometry;
-        lambda_distance = emitter.r;
-        const Mask on_triangle = emitter.kind == kEmissiveTriangle;
-        s.y.face = select(on_triangle, emitter.index, splat(-1));
-        s.y.b1 = emitter.b1;
-        s.y.b2 = emitter.b2;
+    ShadowLight light = aim_at_light(scene, task, p, s);
+    if (scene.rays_differ || scene.lights.any_linked) {
+        Int mesh = mesh_of(scene, edge_face(scene, s.edge));
+        s.active &= (gather(scene.mesh_mask, mesh) & light.blockers) != 0;
     }
-    const Vec3 across = cross(p.t, -towards);
-    const Float sigma = occluder_side(scene, p, across);
+    const Vec3 across = cross(p.t, -s.towards);
+    p.active = s.active;
+    Float sigma = occluder_side(scene, p, across);
+    const Mask clear = transparent_occluder(scene, s.active, s.edge);
+    // Faces that let light pass: the jump takes the place of the side.
+    sigma = select(clear, splat(1.0f), sigma);
     s.sweep = across * sigma;
-    s.active = p.active & (sigma != 0.0f);
+    s.active &= sigma != 0.0f;
     if (!any(s.active)) return s;
 
-    // The surface that is lit past the edge.
     const Ignored ignored = {s.edge, s.instance};
-    const Closest behind = intersect(scene, s.active, s.point, -towards, splat(0.0f), splat(__builtin_inff()),
-                                     ignored, embree::kIncoherent);
-    const Float scale = largest_component(s.point);
+    const LitPoint lit =
+        find_lit_point(scene, s.active, s.point, s.towards, ignored, light.blockers, p.random);
     // Nearer than rounding the jump is the primary boundary's (derivations F3c).
-    s.active &= behind.hit & (behind.distance > 1e-5f * scale);
-    const Vec3 position = interpolate(gather_triangle(scene, behind.face), behind.b1, behind.b2);
-    s.view = place_in_picture(scene, s.active, position, p.random);
-    s.x = surface_point(scene, s.view.active, behind.face, behind.b1, behind.b2, s.view.direction,
-                        behind.instance);
-    s.active = s.x.active & (dot(s.x.normal, towards) > 0.0f);
-    s.slides = s.active;
+    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    if (!any(s.active)) return s;
+    s.reach = lit.hit.distance;
+    const PlacedTriangle t = placed_triangle(scene, select(s.active, lit.hit.face, splat(0)),
+                                             select(s.active, lit.hit.instance, splat(-1)));
+    s.view = place_in_picture(scene, s.active, interpolate(t.triangle, lit.hit.b1, lit.hit.b2), p.random);
+    s.x = surface_point(scene, s.view.active, select(s.active, lit.hit.face, splat(0)), t, lit.hit.b1,
+                        lit.hit.b2, s.view.direction, select(s.active, lit.hit.instance, splat(-1)));
+    s.x.mesh = lit.hit.mesh;
+    s.active = s.slides = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    meet_facing_disk(scene, s);
+    divide_segment(s);
     s.active &= segment_moves(scene, asked, s);
-    if (any(s.active)) s.active &= wanted(s);
+    if (!task.score && any(s.active)) s.active &= wanted(s);
     if (!any(s.active)) return s;
 
-    // Light reaches the edge, and the camera sees x.
-    if (task.kind == kSkyBoundary) {
-        s.active &= ~occluded(scene, s.active, s.point, towards, splat(__builtin_inff()), ignored);
-    } else {
-        emitter.active = s.active;
-        s.active &= ~emitter_hidden(scene, s.point, s.point, ignored, emitter);
-    }
-    s.x.active = s.active;
-    const Vec3 seen = seen_by_camera(scene, s.active, s.x, s.view, task.limits.transparent);
-    s.active &= largest_component(seen) > 0.0f;
+    Vec3 color = lit.through * light_at_edge(scene, task, s, light) * (s.view.area * task.scale / p.density);
+    if (any(clear))
+        color = select(clear, color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),
+                       color);
+    s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return s;
-    s.lambda = select(lambda_distance < __builtin_inff(),
-                      lambda_distance / (lambda_distance + behind.distance), splat(1.0f));
+    s.x.active = s.active;
+    color = color * seen_by_camera(scene, s.active, s.x, s.view, task.limits.transparent);
     Float choice = splat(0.5f), unused;
     if (scene.any_mixture) sobol_pair(p.random.stream, p.random.sample, kPairStrategy, choice, unused);
-    s.x.active = s.active;
-    const Int camera_ray = splat(static_cast<int>(kCameraRay));
-    s.color =
-        scattered_towards(scene, s.x, -s.view.direction, towards, camera_ray, splat(kScatteredRays), choice) *
-        light * seen * (s.view.area / p.density);
-    s.active = keep_finite(task, at, s.active, s.edge, s.instance, size_of(s));
+    const Int kinds = task.kind == kSkyBoundary ? splat(scene.environment_mask) : light.sample.visible_to;
+    s.color = color * scattered_towards(scene, s.x, -s.view.direction, s.towards,
+                                        splat(static_cast<int>(kCameraRay)), kinds, choice);
+    s.active &= ~(largest_component(s.color) == 0.0f);
     return s;
 }
 
@@ -106,8 +175,9 @@ static void shadow_forward_kernel(const SceneView& scene, const BoundaryTask& ta
                                   const DerivativeView& tangent, Splats& splats) {
     PieceCursor piece = first_piece(task);
     for (int64_t at = 0; at < task.count; at += W) {
-        const BoundarySegment s =
+        BoundarySegment s =
             sample_shadow(scene, task, at, piece, tangent, [](const BoundarySegment&) { return splat(-1); });
+        weigh(task, at, s);
         Forward mode{scene, tangent};
         if (any(s.active)) segment_blocks(mode, scene, tangent, s);
         write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
@@ -121,9 +191,10 @@ static void shadow_backward_kernel(const SceneView& scene, const BoundaryTask& t
     };
     PieceCursor piece = first_piece(task);
     for (int64_t at = 0; at < task.count; at += W) {
-        const BoundarySegment s = sample_shadow(
+        BoundarySegment s = sample_shadow(
             scene, task, at, piece, gradient,
             [&](const BoundarySegment& found) { return largest_component(adjoint_of(found)) > 0.0f; });
+        weigh(task, at, s);
         if (!any(s.active)) continue;
         Backward mode{scene, gradient, adjoint_of(s)};
         segment_blocks(mode, scene, gradient, s);

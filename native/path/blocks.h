@@ -55,6 +55,21 @@ struct Forward {
         for (int k = 0; k < kCameraFloats; ++k) d = d + row[k] * static_cast<float>(tangent.camera[k]);
         value = value + color * select(m, d, 0.0f);
     }
+    // The same of the floats of a row of the light table, and of the environment's rotation.
+    EG_INLINE void light(Mask m, Int light, const Float (&row)[kLightParams], Vec3 color) {
+        Float d = splat(0.0f);
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            const double* p = tangent.light_params + kLightParams * static_cast<int64_t>(light[i]);
+            for (int k = 0; k < kLightParams; ++k) d[i] += row[k][i] * static_cast<float>(p[k]);
+        }
+        value = value + color * d;
+    }
+    EG_INLINE void rotation(Mask m, const Float (&row)[9], Vec3 color) {
+        Float d = splat(0.0f);
+        for (int k = 0; k < 9; ++k) d = d + row[k] * static_cast<float>(tangent.environment_rotation[k]);
+        value = value + color * select(m, d, 0.0f);
+    }
     // A point of an instance, at `local` in the mesh's own space.
     EG_INLINE void placed(Mask m, Int instance, Vec3 local, Vec3 g, Vec3 color) {
         Float d = splat(0.0f);
@@ -95,6 +110,21 @@ struct Backward {
         for (int k = 0; k < kCameraFloats; ++k) {
             const Float part = select(m, a * row[k], 0.0f);  // other lanes may hold anything
             for (int i = 0; i < W; ++i) gradient.camera[k] += static_cast<double>(part[i]);
+        }
+    }
+    EG_INLINE void light(Mask m, Int light, const Float (&row)[kLightParams], Vec3 color) {
+        const Float a = dot(adjoint, color);
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            double* p = gradient.light_params + kLightParams * static_cast<int64_t>(light[i]);
+            for (int k = 0; k < kLightParams; ++k) p[k] += static_cast<double>(a[i] * row[k][i]);
+        }
+    }
+    EG_INLINE void rotation(Mask m, const Float (&row)[9], Vec3 color) {
+        const Float a = dot(adjoint, color);
+        for (int k = 0; k < 9; ++k) {
+            const Float part = select(m, a * row[k], 0.0f);
+            for (int i = 0; i < W; ++i) gradient.environment_rotation[k] += static_cast<double>(part[i]);
         }
     }
     EG_INLINE void placed(Mask m, Int instance, Vec3 local, Vec3 g, Vec3 color) {

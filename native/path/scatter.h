@@ -3,9 +3,9 @@
 
 #include "path/recorder.h"
 #include "path/stream.h"
-#include "shading/emission.h"
 #include "shading/environment_samples.h"
 #include "shading/lambertian.h"
+#include "shading/light_radiance.h"
 #include "shading/lights.h"
 #include "shading/terminator.h"
 #include "shading/transmittance.h"
@@ -56,12 +56,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
     LightSample s = sample_light(scene, p.active, x, p.both_sides, u, v);
-    if (scene.emission_varies) {
-        const Mask on_surface = s.active & (s.face >= 0);
-        const SurfacePoint y = surface_point(scene, on_surface, s.face, s.b1, s.b2, s.w);
-        const TexturePoint point = texture_point(scene, y, -s.w, p.kind);
-        s.radiance = select(on_surface, emitted_radiance(scene, y, point), s.radiance);
-    }
+    look_up_emission(scene, s, p.kind);
     const BsdfValue f = scene.lights.any_hidden ? surface.evaluate_for(s.visible_to, s.active, s.w)
                                                 : surface.evaluate(s.active, s.w);
     // What is zero now may have a derivative.

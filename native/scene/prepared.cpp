@@ -24,6 +24,10 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.face_moving = face_moving_.data();
     view_.mesh_first_face = tables.mesh_first_face.data();
     view_.mesh_count = tables.visible_meshes;
+    view_.mesh_mask = tables.mesh_mask.data();
+    constexpr int32_t all_rays = (1 << kFirstBlockers) - 1;
+    view_.rays_differ = std::any_of(tables.mesh_mask.begin(), tables.mesh_mask.begin() + tables.visible_meshes,
+                                    [](int32_t mask) { return (mask & all_rays) != all_rays; });
     view_.mesh_receivers = tables.mesh_receivers.data();
     view_.mesh_terminator = tables.mesh_terminator.data();
     view_.any_terminator = !tables.corner_normal.empty() &&
@@ -67,17 +71,6 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     if (lights_) view_.lights = lights_->view();
     view_.emission = tables.emission.data();
     view_.emission_two_sided = tables.emission_two_sided.data();
-    if (asked) {
-        const EmitterTable& emitters = emitters_.emplace(tables);
-        view_.emitter_count = static_cast<int32_t>(emitters.kind.size());
-        view_.emitter_kind = emitters.kind.data();
-        view_.emitter_index = emitters.index.data();
-        view_.emitter_cdf = emitters.cdf.data();
-    }
-    view_.point_position = tables.point_position.data();
-    view_.point_intensity = tables.point_intensity.data();
-    view_.sun_direction = tables.sun_direction.data();
-    view_.sun_irradiance = tables.sun_irradiance.data();
     std::copy_n(tables.environment, 3, view_.environment);
     view_.has_environment =
         (asked && asked->environment) ||

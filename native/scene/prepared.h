@@ -2,11 +2,9 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 
 #include "scene/brute_triangles.h"
 #include "scene/bvh.h"
-#include "scene/emitter_table.h"
 #include "scene/light_list.h"
 
 namespace edgegrad {
@@ -20,7 +18,6 @@ class PreparedScene {
     const SceneView& view() const { return view_; }
 
  private:
-    std::optional<EmitterTable> emitters_;
     std::shared_ptr<const LightList> lights_;
     std::vector<BruteTriangle> brute_triangles_;
     std::vector<int32_t> face_moving_;

@@ -42,7 +42,6 @@ struct ValueTables {
     std::vector<float> filter;  // film/pixel_filter.h
     std::vector<float> emission;
     std::vector<int32_t> emission_two_sided;
-    std::vector<float> point_position, point_intensity, sun_direction, sun_irradiance;
     float environment[3] = {0, 0, 0};
     CameraView camera{};
 };
@@ -57,6 +56,8 @@ struct Asked {
     std::vector<uint8_t> moving;  // by mesh: its vertices
     bool camera = false;          // any float of the camera
     bool instances = false;       // any instance's transform
+    bool lights = false;          // any row of the light table
+    bool rotation = false;        // the environment's
     bool environment = false;     // light from it, even if it is dark
 };
 

@@ -23,9 +23,6 @@ constexpr int32_t kScatteredRays = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTr
 
 enum CameraKind : int32_t { kPerspective, kOrthographic, kEquirectangular };
 
-// Kinds of finite emitters.
-constexpr int32_t kEmissiveTriangle = 0, kPointLight = 1, kSunLight = 2;
-
 constexpr int kFilterSize = 1024;
 
 struct CameraView {
@@ -62,6 +59,8 @@ struct SceneView {
     const int32_t* face_moving;      // (F) 1: its vertices are parameters
     const int32_t* mesh_first_face;  // by Embree's geomID
     int32_t mesh_count;              // that rays can hit; instances have the geomIDs from here on
+    const int32_t* mesh_mask;        // (S) bits of the rays that meet a mesh
+    bool rays_differ;                // some mesh isn't met by all rays
     const int32_t* mesh_receivers;   // (S) bits of the sets of receivers that a mesh is in
     const float* mesh_terminator;    // (S) share of the shadow terminator's offset
     bool any_terminator;
@@ -84,20 +83,10 @@ struct SceneView {
     float environment_rotation[9];
     int32_t environment_mask;
 
-    LightView lights;  // of paths; the shadow boundary picks among the emitters below
+    LightView lights;
 
     const float* emission;              // (M, 3)
     const int32_t* emission_two_sided;  // (M)
-
-    // Finite emitters, one of which is picked per edge sample in proportion to its power.
-    int32_t emitter_count;
-    const int32_t* emitter_kind;   // one of the kinds above
-    const int32_t* emitter_index;  // face, point light or sun
-    const float* emitter_cdf;      // (emitter_count + 1) from 0 to 1
-    const float* point_position;   // (P, 3)
-    const float* point_intensity;  // (P, 3)
-    const float* sun_direction;    // (D, 3)
-    const float* sun_irradiance;   // (D, 3)
 
     bool convex;  // one convex body seen from outside: nothing hides light from it
 
@@ -121,11 +110,15 @@ struct SceneView {
 struct DerivativeView {
     double* vertices;
     int32_t first_vertex;
-    double* camera;             // (kCameraFloats)
-    double* instance_to_world;  // (I, 12)
+    double* camera;                // (kCameraFloats)
+    double* instance_to_world;     // (I, 12)
+    double* light_params;          // (L, kLightParams)
+    double* environment_rotation;  // (9)
     // What is asked for at all.
     bool want_camera;
     bool want_instances;
+    bool want_lights;
+    bool want_rotation;
 };
 
 }  // namespace edgegrad

@@ -14,6 +14,12 @@ struct Receiver {
     Vec3 position;
     Vec3 normal;      // geometric, on the viewer's side
     Mask both_sides;  // its surface transmits
+
+    // Bound of the cosine to the normal with which light from w counts.
+    EG_INLINE Float facing(Vec3 w) const {
+        const Float cosine = dot(w, normal);
+        return select(both_sides, abs(cosine), cosine);
+    }
 };
 
 struct NodePacket {
@@ -52,8 +58,8 @@ EG_INLINE Float sine_of(Float cosine) { return sqrt(max(1.0f - cosine * cosine, 
 
 // Bound of the irradiance that a node's lights give at x. Only nodes on top are `kMayBeDistant`: members of
 // groups never are, and there are many of those on the way down.
-template <bool kMayBeDistant>
-EG_INLINE Float importance(const NodePacket& n, const Receiver& x) {
+template <bool kMayBeDistant, typename Point>
+EG_INLINE Float importance(const NodePacket& n, const Point& x) {
     const Mask distant = kMayBeDistant ? n.radius < 0.0f : splat(0);
     const Vec3 d = n.center - x.position;
     const Float d2 = max(dot(d, d), 1e-30f);
@@ -69,8 +75,7 @@ EG_INLINE Float importance(const NodePacket& n, const Receiver& x) {
         cos_b = select(distant, n.cos_o, cos_b);
         sin_b = select(distant, n.sin_o, sin_b);
     }
-    const Float cosine_x = dot(w, x.normal);
-    const Float cos_x = select(x.both_sides, abs(cosine_x), cosine_x);
+    const Float cos_x = x.facing(w);
     const Float bound = n.power * max(cos_difference(cos_x, sine_of(cos_x), cos_b, sin_b), 0.0f);
     if (kMayBeDistant && !any(~distant)) return bound;
     // Angle between the direction to x and the nearest direction of emission.
@@ -93,7 +98,8 @@ struct LightChoice {
 };
 
 // Picks a light for x; inactive where none can matter.
-EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const Receiver& x, Float u) {
+template <typename Point>
+EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const Point& x, Float u) {
     LightChoice choice{active, splat(0), splat(1.0f), u};
     if (lights.top == 1 && !lights.any_group) return choice;
     Int node = splat(0);

@@ -1,0 +1,82 @@
+// How the far end of a segment moves with its light: the transpose of the parametrisation of the interior
+// term (adjoint/light_arrival.h), in which a sample is a fixed place in the frame of its light. With the
+// light at p, and g the adjoint of the velocity of y:
+//   point               y = p
+//   sphere              y = p + n R,                 n fixed
+//   disk facing x       y = p + (a s + b t) R,       a, b the basis across p - x; s, t fixed
+//   rectangle, ellipse  y = p + X s + Y t,           X, Y half the extents; s, t fixed
+// and of distant lights, with g the adjoint of the velocity of the direction -w to the light:
+//   direction           -w = d,                      d the direction against which it travels
+//   cone                -w = (a s + b t) sin + d cos, 1 - cos = q (1 - cos of half its angle); q, s, t fixed.
+#pragma once
+
+#include "shading/light_rows.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The adjoint of the unit vector n from those of its basis vectors (simd/vector.h).
+EG_INLINE Vec3 basis_adjoint(Vec3 n, Vec3 ga, Vec3 gb) {
+    const Float sign = select(n.z >= 0.0f, splat(1.0f), -1.0f);
+    const Float p = -1.0f / (sign + n.z), mixed = sign * ga.y + gb.x;
+    return {2.0f * sign * p * n.x * ga.x + p * n.y * mixed - sign * ga.z,
+            p * n.x * mixed + 2.0f * p * n.y * gb.y - gb.z,
+            p * p * (sign * n.x * n.x * ga.x + n.x * n.y * mixed + n.y * n.y * gb.y)};
+}
+
+// The adjoints of the row's floats. `offset` leads from x to y, of distant lights it is the unit direction;
+// what is returned is the adjoint of x, which turns the disks that face it.
+EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Vec3 x, Vec3 offset, Vec3 g,
+                                Float (&row)[kLightParams]) {
+    for (Float& r : row) r = splat(0.0f);
+    Vec3 from = zero3();
+    const LightRow l = gather_light(lights, light);
+    const auto is = [&](LightKind k) { return kind == splat(static_cast<int>(k)); };
+    const auto put = [&](int at, Mask m, Vec3 v) {
+        row[at] = select(m, v.x, row[at]), row[at + 1] = select(m, v.y, row[at + 1]);
+        row[at + 2] = select(m, v.z, row[at + 2]);
+    };
+    const Mask near = kind < splat(static_cast<int>(kDirectionLight)), cone = is(kConeLight);
+    const Vec3 place = x + offset - l.position;
+    put(kLightPosition, near, g);
+    const Mask disk = is(kDiskLight), round = is(kSphereLight) | disk;
+    if (any(round)) {
+        const Vec3 unit = place * (1.0f / max(l.radius, 1e-30f));
+        row[kLightRadius] = select(round, dot(g, unit), row[kLightRadius]);
+    }
+    if (any(disk)) {
+        const Vec3 way = l.position - x;
+        const Float inverse = 1.0f / max(sqrt(dot(way, way)), 1e-30f);
+        const Vec3 axis = way * inverse;
+        Vec3 a, b;
+        basis(axis, a, b);
+        const Vec3 turned = basis_adjoint(axis, g * dot(place, a), g * dot(place, b));
+        const Vec3 across = (turned - axis * dot(axis, turned)) * inverse;
+        put(kLightPosition, disk, g + across);
+        from = select(disk, -across, from);
+    }
+    const Mask flat = is(kRectangleLight) | is(kEllipseLight);
+    if (any(flat)) {
+        const auto axis = [&](int at, int extent, Vec3 half) {
+            const Float share = dot(place, half) / max(dot(half, half), 1e-37f);
+            const Float length = gather(lights.params + extent, light * static_cast<int32_t>(kLightParams));
+            put(at, flat, g * (share * length));
+            row[extent] = select(flat, dot(g, half) * share / max(length, 1e-37f), row[extent]);
+        };
+        axis(kLightAxisX, kLightExtentX, l.axis_x);
+        axis(kLightAxisY, kLightExtentY, l.axis_y);
+    }
+    put(kLightDirection, is(kDirectionLight), -g);
+    if (any(cone)) {
+        const Vec3 axis = -l.direction;
+        Vec3 a, b;
+        basis(axis, a, b);
+        const Float s = dot(offset, a), t = dot(offset, b), z = dot(offset, axis);
+        const Float q = (1.0f - z) / max(l.one_minus_cos, 1e-30f), sine2 = max(1.0f - z * z, 1e-12f);
+        const Float widens = dot(g, a * s + b * t) * (z * q / sine2) - q * dot(g, axis);
+        row[kLightOneMinusCos] = select(cone, widens, row[kLightOneMinusCos]);
+        put(kLightDirection, cone, -(g * z + basis_adjoint(axis, g * s, g * t)));
+    }
+    return from;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -26,8 +26,9 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.mesh_count = tables.visible_meshes;
     view_.mesh_mask = tables.mesh_mask.data();
     constexpr int32_t all_rays = (1 << kFirstBlockers) - 1;
-    view_.rays_differ = std::any_of(tables.mesh_mask.begin(), tables.mesh_mask.begin() + tables.visible_meshes,
-                                    [](int32_t mask) { return (mask & all_rays) != all_rays; });
+    view_.rays_differ =
+        std::any_of(tables.mesh_mask.begin(), tables.mesh_mask.begin() + tables.visible_meshes,
+                    [](int32_t mask) { return (mask & all_rays) != all_rays; });
     view_.mesh_receivers = tables.mesh_receivers.data();
     view_.mesh_terminator = tables.mesh_terminator.data();
     view_.any_terminator = !tables.corner_normal.empty() &&

@@ -37,7 +37,8 @@ class Settings(bpy.types.PropertyGroup):
         name="Base Color", default=False, description="Change the base colors of the selected meshes' materials")
     iterations: bpy.props.IntProperty(name="Iterations", default=200, min=1, soft_max=1000)  # type: ignore[valid-type]
     samples: bpy.props.IntProperty(  # type: ignore[valid-type]
-        name="Samples", default=16, min=1, soft_max=256, description="Samples per pixel")
+        name="Samples", default=16, min=1, soft_max=256,
+        description="Quality of each iteration: samples per pixel. More make it surer, and slower")
     smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Smoothness", default=0.0, min=0.0, soft_max=1000.0,
         description="How far neighbouring vertices move along with each other; 0: chosen by the number of vertices")

@@ -96,9 +96,12 @@ def fit(
         Parameter paths that may move.
     iterations
         Steps to make.
-    spp, gradient_spp
-        Samples per pixel of the pictures and of their derivatives (None: as `spp`); the two use
-        independent seeds, without which the gradient would be biased.
+    spp
+        The quality of each iteration: samples per pixel of its pictures and of their derivatives. 4 to 16 do for
+        most fits, as the steps average over iterations; more make steps surer, and slower in proportion.
+    gradient_spp
+        Samples per pixel of the derivatives alone; None: `spp`. Pictures and derivatives have independent seeds,
+        without which the gradient would be biased.
     max_depth, bounces
         Path segments, and most scatterings of each kind, as for `edgegrad.render`.
     loss

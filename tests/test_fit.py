@@ -16,6 +16,7 @@ from edgegrad.fit import fit
 from edgegrad.fit_run import FitStep, Run
 from edgegrad.losses import l1, l2
 from edgegrad.targets import Target, View, views
+from edgegrad.unknowns import unknown
 from tests import shapes
 
 VERTICES, COLOR, POWER = "meshes.object.vertices", "materials.clay.base_color", "lights.lamp.power"
@@ -92,6 +93,25 @@ def test_a_scene_that_fits_stays() -> None:
     assert np.abs(after[COLOR] - before[COLOR]).max() < 0.05
     assert np.linalg.norm(after[VERTICES] - before[VERTICES], axis=1).mean() < 0.05
     assert result.losses[result.best] <= 1.5 * result.losses[0]
+
+
+def test_the_gradient_of_a_noisy_loss_is_unbiased() -> None:
+    """One sample per pixel: the picture that the adjoint comes from and the derivative must be independent."""
+    scene = ball()
+    scene.camera = shapes.camera(size=(8, 8), fov_x=0.4)
+    scene.lights["lamp"].radius = 2.0  # type: ignore[union-attr]
+    renderer, target = edgegrad.Renderer(scene), np.zeros((8, 8, 3), np.float32)
+    run = Run(scene, renderer, [View(target, scene.camera, None, 1.0)], [unknown(scene, COLOR, None, None, None)], l2,
+              iterations=600, per_iteration=1, spp=1, gradient_spp=1, limits={"max_depth": 2}, seed=3, started=0.0,
+              progress=None)  # fmt: skip
+    sharp = renderer.render(spp=4096, seed=7)
+    expected = renderer.render_backward(l2(sharp, target)[1], [COLOR], spp=4096, seed=8)[COLOR].sum()
+    found = np.array([run._gradient(k)[COLOR].sum() for k in range(run.iterations)])
+    error = found.std(ddof=1) / np.sqrt(len(found))
+    assert found.mean() == pytest.approx(expected, abs=4.0 * error)
+    same = [renderer.render_backward(l2(renderer.render(spp=1, seed=k), target)[1], [COLOR], spp=1, seed=k)[COLOR].sum()
+            for k in range(run.iterations)]  # fmt: skip
+    assert abs(np.mean(same) - expected) > 8.0 * error, "or this scene has no noise to be biased by"
 
 
 def test_equal_pictures_move_nothing_and_are_warned_of() -> None:

@@ -118,7 +118,7 @@ struct Engine::DerivativeCall {
           plan(scene.camera, options, kRecordedPaths),
           tables(differentiable_tables(scene, e.tables_)) {
         if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
-        if (anything_moves(asked) && (options.primary || options.shadow)) {
+        if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
             const std::vector<Vector> normals = unit_normals(e.tables_, e.threads_);
             terms = boundary_terms(scene, {e.tables_, sides.data(), normals.data(), e.threads_}, options,
                                    asked, e.guided_);

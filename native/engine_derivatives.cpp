@@ -20,7 +20,7 @@ namespace {
 // Shadow samples per pixel and sample of the picture: each costs three rays where a picture's costs two.
 constexpr double kShadowShare = 0.5;
 // Indirect ones, each of which costs a path; and pieces of edges with cells of directions, by sample.
-constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.1;
+constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.03;
 
 // Samples of the primary term per pixel and sample of the picture, least and most. Along few edges,
 // systematic samples get better much faster than they get more.

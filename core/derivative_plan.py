@@ -202,8 +202,6 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     smooth = [name for name in scene.meshes if any(_is_smooth(leaf) for leaf in _leaves(scene, name))]
     if smooth:
         yield f"reflected and refracted boundary: edges seen in mirrors and smooth glass ({', '.join(smooth)})"
-    if max_depth > 2:
-        yield "shadow boundary: edges of shadows on what the camera sees by way of other surfaces"
     stands = next(indirect_obstacles(scene), None)
     if max_depth > 2 and (moves.meshes or moves.camera) and stands is not None:
         yield f"indirect boundary: edges between two surfaces that light each other are left out, since {stands}"

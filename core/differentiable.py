@@ -42,16 +42,11 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
 
 
 def indirect_obstacles(scene: Scene) -> Iterator[str]:
-    """What the indirect boundary can't deal with: instances, and surfaces that only some rays meet."""
-    for name in scene.materials:
-        if any(flags(leaf) & TRANSPARENCY for leaf in scene.leaves(name)):
-            yield f"material '{name}' lets light through unscattered"
+    """What the indirect boundary can't deal with: surfaces that only some kinds of scattered rays meet."""
     scattered = set(RAYS) - {"camera", "shadow"}
     for name, mesh in scene.meshes.items():
         if 0 < len(scattered - mesh.visible_to) < len(scattered):
             yield f"mesh '{name}' is visible to some kinds of scattered rays only"
-        if mesh.instances is not None:
-            yield f"mesh '{name}' is instanced"
 
 
 def obstacles(scene: Scene) -> Iterator[str]:

@@ -57,10 +57,15 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
     }
     if (options.shadow && options.max_depth >= 2 && !scene.convex) {
         const double samples = kShadowShare * picture;
+        const bool chains = options.max_depth > 2;
         if (scene.lights.count > 0)
-            add(kShadowBoundary, shadow_candidates(scene, edges, false), samples, kShadowShare, guided);
+            add(kShadowBoundary, over_directions(shadow_candidates(scene, edges, false), 0.0, chains),
+                samples, kShadowShare, guided);
+        // Directions to an image are its own samples', in no cell.
+        const double cells = scene.sky.sampled ? 0.0 : kDirectionPieces * samples;
         if (scene.has_environment)
-            add(kSkyBoundary, shadow_candidates(scene, edges, true), samples, kShadowShare, guided);
+            add(kSkyBoundary, over_directions(shadow_candidates(scene, edges, true), cells, chains), samples,
+                kShadowShare, guided);
     }
     if (options.indirect && options.max_depth >= 3 && !scene.convex) {
         const double samples = kIndirectShare * picture;

@@ -12,6 +12,7 @@
 #pragma once
 
 #include "boundary/edge_sample.h"
+#include "boundary/occluder.h"
 #include "boundary/scattering_chain.h"
 #include "boundary/segment.h"
 #include "boundary/silhouette.h"
@@ -34,24 +35,14 @@ EG_INLINE ImageTask light_paths(const BoundaryTask& task) {
     return paths;
 }
 
-// Direction of light past the edge, in the sample's cell of directions; the density of its solid angle there.
-EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
-                              Float& density) {
-    Float u, v;
-    sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
-    const float width = 1.0f / static_cast<float>(task.direction_cells);
-    const Int row = quotient(p.cell, task.direction_cells), column = p.cell - row * task.direction_cells;
-    const Vec3 w =
-        wedge_direction(scene, p, (to_float(column) + u) * width, (to_float(row) + v) * width, density);
-    density = density * (1.0f / (width * width));
-    return w;
-}
-
-// The points x and y of a segment, in lanes where the ray meets both.
-struct SegmentEnds {
-    Closest x, y;
-    Float to_x, to_y;
-    Vec3 aside;  // from y to where rays leave it
+// The surface that scatters light towards an edge.
+struct LightSource {
+    Closest hit;
+    Float distance;
+    Vec3 aside;  // from there to where rays leave it
+    // Of surfaces before it that let light pass: what comes through, and their number.
+    Vec3 through;
+    Int passed;
 };
 
 // Where y is nearer than rounding, the edge lies in its surface (derivations F3): rays leave it a step to the
@@ -64,25 +55,58 @@ EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 
     return select(touched, select(dot(across, hidden_side) > 0.0f, -across, across), zero3());
 }
 
-EG_INLINE SegmentEnds find_ends(const SceneView& scene, Mask active, const BoundarySegment& s, Vec3 t,
-                                Vec3 w) {
-    const Ignored ignored = {s.edge, s.instance};
+// Surfaces that let light pass are passed by chance, with the random numbers by which the path tracer decides
+// that the path `path` of the task isn't.
+EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
+                                   Mask active, Int path, Vec3 t, Vec3 w) {
+    const ImageTask paths = light_paths(task);
+    const PathIndex random = path_index(paths, path);
+    const Int kind = splat(static_cast<int>(kDiffuseRay));
     const Float rounding = 1e-5f * largest_component(s.point);
-    const Int mask = splat(kScatteredRays);
-    SegmentEnds ends;
-    ends.aside = zero3();
-    ends.x = intersect(scene, active, s.point, w, splat(0.0f), splat(__builtin_inff()), ignored,
-                       embree::kIncoherent, mask);
-    // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
-    ends.x.hit &= ends.x.distance > rounding;
-    ends.to_x = ends.x.distance;
-    // The ray starts before the edge, so that a surface touching it isn't lost.
-    ends.y = intersect(scene, ends.x.hit, s.point + w * rounding, -w, splat(0.0f), splat(__builtin_inff()),
-                       ignored, embree::kIncoherent, mask);
-    ends.to_y = max(ends.y.distance - rounding, 0.0f);
-    const Mask touched = ends.y.hit & (ends.y.distance < 2.0f * rounding);
-    if (any(touched)) ends.aside = leave_contact(scene, touched, t, s.sweep, ends.y);
-    return ends;
+    LightSource y;
+    y.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    y.passed = splat(0);
+    y.aside = zero3();
+    Mask looking = active, found = splat(0);
+    Float near = splat(0.0f);
+    while (true) {
+        // The ray starts before the edge, so that a surface touching it isn't lost.
+        Closest hit = intersect(scene, looking, s.point + w * rounding, -w, near, splat(__builtin_inff()),
+                                {s.edge, s.instance}, embree::kIncoherent, splat(kScatteredRays));
+        Mask pass = splat(0);
+        if (scene.all_flags & kHasTransparency) {
+            SurfacePoint x = surface_point(scene, hit.hit, hit.face, hit.b1, hit.b2, -w, hit.instance);
+            x.mesh = hit.mesh;
+            const TexturePoint point = texture_point(scene, x, w, kind);
+            Float choice, chance, unused;
+            sobol_pair(random.stream, random.sample, vertex_pair(y.passed, kVertexChoice), choice, unused);
+            sobol_pair(random.stream, random.sample, vertex_pair(y.passed, kVertexSurvival), unused, chance);
+            const Shader shader = surface_shader(scene, x, point, choice);
+            Vec3 color;
+            pass = x.active & has(shader, kHasTransparency) & (chance < passing_share(shader, color));
+            y.through = select(pass, y.through * color * shader.scale, y.through);
+            near = select(pass, hit.distance + 2.0f * x.offset, near);
+            y.passed = y.passed - pass;
+        }
+        const Mask stays = looking & hit.hit & ~pass;
+        if (any(found)) {
+            y.hit.face = select(stays, hit.face, y.hit.face),
+            y.hit.mesh = select(stays, hit.mesh, y.hit.mesh);
+            y.hit.instance = select(stays, hit.instance, y.hit.instance);
+            y.hit.b1 = select(stays, hit.b1, y.hit.b1), y.hit.b2 = select(stays, hit.b2, y.hit.b2);
+            y.hit.distance = select(stays, hit.distance, y.hit.distance);
+        } else {
+            y.hit = hit;
+        }
+        found |= stays;
+        looking &= pass & (y.passed < task.limits.transparent);
+        if (!any(looking)) break;
+    }
+    y.hit.hit = found;
+    y.distance = select(found, max(y.hit.distance - rounding, 0.0f), 0.0f);
+    const Mask touched = found & (y.hit.distance < 2.0f * rounding);
+    if (any(touched)) y.aside = leave_contact(scene, touched, t, s.sweep, y.hit);
+    return y;
 }
 
 // A sample of the term but for L(y), whose path is appended to the queue of `queued`; its new length.
@@ -91,44 +115,61 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     PieceSample p = sample_piece(scene, task, at, piece);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
+    s.active = p.active;
     s.edge = p.edge;
     s.instance = p.instance;
     s.u = p.u0 + (p.u1 - p.u0) * p.tau;
     s.point = p.a + p.t * s.u;
-    Float density;
-    const Vec3 w = cell_direction(scene, task, p, density);
-    s.sweep = cross(p.t, w);
-    s.sweep = s.sweep * occluder_side(scene, p, s.sweep);
-    s.active = p.active & (dot(s.sweep, s.sweep) > 0.0f);
-    if (!any(s.active)) return queued;
-    const SegmentEnds ends = find_ends(scene, s.active, s, p.t, w);
-    s.active &= ends.x.hit & ends.y.hit;
-    s.towards = -w;
-    s.reach = ends.to_x;
-    s.distance = ends.to_y;
-    s.lambda = select(s.active, ends.to_y / max(ends.to_x + ends.to_y, 1e-30f), 0.0f);
     s.y = still_far_end();
-    s.y.face = select(s.active, ends.y.face, splat(-1)), s.y.instance = ends.y.instance;
-    s.y.b1 = ends.y.b1, s.y.b2 = ends.y.b2;
-    s.x = surface_point(scene, s.active, ends.x.face, ends.x.b1, ends.x.b2, w, ends.x.instance);
-    s.x.mesh = ends.x.mesh;
-    s.active = s.x.active;
+    if (scene.rays_differ)
+        s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
+    Float density;
+    const Vec3 w = cell_direction(scene, task, p, density), across = cross(p.t, w);
+    s.towards = -w;
+    // Of faces that let light pass the jump takes the place of the side.
+    const Mask clear = transparent_occluder(scene, s.active, s.edge);
+    p.active = s.active;
+    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
+    s.sweep = across * sigma;
+    s.active &= sigma != 0.0f;
+    if (!any(s.active)) return queued;
 
-    Float unused, choice, probability;
-    sobol_pair(p.random.stream, p.random.sample, kPairStrategy, unused, choice);
-    const Int length = chain_length(p, task.max_depth - 3, choice, probability);
+    Float probability;
+    const Int length = chain_length(p, task.max_depth - 3, probability), path = lane_index() + at;
     s.slides = length == 0;
+    const Int scattered = splat(kScatteredRays);
+    const LightsWay way = {scattered, select(s.slides, splat(1 << kCameraRay), scattered), kDiffuseRay,
+                           splat(0)};
+    const LitPoint lit =
+        find_lit_point(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
+    // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
+    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    if (!any(s.active)) return queued;
+    const LightSource y = find_source(scene, task, s, s.active, path, p.t, w);
+    s.active &= y.hit.hit;
+    s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.distance = y.distance;
+    divide_segment(s);
+    s.y.face = select(s.active, y.hit.face, splat(-1));
+    s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
+    s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, w,
+                        select(s.active, lit.hit.instance, splat(-1)));
+    s.x.mesh = lit.hit.mesh;
+    s.active = s.x.active;
     s.active &= segment_moves(scene, asked, s);
     if (!any(s.active)) return queued;
-    const SeenLight seen =
-        see_light(scene, task, p, s.active, ends.x, w, length, splat(kScatteredRays), true);
+
+    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, scattered, true);
     s.active = seen.active;
     s.view = seen.view;
     turn_to(s.x, -s.view.direction);
-    s.color = seen.weight * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
+    s.color = seen.weight * lit.through * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
+    if (any(clear & s.active))
+        s.color = select(
+            clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
     if (!any(s.active)) return queued;
-    return append_scattering(work, queued, s.active, lane_index() + at, s.point, -w, ends.y, ends.aside,
-                             length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
+    return append_scattering(work, queued, s.active, path, s.point, s.towards, y.hit, y.aside, y.through,
+                             y.passed, length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 
 // Finds L(y) of all samples.

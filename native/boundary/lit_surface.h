@@ -13,13 +13,23 @@ struct LitPoint {
     Vec3 through;  // what surfaces on the way let pass, by the probability of having gone on
 };
 
-// The first surface behind e along -towards that camera rays meet, of light that is stopped by the meshes
-// with a bit of `blockers`. Light also goes on behind surfaces that don't stop it, or not all of it: one of
-// all that it falls on is picked.
+// What light meets on its way: it is stopped by the meshes with a bit of `blockers`, and seen on those with
+// one of `seers`, by rays of `kind`. Random numbers are those of vertices from `first` on.
+struct LightsWay {
+    Int blockers, seers;
+    RayKind kind;
+    Int first;
+};
+
+// The first surface behind e along -towards that is seen. Light also goes on behind surfaces that don't stop
+// it, or not all of it: one of all that it falls on is picked.
 EG_OUTLINE LitPoint find_lit_point(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
-                                   const Ignored& ignored, Int blockers, const PathIndex& random) {
+                                   const Ignored& ignored, const LightsWay& way, const PathIndex& random) {
     constexpr float kStay = 0.5f;
     LitPoint r;
+    r.hit.hit = r.hit.face = r.hit.mesh = splat(0);
+    r.hit.instance = splat(-1);
+    r.hit.b1 = r.hit.b2 = r.hit.distance = splat(0.0f);
     r.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
     r.found = splat(0);
     const bool clear = scene.all_flags & kHasTransparency;
@@ -29,7 +39,7 @@ EG_OUTLINE LitPoint find_lit_point(const SceneView& scene, Mask active, Vec3 poi
     Mask looking = active;
     while (any(looking)) {
         const Closest hit = intersect(scene, looking, point, -towards, near, splat(__builtin_inff()), ignored,
-                                      embree::kIncoherent, blockers | (1 << kCameraRay));
+                                      embree::kIncoherent, way.blockers | way.seers);
         looking &= hit.hit;
         if (!differ) {
             r.hit = hit;
@@ -37,7 +47,7 @@ EG_OUTLINE LitPoint find_lit_point(const SceneView& scene, Mask active, Vec3 poi
             return r;
         }
         const Int mask = gather(scene.mesh_mask, hit.mesh);
-        const Mask sees = (mask & (1 << kCameraRay)) != 0, stops = looking & ((mask & blockers) != 0);
+        const Mask sees = (mask & way.seers) != 0, stops = looking & ((mask & way.blockers) != 0);
         Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
         Float offset = splat(0.0f);
         if (any(looking)) {
@@ -48,11 +58,12 @@ EG_OUTLINE LitPoint find_lit_point(const SceneView& scene, Mask active, Vec3 poi
             Vec3 passing = zero3();
             if (clear)
                 passing = surface_transmittance(
-                    scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(kShadowRay))));
+                    scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(way.kind))));
             through = select(stops, passing, through);
         }
         Float chance, unused;
-        sobol_pair(random.stream, random.sample, vertex_pair(passed, kVertexSurvival), chance, unused);
+        sobol_pair(random.stream, random.sample, vertex_pair(way.first + passed, kVertexSurvival), chance,
+                   unused);
         const Mask open = largest_component(through) > 0.0f;
         const Mask stays = looking & sees & (~open | (chance < kStay)), goes = looking & open & ~stays;
         r.through = select(stays & open, r.through * splat(1.0f / kStay), r.through);

@@ -10,7 +10,7 @@
 #pragma once
 
 #include "boundary/camera_connection.h"
-#include "boundary/pieces.h"
+#include "boundary/lit_surface.h"
 #include "path/path_queue.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -51,9 +51,14 @@ EG_INLINE Mask within_limits(const BounceLimits& limits, Int bounces) {
            (((bounces >> 16) & 255) <= limits.transmission);
 }
 
-// One more surface; lanes whose light leaves the scene, or is reflected perfectly, become inactive.
+// Where the random numbers of a chain's surface begin, by vertex: others are the segment's own, and those of
+// the surfaces that let light pass on the way to the next one follow.
+constexpr int kChainVertex = 256;
+
+// One more surface, which rays of `seers` (bits 1 << RayKind) see; lanes whose light leaves the scene, or is
+// reflected perfectly, become inactive.
 EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const PathIndex& random, Int vertex,
-                       Int light_kinds, bool count_bounces) {
+                       Int light_kinds, Int seers, bool count_bounces) {
     Float choice, lobe, u, v;
     sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
     sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexDirection), u, v);
@@ -108,12 +113,11 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexSurvival), chance, unused);
         c.bounces = add_bounce(c.bounces, active, bounce_kind(seen, wi, f, diffuse, chance));
     }
-    Closest hit = c.at;
-    hit.hit = splat(0);
-    if (any(active))
-        hit = intersect(scene, active, leave_surface(seen), wo, splat(0.0f), splat(__builtin_inff()),
-                        ignore_nothing(), embree::kIncoherent, splat(kScatteredRays));
-    c.at.hit = select(walking, hit.hit, c.at.hit);
+    const LightsWay way = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};
+    const LitPoint next =
+        find_lit_point(scene, active, leave_surface(seen), -wo, ignore_nothing(), way, random);
+    const Closest& hit = next.hit;
+    c.at.hit = select(walking, next.found, c.at.hit);
     c.at.face = select(walking, hit.face, c.at.face);
     c.at.mesh = select(walking, hit.mesh, c.at.mesh);
     c.at.instance = select(walking, hit.instance, c.at.instance);
@@ -121,7 +125,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     c.at.b2 = select(walking, hit.b2, c.at.b2);
     c.at.distance = select(walking, hit.distance, c.at.distance);
     c.w = select(walking, wo, c.w);
-    c.weight = select(walking, weight, c.weight);
+    c.weight = select(walking, weight * next.through, c.weight);
 }
 
 // The share of chains that go on once more, if the picture's depth lets them.
@@ -129,7 +133,9 @@ constexpr float kChainGoesOn = 0.6f;
 
 // Surfaces of a sample's chain besides x, 0 of those whose x the camera sees, at most `most`; the probability
 // of that number.
-EG_INLINE Int chain_length(const PieceSample& p, int most, Float choice, Float& probability) {
+EG_INLINE Int chain_length(const PieceSample& p, int most, Float& probability) {
+    Float choice, unused;
+    sobol_pair(p.random.stream, p.random.sample, kPairChain, choice, unused);
     Int length = p.chained & 1;
     probability = splat(1.0f);
     for (int k = 1; k < most; ++k) {
@@ -170,8 +176,9 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     for (int k = 0;; ++k) {
         const Mask walking = chain.at.hit & (length > k);
         if (!any(walking)) break;
-        extend(scene, walking, chain, p.random, splat(k), k == 0 ? light_kinds : splat(kScatteredRays),
-               limited && (k > 0 || x_goes_on));
+        const Int seers = select(length == k + 1, splat(1 << kCameraRay), splat(kScatteredRays));
+        extend(scene, walking, chain, p.random, splat((k + 1) * kChainVertex),
+               k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on));
     }
     SeenLight seen;
     SurfacePoint end = chain_point(scene, chain.at.hit, chain);

@@ -3,7 +3,8 @@
 // Formula (S), sampled from the edge outwards: a point e of an edge, light that arrives there as it does at a
 // surface (shading/lights.h), and x, the first surface behind:
 //   dI = int du int dw  kappa |n . D| f_r L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
-// f_r the BSDF of x towards the camera (times |n_s . w|/|n . w| where its shading normal is another). sigma
+// f_r the BSDF of x towards the camera (times |n_s . w|/|n . w| where its shading normal is another). What
+// the camera sees by way of other surfaces counts by what a chain of them brings (scattering_chain.h). sigma
 // is the side of the edge's faces: where they are on both sides, light doesn't pass there. Of lights without
 // size L dw is I/|e - y|^2, or a sun's irradiance. The picture's own samples of lights are per solid angle,
 // and so is this integral.
@@ -12,6 +13,7 @@
 #include "boundary/camera_connection.h"
 #include "boundary/lit_surface.h"
 #include "boundary/occluder.h"
+#include "boundary/scattering_chain.h"
 #include "boundary/segment.h"
 #include "boundary/silhouette.h"
 #include "shading/environment_samples.h"
@@ -22,11 +24,10 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Direction to the environment from a point of an edge: about the edge, where it is a silhouette. Half of the
 // directions to an image are its own samples; each sample is weighted by the mixture's density (the balance
 // heuristic).
-EG_INLINE Vec3 sky_direction(const SceneView& scene, const PieceSample& p, Float& density) {
+EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+                             Float& density) {
     constexpr float kByImage = 0.5f;
-    Float u, v;
-    sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
-    Vec3 towards = wedge_direction(scene, p, u, v, density);
+    Vec3 towards = cell_direction(scene, task, p, density);
     if (scene.sky.sampled) {
         Float pick, unused, image_u, image_v;
         sobol_pair(p.random.stream, p.random.sample, kPairStrategy, unused, pick);
@@ -56,7 +57,7 @@ EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& t
     ShadowLight light;
     if (task.kind == kSkyBoundary) {
         Float density;
-        s.towards = sky_direction(scene, p, density);
+        s.towards = sky_direction(scene, task, p, density);
         s.distance = splat(__builtin_inff());
         s.y.sky = splat(scene.sky.pixels ? -1 : 0);
         light.geometry = 1.0f / max(density, 1e-30f);
@@ -134,9 +135,13 @@ EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTa
     s.active &= sigma != 0.0f;
     if (!any(s.active)) return s;
 
-    const Ignored ignored = {s.edge, s.instance};
+    Float probability;
+    const Int length = chain_length(p, task.max_depth - 2, probability);
+    const Mask chained = length > 0;
+    const LightsWay way = {light.blockers, select(chained, splat(kScatteredRays), splat(1 << kCameraRay)),
+                           kShadowRay, splat(0)};
     const LitPoint lit =
-        find_lit_point(scene, s.active, s.point, s.towards, ignored, light.blockers, p.random);
+        find_lit_point(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
     // Nearer than rounding the jump is the primary boundary's (derivations F3c).
     s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return s;
@@ -144,30 +149,30 @@ EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTa
     const PlacedTriangle t = placed_triangle(scene, select(s.active, lit.hit.face, splat(0)),
                                              select(s.active, lit.hit.instance, splat(-1)));
     s.view = place_in_picture(scene, s.active, interpolate(t.triangle, lit.hit.b1, lit.hit.b2), p.random);
-    s.x = surface_point(scene, s.view.active, select(s.active, lit.hit.face, splat(0)), t, lit.hit.b1,
-                        lit.hit.b2, s.view.direction, select(s.active, lit.hit.instance, splat(-1)));
+    s.x = surface_point(scene, s.active & (chained | s.view.active), select(s.active, lit.hit.face, splat(0)),
+                        t, lit.hit.b1, lit.hit.b2, s.view.direction,
+                        select(s.active, lit.hit.instance, splat(-1)));
     s.x.mesh = lit.hit.mesh;
-    s.active = s.slides = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    s.slides = s.active & ~chained;
     meet_facing_disk(scene, s);
     divide_segment(s);
     s.active &= segment_moves(scene, asked, s);
-    if (!task.score && any(s.active)) s.active &= wanted(s);
+    if (!task.score && any(s.active & s.slides)) s.active &= ~s.slides | wanted(s);
     if (!any(s.active)) return s;
 
-    Vec3 color = lit.through * light_at_edge(scene, task, s, light) * (s.view.area * task.scale / p.density);
+    Vec3 color = lit.through * light_at_edge(scene, task, s, light) *
+                 ((p.u1 - p.u0) * task.scale / (p.density * probability));
     if (any(clear))
         color = select(clear, color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),
                        color);
     s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return s;
-    s.x.active = s.active;
-    color = color * seen_by_camera(scene, s.active, s.x, s.view, task.limits.transparent);
-    Float choice = splat(0.5f), unused;
-    if (scene.any_mixture) sobol_pair(p.random.stream, p.random.sample, kPairStrategy, choice, unused);
     const Int kinds = task.kind == kSkyBoundary ? splat(scene.environment_mask) : light.sample.visible_to;
-    s.color = color * scattered_towards(scene, s.x, -s.view.direction, s.towards,
-                                        splat(static_cast<int>(kCameraRay)), kinds, choice);
-    s.active &= ~(largest_component(s.color) == 0.0f);
+    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false);
+    s.view = seen.view;
+    s.color = color * seen.weight;
+    s.active = seen.active & ~(largest_component(s.color) == 0.0f);
     return s;
 }
 

@@ -82,4 +82,17 @@ EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Flo
     return axis * cosine + (b1 * c + b2 * s) * sine;
 }
 
+// The same for a sample's own random numbers, in its piece's cell of directions.
+EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+                              Float& density) {
+    Float u, v;
+    sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
+    const float width = 1.0f / static_cast<float>(task.direction_cells);
+    const Int row = quotient(p.cell, task.direction_cells), column = p.cell - row * task.direction_cells;
+    const Vec3 w =
+        wedge_direction(scene, p, (to_float(column) + u) * width, (to_float(row) + v) * width, density);
+    density = density * (1.0f / (width * width));
+    return w;
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

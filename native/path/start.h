@@ -59,21 +59,22 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     return append_met(work, n, p, hit, aside, other);
 }
 
-// The same for paths on their ray number `segment` of `kind`, of which what is scattered where they start is
-// asked for and nothing else: their density makes all that the ray itself brings count for nothing beside
-// samples of lights (power_heuristic).
+// The same for paths on their ray number `segment` of `kind`, which have been scattered `bounces` times (by
+// kind), of which what is scattered where they start is asked for and nothing else: their density makes all
+// that the ray itself brings count for nothing beside samples of lights (power_heuristic).
 EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
-                                const Closest& hit, Vec3 aside, Int segment, Int bounces, Int kind) {
+                                const Closest& hit, Vec3 aside, Vec3 throughput, Int passed, Int segment,
+                                Int bounces, Int kind) {
     PathPacket p;
     p.active = active;
     p.path = path;
     p.origin = p.from = origin;
     p.direction = p.from_normal = direction;
-    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    p.throughput = throughput;
     p.pdf = splat(1e-30f);
     p.segment = segment;
-    p.vertex = splat(0);
-    p.bounces = bounces;
+    p.vertex = passed;
+    p.bounces = bounces | (passed << 24);
     p.both_sides = p.from_mesh = p.touched = splat(0);
     p.kind = kind;
     p.final_ray = splat(0);

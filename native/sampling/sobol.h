@@ -16,7 +16,8 @@ enum Pair : uint32_t {
     kPairLight = 2,
     kPairEnvironment = 3,
     kPairStrategy = 4,
-    kPairLens = 5
+    kPairLens = 5,
+    kPairChain = 6  // surfaces between a boundary's segment and the camera
 };
 
 // The pairs at each vertex of a path.

@@ -19,7 +19,12 @@ constexpr int kRouletteSegment = 3;
 constexpr int kRecordedRouletteSegment = 8;
 constexpr float kLeastSurvival = 0.05f;
 
+// Densities have no bound: that of a light is infinite where a point lies in its plane, on an edge of a face
+// that gives light.
 EG_INLINE Float power_heuristic(Float p, Float q) {
+    const Float most = splat(1e18f);  // its square is a number
+    p = min(p, most);
+    q = min(q, most);
     const Float p2 = p * p;
     return p2 / max(p2 + q * q, 1e-38f);
 }

@@ -116,6 +116,16 @@ def test_words_of_reports() -> None:
     ]  # fmt: skip
 
 
+def test_edges_of_glowing_glass_have_finite_samples() -> None:
+    """Light of the other face of an edge comes from within its plane, which has no solid angle from there."""
+    need_every_table()
+    scene = lamps()
+    glass = edgegrad.Material(np.full(3, 0.5), np.full(3, 0.1), transmission=0.5)
+    scene.materials = {**scene.materials, "lamp": glass}
+    scene.meshes["glowing box"] = box((0.0, 1.0, 0.0), (0.5, 0.5, 0.5), "lamp")
+    assert both_modes(scene, "meshes.glowing box.vertices", "primary") == ([], [])
+
+
 @pytest.mark.parametrize("make", [everything, floating_box])
 def test_zero_losses_have_zero_gradients(make: Callable[[], Scene]) -> None:
     need_every_table()

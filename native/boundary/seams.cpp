@@ -75,6 +75,7 @@ bool attributes_differ(const SceneTables& t, const uint32_t (&face)[2], const in
 bool is_seam(const SceneTables& t, int64_t edge) {
     const auto e = static_cast<size_t>(edge);
     const uint32_t first = t.edge_face_first[e];
+    if (t.edge_face_first[e + 1] - first < 2) return false;  // a border
     const uint32_t face[2] = {t.edge_faces[first], t.edge_faces[first + 1]};
     bool slope = false;
     const bool reads = reads_attributes(t, t.face_material[face[0]], slope);

@@ -177,16 +177,10 @@ def world_gradients(scale: float, shift: float, seed: int) -> list[F64]:
 
 
 def placed(scale: float, shift: float) -> Error:
-    """Largest error of a parameter's gradient, for equal random numbers; the noise between seeds beside it."""
-    plain = [world_gradients(1.0, 0.0, seed) for seed in range(SEEDS)]
-    there = [world_gradients(scale, shift, seed) for seed in range(SEEDS)]
-    worst = (0.0, 0.0)
-    for k in range(len(PATHS)):
-        one, other = (np.array([gradients[k] for gradients in run]) for run in (plain, there))
-        size = float(np.linalg.norm(one.mean(axis=0)))
-        noise = float(np.sqrt(one.var(axis=0, ddof=1).sum() / SEEDS)) / size
-        worst = max(worst, (float(np.linalg.norm((other - one).mean(axis=0))) / size, noise))
-    return worst
+    """Largest error of a parameter's gradient, for equal random numbers."""
+    plain, there = world_gradients(1.0, 0.0, 0), world_gradients(scale, shift, 0)
+    pairs = zip(plain, there, strict=True)
+    return max(float(np.linalg.norm(other - one) / np.linalg.norm(one)) for one, other in pairs), 0.0
 
 
 # ---------------------------------------------------------------- lights
@@ -245,11 +239,19 @@ def powers(base: float, first: int, last: int) -> tuple[float, ...]:
 
 
 AREA, RIGID = "area that the triangle covers", "zero, as all moves together"
+PLAIN = "gradient of the plain world"
+
+
+def of_a_sample(value: float) -> float:
+    """Of some ten thousand samples, one or another may be decided by rounding."""
+    return 1e-3
+
+
 STRESSES = (
-    Stress("scale of the world", "metres", (1.0, 10.0, 1e2, 1e3, 1e4), lambda s: placed(s, 0.0), "unscaled gradient"),
-    Stress("small worlds", "metres", (1.0, 1e-1, 1e-2, 1e-3), lambda s: placed(s, 0.0), "unscaled gradient"),
-    Stress("distance from the origin", "metres", (1.0, 10.0, 1e2, 1e3, 1e4, 1e5), lambda d: placed(1.0, d),
-           "gradient at the origin"),
+    Stress("large worlds", "metres", (1.0, 10.0, 1e2, 1e3, 1e4), lambda s: placed(s, 0.0), PLAIN, of_a_sample),
+    Stress("small worlds", "metres", (1.0, 1e-1, 1e-2, 1e-3), lambda s: placed(s, 0.0), PLAIN, of_a_sample),
+    Stress("distance from the origin", "metres", (1.0, 10.0, 1e2, 1e3, 1e4, 1e5), lambda d: placed(1.0, d), PLAIN,
+           of_a_sample),
     Stress("needles", "aspect", powers(4.0, 1, 10), needle, AREA),
     Stress("faces edge-on", "radians", powers(0.125, 1, 7), grazing_view, AREA),
     Stress("edges end-on", "radians", powers(0.125, 1, 6), end_on, AREA),
@@ -259,7 +261,7 @@ STRESSES = (
     Stress("nearly coplanar faces", "metres", powers(0.125, 1, 6), stacked, AREA),
     Stress("copies of a face", "faces", (1.0, 2.0, 3.0, 4.0), copies, AREA),
     Stress("edges in a pixel", "edges", (3.0, 12.0, 108.0, 1008.0, 10092.0), crowded, AREA),
-    Stress("light close to a surface", "metres", powers(0.1, 1, 6), touching_light, RIGID),
+    Stress("light close to a surface", "metres", powers(0.1, 0, 6), touching_light, RIGID),
     Stress("grazing light", "radians", powers(0.1, 0, 6), grazing_light, RIGID),
     Stress("bright light", "radiance", powers(1e5, 0, 6), bright, "linear in radiance"),
     Stress("dim light", "radiance", (1.0, 1e-10, 1e-20, 1e-30, 1e-38), bright, "linear in radiance"),

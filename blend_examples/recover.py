@@ -50,13 +50,13 @@ def draw(recovery: Recovery, path: Path) -> dict[str, float]:
         left[start] = round(found.error / found.error_before, 4)
         rows.append((f"{start}\n{found.error_before:.3g} to {found.error:.3g}", found))
     figure, axes = pyplot.subplots(len(rows), 4, figsize=(8.4, 2.2 * len(rows)), squeeze=False)
-    for line, (label, found) in zip(axes, rows, strict=True):
+    for row, (line, (label, found)) in enumerate(zip(axes, rows, strict=True)):
         line[0].set_ylabel(label)
         shown: dict[str, Any] = {"start": found.before, "target": found.target, "found": found.after}
         shown["difference x 4"] = 4.0 * np.abs(found.after - found.target)
         for axis, (title, picture) in zip(line, shown.items(), strict=True):
             axis.imshow(images.linear_to_srgb(np.clip(picture, 0.0, 1.0)), interpolation="nearest")
-            axis.set_title(title if line is axes[0] else "", fontsize=9)
+            axis.set_title("" if row else title, fontsize=9)
             axis.set_xticks([]), axis.set_yticks([])
     figure.suptitle(recovery.title)
     figure.tight_layout()

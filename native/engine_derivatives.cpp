@@ -17,8 +17,11 @@ namespace edgegrad {
 
 namespace {
 
-// Shadow samples per pixel and sample of the picture: each costs three rays where a picture's costs two.
-constexpr double kShadowShare = 0.5;
+// Shadow samples per pixel and sample of the picture, for lights and for the sky. Guided samples along edges
+// gain more than in proportion to their number: 2 instead of 0.5 have 1/7 of the variance (of 8 x 8 blocks)
+// in shadow_occluder and shadow_light, 1/14 in point_shadow, 1/8 in blob_flat, for 2.2 to 4.1 times the
+// seconds.
+constexpr double kShadowShare = 2.0;
 // Indirect ones, each of which costs a path; and pieces of edges with cells of directions, by sample.
 constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.03;
 

@@ -285,6 +285,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
         }
     }
     dropped = call.all_dropped();
+    if (progress) progress(1.0);  // second passes may have spared samples
 }
 
 TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
@@ -350,6 +351,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     if (more)
         parallel_for(threads_, count, report,
                      [&](int thread, int64_t group) { add_pass(thread, group, 1, groups.again(group)); });
+    if (progress) progress(1.0);  // second passes may have spared samples
     dropped = call.all_dropped();
     TableValues gradients = groups.reduce(threads_);
     if (wanted.any("normals") && wanted.any("vertices"))

@@ -12,7 +12,7 @@ from . import parameters
 from .differentiable import indirect_obstacles, obstacles
 from .light import AreaLight, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
-from .material_table import GLOSSY, LAMBERTIAN, NORMAL_MAP, REFRACTION, TRANSPARENCY, flags
+from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
 from .mesh_edges import MeshEdges
 from .motion import STRENGTH, Motion
 from .placement import placed_meshes
@@ -21,6 +21,7 @@ from .renderer import TERMS
 from .scene import Scene
 from .shadow_plan import missing_shadows
 from .shape import convex
+from .specular_plan import specular_materials, specular_rule
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
@@ -56,9 +57,11 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
     placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
     edges = mesh_edges(scene, placed)
     primary = primary_rules(scene, placed, edges, moves, wrt)
+    specular = specular_rule(scene, moves, wrt, max_depth)
+    why = primary.why if specular is None else (*primary.why, specular)
     made = {
         "interior": _interior(scene, tables, wrt, max_depth),
-        "primary": Term("primary", primary.computed, primary.edges, primary.of, primary.why),
+        "primary": Term("primary", primary.computed or specular is not None, primary.edges, primary.of, why),
         "shadow": _shadow(scene, moves, edges, max_depth),
         "indirect": _indirect(scene, moves, edges, max_depth),
     }
@@ -199,23 +202,13 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
     yield from missing_shadows(scene, moves)
-    smooth = [name for name in scene.meshes if any(_is_smooth(leaf) for leaf in _leaves(scene, name))]
-    if smooth:
-        yield f"reflected and refracted boundary: edges seen in mirrors and smooth glass ({', '.join(smooth)})"
+    smooth = specular_materials(scene)
+    if smooth and max_depth > 2:
+        yield ("reflected and refracted boundary: edges that other surfaces than the camera see in mirrors and smooth "
+               f"glass ({', '.join(smooth)})")
     stands = next(indirect_obstacles(scene), None)
     if max_depth > 2 and (moves.meshes or moves.camera) and stands is not None:
         yield f"indirect boundary: edges between two surfaces that light each other are left out, since {stands}"
-
-
-# Microfacet alphas below this count as perfectly smooth (native/shading/bsdf/microfacet.h).
-_SMOOTH_ROUGHNESS = 0.004
-
-
-def _is_smooth(leaf: Material) -> bool:
-    """Whether the shader may have a perfectly specular lobe."""
-    coat = "coat_weight" in leaf.textures or leaf.coat_weight > 0.0
-    rough = min(leaf.roughness, leaf.coat_roughness if leaf.kind == "PRINCIPLED" and coat else 1.0)
-    return bool(flags(leaf) & (GLOSSY | REFRACTION)) and ("roughness" in leaf.textures or rough < _SMOOTH_ROUGHNESS)
 
 
 def _used(scene: Scene, mesh_name: str) -> list[str]:

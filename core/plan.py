@@ -17,6 +17,7 @@ from .motion import motion
 from .picture_plan import picture_plan
 from .renderer import MAX_DERIVATIVE_DEPTH, engine_class
 from .scene import Scene
+from .specular_plan import missing_specular
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten
 
@@ -85,4 +86,7 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     if narrow:
         narrow_derivatives.check(wrt)
     moves = motion(scene, tables, wrt)
-    return Plan(picture, terms(scene, tables, wrt, moves, max_depth), missing(scene, moves, max_depth, narrow))
+    left_out = list(missing(scene, moves, max_depth, narrow))
+    if not narrow:
+        left_out += missing_specular(scene, moves, wrt, max_depth)
+    return Plan(picture, terms(scene, tables, wrt, moves, max_depth), tuple(left_out))

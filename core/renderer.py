@@ -22,6 +22,7 @@ from .motion import STRENGTH
 from .non_finite import warn_of_gradients, warn_of_picture
 from .placement import is_moved
 from .scene import Scene
+from .specular_plan import bends_rays
 from .table_derivatives import (
     TableDerivative,
     Wanted,
@@ -347,7 +348,7 @@ class Renderer:
         computed = _terms(terms)
         if not self._indirect:
             computed = tuple(term for term in computed if term != "indirect")
-        if not any(_moves(path) for path in wrt):
+        if not any(_moves(path) for path in wrt) and not bends_rays(self.scene, wrt):
             computed = tuple(term for term in computed if term == "interior")
         if self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "

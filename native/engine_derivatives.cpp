@@ -11,6 +11,7 @@
 #include "sampling_plan.h"
 #include "scene/prepared.h"
 #include "scene/shading_normals.h"
+#include "specular_term.h"
 #include "workspace.h"
 
 namespace edgegrad {
@@ -131,6 +132,8 @@ struct Engine::DerivativeCall {
             terms = boundary_terms(scene, {e.tables_, sides.data(), normals.data(), e.threads_}, options,
                                    asked, e.guided_);
         }
+        specular = SpecularTerm::of(scene, e.tables_, options, wanted);
+        if (specular) boundary_chunks += specular->chunks();
         for (const BoundaryTerm& term : terms)
             for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
     }
@@ -154,19 +157,20 @@ struct Engine::DerivativeCall {
         Dropped out;
         if (const DroppedSamples& d = dropped.sum(); d.count > 0)
             out.push_back({"interior", d.count, d.first, {-1, -1}, {d.place, -1}});
-        for (const BoundaryTerm& term : terms) {
-            const DroppedSamples& d = term.dropped->sum();
-            if (d.count == 0) continue;
-            const SceneView view = term.view(scene);
+        const auto add = [&out](const char* name, const DroppedSamples& d, const SceneView& view) {
+            if (d.count == 0) return;
             const uint32_t* face = view.edge_faces + view.edge_face_first[d.place];
-            DroppedTerm t{kBoundaryTerms[term.plan.kind()], d.count, -1, {-1, -1}, {-1, -1}};
+            DroppedTerm t{name, d.count, -1, {-1, -1}, {-1, -1}};
             const bool crossing = d.place >= view.edge_count;
             for (int k = 0; k < 2; ++k)
                 if (!crossing) t.vertices[k] = static_cast<int32_t>(view.edge_vertices[2 * d.place + k]);
             t.faces[0] = static_cast<int32_t>(face[0]);
             if (crossing) t.faces[1] = static_cast<int32_t>(face[1]);
             out.push_back(t);
-        }
+        };
+        for (const BoundaryTerm& term : terms)
+            add(kBoundaryTerms[term.plan.kind()], term.dropped->sum(), term.view(scene));
+        add(kBoundaryTerms[kPrimaryBoundary], dropped_chains.sum(), scene);
         return out;
     }
 
@@ -196,8 +200,10 @@ struct Engine::DerivativeCall {
     const ImagePlan plan;
     const std::vector<NamedTable> tables;
     std::vector<BoundaryTerm> terms;
+    std::optional<SpecularTerm> specular;
     int64_t image_chunks = 0, boundary_chunks = 0;
-    mutable DropCount dropped;  // by the interior term
+    mutable DropCount dropped;         // by the interior term
+    mutable DropCount dropped_chains;  // by the specular one
 };
 
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
@@ -238,8 +244,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     };
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
+    std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
     if (call.image_chunks > 0) {
-        std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
         parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 Workspace& w = work[static_cast<size_t>(thread)].view();
@@ -252,11 +258,11 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             });
         });
     }
-    const auto add_pass = [&](BoundaryTerm& term, int pass) {
-        // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
+    // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
+    const auto add_samples = [&](int64_t total, const auto& run) {
         std::vector<float> memory[5];
-        for (int64_t first = 0; first < term.plan.total(pass); first += kSplatBatch) {
-            const int64_t batch = std::min(kSplatBatch, term.plan.total(pass) - first);
+        for (int64_t first = 0; first < total; first += kSplatBatch) {
+            const int64_t batch = std::min(kSplatBatch, total - first);
             for (auto& column : memory) column.resize(static_cast<size_t>(batch));
             const auto splats = [&](int64_t at) -> Splats {
                 return {memory[0].data() + at,
@@ -266,14 +272,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             const int64_t chunks = (batch + kBoundaryChunk - 1) / kBoundaryChunk;
             parallel_for(threads_, chunks, part(chunks), [&](int thread, int64_t chunk) {
                 const int64_t begin = chunk * kBoundaryChunk;
-                DroppedSamples lost;
-                BoundaryTask task =
-                    term.plan.task(pass, first + begin, std::min(kBoundaryChunk, batch - begin));
-                task.dropped = &lost;
                 Splats out = splats(begin);
-                kernels_.boundary[task.kind].forward(term.view(scene), task,
-                                                     work[static_cast<size_t>(thread)].view(), d, out);
-                term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
+                run(static_cast<size_t>(thread), first + begin, std::min(kBoundaryChunk, batch - begin), out);
             });
             kernels_.add_splats(scene.camera, splats(0), batch, image);
         }
@@ -281,8 +281,23 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     for (BoundaryTerm& term : call.terms) {
         for (int pass = 0; pass < term.plan.passes(); ++pass) {
             if (pass > 0) term.plan.guide();
-            add_pass(term, pass);
+            add_samples(term.plan.total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
+                DroppedSamples lost;
+                BoundaryTask task = term.plan.task(pass, first, count);
+                task.dropped = &lost;
+                kernels_.boundary[task.kind].forward(term.view(scene), task, work[thread].view(), d, out);
+                term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
+            });
         }
+    }
+    if (call.specular) {
+        std::vector<ChainWorkspace> chains(static_cast<size_t>(threads_));
+        add_samples(call.specular->total(), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
+            DroppedSamples lost;
+            call.specular->forward(kernels_, scene, first, count, work[thread].view(), adjoint_work[thread],
+                                   chains[thread], tables, d, out, lost);
+            call.dropped_chains.add(lost);
+        });
     }
     dropped = call.all_dropped();
     if (progress) progress(1.0);  // second passes may have spared samples
@@ -325,6 +340,19 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             }
         }
     };
+    std::vector<ChainWorkspace> chains(static_cast<size_t>(threads_));
+    const auto add_specular = [&](size_t thread, int64_t group, const GradientGroups::View& gradient) {
+        const DerivativeView d = call.boundary_view(gradient);
+        const SpecularTerm& term = *call.specular;
+        for (int64_t chunk = group; chunk < term.chunks() && !stop; chunk += count, ++done) {
+            const int64_t first = chunk * kBoundaryChunk;
+            DroppedSamples lost;
+            term.backward(kernels_, scene, first, std::min(kBoundaryChunk, term.total() - first),
+                          work[thread].view(), adjoint_work[thread], chains[thread], gradient.tables, d,
+                          adjoint, lost);
+            call.dropped_chains.add(lost);
+        }
+    };
     parallel_for(threads_, count, report, [&](int thread, int64_t group) {
         const GradientGroups::View gradient = groups.view(group);
         Workspace& w = work[static_cast<size_t>(thread)].view();
@@ -341,6 +369,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             });
         }
         add_pass(thread, group, 0, gradient);
+        if (call.specular) add_specular(static_cast<size_t>(thread), group, gradient);
     });
     bool more = false;
     for (BoundaryTerm& term : call.terms) {

@@ -5,6 +5,7 @@
 
 #include "adjoint/memory.h"
 #include "adjoint/tables.h"
+#include "boundary/scan_task.h"
 #include "light_probes.h"
 #include "path/vertex_packet.h"
 #include "scene/view.h"
@@ -91,6 +92,8 @@ struct AdjointTask {
     float* incoming[3];
     int32_t* next;
     float *position[3], *direction[3];
+    // Those of the paths' last vertices are given: a backward sweep starts from them (boundary/specular.h).
+    bool seeded;
 };
 
 // Kinds of boundary terms.
@@ -223,6 +226,15 @@ struct KernelTable {
     void (*accumulate)(const ImageTask&, const Workspace&, float* image);
     BoundaryKernels boundary[kBoundaryKinds];
     void (*add_splats)(const CameraView&, const Splats&, int64_t count, float* image);  // in their order
+    // The specular boundary, step by step (specular_term.cpp).
+    int (*scan)(const SceneView&, const ScanTask&, const BounceLimits&, int32_t max_depth, ChainCrossings&);
+    void (*chain_sides)(const SceneView&, const BoundaryTask&, Workspace&, VertexMemory&, ChainCrossings&,
+                        int count);
+    void (*chain_sweeps)(const BoundaryTask&, ChainCrossings&, int count);
+    void (*chain_forward)(const SceneView&, const ChainCrossings&, int count, Workspace&,
+                          const DerivativeView& tangent, Splats& splats);
+    void (*chain_backward)(const SceneView&, const ChainCrossings&, int count, const float* adjoint,
+                           DerivativeView& gradient, float* seeds);
     void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
     void (*bsdfs)(const BsdfTask&, const BsdfResult&);
     void (*texture_derivatives)(const SceneView&, const TextureTask&, const float* rows, const ProbeSweep&);

@@ -45,6 +45,38 @@ class AdjointWorkspace {
     AdjointTask task_{};
 };
 
+// Crossings of scan lines (boundary/scan_lines.h), at most one for each segment of a task.
+class ChainWorkspace {
+ public:
+    ChainCrossings& view(const CameraSamples& camera) {
+        if (memory_.empty()) {
+            constexpr size_t row = kBlockPaths / 2 + 2 * kMaxWidth;
+            memory_.resize((7 * kMostChain + 22) * row);
+            float* next = memory_.data();
+            const auto take = [&](auto*& p) {
+                p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
+                next += row;
+            };
+            ChainCrossings& c = view_;
+            take(c.segment), take(c.horizontal), take(c.length);
+            for (auto* v : {&c.face, &c.mesh, &c.instance, &c.leaf, &c.fate})
+                for (int32_t*& p : *v) take(p);
+            for (auto* v : {&c.b1, &c.b2})
+                for (float*& p : *v) take(p);
+            take(c.edge), take(c.edge_instance), take(c.u), take(c.weight), take(c.seen);
+            for (auto* v : {&c.from, &c.jump, &c.by_point, &c.by_direction})
+                for (float*& p : *v) take(p);
+            for (float*& p : c.by_screen) take(p);
+        }
+        view_.x = camera.x, view_.y = camera.y, view_.lens_u = camera.lens_u, view_.lens_v = camera.lens_v;
+        return view_;
+    }
+
+ private:
+    std::vector<float> memory_;
+    ChainCrossings view_{};
+};
+
 class ThreadWorkspace {
  public:
     Workspace& view() {

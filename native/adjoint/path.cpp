@@ -116,7 +116,7 @@ EG_INLINE void seed3(Tape& tape, Vec3 to, Mask m, const RawVec3& value) {
 
 void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const float* adjoint) {
     const int paths = task.image->pixel_count * task.image->samples;
-    for (int k = 0; k < paths; ++k)
+    for (int k = 0; k < paths && !task.seeded; ++k)
         for (int c = 0; c < 3; ++c) task.position[c][k] = task.direction[c][k] = 0.0f;
     Tape tape(*task.tape, *task.tables);
     walk_back(scene, task, tape,

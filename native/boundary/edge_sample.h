@@ -20,6 +20,7 @@ struct EdgeSample {
     Vec3 normal;  // N = D x t
     Projection view;
     PathIndex random;
+    Int mask;  // of what rays towards it meet
 };
 
 // Samples [task.first + at, …) of the pieces, each seen through its own point of the lens.
@@ -33,6 +34,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
     s.instance = place.instance;
     s.crossing = place.edge >= scene.edge_count;
     s.random = place.random;
+    s.mask = splat(1 << kCameraRay);
     const Float length = place.u1 - place.u0;
     Float du;  // du / dtau
     if (c.kind == kPerspective) {
@@ -190,7 +192,7 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, int most_pas
     Mask looking = s.active;
     while (any(looking)) {
         const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, s.view.far,
-                                      {s.edge, s.instance}, embree::kIncoherent);
+                                      {s.edge, s.instance}, embree::kIncoherent, s.mask);
         // Contact: the hit is about at e, and the edge lies in its plane.
         Triangle t = gather_triangle(scene, hit.face);
         place_triangle(scene, hit.instance, t);

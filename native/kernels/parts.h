@@ -13,6 +13,7 @@ void add_derivative_kernels(KernelTable& table);
 void add_indirect_kernels(KernelTable& table);
 void add_primary_kernels(KernelTable& table);
 void add_probe_kernels(KernelTable& table);
+void add_specular_kernels(KernelTable& table);
 
 }  // namespace edgegrad::EDGEGRAD_ISA
 

@@ -19,6 +19,7 @@ const KernelTable& kernel_table() {
         add_indirect_kernels(table);
         add_primary_kernels(table);
         add_probe_kernels(table);
+        add_specular_kernels(table);
         EDGEGRAD_ADJOINT_ISA::add_adjoint_path_kernels(table);
         EDGEGRAD_ADJOINT_ISA::add_adjoint_probe_kernels(table);
         return table;

@@ -1,6 +1,7 @@
 // What a surface does with a path: light from an emitter sample, and the ray that goes on.
 #pragma once
 
+#include "path/bounces.h"
 #include "path/recorder.h"
 #include "path/stream.h"
 #include "shading/environment_samples.h"
@@ -37,22 +38,6 @@ EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 v
         work.radiance[1][p.path[i]] += value.y[i];
         work.radiance[2][p.path[i]] += value.z[i];
     }
-}
-
-// Where a ray towards w leaves the surface.
-EG_INLINE Vec3 leave_surface(const SurfacePoint& x, Vec3 w) {
-    return x.start + x.normal * select(dot(x.normal, w) < 0.0f, -x.offset, x.offset);
-}
-
-EG_INLINE Int limit(const BounceLimits& limits, Int kind) {
-    return select(kind == splat(static_cast<int>(kDiffuseRay)), splat(limits.diffuse),
-                  select(kind == splat(static_cast<int>(kGlossyRay)), splat(limits.glossy),
-                         splat(limits.transmission)));
-}
-
-// Whether the ray that leaves for the next surface by a bounce of `kind` is a path's last.
-EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kind) {
-    return (p.segment + 1 >= task.max_depth) | (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind));
 }
 
 // Light from a sample of the lights; `alone` where no ray will be traced that could find it too.

@@ -1,0 +1,80 @@
+"""What the specular boundary of a scene consists of, in words: edges that the camera sees in mirrors and through glass.
+
+The native engine follows the same rules (``native/specular_term.cpp``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from . import parameters
+from .light import AreaLight, PointLight
+from .material import Material, Mixture
+from .material_table import GLOSSY, REFRACTION, flags
+from .scene import Scene
+
+if TYPE_CHECKING:
+    from .motion import Motion
+
+# Shaders of less roughness are taken for perfectly smooth (native/shading/bsdf/microfacet.h).
+_SMOOTH = 4e-3
+# Most surfaces that a chain of mirrors and glass meets (native/boundary/scan_task.h).
+_LONGEST = 16
+
+
+def specular_materials(scene: Scene) -> list[str]:
+    """Names of the materials of some mesh that may be perfect mirrors or smooth glass somewhere."""
+    used = {mesh.materials[k] for mesh in scene.meshes.values()
+            for k in ([0] if mesh.face_material is None else np.unique(mesh.face_material))}
+    return [name for name in scene.materials
+            if name in used and any(may_be_specular(leaf) for leaf in scene.leaves(name))]
+
+
+def may_be_specular(leaf: Material) -> bool:
+    """Whether a shader may be a perfect mirror or smooth glass somewhere."""
+    if not flags(leaf) & (GLOSSY | REFRACTION):
+        return False
+    coat = leaf.kind == "PRINCIPLED" and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
+    return bool(leaf.textures) or leaf.roughness < _SMOOTH or (coat and leaf.coat_roughness < _SMOOTH)
+
+
+def specular_rule(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:
+    """What is computed of edges seen in mirrors and through glass; None: there is nothing of the kind."""
+    materials = specular_materials(scene)
+    if not materials or max_depth < 2 or not (moves.meshes or moves.camera or bends_rays(scene, wrt)):
+        return None
+    return f"besides: all edges that the camera sees by mirrors and smooth glass ({', '.join(materials)})"
+
+
+def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> Iterator[str]:
+    """Sentences on what the camera may see in mirrors and through glass that has no derivative as it moves."""
+    if specular_rule(scene, moves, wrt, max_depth) is None:
+        return
+    yield ("seen in mirrors and through smooth glass: what is thinner than half a pixel in the picture may be missed; "
+           "left out are lines where surfaces pass through each other, seams of textures inside of smooth surfaces and "
+           "edges of shadows"
+           + (f", and what chains of more than {_LONGEST} surfaces show" if max_depth > _LONGEST else ""))
+    shown = [name for name, light in scene.lights.items()
+             if ((isinstance(light, PointLight) and light.radius > 0.0) or isinstance(light, AreaLight))
+             and not {"glossy", "transmission"}.isdisjoint(light.visible_to)]
+    if shown:
+        yield f"the outlines of lights in mirrors and behind glass ({', '.join(shown)}): they are no edges"
+
+
+def bends_rays(scene: Scene, wrt: Iterable[str]) -> bool:
+    """Whether a parameter of a mirror's or glass' material is among `wrt`, or what its textures read, or normals."""
+    materials = specular_materials(scene)
+    if not materials:
+        return False
+    mixed = [scene.materials[name] for name in materials]
+    parts = {*materials, *(part for m in mixed if isinstance(m, Mixture) for part in m.parts)}
+    textured = any(leaf.textures for name in materials for leaf in scene.leaves(name))
+    for path in wrt:
+        collection, name, field = parameters.split(path)
+        read = textured and (collection == "images" or field.startswith((parameters.ATTRIBUTES, parameters.TEXTURES)))
+        if read or field == "normals" or (collection == "materials" and name in parts):
+            return True
+    return False

@@ -1,0 +1,241 @@
+// Where scan lines cross the picture of edges that are seen through chains of mirrors and smooth glass.
+//
+// No projection leads from such an edge to the picture: the rays that meet it are found from the camera. Of
+// two neighbouring places on a line, the chains are compared, vertex by vertex; where they differ, the place
+// in between is found by bisection, and of the faces met there the edge that the ray touches. If both halves
+// of an interval have a difference, one of them is followed, with twice the weight: any number of crossings
+// within a segment are found in the mean. What lies between two neighbouring places and is seen from none of
+// them isn't.
+#pragma once
+
+#include "boundary/pieces.h"
+#include "boundary/specular_chain.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Halvings of a segment: to a few roundings of places in the picture.
+constexpr int kHalvings = 14;
+
+// Ends of segments.
+struct Segment {
+    Mask active, horizontal;
+    PicturePoint a, b;
+    UInt stream;
+};
+
+EG_INLINE Segment scan_segment(const ScanTask& task, int64_t at) {
+    Segment s;
+    s.active = splat(0);
+    for (int i = 0; i < W; ++i) {
+        const int64_t k = task.first + at + i;
+        s.active[i] = at + i < task.count ? -1 : 0;
+        const bool flat = k < task.horizontal;
+        const int64_t number = flat ? k : k - task.horizontal, per = flat ? task.per_row : task.per_column;
+        const auto line = static_cast<uint32_t>(number / per);
+        // Lines are spaced evenly, each with a place of its own within its strip.
+        const uint32_t random = hash(line ^ hash(task.seed ^ (flat ? 0x3779u : 0x85ebu)));
+        const auto uniform = [random](uint32_t which) {
+            return static_cast<float>(hash(random ^ (0x9e3779b9u * which)) >> 8) * 5.9604645e-8f;
+        };
+        const int along = flat ? 0 : 1;
+        const float across = task.low[1 - along] + (static_cast<float>(line) + uniform(1)) / task.density;
+        const float begin = task.low[along] + (static_cast<float>(number % per) - uniform(2)) * task.length;
+        const float end = begin + task.length;
+        s.horizontal[i] = flat ? -1 : 0;
+        s.a.x[i] = flat ? begin : across, s.a.y[i] = flat ? across : begin;
+        s.b.x[i] = flat ? end : across, s.b.y[i] = flat ? across : end;
+        s.a.lens_u[i] = s.b.lens_u[i] = uniform(3), s.a.lens_v[i] = s.b.lens_v[i] = uniform(4);
+        s.stream[i] = hash(static_cast<uint32_t>(k) ^ hash(task.seed ^ 0x27d4eb2fu));
+    }
+    return s;
+}
+
+EG_INLINE PicturePoint middle(const PicturePoint& a, const PicturePoint& b) {
+    return {0.5f * (a.x + b.x), 0.5f * (a.y + b.y), a.lens_u, a.lens_v};
+}
+EG_INLINE PicturePoint select(Mask m, const PicturePoint& a, const PicturePoint& b) {
+    return {select(m, a.x, b.x), select(m, a.y, b.y), a.lens_u, a.lens_v};
+}
+
+// Takes the lanes of a mask from another chain.
+EG_OUTLINE void take(SpecularChain& to, Mask m, const SpecularChain& from) {
+    int most = 0;
+    for (int i = 0; i < W; ++i)
+        if (m[i] && from.count[i] > most) most = from.count[i];
+    to.count = select(m, from.count, to.count);
+    for (int k = 0; k < most; ++k) {
+        to.key[k] = select(m, from.key[k], to.key[k]);
+        to.face[k] = select(m, from.face[k], to.face[k]);
+        to.mesh[k] = select(m, from.mesh[k], to.mesh[k]);
+        to.instance[k] = select(m, from.instance[k], to.instance[k]);
+        to.b1[k] = select(m, from.b1[k], to.b1[k]);
+        to.b2[k] = select(m, from.b2[k], to.b2[k]);
+        to.from[k] = select(m, from.from[k], to.from[k]);
+        to.direction[k] = select(m, from.direction[k], to.direction[k]);
+        to.position[k] = select(m, from.position[k], to.position[k]);
+        to.normal[k] = select(m, from.normal[k], to.normal[k]);
+        to.smooth[k] = select(m, from.smooth[k], to.smooth[k]);
+    }
+}
+
+// The edge that a ray touches, of the two faces that neighbouring rays meet.
+struct TouchedEdge {
+    int32_t edge = -1, instance = -1;
+    float u = 0.0f;
+    float off = 3e38f;  // by how much the ray misses it, as an angle
+};
+
+// Tries the edges of a face.
+EG_INLINE void try_edges(const SceneView& scene, const ScanTask& task, int32_t face, int32_t instance,
+                         const float (&from)[3], const float (&direction)[3], TouchedEdge& best) {
+    for (int c = 0; c < 3; ++c) {
+        const int32_t edge = task.face_edge[3 * static_cast<int64_t>(face) + c];
+        if (edge < 0) continue;
+        float a[3], b[3];
+        edge_end(scene, edge, instance, 0, a);
+        edge_end(scene, edge, instance, 1, b);
+        // Across the ray, the edge's ends and the way between them; the nearest point of it to the ray.
+        float w[3], t[3], wd = 0.0f, td = 0.0f;
+        for (int k = 0; k < 3; ++k) {
+            w[k] = a[k] - from[k], t[k] = b[k] - a[k];
+            wd += w[k] * direction[k], td += t[k] * direction[k];
+        }
+        float wt = 0.0f, tt = 0.0f;
+        for (int k = 0; k < 3; ++k) {
+            const float w1 = w[k] - wd * direction[k], t1 = t[k] - td * direction[k];
+            wt += w1 * t1, tt += t1 * t1;
+        }
+        if (!(tt > 0.0f)) continue;
+        const float u = -wt / tt < 0.0f ? 0.0f : -wt / tt > 1.0f ? 1.0f : -wt / tt;
+        float miss = 0.0f;
+        const float along = wd + u * td;
+        for (int k = 0; k < 3; ++k) {
+            const float d = w[k] + u * t[k] - along * direction[k];
+            miss += d * d;
+        }
+        if (!(along > 0.0f)) continue;
+        const float off = __builtin_sqrtf(miss) / along;
+        if (off < best.off) best = {edge, instance, u, off};
+    }
+}
+
+// How far a ray may pass an edge that it is said to touch: the distance of the neighbours, and roundings.
+EG_INLINE float reach_of(const SpecularChain& p, const SpecularChain& q, int level, int i, float distance) {
+    const auto gap = [i](const Vec3& a, const Vec3& b) {
+        const float x = a.x[i] - b.x[i], y = a.y[i] - b.y[i], z = a.z[i] - b.z[i];
+        return __builtin_sqrtf(x * x + y * y + z * z);
+    };
+    const Vec3& from = p.from[level];
+    const float size =
+        __builtin_fabsf(from.x[i]) + __builtin_fabsf(from.y[i]) + __builtin_fabsf(from.z[i]) + distance;
+    return 4.0f *
+               (gap(p.direction[level], q.direction[level]) + gap(p.from[level], q.from[level]) / distance) +
+           2e-5f * size / distance;
+}
+
+// Of neighbouring chains that differ at a vertex, the edge that their last ray touches.
+EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task, const SpecularChain& p,
+                                   const SpecularChain& q, int level, int i) {
+    TouchedEdge best;
+    float distance = 3e38f;
+    const SpecularChain* const both[2] = {&p, &q};
+    for (const SpecularChain* c : both) {
+        if (c->key[level][i] < 0) continue;
+        const Vec3 &o = c->from[level], &d = c->direction[level], &x = c->position[level];
+        const float from[3] = {o.x[i], o.y[i], o.z[i]}, direction[3] = {d.x[i], d.y[i], d.z[i]};
+        try_edges(scene, task, c->face[level][i], c->instance[level][i], from, direction, best);
+        float square = 0.0f;
+        const float to[3] = {x.x[i], x.y[i], x.z[i]};
+        for (int k = 0; k < 3; ++k) square += (to[k] - from[k]) * (to[k] - from[k]);
+        distance = __builtin_sqrtf(square) < distance ? __builtin_sqrtf(square) : distance;
+    }
+    if (best.edge >= 0 && best.off > reach_of(p, q, level, i, distance)) best.edge = -1;
+    return best;
+}
+
+// Appends lane i's crossing.
+EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask& task, int64_t at,
+                               const Segment& s, const PicturePoint& place, const ChainChoices& choices,
+                               const SpecularChain& chain, int level, const TouchedEdge& edge, float weight) {
+    out.x[n] = place.x[i], out.y[n] = place.y[i];
+    out.lens_u[n] = place.lens_u[i], out.lens_v[n] = place.lens_v[i];
+    out.segment[n] = static_cast<int32_t>(at + i);
+    out.horizontal[n] = s.horizontal[i];
+    out.length[n] = level;
+    float probability = 1.0f;
+    for (int k = 0; k < level; ++k) {
+        out.face[k][n] = chain.face[k][i], out.mesh[k][n] = chain.mesh[k][i];
+        out.instance[k][n] = chain.instance[k][i];
+        out.b1[k][n] = chain.b1[k][i], out.b2[k][n] = chain.b2[k][i];
+        out.leaf[k][n] = choices.leaf[k][i], out.fate[k][n] = choices.fate[k][i];
+        probability *= choices.probability[k][i];
+    }
+    out.edge[n] = edge.edge, out.edge_instance[n] = edge.instance, out.u[n] = edge.u;
+    out.weight[n] = weight / (probability * task.density);
+}
+
+// The crossings of a task's segments; their number.
+static int scan_kernel(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                       int32_t max_depth, ChainCrossings& out) {
+    int found = 0;
+    for (int64_t at = 0; at < task.count; at += W) {
+        const Segment s = scan_segment(task, at);
+        // Either end may be the one at which the chain is chosen: what only one of them sees counts twice.
+        Mask swap;
+        for (int i = 0; i < W; ++i) swap[i] = s.stream[i] & 0x80000000u ? -1 : 0;
+        PicturePoint p = select(swap, s.b, s.a), q = select(swap, s.a, s.b);
+        ChainChoices choices;
+        SpecularChain chain_p, chain_q, chain_m;
+        trace_chain<true>(scene, task, limits, max_depth, s.active, p, s.stream, choices, chain_p);
+        Mask active = s.active & (chain_p.count > 1);
+        if (!any(active)) continue;
+        trace_chain<false>(scene, task, limits, max_depth, active, q, s.stream, choices, chain_q);
+        Int level = first_difference(chain_p, chain_q, active);
+        active &= level >= 0;
+        if (!any(active)) continue;
+        // How far the other end's chain is the same.
+        Int common = chain_q.count;
+        for (int k = 0; k < kMostChain; ++k)
+            common = select((k < chain_q.count) & (chain_q.key[k] == splat(static_cast<int>(kDead))),
+                            splat(k), common);
+        Float weight = splat(1.0f);
+        for (int step = 0; step < kHalvings; ++step) {
+            const PicturePoint m = middle(p, q);
+            trace_chain<false>(scene, task, limits, max_depth, active, m, s.stream, choices, chain_m);
+            const Mask first = first_difference(chain_p, chain_m, active) >= 0,
+                       second = first_difference(chain_m, chain_q, active) >= 0;
+            active &= first | second;
+            if (!any(active)) break;
+            const Mask both = active & first & second;
+            Mask to_first = active & first & ~second;
+            if (any(both)) {
+                const UInt random = hash(s.stream ^ splat(0x165667b1u * static_cast<uint32_t>(step + 1)));
+                for (int i = 0; i < W; ++i)
+                    if (both[i] && (random[i] & 1u)) to_first[i] = -1;
+                weight = select(both, 2.0f * weight, weight);
+            }
+            const Mask to_second = active & ~to_first;
+            q = select(to_first, m, q);
+            take(chain_q, to_first, chain_m);
+            p = select(to_second, m, p);
+            take(chain_p, to_second, chain_m);
+        }
+        if (!any(active)) continue;
+        level = first_difference(chain_p, chain_q, active);
+        for (int i = 0; i < W; ++i) {
+            const int k = level[i];
+            if (!active[i] || k < 1) continue;
+            // Seen directly, or through transparent surfaces alone: that is the primary boundary.
+            bool bent = false;
+            for (int j = 0; j < k; ++j) bent |= choices.fate[j][i] != kFatePasses;
+            if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
+            const TouchedEdge edge = touched_edge(scene, task, chain_p, chain_q, k, i);
+            if (edge.edge < 0) continue;
+            append_crossing(out, found++, i, task, at, s, p, choices, chain_p, k, edge,
+                            weight[i] * (common[i] > k ? 1.0f : 2.0f));
+        }
+    }
+    return found;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

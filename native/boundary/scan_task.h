@@ -1,0 +1,44 @@
+// What the kernels of the specular boundary (boundary/scan_lines.h) read and write.
+#pragma once
+
+#include <cstdint>
+
+namespace edgegrad {
+
+// Most surfaces that a chain of mirrors, smooth glass and transparent surfaces meets, its end included.
+constexpr int kMostChain = 16;
+
+// Scan lines over the picture, cut into segments with numbers: those of all horizontal lines, row by row,
+// then those of the vertical ones.
+struct ScanTask {
+    const int32_t *region, *face_edge;  // boundary/surface_regions.h
+    int64_t first, count;               // segments
+    int64_t horizontal;                 // segments of horizontal lines
+    int64_t per_row, per_column;        // segments of one line
+    float low[2], high[2];              // what is scanned, pixels
+    float density;                      // lines per pixel
+    float length;                       // of a segment, pixels
+    uint32_t seed;
+};
+
+// Crossings of scan lines with the picture of edges, one behind the other.
+struct ChainCrossings {
+    float *x, *y, *lens_u, *lens_v;  // where in the picture, and on the lens (CameraSamples)
+    int32_t *segment, *horizontal;
+    int32_t* length;  // vertices of the chain before the edge
+    // By vertex of the chain: where, which shader, and what becomes of the ray (boundary/specular_chain.h).
+    int32_t *face[kMostChain], *mesh[kMostChain], *instance[kMostChain];
+    int32_t *leaf[kMostChain], *fate[kMostChain];
+    float *b1[kMostChain], *b2[kMostChain];
+    int32_t *edge, *edge_instance;
+    float* u;            // place along the edge
+    float* weight;       // of what was decided by chance, and of the scan lines
+    float* from[3];      // where the last ray comes from
+    int32_t* seen;       // whether the edge is seen from there
+    float* jump[3];      // L- - L+, with the chain's throughput
+    float* by_point[3];  // derivatives of -g by `from` and by the last ray's direction
+    float* by_direction[3];
+    float* by_screen[2];  // of g by the place in the picture
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,267 @@
+// Specular boundary term: what changes where an edge, seen through mirrors and smooth glass, sweeps over the
+// picture.
+//
+// A chain of perfect reflections and refractions ends with a ray from p along D, both functions of the place
+// s in the picture and of the scene theta. It touches the edge of direction t through e where
+//   g(s, theta) = (e - p) . (t x D) = 0:
+// that curve moves with the velocity -dg/dtheta / |grad_s g| along n = grad_s g / |grad_s g|. The change of
+// the picture, an integral over the curve of T (L- - L+) times that velocity, becomes one over scan lines:
+// per unit of distance between horizontal lines there is |n_x| of the curve, so with the weights n_x^2 +
+// n_y^2 = 1 of horizontal and vertical ones,
+//   dI = sum over crossings of T (L- - L+) (-dg/dtheta) |g_k| / (g_x^2 + g_y^2),
+// k = x on horizontal and y on vertical lines: bounded for every direction of the curve. T is the chain's
+// throughput, L+ and L- the radiance of the sides where g > 0 and g < 0: where N = (e - p) x t points, and
+// from where.
+//
+// The derivatives of p and D are those of the recorded chain (adjoint/vertex.h); the edge's own is N . de/r,
+// r = |e - p|.
+#pragma once
+
+#include "boundary/primary.h"
+#include "boundary/specular_chain.h"
+#include "path/recorder.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Replays the chains of crossings [at, at + W) and records their vertices. Returns their last rays; `p` is
+// the path's state along them.
+EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, const ChainCrossings& c,
+                              int at, int count, VertexMemory& vertices, ChainRay& ray, PathPacket& p) {
+    const Mask active = first_lanes(count - at);
+    PicturePoint place = {load(c.x + at), load(c.y + at), load(c.lens_u + at), load(c.lens_v + at)};
+    place = {select(active, place.x, 0.0f), select(active, place.y, 0.0f), select(active, place.lens_u, 0.5f),
+             select(active, place.lens_v, 0.5f)};
+    Float near, far;
+    ray = chain_start(scene.camera, place, near, far);
+    ChainCount counted(task.limits, task.max_depth);
+    Mask fine = active;
+    // Of surfaces that let light pass, those behind which the chain is scattered once more; `look_behind`
+    // sees to those before the edge.
+    Vec3 throughput = {splat(1.0f), splat(1.0f), splat(1.0f)}, passed = throughput;
+    Int waiting = splat(0);
+    Vec3 from_normal = ray.direction;
+    Int from_mesh = splat(0);
+    const Int length = select(active, load(c.length + at), splat(0));
+    for (int level = 0; level < kMostChain; ++level) {
+        const Mask here = active & (level < length);
+        if (!any(here)) break;
+        const auto column = [&](int32_t* const(&table)[kMostChain], int rest) {
+            return select(here, load(table[level] + at), splat(rest));
+        };
+        Closest hit;
+        hit.hit = here;
+        hit.face = column(c.face, 0), hit.mesh = column(c.mesh, 0), hit.instance = column(c.instance, -1);
+        hit.b1 = select(here, load(c.b1[level] + at), 0.0f);
+        hit.b2 = select(here, load(c.b2[level] + at), 0.0f);
+        hit.distance = splat(0.0f);
+        const Int fate = column(c.fate, kFatePasses);
+        SurfacePoint x = surface_point(scene, here, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
+        x.mesh = hit.mesh;
+        const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
+        const ChainSurface s = chain_surface(scene, x, point, column(c.leaf, 0));
+        const Mask passes = here & (fate == kFatePasses), scatters = here & ~passes;
+
+        PathPacket arrived{};
+        arrived.active = here;
+        arrived.path = lane_index() + at;
+        arrived.origin = arrived.from = ray.from;
+        arrived.direction = ray.direction;
+        arrived.from_mesh = from_mesh;
+        arrived.kind = select(here, ray.kind, splat(0));
+        Vertex& v = vertices.append<W>();
+        record_arrival(v, arrived, here, hit);
+        put(v.leaf, here, s.shader.leaf);
+        put(v.passes, passes, splat(-1));
+
+        const Float kept = s.leaf_weight;
+        passed = select(passes, passed * s.passing * (s.share * kept), passed);
+        waiting = waiting - passes;
+        if (!any(scatters)) continue;
+        const ShadedSurface surface = chain_bsdf(scene, scatters, s);
+        Vec3 value;
+        const Mask goes_on = scatter_chain(s, surface, scatters, fate, ray, value);
+        fine &= goes_on | ~scatters;
+        put(v.samples, scatters, splat(-1));
+        put(v.continues, scatters, splat(-1));
+        put(v.specular, scatters, splat(-1));
+        put(v.transmitted, scatters, (fate & kFateTransmits) != 0);
+        put(v.lobe, scatters, fate & kFateLobes);
+        put3(v.next_direction, scatters, ray.direction);
+        throughput = select(scatters, throughput * passed * value * ((1.0f - s.share) * kept), throughput);
+        passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
+        from_normal = select(scatters, x.normal, from_normal);
+        from_mesh = select(scatters, x.mesh, from_mesh);
+        counted.add(scatters, ray.kind);
+        counted.p.bounces = counted.p.bounces + ((waiting & scatters) << 24);
+        counted.p.vertex = counted.p.vertex + ((waiting + 1) & scatters);
+        waiting = waiting & ~scatters;
+    }
+    p = counted.p;
+    p.throughput = throughput;
+    p.from_normal = from_normal;
+    p.from_mesh = from_mesh;
+    p.kind = select(active, ray.kind, splat(0));
+    return fine;
+}
+
+// The edge that a chain's last ray touches, as seen from where that ray comes from.
+EG_INLINE EdgeSample chain_edge(const SceneView& scene, const ChainCrossings& c, int at, int count, Vec3 from,
+                                Vec3 origin) {
+    EdgeSample s;
+    s.active = first_lanes(count - at);
+    s.edge = select(s.active, load(c.edge + at), splat(0));
+    s.instance = select(s.active, load(c.edge_instance + at), splat(-1));
+    s.crossing = splat(0);
+    s.u = select(s.active, load(c.u + at), 0.0f);
+    for (int i = 0; i < W; ++i) {
+        float a[3], b[3];
+        edge_end(scene, s.edge[i], s.instance[i], 0, a);
+        edge_end(scene, s.edge[i], s.instance[i], 1, b);
+        s.tangent.x[i] = b[0] - a[0], s.tangent.y[i] = b[1] - a[1], s.tangent.z[i] = b[2] - a[2];
+        s.point.x[i] = a[0] + s.u[i] * (b[0] - a[0]);
+        s.point.y[i] = a[1] + s.u[i] * (b[1] - a[1]);
+        s.point.z[i] = a[2] + s.u[i] * (b[2] - a[2]);
+    }
+    const Vec3 way = s.point - origin;
+    Projection& v = s.view;
+    v.active = s.active;
+    v.origin = origin;
+    v.distance = sqrt(dot(way, way));
+    v.direction = way * (1.0f / max(v.distance, 1e-30f));
+    v.near = splat(0.0f), v.far = splat(__builtin_inff());
+    v.across_of = s.point - from;
+    s.normal = cross(v.across_of, s.tangent);
+    s.weight = 1.0f / max(sqrt(dot(v.across_of, v.across_of)), 1e-30f);
+    s.active &= v.distance > 0.0f;
+    s.random.pixel = splat(0);
+    s.random.sample = bits(lane_index());
+    s.random.stream = bits(splat(0));
+    return s;
+}
+
+EG_INLINE Vec3 load_jump(const ChainCrossings& c, int at) {
+    return {load(c.jump[0] + at), load(c.jump[1] + at), load(c.jump[2] + at)};
+}
+EG_INLINE void store_jump(ChainCrossings& c, int at, Mask m, Vec3 jump) {
+    store(c.jump[0] + at, select(m, jump.x, 0.0f));
+    store(c.jump[1] + at, select(m, jump.y, 0.0f));
+    store(c.jump[2] + at, select(m, jump.z, 0.0f));
+}
+
+// Records the chains of `count` crossings, and estimates what jumps across their edges.
+static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                               VertexMemory& vertices, ChainCrossings& c, int count) {
+    vertices.count = 0;
+    const ImageTask paths = side_paths(task);
+    int queued = 0;
+    for (int at = 0; at < count; at += W) {
+        ChainRay ray;
+        PathPacket p;
+        const Mask fine = record_chains(scene, task, c, at, count, vertices, ray, p);
+        EdgeSample s = chain_edge(scene, c, at, count, ray.from, ray.origin);
+        s.active &= fine;
+        s.mask = ray_mask(p.kind);
+        s.random = path_index(paths, lane_index() + at);
+        Sides sides = visible_faces(scene, s);
+        s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
+        Behind behind;
+        if (any(s.active)) behind = look_behind(scene, s, task.limits.transparent);
+        store(c.seen + at, s.active);
+        // -dg/dp = t x D and -dg/dD = -N, D being the recorded ray's.
+        const Vec3 by_point = cross(s.tangent, ray.direction);
+        for (int k = 0; k < 3; ++k) {
+            const auto part = [k](const Vec3& v) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
+            store(c.by_point[k] + at, select(s.active, part(by_point), 0.0f));
+            store(c.by_direction[k] + at, select(s.active, -part(s.normal), 0.0f));
+            store(c.from[k] + at, select(s.active, part(ray.from), 0.0f));
+        }
+        if (!any(s.active)) continue;
+        const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
+        const auto start = [&](const SideFace& near, Int number, Vec3 outwards,
+                               Float slope_behind) EG_INLINE_LAMBDA {
+            const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
+            Vec3 aside;
+            const Closest hit = side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, aside);
+            p.active = s.active;
+            p.path = number;
+            p.origin = p.from = s.view.origin;
+            p.direction = s.view.direction;
+            PathPacket side = p;
+            side.throughput = p.throughput * behind.through;
+            side.vertex = p.vertex + behind.passed;
+            side.bounces = p.bounces + (behind.passed << 24);
+            Closest none = hit;
+            none.hit = splat(0);
+            queued = append_met(work, queued, side, hit, aside, none);
+        };
+        start(sides.plus, lane_index() + at, s.normal, slope);
+        start(sides.minus, lane_index() + at + count, -s.normal, -slope);
+    }
+    for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * 2 * count);
+    work.hits.edges = &work.edges;
+    if (queued > 0) run_paths(scene, paths, work, queued);
+    for (int at = 0; at < count; at += W) {
+        Vec3 plus, minus;
+        load3(plus, work.radiance, at);
+        load3(minus, work.radiance, count + at);
+        store_jump(c, at, load(c.seen + at), (minus - plus) * load(c.weight + at));
+    }
+}
+
+// The jumps times what a unit of -dg/dtheta sweeps per scan line: |g_k| / (g_x^2 + g_y^2).
+static void chain_sweeps_kernel(const BoundaryTask& task, ChainCrossings& c, int count) {
+    for (int at = 0; at < count; at += W) {
+        const Float gx = load(c.by_screen[0] + at), gy = load(c.by_screen[1] + at);
+        const Float across = select(load(c.horizontal + at) != 0, abs(gx), abs(gy));
+        const Vec3 jump = load_jump(c, at) * (across / max(gx * gx + gy * gy, 1e-37f));
+        const Mask seen = first_lanes(count - at) & load(c.seen + at);
+        store_jump(c, at,
+                   keep_finite(task, at, seen, load(c.edge + at), load(c.edge_instance + at), size_of(jump)),
+                   jump);
+    }
+}
+
+// The splats of crossings, of which work.radiance[0] has the part of -dg/dtheta that is the chain's.
+static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c, int count, Workspace& work,
+                                 const DerivativeView& tangent, Splats& splats) {
+    for (int at = 0; at < count; at += W) {
+        Vec3 from;
+        load3(from, c.from, at);
+        EdgeSample s = chain_edge(scene, c, at, count, from, from);
+        const Vec3 jump = load_jump(c, at);
+        s.active &= largest_component(jump) > 0.0f;
+        if (!any(s.active)) continue;
+        const Float g = load(work.radiance[0] + at) + sweep(scene, tangent, s);
+        const Vec3 value = jump * g;
+        for (int i = 0; i < W; ++i) {
+            if (!s.active[i]) continue;
+            const int32_t n = c.segment[at + i];
+            splats.x[n] = c.x[at + i], splats.y[n] = c.y[at + i];
+            splats.value[0][n] = value.x[i], splats.value[1][n] = value.y[i], splats.value[2][n] = value.z[i];
+        }
+    }
+}
+
+// Adds the edges' part to the gradient, and leaves in `seeds` the adjoints of the chains' -dg/dtheta.
+static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& c, int count,
+                                  const float* adjoint, DerivativeView& gradient, float* seeds) {
+    for (int at = 0; at < count; at += W) {
+        Vec3 from;
+        load3(from, c.from, at);
+        EdgeSample s = chain_edge(scene, c, at, count, from, from);
+        const Vec3 jump = load_jump(c, at);
+        s.active &= largest_component(jump) > 0.0f;
+        const Vec3 a = any(s.active)
+                           ? adjoint_at(scene.camera, s.active, select(s.active, load(c.x + at), 0.0f),
+                                        select(s.active, load(c.y + at), 0.0f), adjoint)
+                           : zero3();
+        const Float seed = select(s.active, dot(a, jump), 0.0f);
+        store(seeds + at, seed);
+        s.active &= seed != 0.0f;
+        if (!any(s.active)) continue;
+        Backward mode{scene, gradient, a};
+        edge_blocks(mode, scene, gradient, s, jump);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,76 @@
+#include "boundary/surface_regions.h"
+
+#include <numeric>
+
+#include "boundary/seams.h"
+#include "scene/vector.h"
+
+namespace edgegrad {
+namespace {
+
+// Faces whose normals differ by less than this sine lie in one plane.
+constexpr double kCoplanar = 1e-6;
+
+Vector vertex(const SceneTables& t, int32_t k) {
+    const float* p = &t.vertices[3 * static_cast<size_t>(k)];
+    return {p[0], p[1], p[2]};
+}
+
+Vector area_normal(const SceneTables& t, uint32_t face) {
+    const int32_t* f = &t.faces[3 * size_t{face}];
+    return cross(vertex(t, f[1]) - vertex(t, f[0]), vertex(t, f[2]) - vertex(t, f[0]));
+}
+
+bool smooth(const SceneTables& t, uint32_t face) {
+    if (t.corner_normal.empty()) return false;
+    const int32_t* n = &t.corner_normal[3 * size_t{face}];
+    return n[0] >= 0 && n[1] >= 0 && n[2] >= 0;
+}
+
+// Whether shading goes on across an edge.
+bool joins(const SceneTables& t, size_t edge) {
+    const uint32_t first = t.edge_face_first[edge];
+    if (t.edge_face_first[edge + 1] - first != 2) return false;
+    const uint32_t one = t.edge_faces[first], other = t.edge_faces[first + 1];
+    if (t.face_material[one] != t.face_material[other] || smooth(t, one) != smooth(t, other)) return false;
+    if (!smooth(t, one)) {
+        const Vector m = area_normal(t, one), n = area_normal(t, other);
+        if (!(dot(m, n) > 0.0) || length(cross(m, n)) >= kCoplanar * length(m) * length(n)) return false;
+    }
+    return !is_seam(t, static_cast<int64_t>(edge));
+}
+
+}  // namespace
+
+SurfaceRegions surface_regions(const SceneTables& t) {
+    const size_t faces = t.faces.size() / 3, edges = t.edge_vertices.size() / 2;
+    SurfaceRegions out;
+    out.region.resize(faces);
+    out.face_edge.assign(3 * faces, -1);
+    std::iota(out.region.begin(), out.region.end(), 0);
+    // Union-find; a region's number is that of one of its faces.
+    const auto root = [&](uint32_t face) {
+        auto k = static_cast<int32_t>(face);
+        auto& up = out.region;
+        while (up[static_cast<size_t>(k)] != k)
+            k = up[static_cast<size_t>(k)] = up[static_cast<size_t>(up[static_cast<size_t>(k)])];
+        return k;
+    };
+    for (size_t e = 0; e < edges; ++e) {
+        const uint32_t first = t.edge_face_first[e];
+        for (uint32_t k = first; k < t.edge_face_first[e + 1]; ++k) {
+            const size_t face = t.edge_faces[k];
+            for (size_t c = 0; c < 3; ++c)
+                if (t.faces[3 * face + c] == static_cast<int32_t>(t.edge_opposite[k]))
+                    out.face_edge[3 * face + c] = static_cast<int32_t>(e);
+        }
+        if (joins(t, e)) {
+            const int32_t a = root(t.edge_faces[first]), b = root(t.edge_faces[first + 1]);
+            out.region[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
+        }
+    }
+    for (size_t f = 0; f < faces; ++f) out.region[f] = root(static_cast<uint32_t>(f));
+    return out;
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,164 @@
+#include "specular_term.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/camera_row.h"
+
+namespace edgegrad {
+namespace {
+
+// Segments per pixel: what lies between the ends of one and is seen from neither is missed.
+constexpr float kSegment = 0.5f;
+// Lines per pixel, of each direction, and sample of the picture: a segment costs about what a sample does.
+constexpr double kLines = 0.25;
+
+// Whether a shader may be a perfect mirror, or glass that is perfectly smooth. (Textures may say so
+// anywhere.)
+bool may_be_specular(const SceneTables& t, size_t leaf) {
+    if (!(t.leaf_flags[leaf] & (kHasGlossy | kHasRefraction))) return false;
+    const float* row = t.leaf_params.data() + leaf * kMaterialParams;
+    if (leaf < t.textures.leaf_program.size() && t.textures.leaf_program[leaf] >= 0) return true;
+    constexpr float kSmooth = 4e-3f;  // its fourth power is beyond what is taken for smooth
+    const bool coat = t.leaf_kind[leaf] == kPrincipled && row[kCoatWeight] > 0.0f;
+    return row[kRoughness] < kSmooth || (coat && row[kCoatRoughness] < kSmooth);
+}
+
+// Whether what is asked for moves edges, or rays on their way.
+bool moves_chains(const SceneTables& t, const Wanted& wanted) {
+    if (wanted.any("vertices") || wanted.any("normals") || wanted.any("camera") ||
+        wanted.any("instance_to_world"))
+        return true;
+    const Wanted::Span rows = wanted.span("leaf_params");
+    const bool textures = wanted.any("texture_pixels") || wanted.any("texture_attributes") ||
+                          wanted.any("texture_lookups") || wanted.any("texture_constants");
+    for (size_t leaf = 0; leaf < t.leaf_flags.size(); ++leaf) {
+        if (!may_be_specular(t, leaf)) continue;
+        if (rows.first < (leaf + 1) * kMaterialParams && rows.last > leaf * kMaterialParams) return true;
+        if (textures && leaf < t.textures.leaf_program.size() && t.textures.leaf_program[leaf] >= 0)
+            return true;
+    }
+    return false;
+}
+
+float column(float* const (&v)[3], const float* const (&w)[3], int i) {
+    return v[0][i] * w[0][i] + v[1][i] * w[1][i] + v[2][i] * w[2][i];
+}
+
+}  // namespace
+
+std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
+                                             const RenderOptions& options, const Wanted& wanted) {
+    if (!options.primary || options.max_depth < 2 || !moves_chains(tables, wanted)) return std::nullopt;
+    for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
+        if (may_be_specular(tables, leaf)) return SpecularTerm(scene, tables, options);
+    return std::nullopt;
+}
+
+SpecularTerm::SpecularTerm(const SceneView& scene, const SceneTables& tables, const RenderOptions& options)
+    : options_(options), regions_(surface_regions(tables)) {
+    const CameraView& c = scene.camera;
+    const float margin = c.filter ? std::max(0.0f, c.filter[kFilterSize] - 0.5f) : 0.0f;
+    scan_.low[0] = scan_.low[1] = -margin;
+    scan_.high[0] = static_cast<float>(c.width) + margin;
+    scan_.high[1] = static_cast<float>(c.height) + margin;
+    scan_.density = static_cast<float>(std::max(1.0, std::ceil(kLines * options.samples)));
+    scan_.length = kSegment;
+    const auto lines = [&](int across) {
+        return static_cast<int64_t>(std::ceil((scan_.high[across] - scan_.low[across]) * scan_.density));
+    };
+    const auto segments = [&](int along) {
+        return static_cast<int64_t>(std::ceil((scan_.high[along] - scan_.low[along]) / kSegment)) + 1;
+    };
+    scan_.per_row = segments(0), scan_.per_column = segments(1);
+    scan_.horizontal = lines(1) * scan_.per_row;
+    scan_.seed = options.seed ^ 0x68bc21ebu;
+    total_ = scan_.horizontal + lines(0) * scan_.per_column;
+    if (c.kind == kEquirectangular) {
+        for (int k = 0; k < 2; ++k) {
+            shift_[0][kCameraPanorama + k] = (c.panorama[1] - c.panorama[0]) / c.full_width;
+            shift_[1][kCameraPanorama + 2 + k] = (c.panorama[3] - c.panorama[2]) / c.full_height;
+        }
+    } else {
+        shift_[0][kCameraPrincipal] = shift_[1][kCameraPrincipal + 1] = 1.0;
+    }
+}
+
+void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int64_t first, int64_t count,
+                        Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains, Found& found,
+                        DroppedSamples& dropped) const {
+    ScanTask scan = scan_;
+    scan.region = regions_.region.data(), scan.face_edge = regions_.face_edge.data();
+    scan.first = first, scan.count = count;
+    found.image = {};
+    found.image.pixel_count = 1;
+    found.image.weight = 1.0f;
+    found.sweep = adjoint.task(found.image, work);
+    AdjointWorkspace::release(work);
+    found.sweep.geometry = found.sweep.camera_moves = true;
+    found.sweep.dropped = &found.vertices;
+    ChainCrossings& c = chains.view(found.sweep.camera);
+    found.count = kernels.scan(scene, scan, options_.limits, options_.max_depth, c);
+    if (found.count == 0) return;
+    found.image.samples = found.count;
+    BoundaryTask sides{};
+    sides.first = first, sides.count = found.count;
+    sides.max_depth = options_.max_depth;
+    sides.seed = scan_.seed;
+    sides.limits = options_.limits;
+    sides.dropped = &dropped;
+    kernels.chain_sides(scene, sides, work, *found.sweep.vertices, c, found.count);
+    for (int k = 0; k < 2; ++k) {
+        DifferentiableTables camera;
+        camera.add(scene.camera.position, kCameraFloats, 0, kCameraFloats, nullptr, shift_[k]);
+        found.sweep.tables = &camera;
+        kernels.path_forward(scene, found.sweep, work.radiance);
+        for (int i = 0; i < found.count; ++i)
+            c.by_screen[k][i] = column(c.by_point, found.sweep.position, i) +
+                                column(c.by_direction, found.sweep.direction, i);
+    }
+    kernels.chain_sweeps(sides, c, found.count);
+}
+
+void SpecularTerm::forward(const KernelTable& kernels, const SceneView& scene, int64_t first, int64_t count,
+                           Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
+                           const DifferentiableTables& tables, DerivativeView tangent, Splats splats,
+                           DroppedSamples& dropped) const {
+    std::fill_n(splats.x, count, kNowhere);
+    Found found;
+    find(kernels, scene, first, count, work, adjoint, chains, found, dropped);
+    if (found.count == 0) return;
+    const ChainCrossings& c = chains.view(found.sweep.camera);
+    found.sweep.tables = &tables;
+    kernels.path_forward(scene, found.sweep, work.radiance);
+    for (int i = 0; i < found.count; ++i)
+        work.radiance[0][i] =
+            column(c.by_point, found.sweep.position, i) + column(c.by_direction, found.sweep.direction, i);
+    tangent.want_camera = false;  // the camera's part is in the chain's
+    kernels.chain_forward(scene, c, found.count, work, tangent, splats);
+}
+
+void SpecularTerm::backward(const KernelTable& kernels, const SceneView& scene, int64_t first, int64_t count,
+                            Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
+                            const DifferentiableTables& tables, DerivativeView gradient,
+                            const float* picture_adjoint, DroppedSamples& dropped) const {
+    Found found;
+    find(kernels, scene, first, count, work, adjoint, chains, found, dropped);
+    if (found.count == 0) return;
+    const ChainCrossings& c = chains.view(found.sweep.camera);
+    gradient.want_camera = false;
+    float* seeds = work.radiance[0];
+    kernels.chain_backward(scene, c, found.count, picture_adjoint, gradient, seeds);
+    for (int i = 0; i < found.count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            found.sweep.position[k][i] = seeds[i] * c.by_point[k][i];
+            found.sweep.direction[k][i] = seeds[i] * c.by_direction[k][i];
+        }
+    }
+    found.sweep.tables = &tables;
+    found.sweep.seeded = true;
+    const float none[3] = {0.0f, 0.0f, 0.0f};  // the light that chains bring is the sides' own
+    kernels.path_backward(scene, found.sweep, none);
+}
+
+}  // namespace edgegrad

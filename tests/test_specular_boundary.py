@@ -1,0 +1,242 @@
+"""Edges seen in mirrors and through smooth glass against central differences, whatever moves.
+
+Surfaces that only emit, seen in perfect mirrors: all that changes is where they are seen, and how much of it the glass
+lets through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import parameters
+from edgegrad.renderer import Renderer
+from tests import shapes
+from tests.block_statistics import ALARM, Agreement, compare
+from tests.small_scenes import Floats, along, box, camera, glowing, need, rectangle
+
+EPS, DEPTH = 0.01, 7
+Make = Callable[[float], edgegrad.Scene]
+MIRROR = edgegrad.Material(np.array([0.9, 0.8, 0.7]), kind="GLOSSY", roughness=0.0, multiscatter=False)
+GLASS = edgegrad.Material(np.ones(3), kind="GLASS", roughness=0.0, ior=1.5, multiscatter=False)
+WARM = edgegrad.Material(np.zeros(3), np.array([2.0, 1.2, 0.5]), True)
+MATERIALS = {"mirror": MIRROR, "glass": GLASS, "warm": WARM, "cold": glowing(0.8, True)}
+
+
+def ball(center: tuple[float, float, float], radius: float, material: str, divisions: int = 3) -> edgegrad.Mesh:
+    """A smooth-shaded ball."""
+    vertices, faces = shapes.ball(divisions, radius)
+    return edgegrad.Mesh(vertices + np.asarray(center), faces, (material,), smoothing=faces.copy())
+
+
+def scene(view: edgegrad.Camera, meshes: dict[str, edgegrad.Mesh]) -> edgegrad.Scene:
+    return edgegrad.Scene(view, meshes, dict(MATERIALS), world=edgegrad.World(np.ones(3), 0.3))
+
+
+def shifted(mesh: edgegrad.Mesh, by: Floats) -> edgegrad.Mesh:
+    return replace(mesh, vertices=mesh.vertices + by)
+
+
+def before_mirror(moving: str) -> Make:
+    """A box, out of sight, before a flat mirror; the box, the mirror or the camera moves."""
+
+    def make(theta: float) -> edgegrad.Scene:
+        mirror = rectangle((0, 0, -1), (1.6, 0, 0), (0, 1.6, 0), "mirror")
+        shown = box((0.2, 0.1, 1.0), (0.35, 0.3, 0.25), "warm", 0.5)
+        origin, target = np.array([0.6, 1.6, 2.2]), np.array([0.1, 0.0, -1.2])
+        match moving:
+            case "box":
+                shown = shifted(shown, theta * np.array([1.0, 0.4, -0.3]))
+            case "mirror":
+                mirror = shifted(mirror, theta * np.array([[0, 0, 1.3], [0, 0, 0.7], [0, 0, 0.7], [0, 0, 1.3]]))
+            case "camera":
+                origin = origin + theta * np.array([1.0, -0.5, 0.2])
+        return scene(camera(origin, target, 32, 0.9), {"mirror": mirror, "box": shown})
+
+    return make
+
+
+def round_mirror(moving: str) -> Make:
+    """A box beside a mirroring ball."""
+
+    def make(theta: float) -> edgegrad.Scene:
+        step = theta * np.array([0.7, 0.5, 0.4])
+        meshes = {
+            "ball": ball((0, 0, 0), 1.0, "mirror"),
+            "box": box((1.0, 1.2, 1.6), (0.6, 0.4, 0.5), "warm", 0.4),
+        }
+        meshes[moving] = shifted(meshes[moving], step)
+        return scene(camera((0, 0, 4.5), (0, 0, 0), 32, 0.6), meshes)
+
+    return make
+
+
+def behind_glass(moving: str) -> Make:
+    """A box and a card behind a ball of glass."""
+
+    def make(theta: float) -> edgegrad.Scene:
+        glass = ball((0, 0, 0), 1.0, "glass")
+        shown = box((0.3, 0.2, -3.0), (0.7, 0.5, 0.4), "warm", 0.4)
+        card = rectangle((-0.9, -0.6, -2.2), (0.6, 0.1, 0), (-0.1, 0.5, 0.2), "cold")
+        view = camera((0, 0, 4.5), (0, 0, 0), 32, 0.6)
+        materials = dict(MATERIALS)
+        match moving:
+            case "box":
+                shown = shifted(shown, theta * np.array([1.0, 0.4, -0.3]))
+            case "glass":
+                glass = shifted(glass, theta * np.array([0.6, -0.4, 0.3]))
+            case "camera":
+                view = camera((theta, -0.5 * theta, 4.5), (0, 0, 0), 32, 0.6)
+            case "ior":
+                materials["glass"] = replace(GLASS, ior=1.5 + theta)
+        made = scene(view, {"glass": glass, "box": shown, "card": card})
+        return replace(made, materials=materials)
+
+    return make
+
+
+def two_mirrors(theta: float) -> edgegrad.Scene:
+    """A box seen by two mirrors, one of which turns, with a lens and a wide filter."""
+    first = rectangle((0, 0, -1), (1.2, 0, 0), (0, 1.2, 0), "mirror")
+    second = rectangle((0, 0, 4.0), (-2.5, 0, 0), (0, 2.5, 0.3), "mirror")
+    second = shifted(second, theta * np.array([[0.0, 0, 0.8], [0, 0, -0.8], [0, 0, -0.8], [0, 0, 0.8]]))
+    shown = box((0.5, 1.1, 0.6), (0.3, 0.2, 0.25), "warm", 0.5)
+    view = replace(camera((0.5, 0.3, 2.2), (0, 0, -1), 32, 0.8), aperture_radius=0.02, focus_distance=5.0,
+                   filter="BLACKMAN_HARRIS", filter_width=2.0)
+    return scene(view, {"first": first, "second": second, "box": shown})
+
+
+def block_of_glass(theta: float) -> edgegrad.Scene:
+    """A card seen through a block with flat faces, whose edges are seen through each other, and which turns."""
+    block = box((0, 0, 0), (0.8, 0.6, 0.5), "glass", 0.5 + theta)
+    card = rectangle((0.2, 0.1, -1.5), (0.9, 0.1, 0), (-0.1, 0.6, 0.2), "warm")
+    return scene(camera((0.4, 1.0, 3.5), (0, 0, 0), 32, 0.6), {"block": block, "card": card})
+
+
+def ball_in_mirror(theta: float) -> edgegrad.Scene:
+    """A smooth ball that comes before another one in a mirror, under a sun."""
+    meshes = {
+        "mirror": rectangle((0, 0, -1), (1.6, 0, 0), (0, 1.6, 0), "mirror"),
+        "near": ball((0.3 + theta, 0.1, 0.8), 0.45, "clay", 2),
+        "far": ball((0.0, -0.1, 1.9), 0.6, "clay", 2),
+    }
+    made = scene(camera((0.4, 2.2, 1.8), (0.1, 0.0, -1.2), 32, 0.7), meshes)
+    return replace(made, materials={**MATERIALS, "clay": edgegrad.Material(np.array([0.8, 0.6, 0.5]))},
+                   lights={"sun": edgegrad.SunLight(np.array([0.3, -0.5, 1.0]), 2.0, casts_shadow=False)},
+                   world=edgegrad.World(np.zeros(3)))
+
+
+def copies(theta: float) -> edgegrad.Scene:
+    """Two instances of a box, one of them mirrored, move before a flat mirror."""
+    made = before_mirror("nothing")(0.0)
+    places = np.tile(np.eye(4), (2, 1, 1))
+    places[0, :3, 3] = [-0.4 + theta, -0.1, 0.5 * theta]
+    places[1, :3] = [[-1.0, 0.2 + theta, 0, 0.9], [0, 0.8, 0, 0.2], [theta, 0, 0.9, 0.1]]
+    made.meshes["box"].instances = places
+    return made
+
+
+CASES: dict[str, tuple[Make, list[str]]] = {
+    "flat mirror: box moves": (before_mirror("box"), ["meshes.box.vertices"]),
+    "flat mirror: mirror moves": (before_mirror("mirror"), ["meshes.mirror.vertices"]),
+    "flat mirror: camera moves": (before_mirror("camera"), ["camera.to_world"]),
+    "round mirror: box moves": (round_mirror("box"), ["meshes.box.vertices"]),
+    "round mirror: mirror moves": (round_mirror("ball"), ["meshes.ball.vertices"]),
+    "glass: box moves": (behind_glass("box"), ["meshes.box.vertices"]),
+    "glass: glass moves": (behind_glass("glass"), ["meshes.glass.vertices"]),
+    "glass: camera moves": (behind_glass("camera"), ["camera.to_world"]),
+    "glass: its index grows": (behind_glass("ior"), ["materials.glass.ior"]),
+    "glass: a block turns": (block_of_glass, ["meshes.block.vertices"]),
+    "flat mirror: ball before ball": (ball_in_mirror, ["meshes.near.vertices"]),
+    "flat mirror: instances move": (copies, ["meshes.box.instances"]),
+    "two mirrors: one turns": (two_mirrors, ["meshes.second.vertices"]),
+}
+
+
+def difference(make: Make, seeds: int = 4) -> tuple[Floats, Floats]:
+    """(H, W, 3) central difference and its standard error."""
+    ahead, behind = Renderer(make(0.5 * EPS)), Renderer(make(-0.5 * EPS))
+    found = [(np.asarray(ahead.render(spp=256, seed=seed, max_depth=DEPTH), float)
+              - behind.render(spp=256, seed=seed, max_depth=DEPTH)) / EPS for seed in range(1000, 1000 + seeds)]
+    return np.mean(found, axis=0), np.std(found, axis=0, ddof=1) / np.sqrt(seeds)
+
+
+def agreement(make: Make, paths: list[str], terms: list[str]) -> Agreement:
+    """Derivatives, over the interval of the difference, beside it."""
+    moving = along(make, paths)
+    estimates = []
+    for k in range(4):
+        made, tangent = moving(EPS * ((k + 0.5) / 4 - 0.5))
+        renderer = Renderer(made)
+        estimates.append([renderer.render_forward(tangent, spp=64, seed=2 * k + s, max_depth=DEPTH, terms=terms)
+                          for s in range(2)])
+    return compare(estimates, *difference(make))
+
+
+@pytest.mark.parametrize("case", list(CASES))
+def test_agrees_with_differences(case: str) -> None:
+    need("native")
+    outcome = agreement(*CASES[case], ["interior", "primary"])
+    assert outcome.p_value > ALARM, str(outcome)
+
+
+@pytest.mark.parametrize("case", ["flat mirror: mirror moves", "round mirror: box moves", "glass: glass moves"])
+def test_differences_notice_a_missing_term(case: str) -> None:
+    need("native")
+    assert agreement(*CASES[case], ["interior"]).p_value < 1e-6
+
+
+@pytest.mark.parametrize("case", list(CASES))
+def test_modes_are_transposes(case: str) -> None:
+    need("native")
+    make, paths = CASES[case]
+    made = make(0.0)
+    renderer, rng = Renderer(made), np.random.default_rng(7)
+    tangent = {path: rng.normal(size=np.shape(parameters.get(made, path))) for path in paths}
+    adjoint = rng.normal(size=(made.camera.height, made.camera.width, 3))
+    options = {"spp": 16, "seed": 3, "max_depth": DEPTH, "terms": ["primary"]}
+    image = renderer.render_forward(tangent, **options)
+    gradient = renderer.render_backward(adjoint, paths, **options)
+    ahead = float(np.sum(image.astype(float) * adjoint))
+    back = sum(float(np.sum(gradient[path] * tangent[path])) for path in paths)
+    size = float(np.sqrt(np.sum(image.astype(float) ** 2) * np.sum(adjoint**2)))
+    assert size > 0.0
+    assert abs(ahead - back) < 1e-5 * size
+
+
+def test_same_bits_for_any_number_of_threads() -> None:
+    need("native")
+    make, paths = CASES["glass: glass moves"]
+    made, tangent = along(make, paths)(0.0)
+    one, two = (Renderer(made, threads=n).render_forward(tangent, spp=8, max_depth=DEPTH) for n in (1, 2))
+    assert np.array_equal(one, two)
+
+
+def test_plan_tells_of_it() -> None:
+    need("native")
+    words = str(edgegrad.plan(before_mirror("box")(0.0), ["meshes.box.vertices"], max_depth=DEPTH))
+    assert "all edges that the camera sees by mirrors and smooth glass (mirror)" in words
+    assert "thinner than half a pixel" in words
+    assert "mirrors" not in str(edgegrad.plan(before_mirror("box")(0.0), ["materials.warm.emission"], max_depth=DEPTH))
+    index = edgegrad.plan(behind_glass("ior")(0.0), ["materials.glass.ior"], max_depth=DEPTH)
+    assert "smooth glass (glass)" in str(index)
+
+
+def test_rough_mirrors_show_no_edges() -> None:
+    """Where the box is seen in the mirror alone, it has an edge; where the mirror is rough, none that is computed."""
+    need("native")
+    made = before_mirror("box")(0.0)
+    tangent = {"meshes.box.vertices": np.ones((8, 3))}
+    reflected = slice(6, 16), slice(12, 24)
+    sizes = []
+    for roughness in (0.0, 0.3):
+        mirror = replace(MIRROR, roughness=roughness)
+        renderer = Renderer(replace(made, materials={**MATERIALS, "mirror": mirror}))
+        image = renderer.render_forward(tangent, spp=8, max_depth=2, terms=["primary"])
+        sizes.append(np.abs(image[reflected]).max())
+    assert sizes[0] > 1.0
+    assert sizes[1] == 0.0

@@ -183,8 +183,10 @@ EG_OUTLINE BoundarySegment* trace_segments(const SceneView& scene, const Boundar
     for (int at = 0; at < count; at += W)
         queued = sample_indirect(scene, task, asked, at, piece, work, queued, segments[at / W]);
     for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * task.count);
-    work.hits.edges = &work.edges;
-    if (queued > 0) run_paths(scene, light_paths(task), work, queued);
+    if (queued > 0) {
+        work.hits.edges = &work.edges;
+        run_paths(scene, light_paths(task), work, queued);
+    }
     for (int at = 0; at < count; at += W) {
         BoundarySegment& s = segments[at / W];
         Vec3 light;

@@ -132,8 +132,10 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
         if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
     }
     for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * 2 * task.count);
-    work.hits.edges = &work.edges;
-    if (queued > 0) run_paths(scene, side_paths(task), work, queued);
+    if (queued > 0) {
+        work.hits.edges = &work.edges;
+        run_paths(scene, side_paths(task), work, queued);
+    }
 }
 
 // L- - L+ of the samples from `at` on.

@@ -265,6 +265,6 @@ STRESSES = (
     Stress("grazing light", "radians", powers(0.1, 0, 6), grazing_light, RIGID),
     Stress("bright light", "radiance", powers(1e5, 0, 6), bright, "linear in radiance"),
     Stress("dim light", "radiance", (1.0, 1e-10, 1e-20, 1e-30, 1e-38), bright, "linear in radiance",
-           # Of radiances times what surfaces scatter of them, which floats hold in steps of 2^-149.
-           lambda radiance: 1e-5 + 1e3 * 2.0**-149 / radiance),
+           # Floats hold samples of a ten thousandth of the radiance in steps of 2^-149.
+           lambda radiance: 1e-5 + 1e4 * 2.0**-149 / radiance),
 )

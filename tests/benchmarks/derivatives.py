@@ -171,7 +171,8 @@ class Case:
 
     def ours(self, spp: int) -> Side:
         """Edgegrad's calls."""
-        paths, options = list(self.tangent), {"spp": spp, "max_depth": self.depth}
+        paths = list(self.tangent)
+        options: dict[str, Any] = {"spp": spp, "max_depth": self.depth}
 
         def forward(seed: int) -> F64:
             self.renderer.update(paths)

@@ -8,6 +8,7 @@ them; cameras inside of the soup.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -134,7 +135,7 @@ def light(rng: np.random.Generator, kind: str, scale: float, corner: F64) -> Lig
     power = scale**2 * 10.0 ** rng.uniform(0, 2)
     area = pose(turn(*rng.normal(size=3)), *at)
     size = scale * rng.uniform(0.1, 1.0, 2)
-    makers: dict[str, Any] = {
+    makers: dict[str, Callable[[], Light]] = {
         "point": lambda: PointLight(at, power),
         "touching": lambda: PointLight(corner, power, scale * float(rng.choice([0.0, 0.1]))),
         "sphere": lambda: PointLight(at, power, 0.3 * scale, True),
@@ -147,7 +148,7 @@ def light(rng: np.random.Generator, kind: str, scale: float, corner: F64) -> Lig
         "ellipse": lambda: AreaLight(area, size, "ELLIPSE", power),
         "grazing": lambda: SunLight(np.array([1.0, 0.3, 0.0]), 2.0),
     }
-    return makers[kind]()  # type: ignore[no-any-return]
+    return makers[kind]()
 
 
 def camera(rng: np.random.Generator, kind: str, scale: float) -> Camera:
@@ -155,15 +156,15 @@ def camera(rng: np.random.Generator, kind: str, scale: float) -> Camera:
     to_world = pose(turn(0.5 * np.pi, 0.0, 0.0) @ turn(*(0.1 * rng.normal(size=3))), 0.0, -4.0 * scale, 0.0)
     if kind == "inside":
         to_world[:3, 3] = scale * rng.uniform(-0.5, 0.5, 3)
-    fields: dict[str, Any] = {
+    kinds: dict[str, dict[str, Any]] = {
         "lens": {"aperture_radius": 0.1 * scale, "focus_distance": 4.0 * scale},
         "blades": {"aperture_radius": 0.2 * scale, "focus_distance": 3.0 * scale, "aperture_blades": 5,
                    "aperture_ratio": 1.5},
         "orthographic": {"kind": "ORTHOGRAPHIC", "ortho_width": 3.0 * scale},
         "panorama": {"kind": "EQUIRECTANGULAR"},
         "crop and filter": {"crop": (2, 1, 8, 5), "filter": "BLACKMAN_HARRIS", "filter_width": 3.0},
-    }.get(kind, {})  # fmt: skip
-    return Camera(to_world, 0.8, 10, 8, clip_start=1e-3 * scale, clip_end=1e5 * scale, **fields)
+    }  # fmt: skip
+    return Camera(to_world, 0.8, 10, 8, clip_start=1e-3 * scale, clip_end=1e5 * scale, **kinds.get(kind, {}))
 
 
 def shifted(scene: Scene, by: F64) -> Scene:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -187,7 +188,8 @@ def placed(scale: float, shift: float) -> Error:
 def together(scene: Scene, lengths: Iterable[str]) -> Error:
     """What is left of the derivative if all that has a place moves together, relative to the largest single one."""
     renderer = Renderer(scene, threads=1)
-    shift, options = np.array([0.5, 0.25, -0.75]), {"spp": 16, "seed": 3}
+    shift = np.array([0.5, 0.25, -0.75])
+    options: dict[str, Any] = {"spp": 16, "seed": 3}
     tangents = {path: np.broadcast_to(shift, np.shape(edgegrad.parameters.get(scene, path))) for path in lengths}
     pose = np.zeros((4, 4))
     pose[:3, 3] = shift

@@ -190,6 +190,24 @@ def test_differences_notice_a_missing_term(case: str) -> None:
     assert agreement(*CASES[case], ["interior"]).p_value < 1e-6
 
 
+@pytest.mark.parametrize("pane", [box((0, 0, 0), (2.5, 2.5, 0.3), "glass"), ball((0, 0, 0), 1.0, "glass")])
+def test_glass_of_index_one_changes_nothing(pane: edgegrad.Mesh) -> None:
+    """What is seen through glass that doesn't refract has the derivative that it has by itself: every crossing counts
+    once, also where rounding lets rays slip past the edge."""
+    need("native")
+    clear = replace(GLASS, kind="REFRACTION", ior=1.0002)
+    meshes = {"box": behind_glass("box")(0.0).meshes["box"]}
+    view = camera((0, 0, 4.5), (0, 0, 0), 32, 0.6)
+    through, alone = (Renderer(replace(scene(view, m), materials={**MATERIALS, "glass": clear}))
+                      for m in ({**meshes, "glass": pane}, meshes))
+    tangent = {"meshes.box.vertices": np.broadcast_to([1.0, 0.4, -0.3], (8, 3)).astype(float)}
+    options = {"max_depth": 3, "terms": ["primary"]}
+    wanted = [alone.render_forward(tangent, spp=256, seed=s, **options) for s in range(4)]
+    found = [through.render_forward(tangent, spp=64, seed=s, **options) for s in range(16)]
+    outcome = compare(found, np.mean(wanted, axis=0), np.std(wanted, axis=0, ddof=1) / 2.0)
+    assert outcome.p_value > ALARM, str(outcome)
+
+
 @pytest.mark.parametrize("case", list(CASES))
 def test_modes_are_transposes(case: str) -> None:
     need("native")

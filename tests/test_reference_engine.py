@@ -15,7 +15,8 @@ import edgegrad
 from edgegrad import parameters
 from edgegrad import tables as flat
 from edgegrad.reference import Engine
-from edgegrad.renderer import TERMS, Renderer
+from edgegrad.reference.engine import TERMS
+from edgegrad.renderer import Renderer
 from edgegrad.table_derivatives import asked_tables, pull_back, push_forward, wanted_tables
 from tests.block_statistics import ALARM, compare
 from tests.small_scenes import (

@@ -5,6 +5,7 @@
 // one thread at a time, then group by group.
 #pragma once
 
+#include <cstring>
 #include <memory>
 #include <mutex>
 
@@ -48,7 +49,10 @@ class Engine {
     bool has_edges() const { return has_edges_; }
     void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                    std::vector<uint32_t> faces, std::vector<uint32_t> opposite);
-    void set_camera(const CameraView& camera) { tables_.camera = camera; }
+    // Calls at the same time may only differ in their options: with one camera this writes nothing.
+    void set_camera(const CameraView& camera) {
+        if (std::memcmp(&tables_.camera, &camera, sizeof camera) != 0) tables_.camera = camera;
+    }
     // Whether a first pass over the edges guides a second one (boundary/boundary_plan.h).
     void set_guided(bool guided) { guided_ = guided; }
     bool guided() const { return guided_; }

@@ -23,8 +23,8 @@ void* open_library(const std::string& path) {
 #ifdef RTLD_DEEPBIND
     // Blender's executable has its own libembree4 and libtbb in the global scope; without this the
     // wheel's Embree would bind to them. Only for this handle: on Python extension modules deep
-    // binding mixes allocators and crashes. AddressSanitizer refuses it.
-#ifndef __SANITIZE_ADDRESS__
+    // binding mixes allocators and crashes. Sanitizers refuse it.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     flags |= RTLD_DEEPBIND;
 #endif
 #endif

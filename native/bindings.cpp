@@ -195,7 +195,7 @@ Image make_image(std::vector<float>&& pixels, const edgegrad::CameraView& c) {
     return to_numpy(std::move(pixels), {static_cast<size_t>(c.height), static_cast<size_t>(c.width), 3});
 }
 
-// What a derivative has left out (core/dropped_samples.py).
+// What a derivative has left out (core/non_finite.py).
 nb::list dropped_list(const edgegrad::Dropped& dropped) {
     nb::list out;
     for (const edgegrad::DroppedTerm& d : dropped)

@@ -23,16 +23,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // The samples of a task as paths of the path tracer.
 EG_INLINE ImageTask light_paths(const BoundaryTask& task) {
-    ImageTask paths{};
-    paths.pixel_count = 1;
-    paths.first_sample = static_cast<int32_t>(task.first);
-    paths.samples = static_cast<int32_t>(task.count);
-    paths.max_depth = task.max_depth;
-    paths.seed = hash(task.seed ^ 0x7f4a7c15u);
-    paths.limits = task.limits;
-    paths.width = 1;
-    paths.one_stream = true;
-    return paths;
+    return sample_paths(task, 1, hash(task.seed ^ 0x7f4a7c15u));
 }
 
 // The surface that scatters light towards an edge.

@@ -23,16 +23,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // The samples of a task as paths of the path tracer: those of the plus side, then those of the minus side.
 EG_INLINE ImageTask side_paths(const BoundaryTask& task) {
-    ImageTask paths{};
-    paths.pixel_count = 2;
-    paths.first_sample = static_cast<int32_t>(task.first);
-    paths.samples = static_cast<int32_t>(task.count);
-    paths.max_depth = task.max_depth;
-    paths.seed = boundary_stream(task);
-    paths.limits = task.limits;
-    paths.width = 1;
-    paths.one_stream = true;
-    return paths;
+    return sample_paths(task, 2, boundary_stream(task));
 }
 
 // What is hit on one side: the near face at the point of the edge, or what lies behind it. What of the

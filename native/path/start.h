@@ -6,6 +6,21 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+// A boundary task's samples as `sets` paths each, one set after the other. A sample's paths have the same
+// random numbers, those of `seed`.
+EG_INLINE ImageTask sample_paths(const BoundaryTask& task, int sets, uint32_t seed) {
+    ImageTask paths{};
+    paths.pixel_count = sets;
+    paths.first_sample = static_cast<int32_t>(task.first);
+    paths.samples = static_cast<int32_t>(task.count);
+    paths.max_depth = task.max_depth;
+    paths.seed = seed;
+    paths.limits = task.limits;
+    paths.width = 1;
+    paths.one_stream = true;
+    return paths;
+}
+
 // The mesh that a face belongs to.
 EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
     Int mesh;

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from . import parameters
 from .differentiable import indirect_obstacles, obstacles
@@ -113,9 +112,9 @@ def _moved(scene: Scene, name: str, what: str, lit: list[str], max_depth: int) -
         return True, f"{what}: zero, since emission alone does not change as a surface moves"
     if name in lit or _varies(scene, name):
         return False, f"{what}: its shading changes as it moves and turns"
-    if _emits(scene, name) and lit:
+    if scene.emits(name) and lit:
         return False, f"{what}: it only emits, so its own radiance stays; the light it gives changes"
-    return True, f"{what}: zero, since it {'emits and lights nothing' if _emits(scene, name) else 'is black'}"
+    return True, f"{what}: zero, since it {'emits and lights nothing' if scene.emits(name) else 'is black'}"
 
 
 def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[bool, str]:
@@ -152,7 +151,7 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
     absent = [words for kind, words in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
     if not np.any(scene.world.color * scene.world.strength):
         absent.append("environment")
-    if not any(_emits(scene, name) for name in scene.meshes):
+    if not any(scene.emits(name) for name in scene.meshes):
         absent.append("emissive meshes")
     if absent:
         why.append(f"no shadows of {', '.join(absent)}: there are none")
@@ -211,22 +210,15 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
         yield f"indirect boundary: edges between two surfaces that light each other are left out, since {stands}"
 
 
-def _used(scene: Scene, mesh_name: str) -> list[str]:
-    """Names of the materials that faces of the mesh have."""
-    mesh = scene.meshes[mesh_name]
-    slots: NDArray[np.int32] | list[int] = [0] if mesh.face_material is None else np.unique(mesh.face_material)
-    return [mesh.materials[k] for k in slots]
-
-
 def _parts(scene: Scene, mesh_name: str) -> set[str]:
     """Names of the materials that faces of the mesh have, and of the parts of mixtures among them."""
-    names = _used(scene, mesh_name)
+    names = scene.meshes[mesh_name].used_materials
     mixed = [scene.materials[name] for name in names]
     return {*names, *(part for m in mixed if isinstance(m, Mixture) for part in m.parts)}
 
 
 def _leaves(scene: Scene, mesh_name: str) -> list[Material]:
-    return [leaf for name in _used(scene, mesh_name) for leaf in scene.leaves(name)]
+    return [leaf for name in scene.meshes[mesh_name].used_materials for leaf in scene.leaves(name)]
 
 
 def _reflects(scene: Scene, mesh_name: str) -> bool:
@@ -234,10 +226,6 @@ def _reflects(scene: Scene, mesh_name: str) -> bool:
         not flags(leaf) & LAMBERTIAN or "base_color" in leaf.textures or np.any(leaf.base_color > 0.0)
         for leaf in _leaves(scene, mesh_name)
     )
-
-
-def _emits(scene: Scene, mesh_name: str) -> bool:
-    return any("emission" in leaf.textures or np.any(leaf.emission > 0.0) for leaf in _leaves(scene, mesh_name))
 
 
 def _varies(scene: Scene, mesh_name: str) -> bool:

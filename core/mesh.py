@@ -62,6 +62,12 @@ class Mesh:
     visible_to: frozenset[str] = frozenset(RAYS)
     terminator_offset: float = 0.0
 
+    @property
+    def used_materials(self) -> list[str]:
+        """Names of the materials that faces have, each slot's once."""
+        slots: NDArray[np.int32] | list[int] = [0] if self.face_material is None else np.unique(self.face_material)
+        return [self.materials[k] for k in slots]
+
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the mesh and the wrong field."""
         where = f"mesh '{name}'"

@@ -85,7 +85,7 @@ class Scene:
             image.validate(name)
         self.world.validate()
         self._check_names()
-        if not self._emits():
+        if not self._is_lit():
             raise ValueError("scene: nothing gives light; add a light, an emissive material or a world colour")
 
     def leaves(self, name: str) -> list[Material]:
@@ -94,6 +94,11 @@ class Scene:
         if isinstance(material, Material):
             return [material]
         return [part for key in material.parts if isinstance(part := self.materials[key], Material)]
+
+    def emits(self, mesh_name: str) -> bool:
+        """Whether a face of the mesh may give light of its own."""
+        return any("emission" in leaf.textures or bool(np.any(leaf.emission > 0.0))
+                   for name in self.meshes[mesh_name].used_materials for leaf in self.leaves(name))
 
     def _check_names(self) -> None:
         for name, material in self.materials.items():
@@ -115,11 +120,9 @@ class Scene:
         if self.world.image is not None and self.world.image not in self.images:
             raise ValueError(f"world: image '{self.world.image}' is not in the scene")
 
-    def _emits(self) -> bool:
-        used = {slot for mesh in self.meshes.values() for slot in mesh.materials}
+    def _is_lit(self) -> bool:
         return (
             bool(self.lights)
             or bool(np.any(self.world.color * self.world.strength > 0.0))
-            or any("emission" in leaf.textures or np.any(leaf.emission > 0.0)
-                   for name in used for leaf in self.leaves(name))
+            or any(self.emits(name) for name in self.meshes)
         )

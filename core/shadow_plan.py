@@ -22,6 +22,7 @@ def missing_shadows(scene: Scene, moves: Motion) -> Iterator[str]:
         yield f"the border of the cones of spots without blend ({', '.join(hard)}): a jump that is no edge"
     sized = any(isinstance(light, AreaLight) or (isinstance(light, PointLight | SpotLight) and light.radius > 0.0)
                 or (isinstance(light, SunLight) and light.angle > 0.0) for light in scene.lights.values())
+    sized = sized or any(scene.emits(name) for name in scene.meshes)
     sky = bool(np.any(scene.world.color * scene.world.strength))
     smooth = [name for name in moves.meshes if scene.meshes[name].smoothing is not None]
     if smooth and (sized or sky):

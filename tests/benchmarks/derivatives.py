@@ -11,7 +11,8 @@ Each has seconds (median of warm calls that the renderers make in turn, a step o
 the parameter's values, then its derivative is computed), the relative variance from seed to seed, and the pictures
 have the relative error against the differences. What counts is seconds x variance: the time for a given noise. Whatever
 a renderer learns for its samples it learns within the call. Mitsuba computes with the integrator that is made for the
-case, in each of its settings; the one of the least seconds x variance at the middle number of samples goes on.
+case, in each of its settings; of those that aren't wrong, the one of the least seconds x variance at the middle number
+of samples goes on.
 """
 
 from __future__ import annotations
@@ -195,8 +196,12 @@ class Case:
         return Side(lambda seed: self.peer.forward(spp=spp, seed=seed, setting=setting), backward)
 
     def best_setting(self, spp: int, every: bool) -> str:
-        """The setting of Mitsuba whose derivative picture takes the least time for its error."""
-        costs = {}
+        """The setting of Mitsuba whose derivative picture takes the least time for its noise, of those not seen wrong.
+
+        A setting that leaves a boundary out is quick and quiet: what its mean is off by beyond its own noise and
+        `RIGHT` rules it out, as long as another one stays.
+        """
+        costs, wrong = {}, {}
         for setting in self.peer.derivative_settings():
             if setting in SLOW_SETTINGS and not every:
                 continue
@@ -204,8 +209,9 @@ class Case:
             seconds, pictures = take_turns({"": side}, 4, 4.0)[""]["forward"]
             timed, bias = against([block_sums(p) for p in pictures], seconds, block_sums(self.wanted),
                                   block_sums(self.noise))
-            costs[setting] = seconds * (timed.variance + bias**2)
-        return min(costs, key=lambda key: costs[key])
+            costs[setting] = timed.cost
+            wrong[setting] = bias if bias > RIGHT and bias**2 > timed.variance / len(pictures) else 0.0
+        return min(costs, key=lambda key: (wrong[key], costs[key]))
 
     def rows(self, spp: int, setting: str, runs: int, deadline: float) -> list[Row]:
         """Both renderers' rows."""

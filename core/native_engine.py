@@ -16,6 +16,7 @@ from .non_finite import warn_of_samples
 from .table_derivatives import TableDerivative, Wanted, shapes
 from .tables import Tables
 from .topology import Edges
+from .turns import Turns
 
 # The wheel's own copy of Embree, relative to the folder that holds the package.
 _LIBRARY_PATTERNS = {
@@ -57,6 +58,9 @@ def embree_version() -> str:
 class Engine:
     """Renders and differentiates the scene of some tables with the native kernels.
 
+    The native scene holds one camera and one set of values: calls from several threads wait for each other, and each
+    uses all the threads.
+
     Parameters
     ----------
     tables
@@ -71,11 +75,13 @@ class Engine:
 
     def __init__(self, tables: Tables, threads: int, instruction_set: str = "") -> None:
         self._scene = _native.Scene(tables, threads, instruction_set, str(embree_library()))
+        self._turns = Turns("renderer")
         self._held = tables  # whose materials, textures and environment the native scene has
 
     def set_edges(self, edges: Edges) -> None:
         """The scene's edges (`Tables.edges`), which derivatives need."""
-        self._scene.set_edges(edges)
+        with self._turns:
+            self._scene.set_edges(edges)
 
     @property
     def instruction_set(self) -> str:
@@ -96,17 +102,18 @@ class Engine:
 
     def update(self, tables: Tables) -> None:
         """Take other values of the same topology; moved meshes are refitted."""
-        self._scene.update(tables)
-        self._held = tables
+        with self._turns:
+            self._update(tables)
 
     def update_values(self, tables: Tables) -> None:
         """Take other materials, lights, environment and camera; the geometry is the same."""
-        self._scene.update_values(tables)
-        self._held = tables
+        with self._turns:
+            self._update_values(tables)
 
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: Tables) -> None:
         """Take other vertices (n, 3) of one mesh, in world space."""
-        self._scene.move_vertices(mesh, vertices, [float(x) for x in tables.origin])
+        with self._turns:
+            self._scene.move_vertices(mesh, vertices, [float(x) for x in tables.origin])
 
     def render(
         self,
@@ -119,8 +126,9 @@ class Engine:
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) picture seen by the camera of `tables`."""
-        self._hold(tables)
-        return np.asarray(self._scene.render(spp, seed, max_depth, bounces, progress))
+        with self._turns:
+            self._hold(tables)
+            return np.asarray(self._scene.render(spp, seed, max_depth, bounces, progress))
 
     def forward(
         self,
@@ -136,10 +144,11 @@ class Engine:
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) derivative of the picture along `tangent`."""
-        self._hold(tables)
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
         spans = _float_spans(tables, wanted)
-        image, dropped = self._scene.forward(floats, spans, spp, seed, max_depth, bounces, list(terms), progress)
+        with self._turns:
+            self._hold(tables)
+            image, dropped = self._scene.forward(floats, spans, spp, seed, max_depth, bounces, list(terms), progress)
         warn_of_samples(tables, dropped)
         return np.asarray(image)
 
@@ -157,9 +166,10 @@ class Engine:
         progress: Callable[[float], None] | None = None,
     ) -> TableDerivative:
         """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
-        self._hold(tables)
         spans = _float_spans(tables, wanted)
-        found, dropped = self._scene.backward(adjoint, spans, spp, seed, max_depth, bounces, list(terms), progress)
+        with self._turns:
+            self._hold(tables)
+            found, dropped = self._scene.backward(adjoint, spans, spp, seed, max_depth, bounces, list(terms), progress)
         warn_of_samples(tables, dropped)
         shape = shapes(tables)
         return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
@@ -168,10 +178,18 @@ class Engine:
         """Make the native scene that of the tables, whose materials and textures may be those of derivatives."""
         held = self._held
         if tables.textures is not held.textures or tables.environment_pixels is not held.environment_pixels:
-            self.update(tables)
+            self._update(tables)
         elif tables.materials is not held.materials:
-            self.update_values(tables)
+            self._update_values(tables)
         self._scene.set_camera(tables)
+
+    def _update(self, tables: Tables) -> None:
+        self._scene.update(tables)
+        self._held = tables
+
+    def _update_values(self, tables: Tables) -> None:
+        self._scene.update_values(tables)
+        self._held = tables
 
 
 def _float_spans(tables: Tables, wanted: Wanted) -> dict[str, list[tuple[int, int]]]:

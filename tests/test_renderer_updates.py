@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -97,3 +99,20 @@ def test_a_black_world_that_lights_up_shows_its_image() -> None:
     scene.world.color = np.ones(3)
     renderer.update(["world.color"])
     np.testing.assert_array_equal(renderer.render(spp=4), Renderer(scene, threads=1).render(spp=4))
+
+
+def test_threads_with_cameras_of_their_own_share_a_renderer() -> None:
+    scene = scene_of_all()
+    cameras = [replace(scene.camera, fov_x=0.3 + 0.1 * k) for k in range(6)]
+    expected = [Renderer(scene).render(spp=16, camera=camera) for camera in cameras]
+    shared = Renderer(scene)
+    with ThreadPoolExecutor(len(cameras)) as pool:
+        found = list(pool.map(lambda camera: shared.render(spp=16, camera=camera), cameras))
+    assert all(np.array_equal(one, other) for one, other in zip(found, expected, strict=True))
+
+
+def test_a_progress_function_cannot_use_its_renderer() -> None:
+    renderer = Renderer(scene_of_all())
+    with pytest.raises(RuntimeError, match="renderer: its progress function can't use it"):
+        renderer.render(spp=64, progress=lambda _: renderer.update(["materials.clay.base_color"]))
+    assert renderer.render(spp=1).any()

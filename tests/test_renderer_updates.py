@@ -101,14 +101,23 @@ def test_a_black_world_that_lights_up_shows_its_image() -> None:
     np.testing.assert_array_equal(renderer.render(spp=4), Renderer(scene, threads=1).render(spp=4))
 
 
-def test_threads_with_cameras_of_their_own_share_a_renderer() -> None:
+def test_updates_wait_for_the_pictures_of_other_threads() -> None:
     scene = scene_of_all()
-    cameras = [replace(scene.camera, fov_x=0.3 + 0.1 * k) for k in range(6)]
-    expected = [Renderer(scene).render(spp=16, camera=camera) for camera in cameras]
+    values = [scene.meshes["solid"].vertices, 1.2 * scene.meshes["solid"].vertices]
     shared = Renderer(scene)
-    with ThreadPoolExecutor(len(cameras)) as pool:
-        found = list(pool.map(lambda camera: shared.render(spp=16, camera=camera), cameras))
-    assert all(np.array_equal(one, other) for one, other in zip(found, expected, strict=True))
+    expected = []
+    for value in values:
+        scene.meshes["solid"] = replace(scene.meshes["solid"], vertices=value)
+        shared.update(["meshes.solid.vertices"])
+        expected.append(shared.render(spp=64))
+    with ThreadPoolExecutor(1) as pool:
+        pictures = pool.submit(lambda: [shared.render(spp=64) for _ in range(20)])
+        for k in range(10_000):
+            if pictures.done():
+                break
+            scene.meshes["solid"] = replace(scene.meshes["solid"], vertices=values[k % 2])
+            shared.update(["meshes.solid.vertices"])
+    assert all(any(np.array_equal(picture, one) for one in expected) for picture in pictures.result())
 
 
 def test_a_progress_function_cannot_use_its_renderer() -> None:

@@ -15,6 +15,7 @@ from .bounces import MAX_DEPTH
 from .derivative_plan import NOT_COMPUTED, Term, missing, terms
 from .motion import motion
 from .picture_plan import picture_plan
+from .primary_plan import missing_texel_borders
 from .renderer import MAX_DERIVATIVE_DEPTH, engine_class
 from .scene import Scene
 from .specular_plan import missing_specular
@@ -87,6 +88,7 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
         narrow_derivatives.check(wrt)
     moves = motion(scene, tables, wrt)
     left_out = list(missing(scene, moves, max_depth, narrow))
+    left_out += missing_texel_borders(scene, wrt)
     if not narrow:
         left_out += missing_specular(scene, moves, wrt, max_depth)
     return Plan(picture, terms(scene, tables, wrt, moves, max_depth), tuple(left_out))

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from . import parameters
-from .expression import ImageTexture, nodes_of
+from .expression import Expression, ImageTexture, nodes_of
 from .light import PointLight
 from .mesh import Mesh
 from .mesh_edges import MeshEdges
@@ -159,7 +159,26 @@ def _is_cut(scene: Scene, mesh: Mesh) -> bool:
     return False
 
 
+def missing_texel_borders(scene: Scene, wrt: Sequence[str]) -> Iterator[str]:
+    """Sentences on images without interpolation that slide over meshes which stand still: nothing computes that."""
+    slid = {}
+    for path in wrt:
+        collection, name, field = parameters.split(path)
+        if field.startswith(parameters.ATTRIBUTES):
+            slid[f"{collection}.{name}"] = _jumps_inside(scene, scene.meshes[name])
+        elif field.startswith(parameters.TEXTURES):
+            texture = scene.materials[name].textures[field.removeprefix(parameters.TEXTURES)]
+            slid[f"{collection}.{name}"] = _is_stepped(texture)
+    found = [name for name, stepped in slid.items() if stepped]
+    if found:
+        yield (f"the borders of texels of images without interpolation, where {', '.join(found)} may "
+               "move them: they are no edges")
+
+
 def _jumps_inside(scene: Scene, mesh: Mesh) -> bool:
-    return any(node.interpolation == "CLOSEST" for slot in mesh.materials
-               for part in [scene.materials[slot], *scene.leaves(slot)] for texture in part.textures.values()
-               for node in nodes_of(texture) if isinstance(node, ImageTexture))
+    return any(_is_stepped(texture) for slot in mesh.materials
+               for part in [scene.materials[slot], *scene.leaves(slot)] for texture in part.textures.values())
+
+
+def _is_stepped(texture: Expression) -> bool:
+    return any(isinstance(node, ImageTexture) and node.interpolation == "CLOSEST" for node in nodes_of(texture))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World, parameters
+from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World, parameters, plan
 from edgegrad.expression import Attribute, ImageTexture
 from edgegrad.image import Image
 from edgegrad.motion import motion
@@ -175,6 +175,9 @@ def test_jumps_that_are_no_edges_are_named() -> None:
     assert missing(scene, [VERTICES]) == ""
     scene.materials["glow"].textures = {"emission": ImageTexture("two", Attribute("UVMap"), interpolation="CLOSEST")}
     assert "an image without interpolation" in missing(scene, [VERTICES])
+    slid = ["meshes.object.attributes.UVMap", "materials.glow.textures.emission"]
+    assert all("borders of texels" in " ".join(plan(scene, [path]).missing) for path in slid)
+    assert "borders of texels" not in " ".join(plan(scene, ["images.two.pixels"]).missing)
     copies = box_scene()
     copies.materials["glow"] = Material(np.zeros(3))
     copies.meshes["object"].instances = np.eye(4)[None]

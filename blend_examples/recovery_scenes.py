@@ -56,8 +56,6 @@ class Recovery:
         The part of a start's error that may be left.
     options
         Of `edgegrad.fit`.
-    term
-        The term of `edgegrad.TERMS` without which the search can't succeed.
     """
 
     title: str
@@ -67,7 +65,6 @@ class Recovery:
     error: Callable[[Scene, Scene], float]
     part: float
     options: Mapping[str, Any] = field(default_factory=dict)
-    term: str = "interior"
 
 
 def looking(eye: ArrayLike, at: ArrayLike, fov_x: float) -> Camera:

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "boundary/solids.h"
 #include "film/pixel_filter.h"
 #include "sampling_plan.h"
 #include "scene/prepared.h"
@@ -42,6 +41,8 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
     tables_.edge_opposite = std::move(opposite);
     closed_ = closed_meshes(tables_);
     connected_ = closed_.size() == 1 && closed_[0] && connected(tables_);
+    bodies_ = nullptr;
+    convex_.reset();
     has_edges_ = true;
 }
 
@@ -119,19 +120,32 @@ bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
 void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
     if (moved.empty()) return;
     lights_ = dark_lights_ = nullptr;
+    bodies_ = nullptr;
+    convex_.reset();
     if (far) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);
     bvh_->update(tables_, moved, far);
 }
 
-// Whether the scene is one convex body whose light only leaves it above its triangles.
-bool Engine::hides_no_light(const std::vector<int8_t>& sides) const {
-    return lambertian_and_flat(tables_) && convex_alone(tables_, sides, connected_);
+std::shared_ptr<const std::vector<SolidBody>> Engine::bodies() const {
+    const std::lock_guard<std::mutex> lock(made_lock_);
+    if (!bodies_)
+        bodies_ = std::make_shared<const std::vector<SolidBody>>(solid_bodies(tables_, closed_, threads_));
+    return bodies_;
+}
+
+// Whether the scene is one convex body, seen from outside, whose light only leaves it above its triangles.
+bool Engine::hides_no_light() const {
+    if (!connected_ || !lambertian_and_flat(tables_)) return false;
+    const auto found = bodies();
+    if (solid_sides(*found, tables_.camera)[0] == 0) return false;
+    const std::lock_guard<std::mutex> lock(made_lock_);
+    if (!convex_) convex_ = is_convex(tables_, (*found)[0].side, threads_);
+    return *convex_;
 }
 
 void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
-    // Only a body that is alone may be convex; what else the sides tell concerns derivatives.
-    const bool convex = connected_ && hides_no_light(solid_sides(tables_, closed_));
+    const bool convex = hides_no_light();
     const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex, lights());
     const SceneView& scene = prepared.view();
     const ImagePlan plan(scene.camera, options);
@@ -145,7 +159,7 @@ void Engine::render(const RenderOptions& options, const Progress& progress, floa
 }
 
 std::shared_ptr<const LightList> Engine::lights(bool dark_too) const {
-    const std::lock_guard<std::mutex> lock(lights_lock_);
+    const std::lock_guard<std::mutex> lock(made_lock_);
     std::shared_ptr<const LightList>& list = dark_too ? dark_lights_ : lights_;
     if (!list) list = std::make_shared<const LightList>(tables_, dark_too);
     return list;

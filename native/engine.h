@@ -8,7 +8,9 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
 
+#include "boundary/solids.h"
 #include "derivative_tables.h"
 #include "kernels.h"
 #include "parallel.h"
@@ -77,16 +79,20 @@ class Engine {
     template <typename F>
     bool place_vertices(int32_t mesh, const F& coordinate);
     void moved_vertices(const std::vector<int32_t>& moved, bool far);
-    bool hides_no_light(const std::vector<int8_t>& sides) const;
+    std::shared_ptr<const std::vector<SolidBody>> bodies() const;
+    bool hides_no_light() const;
 
     const embree::Api& api_;
     const KernelTable& kernels_;
     SceneTables tables_;
     int threads_;
-    // Made when a picture first asks for them, and kept until values or vertices change.
+    // Made when a call first asks for them, and kept until values or vertices change.
     std::shared_ptr<const LightList> lights(bool dark_too = false) const;
-    mutable std::mutex lights_lock_;
+    mutable std::mutex made_lock_;
     mutable std::shared_ptr<const LightList> lights_, dark_lights_;
+    // The same, until vertices change.
+    mutable std::shared_ptr<const std::vector<SolidBody>> bodies_;
+    mutable std::optional<bool> convex_;
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     bool has_edges_ = false, guided_ = true;

@@ -119,9 +119,9 @@ struct Engine::DerivativeCall {
     DerivativeCall(const Engine& e, const RenderOptions& options, const Wanted& asked_of)
         : engine(e),
           wanted(asked_of),
-          sides(solid_sides(e.tables_, e.closed_)),
+          sides(solid_sides(*e.bodies(), e.tables_.camera)),
           asked(asked_for(wanted)),
-          prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(sides),
+          prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(),
                    e.lights(wants_dark_lights(wanted))),
           scene(prepared.view()),
           plan(scene.camera, options, kRecordedPaths),

@@ -20,6 +20,10 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
                   const std::function<void(int thread, int64_t item)>& body) {
     if (items <= 0) return;
     threads = static_cast<int>(std::min<int64_t>(threads, items));
+    if (threads == 1 && !progress) {  // starting a thread takes longer than small items do
+        for (int64_t item = 0; item < items; ++item) body(0, item);
+        return;
+    }
     std::atomic<int64_t> next{0}, done{0};
     std::atomic<bool> stop{false};
     std::mutex mutex;

@@ -12,9 +12,9 @@ using Progress = std::function<void(double)>;
 // Number of threads to use for `asked` (0: all cores).
 int thread_count(int asked);
 
-// Runs body(thread, item) for every item in [0, items) on `threads` threads of its own, item by item
-// as threads get free. Rethrows the first exception of a body or of `progress`, after all threads
-// have stopped; the items not yet begun are then left out.
+// Runs body(thread, item) for every item in [0, items) on `threads` threads of its own (one without progress
+// is the caller's), item by item as threads get free. Rethrows the first exception of a body or of
+// `progress`, after all threads have stopped; the items not yet begun are then left out.
 void parallel_for(int threads, int64_t items, const Progress& progress,
                   const std::function<void(int thread, int64_t item)>& body);
 

@@ -1,11 +1,17 @@
 #include "boundary/solids.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 
+#include "parallel.h"
+
 namespace edgegrad {
 namespace {
+
+// Faces or edges per item of parallel work.
+constexpr int64_t kBlock = 1 << 14;
 
 // Whether the face is wound along a -> b, an edge of it opposite to its vertex `opposite`. By distance:
 // welded vertices have other numbers, and may be a rounding apart.
@@ -41,42 +47,58 @@ std::vector<uint8_t> closed_meshes(const SceneTables& t) {
     return closed;
 }
 
-std::vector<int8_t> solid_sides(const SceneTables& t, const std::vector<uint8_t>& closed) {
-    std::vector<int8_t> sides(closed.size(), 0);
+std::vector<SolidBody> solid_bodies(const SceneTables& t, const std::vector<uint8_t>& closed, int threads) {
+    std::vector<SolidBody> bodies(closed.size());
     for (size_t mesh = 0; mesh < closed.size(); ++mesh) {
         const bool placed = std::find(t.instance_mesh.begin(), t.instance_mesh.end(),
                                       static_cast<int32_t>(mesh)) != t.instance_mesh.end();
         if (!closed[mesh] || placed) continue;
+        SolidBody& body = bodies[mesh];
         const auto first = static_cast<size_t>(t.mesh_first_vertex[mesh]);
         const auto last = static_cast<size_t>(t.mesh_first_vertex[mesh + 1]);
         const float* origin = &t.vertices[3 * first];
+        for (size_t c = 0; c < 3; ++c) body.low[c] = body.high[c] = origin[c];
+        for (size_t v = first; v < last; ++v) {
+            for (size_t c = 0; c < 3; ++c) {
+                body.low[c] = std::min(body.low[c], t.vertices[3 * v + c]);
+                body.high[c] = std::max(body.high[c], t.vertices[3 * v + c]);
+            }
+        }
+        const int64_t begin = t.mesh_first_face[mesh], end = t.mesh_first_face[mesh + 1];
+        std::vector<double> volume(static_cast<size_t>((end - begin + kBlock - 1) / kBlock), 0.0);
+        parallel_for(threads, static_cast<int64_t>(volume.size()), nullptr, [&](int, int64_t block) {
+            double sum = 0.0;
+            for (int64_t f = begin + block * kBlock; f < std::min(end, begin + (block + 1) * kBlock); ++f) {
+                double p[3][3];
+                for (int k = 0; k < 3; ++k) {
+                    const float* q =
+                        &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(f) + k])];
+                    for (int c = 0; c < 3; ++c) p[k][c] = static_cast<double>(q[c]) - origin[c];
+                }
+                sum += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) +
+                       p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
+                       p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
+            }
+            volume[static_cast<size_t>(block)] = sum;
+        });
+        const double all = std::accumulate(volume.begin(), volume.end(), 0.0);
+        body.side = all > 0.0 ? 1 : all < 0.0 ? -1 : 0;
+    }
+    return bodies;
+}
+
+std::vector<int8_t> solid_sides(const std::vector<SolidBody>& bodies, const CameraView& camera) {
+    std::vector<int8_t> sides;
+    for (const SolidBody& body : bodies) {
         bool inside = true;
         float depth = 0.0f;  // least depth of the bounds
         for (size_t c = 0; c < 3; ++c) {
-            float low = origin[c], high = origin[c];
-            for (size_t v = first; v < last; ++v) {
-                low = std::min(low, t.vertices[3 * v + c]);
-                high = std::max(high, t.vertices[3 * v + c]);
-            }
-            inside &= t.camera.position[c] >= low && t.camera.position[c] <= high;
-            depth += std::min(-t.camera.back[c] * (low - t.camera.position[c]),
-                              -t.camera.back[c] * (high - t.camera.position[c]));
+            const float low = body.low[c] - camera.position[c], high = body.high[c] - camera.position[c];
+            inside &= low <= 0.0f && high >= 0.0f;
+            depth += std::min(-camera.back[c] * low, -camera.back[c] * high);
         }
-        if (inside || depth <= t.camera.clip_start)
-            continue;  // seen from within, or cut open by the near plane
-        double volume = 0.0;
-        for (int32_t f = t.mesh_first_face[mesh]; f < t.mesh_first_face[mesh + 1]; ++f) {
-            double p[3][3];
-            for (int k = 0; k < 3; ++k) {
-                const float* q =
-                    &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(f) + k])];
-                for (int c = 0; c < 3; ++c) p[k][c] = static_cast<double>(q[c]) - origin[c];
-            }
-            volume += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) +
-                      p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
-                      p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
-        }
-        sides[mesh] = volume > 0.0 ? 1 : volume < 0.0 ? -1 : 0;
+        // Seen from within, or cut open by the near plane.
+        sides.push_back(inside || depth <= camera.clip_start ? int8_t{0} : body.side);
     }
     return sides;
 }
@@ -101,8 +123,8 @@ bool connected(const SceneTables& t) {
     return parts == 1;
 }
 
-bool convex_alone(const SceneTables& t, const std::vector<int8_t>& sides, bool is_connected) {
-    if (sides.size() != 1 || sides[0] == 0 || !is_connected) return false;
+bool is_convex(const SceneTables& t, int8_t side, int threads) {
+    if (side == 0) return false;
     const auto vertex = [&](uint32_t v, double (&out)[3]) {
         for (int c = 0; c < 3; ++c) out[c] = t.vertices[3 * static_cast<size_t>(v) + c];
     };
@@ -110,7 +132,7 @@ bool convex_alone(const SceneTables& t, const std::vector<int8_t>& sides, bool i
     constexpr double kSlack = 1e-6;
     // A face without area has no normal: it could line a concave edge and hide it.
     constexpr double kSliver = 1e-6;
-    for (size_t face = 0; face < static_cast<size_t>(t.mesh_first_face[1]); ++face) {
+    const auto has_area = [&](size_t face) {
         double p[3][3];
         for (int k = 0; k < 3; ++k) vertex(static_cast<uint32_t>(t.faces[3 * face + k]), p[k]);
         double a[3], b[3], c[3];
@@ -120,9 +142,9 @@ bool convex_alone(const SceneTables& t, const std::vector<int8_t>& sides, bool i
             std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
         const double longest = std::max(
             {std::hypot(a[0], a[1], a[2]), std::hypot(b[0], b[1], b[2]), std::hypot(c[0], c[1], c[2])});
-        if (!(area > kSliver * longest * longest)) return false;
-    }
-    for (size_t edge = 0; edge + 1 < t.edge_face_first.size(); ++edge) {
+        return area > kSliver * longest * longest;
+    };
+    const auto bends_out = [&](size_t edge) {
         const uint32_t first = t.edge_face_first[edge];
         const int32_t* f = &t.faces[3 * static_cast<size_t>(t.edge_faces[first])];
         double p[3][3], q[3];
@@ -132,10 +154,21 @@ bool convex_alone(const SceneTables& t, const std::vector<int8_t>& sides, bool i
         for (int c = 0; c < 3; ++c) a[c] = p[1][c] - p[0][c], b[c] = p[2][c] - p[0][c], d[c] = q[c] - p[0][c];
         const double m[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
         const double height = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
-        if (sides[0] * height > kSlack * std::hypot(m[0], m[1], m[2]) * std::hypot(d[0], d[1], d[2]))
-            return false;
-    }
-    return true;
+        return side * height <= kSlack * std::hypot(m[0], m[1], m[2]) * std::hypot(d[0], d[1], d[2]);
+    };
+    // Edges first: most bodies have a concave one soon.
+    std::atomic<bool> convex{true};
+    const auto all = [&](size_t count, const auto& holds) {
+        const auto blocks = static_cast<int64_t>((count + kBlock - 1) / kBlock);
+        parallel_for(threads, blocks, nullptr, [&](int, int64_t block) {
+            const auto first = static_cast<size_t>(block) * kBlock;
+            for (size_t k = first; k < std::min(count, first + kBlock) && convex; ++k)
+                if (!holds(k)) convex = false;
+        });
+    };
+    all(t.edge_face_first.size() - 1, bends_out);
+    all(static_cast<size_t>(t.mesh_first_face[1]), has_area);
+    return convex;
 }
 
 }  // namespace edgegrad

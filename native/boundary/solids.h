@@ -8,18 +8,26 @@ namespace edgegrad {
 // Whether each visible mesh is closed: every edge has two faces, wound in opposite directions along it.
 std::vector<uint8_t> closed_meshes(const SceneTables& tables);
 
-// By mesh, the side its faces look to: +1 outwards, -1 inwards (signed volume); 0 if it is not closed,
-// or its bounds reach around the camera or to its near plane. Exact for a convex body; else a hint for the
-// distribution of samples: where a mesh crosses itself and so turns parts of itself inside out, it costs
-// noise, not truth.
-std::vector<int8_t> solid_sides(const SceneTables& tables, const std::vector<uint8_t>& closed);
+// A mesh that is a solid body, as far as its vertices tell.
+struct SolidBody {
+    int8_t side = 0;  // its faces look to: +1 outwards, -1 inwards (signed volume); 0: it isn't closed
+    float low[3] = {}, high[3] = {};
+};
+
+// By mesh; instanced ones have no side.
+std::vector<SolidBody> solid_bodies(const SceneTables& tables, const std::vector<uint8_t>& closed,
+                                    int threads);
+
+// The sides of those that the camera sees from outside; 0 of those whose bounds reach around the camera or to
+// its near plane. Exact for a convex body; else a hint for the distribution of samples: where a mesh crosses
+// itself and so turns parts of itself inside out, it costs noise, not truth.
+std::vector<int8_t> solid_sides(const std::vector<SolidBody>& bodies, const CameraView& camera);
 
 // Whether the faces of all visible meshes hang together through edges.
 bool connected(const SceneTables& tables);
 
-// Whether the scene is one convex body seen from outside, given `closed` and `connected`: a closed,
-// connected surface of faces with an area, all of whose edges are convex, bounds a convex body. Nothing hides
-// its light from it, and no shadow falls on it.
-bool convex_alone(const SceneTables& tables, const std::vector<int8_t>& sides, bool is_connected);
+// Whether a scene's one mesh, closed and connected, bounds a convex body: all of its faces have an area, and
+// all of its edges are convex. From outside, nothing hides its light from it then, and no shadow falls on it.
+bool is_convex(const SceneTables& tables, int8_t side, int threads);
 
 }  // namespace edgegrad

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from . import parameters
+from . import light_table, material_table, parameters
 from .light_table import DIRECTION, ELLIPSE, POINT, RADIANCE, RECTANGLE
 from .material_table import COLUMNS, EMISSION
 from .table_derivatives import TableDerivative, Wanted, shapes
@@ -24,6 +24,8 @@ _FIELDS = {
     "lights": ("power", "strength", "color"),
     "world": ("color", "strength"),
 }
+# Floats of a row of the tables that are rows one after the other.
+_WIDTHS = {"leaf_params": material_table.WIDTH, "light_params": light_table.WIDTH}
 # Tables of the same values.
 _SAME = ("vertices", "environment", "camera", "instance_to_world")
 _COLOR, _GLOW = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
@@ -77,13 +79,14 @@ def asked(tables: Tables, wanted: Wanted) -> Asked:
                                                           strict=False)]
     emitting = np.zeros(len(tables.emission), np.uint8)
     leaf, area, points, suns = _rows(tables)
-    emitting[: len(leaf)] = rows["leaf_params"][leaf] & ((tables.materials.flags[leaf] & EMISSION) != 0)
-    emitting[len(leaf) :] = rows["light_params"][area]
+    leaves, lights = (rows[name].reshape(-1, width).any(axis=1) for name, width in _WIDTHS.items())
+    emitting[: len(leaf)] = leaves[leaf] & ((tables.materials.flags[leaf] & EMISSION) != 0)
+    emitting[len(leaf) :] = lights[area]
     return Asked(
         np.array(moving, np.uint8),
         emitting,
         colors=not {"leaf_params", "light_params", "environment"}.isdisjoint(wanted),
-        lights=bool(rows["light_params"][np.concatenate([points, suns])].any()),
+        lights=bool(lights[np.concatenate([points, suns])].any()),
         environment="environment" in wanted,
         camera="camera" in wanted,
         instances="instance_to_world" in wanted,
@@ -95,7 +98,7 @@ def narrowed(tables: Tables, tangent: TableDerivative) -> Derivative:
     out = Derivative.zero(tables)
     for name, place, rows, columns in _places(tables):
         if name in tangent:
-            getattr(out, place[0])[place[1]] = tangent[name][rows, columns]
+            getattr(out, place[0])[place[1]] = tangent[name].reshape(-1, _WIDTHS[name])[rows, columns]
     for name in _SAME:
         if name in tangent:
             getattr(out, name)[...] = tangent[name].reshape(getattr(out, name).shape)
@@ -108,7 +111,7 @@ def widened(tables: Tables, gradient: Derivative, wanted: Wanted) -> TableDeriva
     out = {name: np.zeros(size[name]) for name in wanted}
     for name, place, rows, columns in _places(tables):
         if name in out:
-            out[name][rows, columns] = getattr(gradient, place[0])[place[1]]
+            out[name].reshape(-1, _WIDTHS[name])[rows, columns] = getattr(gradient, place[0])[place[1]]
     for name in _SAME:
         if name in out:
             out[name] = getattr(gradient, name).reshape(size[name])

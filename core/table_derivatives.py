@@ -55,12 +55,12 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
     normals                      (N, 3)       unit shading normals; the parameters' own are the custom ones, those
                                               that follow the vertices are the engine's to chain on to `vertices`
     instance_to_world            (I, 12)      rows of the transforms
-    leaf_params                  (L, 36)      `material_table.COLUMNS`
+    leaf_params                  (L * 36,)    rows of `material_table.COLUMNS`, one after the other
     texture_pixels               (n,)         `TextureTables.pixels`; absent like the next three without textures
     texture_attributes           (n,)         `TextureTables.attributes`
     texture_lookups              (n,)         `TextureTables.lookups`
     texture_constants            (n,)         `TextureTables.constants`
-    light_params                 (R, 24)      `light_table`
+    light_params                 (R * 24,)    rows of `light_table`
     environment                  (3,)         colour times strength
     environment_pixels           (h, w, 3)    of the image, absent without one; not scaled by `environment`
     environment_rotation         (9,)         rows, world to image
@@ -71,8 +71,8 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
         "vertices": tables.vertices.shape,
         "normals": (int(tables.mesh_first_normal[-1]), 3),
         "instance_to_world": (len(tables.instance_mesh), 12),
-        "leaf_params": (len(tables.materials.kind), material_table.WIDTH),
-        "light_params": (len(tables.lights.kind), light_table.WIDTH),
+        "leaf_params": (len(tables.materials.kind) * material_table.WIDTH,),
+        "light_params": (len(tables.lights.kind) * light_table.WIDTH,),
         "environment": (3,),
         "environment_rotation": (9,),
         "camera": (CAMERA_WIDTH,),

@@ -44,23 +44,18 @@ def same(table: str, first: int, last: int, shape: tuple[int, ...], parameter_sh
     return Piece(table, first, last, lambda v: v.reshape(shape), lambda g: g.reshape(parameter_shape))
 
 
-def by_matrix(table: str, first: int, matrix: F64, row_shape: tuple[int, ...] = ()) -> list[Piece]:
-    """Rows from `first` on with the derivative (values, *parameter's shape); none if that is 0.
+def by_matrix(table: str, first: int, matrix: F64) -> list[Piece]:
+    """Values from row `first` on, one a row, with the derivative (values, *parameter's shape); none if that is 0.
 
-    With a `row_shape` the values are those of one row; else each is a row, and rows at the ends that don't depend
-    on the parameter are left out.
+    Those at the ends that don't depend on the parameter are left out.
     """
     used = np.flatnonzero(matrix.reshape(len(matrix), -1).any(axis=1))
     if not len(used):
         return []
-    if not row_shape:
-        low, high = int(used[0]), int(used[-1]) + 1
-        matrix, first, count = matrix[low:high], first + low, high - low
-    else:
-        count = 1
-    shape = (count, *row_shape)
+    low, high = int(used[0]), int(used[-1]) + 1
+    matrix = matrix[low:high]
     return [Piece(
-        table, first, first + count,
-        lambda v: np.tensordot(matrix, v, v.ndim).reshape(shape),
-        lambda g: np.asarray(np.tensordot(g.reshape(-1), matrix, 1)),
+        table, first + low, first + high,
+        lambda v: np.asarray(np.tensordot(matrix, v, v.ndim)),
+        lambda g: np.asarray(np.tensordot(g, matrix, 1)),
     )]

@@ -30,23 +30,20 @@ def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list
     if field in material.textures:
         return []
     place, count = material_table.COLUMNS[field]
-    matrix = np.zeros((material_table.WIDTH, count))
-    matrix[place : place + count] = np.eye(count)
-    matrix = matrix.reshape(-1, *np.shape(getattr(material, field)))
+    matrix = np.eye(count).reshape(-1, *np.shape(getattr(material, field)))
     out = []
     for other, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
         held = scene.materials[other]
         parts = held.parts if isinstance(held, Mixture) else (other,)
         for k, part in enumerate(parts):
             if part == name:
-                out += by_matrix("leaf_params", int(first) + k, matrix, (material_table.WIDTH,))
+                out += by_matrix("leaf_params", (int(first) + k) * material_table.WIDTH + place, matrix)
     return out
 
 
 def _weight(leaf: int, k: int, parts: int) -> list[Piece]:
-    matrix = np.zeros((material_table.WIDTH, parts))
-    matrix[material_table.COLUMNS["weight"][0], k] = 1.0
-    return by_matrix("leaf_params", leaf, matrix, (material_table.WIDTH,))
+    place = leaf * material_table.WIDTH + material_table.COLUMNS["weight"][0]
+    return by_matrix("leaf_params", place, np.eye(parts)[k : k + 1])
 
 
 def _number_pieces(tables: Tables, name: str, field: str) -> list[Piece]:
@@ -85,7 +82,7 @@ def light_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Pi
     """
     matrix = jacobian(lambda light: light_row(light, tables.origin), scene.lights[name], field)
     row = list(scene.lights).index(name)
-    return by_matrix("light_params", row, matrix, (light_table.WIDTH,))
+    return by_matrix("light_params", row * light_table.WIDTH, matrix)
 
 
 def world_pieces(scene: Scene, _tables: Tables, _name: str, field: str) -> list[Piece]:

@@ -30,12 +30,35 @@ std::vector<NamedTable> differentiable_tables(const SceneView& scene, const Scen
     return all;
 }
 
+namespace {
+
+// Floats of the rows of tables whose columns are asked for by themselves.
+size_t row_width(const std::string& table) {
+    if (table == "leaf_params") return kMaterialParams;
+    return table == "light_params" ? kLightParams : 1;
+}
+
+// The columns that the floats [first, last) are in.
+uint64_t columns_of(size_t first, size_t last, size_t width) {
+    uint64_t columns = 0;
+    for (size_t k = first; k < std::min(last, first + width); ++k) columns |= uint64_t{1} << (k % width);
+    return columns;
+}
+
+}  // namespace
+
 Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
     : moving_(tables.mesh_first_vertex.size() - 1, 0) {
     const auto add = [this](const std::string& table, size_t first, size_t last) {
         if (first >= last) return;
-        const auto [at, is_new] = spans_.try_emplace(table, Span{first, last});
-        if (!is_new) at->second = {std::min(at->second.first, first), std::max(at->second.last, last)};
+        const size_t width = row_width(table);
+        Span span{first / width * width, (last + width - 1) / width * width, static_cast<int32_t>(width),
+                  columns_of(first, last, width)};
+        const auto [at, is_new] = spans_.try_emplace(table, span);
+        if (is_new) return;
+        Span& all = at->second;
+        all.first = std::min(all.first, span.first), all.last = std::max(all.last, span.last);
+        all.columns |= span.columns;
     };
     for (const TableSpan& s : spans) {
         // Boundary terms index these from their start.
@@ -43,10 +66,12 @@ Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
             add(s.table, 0, kCameraFloats);
         else if (s.table == "instance_to_world")
             add(s.table, 0, tables.instance_to_world.size());
-        else if (s.table == "light_params")
-            add(s.table, 0, tables.lights.params.size());
         else
             add(s.table, s.first, s.last);
+        if (s.table == "light_params") {
+            Span& rows = spans_.at(s.table);
+            rows.first = 0, rows.last = tables.lights.params.size();
+        }
         if (s.table != "vertices") continue;
         for (size_t m = 0; m < moving_.size(); ++m) {
             const auto first = 3 * static_cast<size_t>(tables.mesh_first_vertex[m]);
@@ -60,10 +85,16 @@ Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
     }
 }
 
+bool Wanted::moves_lights() const {
+    constexpr uint64_t radiance = columns(kLightRadiance, kLightRadiance + 3);
+    return any("light_params") && (span("light_params").columns & ~radiance) != 0;
+}
+
 bool Wanted::geometry() const {
-    constexpr std::array geometric = {"vertices", "normals",      "instance_to_world",
-                                      "camera",   "light_params", "environment_rotation"};
-    return std::any_of(geometric.begin(), geometric.end(), [this](const char* name) { return any(name); });
+    constexpr std::array geometric = {"vertices", "normals", "instance_to_world", "camera",
+                                      "environment_rotation"};
+    return moves_lights() ||
+           std::any_of(geometric.begin(), geometric.end(), [this](const char* name) { return any(name); });
 }
 
 Wanted::Span Wanted::span(const std::string& table) const {
@@ -98,8 +129,8 @@ GradientGroups::View GradientGroups::again(int64_t group) {
     std::vector<double>& values = groups_[static_cast<size_t>(group)];
     View v{{}, nullptr, nullptr, nullptr, nullptr, nullptr};
     for (const Part& p : parts_) {
-        v.tables.add(p.table.data, p.table.size, p.span.first, p.span.last, values.data() + p.offset,
-                     nullptr);
+        v.tables.add(p.table.data, p.table.size, p.span.first, p.span.last, p.span.width, p.span.columns,
+                     values.data() + p.offset, nullptr);
         const std::pair<const char*, double**> singles[] = {{"vertices", &v.vertices},
                                                             {"camera", &v.camera},
                                                             {"instance_to_world", &v.instances},
@@ -140,7 +171,8 @@ DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const 
         if (tangent.size() != table.size)
             throw std::invalid_argument(std::string("the tangent of the table '") + table.name +
                                         "' has the wrong size");
-        out.add(table.data, table.size, span.first, span.last, nullptr, tangent.data() + span.first);
+        out.add(table.data, table.size, span.first, span.last, span.width, span.columns, nullptr,
+                tangent.data() + span.first);
     }
     return out;
 }

@@ -36,13 +36,22 @@ class Wanted {
     Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans);
 
     bool any(const std::string& table) const { return spans_.count(table) > 0; }
+    // Whether more of a light than its strength changes.
+    bool moves_lights() const;
     // Whether positions, directions or normals of anything change.
     bool geometry() const;
-    // The one span that holds all of a table that is asked for, floats.
+    // The one span that holds all of a table that is asked for, floats. Shaders and lights are rows: their
+    // spans are of whole ones, of which only some columns (bits) are asked for.
     struct Span {
         size_t first = 0, last = 0;
+        int32_t width = 1;
+        uint64_t columns = 1;
     };
     Span span(const std::string& table) const;
+    // Columns [first, last) as bits.
+    static constexpr uint64_t columns(int first, int last) {
+        return (uint64_t{1} << last) - (uint64_t{1} << first);
+    }
     const std::map<std::string, Span>& spans() const { return spans_; }
     // By mesh: its vertices.
     const std::vector<uint8_t>& moving() const { return moving_; }

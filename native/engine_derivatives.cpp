@@ -83,7 +83,9 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
 
 // A light's strength has a derivative even where it is zero.
 bool wants_dark_lights(const Wanted& wanted) {
-    return wanted.any("light_params") || wanted.any("leaf_params");
+    constexpr uint64_t emission = Wanted::columns(kEmission, kEmission + 3);
+    return wanted.any("light_params") ||
+           (wanted.any("leaf_params") && (wanted.span("leaf_params").columns & emission) != 0);
 }
 
 // What boundary terms see of the tables' derivatives.
@@ -91,7 +93,7 @@ Asked asked_for(const Wanted& wanted) {
     return {wanted.moving(),
             wanted.any("camera"),
             wanted.any("instance_to_world"),
-            wanted.any("light_params"),
+            wanted.moves_lights(),
             wanted.any("environment_rotation"),
             wanted.any("environment") || wanted.any("environment_pixels")};
 }

@@ -110,7 +110,7 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int6
     kernels.chain_sides(scene, sides, work, *found.sweep.vertices, c, found.count);
     for (int k = 0; k < 2; ++k) {
         DifferentiableTables camera;
-        camera.add(scene.camera.position, kCameraFloats, 0, kCameraFloats, nullptr, shift_[k]);
+        camera.add(scene.camera.position, kCameraFloats, 0, kCameraFloats, 1, 1, nullptr, shift_[k]);
         found.sweep.tables = &camera;
         kernels.path_forward(scene, found.sweep, work.radiance);
         for (int i = 0; i < found.count; ++i)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad import material_table
 from edgegrad.light_table import ELLIPSE, RECTANGLE
 from edgegrad.table_derivatives import shapes
 from edgegrad.tables import Tables
@@ -39,5 +40,5 @@ def values(flat: Tables) -> dict[str, F64]:
     # Area lights are rows of `light_params`; their hidden meshes and leaves aren't differentiated.
     area_lights = int(np.isin(flat.lights.kind, (RECTANGLE, ELLIPSE)).sum())
     out["vertices"][flat.mesh_first_vertex[len(flat.mesh_names)] :] = 0.0
-    out["leaf_params"][len(out["leaf_params"]) - area_lights :] = 0.0
+    out["leaf_params"][len(out["leaf_params"]) - area_lights * material_table.WIDTH :] = 0.0
     return out

@@ -16,7 +16,7 @@ nb::dict probe_backward(const ProbeTables& tables, const Adjoint& adjoint, size_
     std::vector<std::vector<double>> gradients;
     for (const ProbeTable& t : tables) {
         gradients.emplace_back(t.size);
-        asked.add(t.data, t.size, 0, t.size, gradients.back().data(), nullptr);
+        asked.add(t.data, t.size, 0, t.size, 1, 1, gradients.back().data(), nullptr);
     }
     {
         const nb::gil_scoped_release release;
@@ -40,7 +40,7 @@ nb::object probe_forward(const ProbeTables& tables, nb::handle tangents, size_t 
         if (given.back().size() != t.size)
             throw std::invalid_argument(std::string("the tangent of '") + t.name +
                                         "' has another size than the table");
-        asked.add(t.data, t.size, 0, t.size, nullptr, given.back().data());
+        asked.add(t.data, t.size, 0, t.size, 1, 1, nullptr, given.back().data());
     }
     std::vector<float> out(points * outputs);
     {

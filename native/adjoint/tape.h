@@ -32,6 +32,14 @@ namespace edgegrad::EDGEGRAD_ADJOINT_ISA {
 
 namespace raw = edgegrad::EDGEGRAD_ISA;
 
+// Nodes of neighbouring floats, of which those from `low` up to `high` have one.
+struct LeafNodes {
+    int32_t first = 0;  // what the one with the number 0 would have
+    int low = 0, high = 0;
+
+    int32_t operator[](int k) const { return k >= low && k < high ? first + k : -1; }
+};
+
 class Tape {
  public:
     // Becomes the tape that this thread's numbers are recorded on.
@@ -89,9 +97,9 @@ class Tape {
         return block;
     }
 
-    // Leaves for `count` neighbouring floats from base + index on, of each lane: the first one's node, the
-    // others follow; -1 where no lane reads from what is asked for.
-    int32_t record_leaves(const float* base, raw::Int index, int count);
+    // Leaves for `count` neighbouring floats from base + index on, of each lane; none where no lane reads
+    // from what is asked for.
+    LeafNodes record_leaves(const float* base, raw::Int index, int count);
 
     // ---- Sweeps ----
 
@@ -183,25 +191,33 @@ inline void Tape::grow_edges() {
     edge_room_ = static_cast<int>(room);
 }
 
-inline int32_t Tape::record_leaves(const float* base, raw::Int index, int count) {
+inline LeafNodes Tape::record_leaves(const float* base, raw::Int index, int count) {
     const auto address = [](const float* p) { return reinterpret_cast<uintptr_t>(p); };
-    if (address(base) < lowest_ || address(base) >= highest_) return -1;
+    if (address(base) < lowest_ || address(base) >= highest_) return {};
     for (int t = 0; t < tables_.count; ++t) {
         const DifferentiableTable& table = tables_.table[t];
         if (address(base) < address(table.begin) || address(base) >= address(table.end)) continue;
         const raw::Int place = index + static_cast<int32_t>(base - table.first);
         const int32_t size = static_cast<int32_t>(table.last - table.first);
         const raw::Mask inside = (place >= 0) & (place <= size - count);
-        if (!raw::any(inside)) return -1;
+        if (!raw::any(inside)) return {};
+        int low = 0, high = count;
+        if (table.width > 1) {
+            // From the first column that is asked for to the last; reads stay within rows.
+            const uint64_t asked = table.columns >> ((base - table.begin) % table.width);
+            while (low < high && !(asked >> low & 1)) ++low;
+            while (low < high && !(asked >> (high - 1) & 1)) --high;
+            if (low == high) return {};
+        }
         Leaves* leaves = static_cast<Leaves*>(memory_.leaves.data());
         const size_t used = static_cast<size_t>(leaves_) * sizeof(Leaves);
         if (used + sizeof(Leaves) > memory_.leaves.size())
             leaves = static_cast<Leaves*>(memory_.leaves.grow(2 * used + 64 * sizeof(Leaves), used));
-        leaves[leaves_++] = {raw::select(inside, place, raw::splat(-1)), nodes_, count, t};
-        nodes_ += count;
-        return nodes_ - count;
+        leaves[leaves_++] = {raw::select(inside, place + low, raw::splat(-1)), nodes_, high - low, t};
+        nodes_ += high - low;
+        return {nodes_ - high, low, high};
     }
-    return -1;
+    return {};
 }
 
 inline void* Tape::make_block(size_t size, BlockSweep backward, BlockSweep forward) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "boundary/candidates.h"
 #include "film/pixel_filter.h"
 #include "sampling_plan.h"
 #include "scene/prepared.h"
@@ -121,6 +122,7 @@ void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
     if (moved.empty()) return;
     lights_ = dark_lights_ = nullptr;
     bodies_ = nullptr;
+    normals_ = nullptr;
     convex_.reset();
     if (far) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);
@@ -132,6 +134,13 @@ std::shared_ptr<const std::vector<SolidBody>> Engine::bodies() const {
     if (!bodies_)
         bodies_ = std::make_shared<const std::vector<SolidBody>>(solid_bodies(tables_, closed_, threads_));
     return bodies_;
+}
+
+// The faces' unit normals.
+std::shared_ptr<const std::vector<float>> Engine::normals() const {
+    const std::lock_guard<std::mutex> lock(made_lock_);
+    if (!normals_) normals_ = std::make_shared<const std::vector<float>>(unit_normals(tables_, threads_));
+    return normals_;
 }
 
 // Whether the scene is one convex body, seen from outside, whose light only leaves it above its triangles.

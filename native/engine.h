@@ -80,6 +80,7 @@ class Engine {
     bool place_vertices(int32_t mesh, const F& coordinate);
     void moved_vertices(const std::vector<int32_t>& moved, bool far);
     std::shared_ptr<const std::vector<SolidBody>> bodies() const;
+    std::shared_ptr<const std::vector<float>> normals() const;
     bool hides_no_light() const;
 
     const embree::Api& api_;
@@ -92,6 +93,7 @@ class Engine {
     mutable std::shared_ptr<const LightList> lights_, dark_lights_;
     // The same, until vertices change.
     mutable std::shared_ptr<const std::vector<SolidBody>> bodies_;
+    mutable std::shared_ptr<const std::vector<float>> normals_;
     mutable std::optional<bool> convex_;
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch

@@ -130,9 +130,9 @@ struct Engine::DerivativeCall {
           tables(differentiable_tables(scene, e.tables_)) {
         if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
         if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
-            const std::vector<Vector> normals = unit_normals(e.tables_, e.threads_);
-            terms = boundary_terms(scene, {e.tables_, sides.data(), normals.data(), e.threads_}, options,
-                                   asked, e.guided_);
+            const auto normals = e.normals();
+            terms = boundary_terms(scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_},
+                                   options, asked, e.guided_);
         }
         specular = SpecularTerm::of(scene, e.tables_, options, wanted);
         if (specular) boundary_chunks += specular->chunks();

@@ -5,6 +5,7 @@
 
 #include "adjoint/memory.h"
 #include "adjoint/tables.h"
+#include "boundary/edge_mass_task.h"
 #include "boundary/scan_task.h"
 #include "light_probes.h"
 #include "path/vertex_packet.h"
@@ -225,6 +226,7 @@ struct KernelTable {
     // Adds the paths' values to the picture.
     void (*accumulate)(const ImageTask&, const Workspace&, float* image);
     BoundaryKernels boundary[kBoundaryKinds];
+    void (*edge_masses)(const SceneView&, const EdgeMassTask&);
     void (*add_splats)(const CameraView&, const Splats&, int64_t count, float* image);  // in their order
     // The specular boundary, step by step (specular_term.cpp).
     int (*scan)(const SceneView&, const ScanTask&, const BounceLimits&, int32_t max_depth, ChainCrossings&);

@@ -17,7 +17,6 @@ V vertex(const SceneView& scene, int64_t k) {
     const float* p = scene.vertices + 3 * k;
     return {p[0], p[1], p[2]};
 }
-V vector(const float* p) { return {p[0], p[1], p[2]}; }
 
 // Where an instance places the points of its mesh; without one they stay.
 struct Placement {
@@ -32,119 +31,11 @@ struct Placement {
     }
 };
 
-// Faces whose normals differ by less than this sine lie in one plane.
-constexpr double kCoplanar = 1e-6;
-// Least share of a crease's length that is sampled, however blunt it is: the jump may come from
-// shadows rather than from the angle. Lights without size draw these sharply.
-constexpr double kLeastCrease = 0.005, kLeastSharp = 0.05;
-// Share for edges inside or behind a solid body, which are hidden unless the mesh crosses itself.
-constexpr double kHidden = 0.05;
 // Cells of directions about an edge, most along each axis; share of the samples that goes to segments which
 // the camera sees by way of other surfaces.
 constexpr double kMostDirections = 16.0, kChainedShare = 0.4;
 // Edges per item of parallel work.
 constexpr int64_t kEdgeBlock = 1 << 13;
-
-// The faces of an edge, for what its shape tells.
-struct Wedge {
-    int faces = 0;             // with an area
-    V normal[2];               // unit normals of the first two as they are wound
-    V third[2];                // their third corners, from the edge's first vertex
-    bool same_surface = true;  // of one material, and no seam between them
-    bool smooth = false;       // the first two have shading normals of their own at their corners
-
-    // Two faces in one plane, of one orientation and one surface: nothing jumps there.
-    bool flat() const {
-        return faces == 2 && same_surface && dot(normal[0], normal[1]) > 0.0 &&
-               length(cross(normal[0], normal[1])) < kCoplanar;
-    }
-};
-
-V unit_normal(V p0, V p1, V p2) {
-    const V m = cross(p1 - p0, p2 - p0);
-    const double l = length(m);
-    return l > 0.0 ? V{m.x / l, m.y / l, m.z / l} : V{0.0, 0.0, 0.0};
-}
-
-Wedge wedge_of(const SceneView& scene, const EdgeList& edges, int64_t edge,
-               const Placement& place = {nullptr}) {
-    Wedge wedge;
-    const V a = place(vertex(scene, scene.edge_vertices[2 * edge]));
-    const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
-    for (uint32_t k = first; k < last; ++k) {
-        const uint32_t face = scene.edge_faces[k];
-        const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face);
-        const V n = !place.matrix ? edges.normal[face]
-                                  : unit_normal(place(vertex(scene, f[0])), place(vertex(scene, f[1])),
-                                                place(vertex(scene, f[2])));
-        if (dot(n, n) == 0.0) continue;  // no area, no border
-        if (wedge.faces < 2) {
-            wedge.normal[wedge.faces] = n;
-            wedge.third[wedge.faces] = place(vertex(scene, scene.edge_opposite[k])) - a;
-        }
-        const auto corner = [&](int c) { return scene.corner_normal[3 * static_cast<int64_t>(face) + c]; };
-        if (scene.corner_normal && (k == first || wedge.smooth))
-            wedge.smooth = corner(0) >= 0 && corner(1) >= 0 && corner(2) >= 0;
-        ++wedge.faces;
-        wedge.same_surface &= scene.face_material[face] == scene.face_material[scene.edge_faces[first]];
-    }
-    // Only where it decides: seams take a look at every attribute.
-    if (wedge.flat()) wedge.same_surface = !is_seam(edges.tables, edge);
-    return wedge;
-}
-
-// Share of an edge's length on the screen by which it is sampled: 0 if it can't carry a jump. `reach`: by how
-// much the rays from other points of the lens differ from `ray`; what is a silhouette from any of them counts
-// as one.
-double jump_weight(const Wedge& wedge, V ray, double reach, V t, int solid_side, bool sharp) {
-    if (wedge.faces == 0 || wedge.flat()) return 0.0;
-    if (wedge.faces != 2 || !wedge.same_surface) return 1.0;  // border or junction
-    const V sheet = cross(ray, t);                            // normal of the sheet through camera and edge
-    const double side[2] = {dot(sheet, wedge.third[0]), dot(sheet, wedge.third[1])};
-    if (side[0] * side[1] >= 0.0) return 1.0;  // silhouette
-    for (int k = 0; k < 2; ++k)
-        if (std::abs(side[k]) <= reach * length(cross(t, wedge.third[k]))) return 1.0;
-    // The radiance of flat faces differs by about the angle between them. Where smooth normals go on across
-    // the edge, only light between the planes of both counts, which grazes.
-    double crease = length(wedge.normal[0] - wedge.normal[1]);
-    if (wedge.smooth) crease *= crease;
-    crease = std::clamp(crease, sharp ? kLeastSharp : kLeastCrease, 1.0);
-    return solid_side * dot(wedge.normal[0], ray) > reach ? kHidden * crease : crease;
-}
-
-// Whether two faces may lie on one side of the sheet through the edge and a point of a ball around `d` (from
-// the edge; or, of directions, of the cone around d whose angle has the sine `radius`). With the normals
-// n0 = t x c0 and n1 = c1 x t (equal for a flat pair), a point y sees the edge as a silhouette iff n0.(y - a)
-// and n1.(y - a) differ in sign.
-bool may_be_silhouette(const Wedge& wedge, V t, V d, double radius) {
-    if (wedge.faces != 2) return true;
-    // Rounding must not lose an edge that the kernels' arithmetic sees as a silhouette.
-    const double reach = radius + 1e-5 * length(d);
-    const V n0 = cross(t, wedge.third[0]), n1 = cross(wedge.third[1], t);
-    const double h0 = dot(n0, d) / std::max(length(n0), 1e-300);
-    const double h1 = dot(n1, d) / std::max(length(n1), 1e-300);
-    return !(h0 > reach && h1 > reach) && !(h0 < -reach && h1 < -reach);
-}
-
-// Bound of the light that edges from a along t may take from surfaces: of the nodes among which a light is
-// picked, those that may see it as a silhouette, by what they give at its distance.
-double hidden_light(const LightView& lights, const Wedge& wedge, V a, V t, bool all_sides) {
-    double sum = 0.0;
-    for (int32_t k = 0; k < lights.top; ++k) {
-        const LightNode& n = lights.nodes[k];
-        const double power = std::max(static_cast<double>(n.power), 1e-30);
-        if (n.radius < 0.0f) {
-            const double sine = n.cos_o < 0.0f ? 1.0 : static_cast<double>(n.sin_o);
-            if (all_sides || may_be_silhouette(wedge, t, vector(n.axis), sine)) sum += power;
-            continue;
-        }
-        const V d = vector(n.center) - a;
-        const double radius = n.radius;
-        if (all_sides || may_be_silhouette(wedge, t, d, radius))
-            sum += power / (dot(d, d) + radius * radius + 1e-30);
-    }
-    return sum;
-}
 
 // Where candidates are listed: silhouettes, borders and sharp creases first, then blunt ones, each by tiles
 // of the picture along a Z-order curve (Morton 1966). Neighbours on the list then are of one kind and place,
@@ -163,141 +54,184 @@ uint32_t place_of(const CameraView& camera, const PictureFrame::Piece& piece, do
     return place;
 }
 
-// Candidates of all edges by visit(edge, mesh, add) over blocks of edges in parallel, joined by place.
+// Edges of one mesh, where one instance places them.
+struct Run {
+    int32_t mesh, instance;
+    int64_t first, count;
+};
+
+// Runs over the edges of the meshes that `wanted` names, with all of their instances.
+template <typename Wanted>
+std::vector<Run> runs_of(const EdgeList& edges, const Wanted& wanted) {
+    const SceneTables& t = edges.tables;
+    std::vector<std::vector<int32_t>> copies(static_cast<size_t>(t.visible_meshes));
+    for (size_t k = 0; k < t.instance_mesh.size(); ++k)
+        copies[static_cast<size_t>(t.instance_mesh[k])].push_back(static_cast<int32_t>(k));
+    std::vector<Run> runs;
+    int64_t first = 0;
+    for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
+        // Edges are in the order of their meshes.
+        const auto end = static_cast<uint32_t>(t.mesh_first_face[static_cast<size_t>(mesh) + 1]);
+        int64_t last = edges.count();
+        for (int64_t low = first; low < last;) {
+            const int64_t middle = (low + last) / 2;
+            if (t.edge_faces[t.edge_face_first[static_cast<size_t>(middle)]] < end)
+                low = middle + 1;
+            else
+                last = middle;
+        }
+        std::vector<int32_t>& placed = copies[static_cast<size_t>(mesh)];
+        if (wanted(mesh, !placed.empty())) {
+            if (placed.empty()) placed.push_back(-1);
+            for (int32_t instance : placed)
+                for (int64_t k = first; k < last; k += kEdgeBlock)
+                    runs.push_back({mesh, instance, k, std::min(kEdgeBlock, last - k)});
+        }
+        first = last;
+    }
+    return runs;
+}
+
+// What the kernel of masses writes for a run, in memory of one thread.
+struct RunMasses {
+    std::vector<float> floats[4];
+    std::vector<int32_t> flat;
+    std::vector<uint8_t> seam;
+
+    EdgeMassTask task(const EdgeList& edges, const Run& run, EdgeMassKind kind) {
+        for (auto& column : floats) column.resize(kEdgeBlock + kMaxWidth);
+        flat.resize(kEdgeBlock + kMaxWidth);
+        EdgeMassTask t{};
+        t.kind = kind;
+        t.instance = run.instance;
+        t.first = run.first, t.count = run.count;
+        t.normal = edges.normal;
+        t.solid_side = edges.solid_side[run.mesh];
+        t.mass = floats[0].data(), t.pixels = floats[1].data();
+        t.x = floats[2].data(), t.y = floats[3].data();
+        t.flat = flat.data();
+        return t;
+    }
+};
+
+// Candidates of runs of edges by visit(run, task's memory, add) in parallel, joined by place.
 template <typename Visit>
-Candidates collect(const SceneView& scene, const EdgeList& edges, const Visit& visit) {
-    struct Block {
-        std::vector<int32_t> edge, instance;
-        std::vector<float> u0, u1;
-        std::vector<double> mass;
+Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
+    struct Part {
+        std::vector<int32_t> edge;
+        std::vector<float> u0, u1, mass;
         std::vector<uint32_t> place;
     };
-    const int64_t count = edges.count(), blocks = (count + kEdgeBlock - 1) / kEdgeBlock;
+    const auto count = static_cast<int64_t>(runs.size());
     const bool placed = !edges.tables.instance_mesh.empty();
-    std::vector<Block> parts(static_cast<size_t>(blocks));
-    parallel_for(edges.threads, blocks, nullptr, [&](int, int64_t k) {
-        Block& part = parts[static_cast<size_t>(k)];
-        int64_t mesh = 0;
-        for (int64_t edge = k * kEdgeBlock; edge < std::min(count, (k + 1) * kEdgeBlock); ++edge) {
-            const auto face = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[edge]]);
-            while (face >= scene.mesh_first_face[mesh + 1]) ++mesh;
-            visit(edge, mesh, [&](int32_t instance, double u0, double u1, double mass, uint32_t place) {
-                if (!(mass > 0.0)) return;
-                part.place.push_back(place);
-                part.edge.push_back(static_cast<int32_t>(edge));
-                if (placed) part.instance.push_back(instance);
-                part.u0.push_back(static_cast<float>(u0));
-                part.u1.push_back(static_cast<float>(u1));
-                part.mass.push_back(mass);
-            });
-        }
+    std::vector<Part> parts(runs.size());
+    std::vector<RunMasses> memory(static_cast<size_t>(edges.threads));
+    parallel_for(edges.threads, count, nullptr, [&](int thread, int64_t k) {
+        Part& part = parts[static_cast<size_t>(k)];
+        visit(runs[static_cast<size_t>(k)], memory[static_cast<size_t>(thread)],
+              [&](int64_t edge, double u0, double u1, double mass, uint32_t place) {
+                  if (!(mass > 0.0)) return;
+                  part.place.push_back(place);
+                  part.edge.push_back(static_cast<int32_t>(edge));
+                  part.u0.push_back(static_cast<float>(u0));
+                  part.u1.push_back(static_cast<float>(u1));
+                  part.mass.push_back(static_cast<float>(mass));
+              });
     });
-    // By place, and where that is the same in the order of edges: a counting sort.
+    // By place, and where that is the same in the order of runs: a counting sort.
     std::vector<size_t> at(kPlaces + 1);
-    for (const Block& part : parts)
+    for (const Part& part : parts)
         for (uint32_t place : part.place) ++at[place + 1];
     for (size_t k = 0; k < kPlaces; ++k) at[k + 1] += at[k];
     const size_t all = at[kPlaces];
     Candidates out;
     out.edge.resize(all), out.u0.resize(all), out.u1.resize(all), out.cumulative.resize(all + 1);
     if (placed) out.instance.resize(all);
-    for (const Block& part : parts) {
+    for (size_t p = 0; p < parts.size(); ++p) {
+        const Part& part = parts[p];
         for (size_t k = 0; k < part.edge.size(); ++k) {
             const size_t to = at[part.place[k]]++;
             out.edge[to] = part.edge[k];
-            if (placed) out.instance[to] = part.instance[k];
+            if (placed) out.instance[to] = runs[p].instance;
             out.u0[to] = part.u0[k], out.u1[to] = part.u1[k];
-            out.cumulative[to + 1] = part.mass[k];
+            out.cumulative[to + 1] = static_cast<double>(part.mass[k]);
         }
     }
     for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
     return out;
 }
 
-// The instances of each mesh.
-std::vector<std::vector<int32_t>> instances_of(const SceneTables& tables) {
-    std::vector<std::vector<int32_t>> instances(static_cast<size_t>(tables.visible_meshes));
-    for (size_t k = 0; k < tables.instance_mesh.size(); ++k)
-        instances[static_cast<size_t>(tables.instance_mesh[k])].push_back(static_cast<int32_t>(k));
-    return instances;
-}
-
 }  // namespace
 
-std::vector<Vector> unit_normals(const SceneTables& t, int threads) {
+std::vector<float> unit_normals(const SceneTables& t, int threads) {
     const auto faces = static_cast<int64_t>(t.faces.size() / 3);
-    std::vector<Vector> normals(static_cast<size_t>(faces));
+    std::vector<float> normals(static_cast<size_t>(3 * faces));
     parallel_for(threads, (faces + kEdgeBlock - 1) / kEdgeBlock, nullptr, [&](int, int64_t block) {
         for (int64_t f = block * kEdgeBlock; f < std::min(faces, (block + 1) * kEdgeBlock); ++f) {
-            const auto corner = [&](int64_t k) {
-                return vector(&t.vertices[3 * static_cast<size_t>(t.faces[static_cast<size_t>(3 * f + k)])]);
+            const auto corner = [&](int64_t k) -> Vector {
+                const float* p =
+                    &t.vertices[3 * static_cast<size_t>(t.faces[static_cast<size_t>(3 * f + k)])];
+                return {p[0], p[1], p[2]};
             };
-            normals[static_cast<size_t>(f)] = unit_normal(corner(0), corner(1), corner(2));
+            const Vector a = corner(0), m = cross(corner(1) - a, corner(2) - a);
+            const double size = length(m), inverse = size > 0.0 ? 1.0 / size : 0.0;
+            float* n = &normals[static_cast<size_t>(3 * f)];
+            n[0] = static_cast<float>(m.x * inverse);
+            n[1] = static_cast<float>(m.y * inverse);
+            n[2] = static_cast<float>(m.z * inverse);
         }
     });
     return normals;
 }
 
 Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const Asked& asked) {
-    const PictureFrame frame(scene.camera);
+    const CameraView& camera = scene.camera;
+    const PictureFrame frame(camera);
     const SceneTables& tables = edges.tables;
-    const bool sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
-    const auto instances = instances_of(tables);
-    return collect(scene, edges, [&](int64_t edge, int64_t mesh, const auto& add) {
-        const auto& copies = instances[static_cast<size_t>(mesh)];
-        if (!asked.camera && !asked.moving[static_cast<size_t>(mesh)] &&
-            !(asked.instances && !copies.empty()))
-            return;
-        if (!(tables.mesh_mask[static_cast<size_t>(mesh)] & (1 << kCameraRay))) return;
-        const auto visit = [&](int32_t instance) {
-            const Placement place{instance < 0 ? nullptr : scene.instance_to_world + 12 * int64_t{instance}};
-            const V a = place(vertex(scene, scene.edge_vertices[2 * edge]));
-            const V b = place(vertex(scene, scene.edge_vertices[2 * edge + 1]));
-            double weight = -1.0;  // found for edges that are in the picture only
-            frame.pieces(a, b, [&](const PictureFrame::Piece& piece) {
-                if (weight < 0.0)
-                    weight = jump_weight(wedge_of(scene, edges, edge, place), frame.ray_through(a),
-                                         frame.lens_reach(), b - a, edges.solid_side[mesh], sharp);
-                add(instance, piece.u0, piece.u1, piece.pixels * weight,
-                    place_of(scene.camera, piece, weight));
-            });
-        };
-        if (copies.empty()) visit(-1);
-        for (int32_t instance : copies) visit(instance);
+    const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
+        const auto m = static_cast<size_t>(mesh);
+        return (asked.camera || asked.moving[m] || (asked.instances && placed)) &&
+               (tables.mesh_mask[m] & (1 << kCameraRay));
+    });
+    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
+        EdgeMassTask task = memory.task(edges, run, kPictureMass);
+        task.sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
+        task.cut_all = frame.bends_or_blurs();
+        task.lens_reach = static_cast<float>(frame.lens_reach());
+        task.margin = static_cast<float>(frame.margin());
+        edges.kernels.edge_masses(scene, task);
+        const Placement place{run.instance < 0 ? nullptr
+                                               : scene.instance_to_world + 12 * int64_t{run.instance}};
+        for (int64_t k = 0; k < run.count; ++k) {
+            const double weight = task.mass[k];
+            const int64_t edge = run.first + k;
+            if (weight == 0.0 || (task.flat[k] && !is_seam(tables, edge))) continue;
+            const auto put = [&](const PictureFrame::Piece& piece) {
+                add(edge, piece.u0, piece.u1, piece.pixels * weight, place_of(camera, piece, weight));
+            };
+            if (task.pixels[k] >= 0.0f)
+                put({0.0, 1.0, task.pixels[k], task.x[k], task.y[k]});
+            else
+                frame.pieces(place(vertex(scene, scene.edge_vertices[2 * edge])),
+                             place(vertex(scene, scene.edge_vertices[2 * edge + 1])), put);
+        }
     });
 }
 
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
-    const SceneTables& tables = edges.tables;
-    const auto instances = instances_of(tables);
-    return collect(scene, edges, [&](int64_t edge, int64_t mesh, const auto& add) {
-        const auto visit = [&](int32_t instance) {
-            const Placement place{instance < 0 ? nullptr : scene.instance_to_world + 12 * int64_t{instance}};
-            const V a = place(vertex(scene, scene.edge_vertices[2 * edge]));
-            const V t = place(vertex(scene, scene.edge_vertices[2 * edge + 1])) - a;
-            const Wedge wedge = wedge_of(scene, edges, edge, place);
-            if (wedge.faces == 0 || wedge.flat()) return;
-            // Two faces that let different shares pass hide light from all sides.
-            const bool all_sides =
-                (scene.all_flags & kHasTransparency) && (!wedge.same_surface || is_seam(tables, edge));
-            double mass = length(t);
-            if (environment) {
-                // Times the width of the wedges of directions in which it is a silhouette: the angle between
-                // n0 = t x c0 and n1 = c1 x t, all directions if there are not two faces.
-                const V n0 = cross(t, wedge.third[0]), n1 = cross(wedge.third[1], t);
-                mass *=
-                    wedge.faces == 2 && !all_sides ? std::atan2(length(cross(n0, n1)), dot(n0, n1)) : M_PI;
-            } else {
-                mass *= hidden_light(scene.lights, wedge, a, t, all_sides);
-            }
-            // A line that touches a concave edge with both faces on one side runs inside the body.
-            const bool concave =
-                wedge.faces == 2 && edges.solid_side[mesh] * dot(wedge.normal[0], wedge.third[1]) > 0.0;
-            add(instance, 0.0, 1.0, concave ? kHidden * mass : mass, 0u);
-        };
-        const auto& copies = instances[static_cast<size_t>(mesh)];
-        if (copies.empty()) visit(-1);
-        for (int32_t instance : copies) visit(instance);
+    const std::vector<Run> runs = runs_of(edges, [](int32_t, bool) { return true; });
+    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
+        EdgeMassTask task = memory.task(edges, run, environment ? kSkyMass : kLightMass);
+        if (scene.all_flags & kHasTransparency) {
+            memory.seam.resize(kEdgeBlock);
+            for (int64_t k = 0; k < run.count; ++k)
+                memory.seam[static_cast<size_t>(k)] = is_seam(edges.tables, run.first + k);
+            task.seam = memory.seam.data();
+        }
+        edges.kernels.edge_masses(scene, task);
+        for (int64_t k = 0; k < run.count; ++k)
+            if (!task.flat[k] || is_seam(edges.tables, run.first + k))
+                add(run.first + k, 0.0, 1.0, static_cast<double>(task.mass[k]), 0u);
     });
 }
 

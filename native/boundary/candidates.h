@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "kernels.h"
 #include "scene/tables.h"
-#include "scene/vector.h"
 #include "scene/view.h"
 
 namespace edgegrad {
@@ -24,14 +24,15 @@ struct Candidates {
     double mass() const { return cumulative.back(); }
 };
 
-// Unit normals of all faces as they are wound; zero where a face has no area.
-std::vector<Vector> unit_normals(const SceneTables& tables, int threads);
+// Unit normals (F, 3) of all faces as they are wound; zero where a face has no area.
+std::vector<float> unit_normals(const SceneTables& tables, int threads);
 
 // All edges of a scene, in the order of meshes.
 struct EdgeList {
     const SceneTables& tables;
     const int8_t* solid_side;  // by mesh (boundary/solids.h)
-    const Vector* normal;      // by face (unit_normals)
+    const float* normal;       // by face (unit_normals)
+    const KernelTable& kernels;
     int threads;
 
     int64_t count() const { return static_cast<int64_t>(tables.edge_vertices.size() / 2); }

@@ -32,6 +32,12 @@ class PictureFrame {
     Vector ray_through(Vector point) const;
     // By how much the rays from other points of the lens differ from it.
     double lens_reach() const;
+    // By how much the pixel filters reach over the frame, pixels.
+    double margin() const { return margin_; }
+    // Whether lines may be bent in the picture, or points be blurred.
+    bool bends_or_blurs() const {
+        return camera_.kind == kEquirectangular || blur_x_ != 0.0 || blur_y_ != 0.0;
+    }
 
  private:
     Piece flat_piece(Vector a, Vector b) const;  // empty where nothing of it is in the frame

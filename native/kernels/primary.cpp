@@ -1,11 +1,13 @@
 // The primary boundary's kernels of one instruction set.
 #include "boundary/primary.h"
+#include "boundary/edge_masses.h"
 #include "kernels/parts.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_primary_kernels(KernelTable& table) {
     table.boundary[kPrimaryBoundary] = {primary_forward_kernel, primary_backward_kernel};
+    table.edge_masses = edge_masses_kernel;
     table.add_splats = add_splats_kernel;
 }
 

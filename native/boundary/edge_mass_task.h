@@ -1,0 +1,30 @@
+// What the kernel of edges' masses (boundary/edge_masses.h) reads and writes.
+#pragma once
+
+#include <cstdint>
+
+namespace edgegrad {
+
+// By what edges are sampled: what they sweep in the picture, or what light they may hide.
+enum EdgeMassKind : int32_t { kPictureMass, kLightMass, kSkyMass };
+
+// Edges [first, first + count) of one mesh, where one instance places them (-1: they stand in the world).
+struct EdgeMassTask {
+    EdgeMassKind kind;
+    int32_t instance;
+    int64_t first, count;
+    const float* normal;  // (F, 3) of faces as they are wound, unit; 0 where they have no area
+    const uint8_t*
+        seam;  // by edge from `first` on; null: found where it matters, of the edges that are `flat`
+    int32_t solid_side;  // boundary/solids.h
+    bool sharp;          // shadows of lights without size
+    bool cut_all;        // all edges are to be cut to the frame
+    float lens_reach;    // PictureFrame
+    float margin;
+    // By edge from `first` on, in whole packets. The mass, in the picture that of a pixel; `pixels`: the
+    // edge's length there, and its middle. Less than 0: it is to be cut to the frame first.
+    float *mass, *pixels, *x, *y;
+    int32_t* flat;  // -1: the mass counts only if a seam is there
+};
+
+}  // namespace edgegrad

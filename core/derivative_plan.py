@@ -18,7 +18,7 @@ from .placement import placed_meshes
 from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .renderer import TERMS
 from .scene import Scene
-from .shadow_plan import missing_shadows
+from .shadow_plan import horizon_rule, missing_shadows
 from .shape import convex
 from .specular_plan import specular_materials, specular_rule
 from .table_derivatives import wanted_tables
@@ -140,14 +140,17 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
         zero = "no vertex is a parameter and lights stand still: no shadow moves"
     elif not any(_reflects(scene, name) for name in scene.meshes):
         zero = "every surface is black: nothing shows a shadow"
-    elif len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
-        zero = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
     if zero:
         return Term("shadow", False, 0, total, (zero,))
+    cut, horizons = horizon_rule(scene, moves, max_depth)
+    if len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
+        alone = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
+        return Term("shadow", cut, 0, total, (alone, horizons) if cut else (alone,))
     kept = total - sum(e.flat for e in edges.values())
     why = ["edges of all meshes, since a shadow also moves over a moving surface when its caster stands still"]
     if total - kept:
         why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
+    why.append(horizons)
     absent = [words for kind, words in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
     if not np.any(scene.world.color * scene.world.strength):
         absent.append("environment")
@@ -155,7 +158,7 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
         absent.append("emissive meshes")
     if absent:
         why.append(f"no shadows of {', '.join(absent)}: there are none")
-    return Term("shadow", kept > 0, kept, total, tuple(why))
+    return Term("shadow", kept > 0 or cut, kept, total, tuple(why))
 
 
 def _indirect(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth: int) -> Term:

@@ -1,4 +1,4 @@
-"""What the shadow boundary term leaves out, in words."""
+"""What the shadow boundary term has besides edges, and what it leaves out, in words."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ._check import RAYS
-from .light import AreaLight, PointLight, SpotLight, SunLight
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .material_table import NORMAL_MAP, flags
 from .motion import Motion
 from .scene import Scene
 
@@ -15,19 +16,54 @@ from .scene import Scene
 _STEP = 1e-3
 
 
+def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str]:
+    """Whether faces that are shaded with other normals than their own may cut off other light than before, in words.
+
+    The native engine follows the same rule (horizons_move in engine_derivatives.cpp).
+    """
+    bent = [name for name in scene.meshes if _is_bent(scene, name)]
+    if not bent:
+        return False, "skipped: horizons, since no mesh is shaded with other normals than those of its faces"
+    sized = [name for name, light in scene.lights.items() if _has_size(light)]
+    lit = [f"the lights {', '.join(sized)}"] if sized else []
+    if any(scene.emits(name) for name in scene.meshes):
+        lit.append("emissive meshes")
+    if np.any(scene.world.color * scene.world.strength):
+        lit.append("the sky")
+    if max_depth > 2:
+        lit.append("other surfaces")
+    if not lit:
+        return False, "skipped: horizons, since all lights are without size: where faces cut them off is at edges"
+    turning = [name for name in sized if isinstance(light := scene.lights[name], PointLight | SpotLight)
+               and not light.sphere]
+    if not (moves.meshes or moves.sky or set(sized) & set(moves.lights) or (moves.camera and turning)):
+        return False, "skipped: horizons, since neither surfaces nor what lights them moves"
+    of = " and ".join([", ".join(lit[:-1]), lit[-1]] if lit[1:] else lit)
+    return True, f"besides edges: the horizons of the faces of {', '.join(bent)}, where they cut off light of {of}"
+
+
+def _is_bent(scene: Scene, name: str) -> bool:
+    """Whether normals that a mesh is shaded with may not be those of its faces."""
+    mesh = scene.meshes[name]
+    mapped = any(flags(leaf) & NORMAL_MAP for slot in mesh.used_materials for leaf in scene.leaves(slot))
+    return mesh.smoothing is not None or mapped
+
+
+def _has_size(light: Light) -> bool:
+    """Whether a plane can cut the light in two."""
+    if isinstance(light, SunLight):
+        return light.angle > 0.0
+    return isinstance(light, AreaLight) or light.radius > 0.0
+
+
 def missing_shadows(scene: Scene, moves: Motion) -> Iterator[str]:
     """Sentences on jumps of direct light that no edge carries: nothing computes them."""
     hard = [name for name, light in scene.lights.items() if isinstance(light, SpotLight) and light.blend < _STEP]
     if hard:
         yield f"the border of the cones of spots without blend ({', '.join(hard)}): a jump that is no edge"
-    sized = any(isinstance(light, AreaLight) or (isinstance(light, PointLight | SpotLight) and light.radius > 0.0)
-                or (isinstance(light, SunLight) and light.angle > 0.0) for light in scene.lights.values())
+    sized = any(_has_size(light) for light in scene.lights.values())
     sized = sized or any(scene.emits(name) for name in scene.meshes)
     sky = bool(np.any(scene.world.color * scene.world.strength))
-    smooth = [name for name in moves.meshes if scene.meshes[name].smoothing is not None]
-    if smooth and (sized or sky):
-        yield (f"the horizon of the flat faces that stand for smooth ones ({', '.join(smooth)}): where it cuts lights "
-               "or the sky is left out")
     scattered = set(RAYS) - {"camera"}
     partly = [name for name, mesh in scene.meshes.items() if 0 < len(scattered & mesh.visible_to) < len(scattered)]
     if partly and (sized or sky):

@@ -26,6 +26,11 @@ constexpr double kShadowShare = 2.0;
 // Indirect ones, each of which costs a path; and pieces of edges with cells of directions, by sample.
 constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.03;
 
+// Horizon samples per pixel and sample of the picture. As many as the picture's have 1/20 of the noise of the
+// interior term under a rectangle or a sphere, 1/12 under an emissive mesh, 1/6 under the sky, and cost twice
+// its time.
+constexpr double kHorizonShare = 0.125;
+
 // Samples of the primary term per pixel and sample of the picture, least and most. Along few edges,
 // systematic samples get better much faster than they get more.
 constexpr double kLeastPrimary = 0.1, kMostPrimary = 0.6;
@@ -109,9 +114,33 @@ bool shading_is_constant(const SceneView& scene, const Wanted& wanted) {
     });
 }
 
-bool anything_moves(const Asked& asked) {
-    return asked.camera || asked.instances || asked.lights || asked.rotation ||
+bool any_mesh_moves(const Asked& asked) {
+    return asked.instances ||
            std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
+}
+
+bool anything_moves(const Asked& asked) {
+    return asked.camera || asked.lights || asked.rotation || any_mesh_moves(asked);
+}
+
+// Whether faces with shading normals of their own may cut off other light than before (boundary/horizon.h;
+// core/shadow_plan.py has the rule in words).
+bool horizons_move(const SceneView& scene, const RenderOptions& options, const Asked& asked) {
+    const bool bent = scene.corner_normal || scene.all_flags & kHasNormalMap;
+    if (!bent || options.max_depth < 2 || !(options.shadow || options.indirect)) return false;
+    constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
+    const bool lit = scene.has_environment || (scene.lights.kinds & ~kPointlike);
+    if (!lit && !(options.indirect && options.max_depth > 2)) return false;
+    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    // A light that faces what it lights turns with that.
+    const bool turns = scene.lights.kinds & 1 << kDiskLight;
+    return any_mesh_moves(asked) || asked.rotation || (asked.lights && sized) || (asked.camera && turns);
+}
+
+RenderOptions horizon_options(RenderOptions options) {
+    options.samples = std::max(1, static_cast<int>(std::lround(kHorizonShare * options.samples)));
+    options.seed ^= 0x1f83d9abu;
+    return options;
 }
 
 }  // namespace
@@ -127,6 +156,7 @@ struct Engine::DerivativeCall {
                    e.lights(wants_dark_lights(wanted))),
           scene(prepared.view()),
           plan(scene.camera, options, kRecordedPaths),
+          horizon(scene.camera, horizon_options(options), kHorizonPaths),
           tables(differentiable_tables(scene, e.tables_)) {
         if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
         if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
@@ -134,6 +164,7 @@ struct Engine::DerivativeCall {
             terms = boundary_terms(scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_},
                                    options, asked, e.guided_);
         }
+        if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
         specular = SpecularTerm::of(scene, e.tables_, options, wanted);
         if (specular) boundary_chunks += specular->chunks();
         for (const BoundaryTerm& term : terms)
@@ -154,11 +185,20 @@ struct Engine::DerivativeCall {
         return sweep;
     }
 
+    // The horizon term's part of a task of its paths.
+    HorizonTask horizon_task(const ImageTask& image, DroppedSamples& lost) const {
+        const RenderOptions& options = horizon.options;
+        return {image, options.shadow, options.indirect && options.max_depth > 2, &lost};
+    }
+
     // What samples without a finite value were left out, by term.
     Dropped all_dropped() const {
         Dropped out;
-        if (const DroppedSamples& d = dropped.sum(); d.count > 0)
-            out.push_back({"interior", d.count, d.first, {-1, -1}, {d.place, -1}});
+        const auto add_pixels = [&out](const char* name, const DroppedSamples& d) {
+            if (d.count > 0) out.push_back({name, d.count, d.first, {-1, -1}, {d.place, -1}});
+        };
+        add_pixels("interior", dropped.sum());
+        add_pixels("shadow", dropped_horizons.sum());
         const auto add = [&out](const char* name, const DroppedSamples& d, const SceneView& view) {
             if (d.count == 0) return;
             const uint32_t* face = view.edge_faces + view.edge_face_first[d.place];
@@ -199,13 +239,14 @@ struct Engine::DerivativeCall {
     const Asked asked;
     const PreparedScene prepared;
     const SceneView& scene;
-    const ImagePlan plan;
+    const ImagePlan plan, horizon;
     const std::vector<NamedTable> tables;
     std::vector<BoundaryTerm> terms;
     std::optional<SpecularTerm> specular;
-    int64_t image_chunks = 0, boundary_chunks = 0;
-    mutable DropCount dropped;         // by the interior term
-    mutable DropCount dropped_chains;  // by the specular one
+    int64_t image_chunks = 0, horizon_chunks = 0, boundary_chunks = 0;
+    mutable DropCount dropped;           // by the interior term
+    mutable DropCount dropped_horizons;  // by the horizon term
+    mutable DropCount dropped_chains;    // by the specular one
 };
 
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
@@ -233,7 +274,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
                                                  values("light_params"),
                                                  values("environment_rotation")});
 
-    const int64_t all = call.image_chunks + call.boundary_chunks;
+    const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
     int64_t done = 0;
     // Progress of a part of `size` chunks as that of the whole.
     const auto part = [&](int64_t size) -> Progress {
@@ -259,6 +300,18 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
                 kernels_.accumulate(task, w, image);
             });
         });
+    }
+    if (call.horizon_chunks > 0) {
+        parallel_for(threads_, call.horizon_chunks, part(call.horizon_chunks),
+                     [&](int thread, int64_t chunk) {
+                         call.horizon.for_each_task(chunk, [&](const ImageTask& task) {
+                             Workspace& w = work[static_cast<size_t>(thread)].view();
+                             DroppedSamples lost;
+                             kernels_.horizon_forward(scene, call.horizon_task(task, lost), w, d);
+                             call.dropped_horizons.add(lost);
+                             kernels_.accumulate(task, w, image);
+                         });
+                     });
     }
     // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
     const auto add_samples = [&](int64_t total, const auto& run) {
@@ -320,7 +373,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     // Groups take long: progress counts chunks, and cancelling is seen between them.
     const Progress report = [&](double) {
         try {
-            const int64_t all = call.image_chunks + call.boundary_chunks;
+            const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
             if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
         } catch (...) {
             stop = true;
@@ -368,6 +421,15 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
                 sweep.dropped = &lost;
                 kernels_.path_backward(scene, sweep, adjoint);
                 call.dropped.add(lost);
+            });
+        }
+        for (int64_t chunk = group; chunk < call.horizon_chunks && !stop; chunk += count, ++done) {
+            if (!call.horizon.any_adjoint(chunk, adjoint)) continue;
+            DerivativeView d = call.boundary_view(gradient);
+            call.horizon.for_each_task(chunk, [&](const ImageTask& task) {
+                DroppedSamples lost;
+                kernels_.horizon_backward(scene, call.horizon_task(task, lost), w, adjoint, d);
+                call.dropped_horizons.add(lost);
             });
         }
         add_pass(thread, group, 0, gradient);

@@ -17,6 +17,8 @@ namespace edgegrad {
 constexpr int kBlockPaths = 8192;
 // Of those whose vertices are recorded.
 constexpr int kRecordedPaths = 1024;
+// Of those that are followed to horizons (boundary/horizon.h).
+constexpr int kHorizonPaths = 2048;
 constexpr int kMaxWidth = 16;
 
 // Live paths of a task, one array for each value (path/path_queue.h).
@@ -138,6 +140,13 @@ struct BoundaryTask {
     DroppedSamples* dropped;
 };
 
+// Paths of the picture at whose vertices the faces' own planes cut off light (boundary/horizon.h).
+struct HorizonTask {
+    ImageTask image;
+    bool lights, surfaces;  // of lights and the environment; that surfaces scatter
+    DroppedSamples* dropped;
+};
+
 // Forward mode: one value per boundary sample, at a place of the picture (x below kNowhere: at none).
 constexpr float kNowhere = -1e9f;
 struct Splats {
@@ -227,6 +236,10 @@ struct KernelTable {
     void (*accumulate)(const ImageTask&, const Workspace&, float* image);
     BoundaryKernels boundary[kBoundaryKinds];
     void (*edge_masses)(const SceneView&, const EdgeMassTask&);
+    // Forward mode: into the radiance of the task's paths.
+    void (*horizon_forward)(const SceneView&, const HorizonTask&, Workspace&, const DerivativeView& tangent);
+    void (*horizon_backward)(const SceneView&, const HorizonTask&, Workspace&, const float* adjoint,
+                             DerivativeView& gradient);
     void (*add_splats)(const CameraView&, const Splats&, int64_t count, float* image);  // in their order
     // The specular boundary, step by step (specular_term.cpp).
     int (*scan)(const SceneView&, const ScanTask&, const BounceLimits&, int32_t max_depth, ChainCrossings&);

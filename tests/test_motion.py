@@ -91,7 +91,6 @@ def test_parts_of_mixtures_are_used() -> None:
 def test_boundaries_that_no_term_has_are_named() -> None:
     found = missing(SCENE, moves("meshes.still.vertices"), 4, False)
     assert any(sentence.startswith("reflected and refracted boundary") for sentence in found)
-    assert any(sentence.startswith("the horizon of the flat faces that stand for smooth ones") for sentence in found)
     assert missing(SCENE, moves("world.color"), 4, False) == ()
     plain = shapes.scene(*shapes.cube())
     still = tables.flatten(plain)

@@ -177,8 +177,8 @@ def test_textured_emission_lights_as_it_looks() -> None:
 def test_scenes_are_simplified_to_flat_diffuse_ones_in_words() -> None:
     scene = sheets(base_color=np.full(3, 0.5), alpha=0.5)
     scene.meshes["front"] = replace(scene.meshes["front"], smoothing=scene.meshes["front"].faces)
-    missing = edgegrad.plan(scene, ["meshes.front.vertices"]).missing
-    assert any("horizon" in words and "front" in words for words in missing)
+    shadow = edgegrad.plan(scene, ["meshes.front.vertices"]).terms[2]
+    assert any("horizons of the faces of front" in words for words in shadow.why)
     simple, notes = edgegrad.differentiable(scene)
     assert len(notes) == 2
     shape = Renderer(simple).render(spp=1).shape

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 
 import edgegrad
 from edgegrad import parameters
-from edgegrad.renderer import Renderer
+from edgegrad.renderer import TERMS, Renderer
 from tests import shapes
 from tests.block_statistics import ALARM, Agreement, compare
 from tests.picture_differences import need_every_table
@@ -187,15 +187,15 @@ CASES: dict[str, tuple[Make, list[str]]] = {
 
 def agreement(
     make: Make, paths: list[str], *, spp: int = 64, reference_spp: int = 512, seeds: int = 16, eps: float = 0.02,
-    max_depth: int = 2,
+    max_depth: int = 2, terms: Sequence[str] = TERMS,
 ) -> Agreement:
-    """All terms of the derivative, averaged over the interval of the central difference, compared with that."""
+    """Terms of the derivative, averaged over the interval of the central difference, compared with that."""
     moving = along(make, paths)
-    difference, stderr = central_difference(moving, eps, reference_spp, seeds, "native")
+    difference, stderr = central_difference(moving, eps, reference_spp, seeds, "native", max_depth=max_depth)
     samples = []
     for k in range(seeds):
         scene, tangent = moving(eps * ((k % 8 + 0.5) / 8 - 0.5))
-        samples.append(Renderer(scene).render_forward(tangent, spp=spp, seed=k, max_depth=max_depth))
+        samples.append(Renderer(scene).render_forward(tangent, spp=spp, seed=k, max_depth=max_depth, terms=terms))
     return compare(np.stack(samples), difference, stderr)
 
 

@@ -12,6 +12,7 @@
 #pragma once
 
 #include "boundary/edge_sample.h"
+#include "boundary/light_source.h"
 #include "boundary/occluder.h"
 #include "boundary/scattering_chain.h"
 #include "boundary/segment.h"
@@ -26,16 +27,6 @@ EG_INLINE ImageTask light_paths(const BoundaryTask& task) {
     return sample_paths(task, 1, hash(task.seed ^ 0x7f4a7c15u));
 }
 
-// The surface that scatters light towards an edge.
-struct LightSource {
-    Closest hit;
-    Float distance;
-    Vec3 aside;  // from there to where rays leave it
-    // Of surfaces before it that let light pass: what comes through, and their number.
-    Vec3 through;
-    Int passed;
-};
-
 // Where y is nearer than rounding, the edge lies in its surface (derivations F3): rays leave it a step to the
 // side that the edge's faces don't hide.
 EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 hidden_side,
@@ -46,56 +37,15 @@ EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 
     return select(touched, select(dot(across, hidden_side) > 0.0f, -across, across), zero3());
 }
 
-// Surfaces that let light pass are passed by chance, with the random numbers by which the path tracer decides
-// that the path `path` of the task isn't.
+// The surface behind the edge.
 EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
                                    Mask active, Int path, Vec3 t, Vec3 w) {
-    const ImageTask paths = light_paths(task);
-    const PathIndex random = path_index(paths, path);
-    const Int kind = splat(static_cast<int>(kDiffuseRay));
+    // The ray starts before the edge, so that a surface touching it isn't lost.
     const Float rounding = 1e-5f * largest_component(s.point);
-    LightSource y;
-    y.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
-    y.passed = splat(0);
-    y.aside = zero3();
-    Mask looking = active, found = splat(0);
-    Float near = splat(0.0f);
-    while (true) {
-        // The ray starts before the edge, so that a surface touching it isn't lost.
-        Closest hit = intersect(scene, looking, s.point + w * rounding, -w, near, splat(__builtin_inff()),
-                                {s.edge, s.instance}, embree::kIncoherent, splat(kScatteredRays));
-        Mask pass = splat(0);
-        if (scene.all_flags & kHasTransparency) {
-            SurfacePoint x = surface_point(scene, hit.hit, hit.face, hit.b1, hit.b2, -w, hit.instance);
-            x.mesh = hit.mesh;
-            const TexturePoint point = texture_point(scene, x, w, kind);
-            Float choice, chance, unused;
-            sobol_pair(random.stream, random.sample, vertex_pair(y.passed, kVertexChoice), choice, unused);
-            sobol_pair(random.stream, random.sample, vertex_pair(y.passed, kVertexSurvival), unused, chance);
-            const Shader shader = surface_shader(scene, x, point, choice);
-            Vec3 color;
-            pass = x.active & has(shader, kHasTransparency) & (chance < passing_share(shader, color));
-            y.through = select(pass, y.through * color * shader.scale, y.through);
-            near = select(pass, hit.distance + 2.0f * x.offset, near);
-            y.passed = y.passed - pass;
-        }
-        const Mask stays = looking & hit.hit & ~pass;
-        if (any(found)) {
-            y.hit.face = select(stays, hit.face, y.hit.face),
-            y.hit.mesh = select(stays, hit.mesh, y.hit.mesh);
-            y.hit.instance = select(stays, hit.instance, y.hit.instance);
-            y.hit.b1 = select(stays, hit.b1, y.hit.b1), y.hit.b2 = select(stays, hit.b2, y.hit.b2);
-            y.hit.distance = select(stays, hit.distance, y.hit.distance);
-        } else {
-            y.hit = hit;
-        }
-        found |= stays;
-        looking &= pass & (y.passed < task.limits.transparent);
-        if (!any(looking)) break;
-    }
-    y.hit.hit = found;
-    y.distance = select(found, max(y.hit.distance - rounding, 0.0f), 0.0f);
-    const Mask touched = found & (y.hit.distance < 2.0f * rounding);
+    LightSource y = meet_source(scene, active, s.point + w * rounding, -w, {s.edge, s.instance},
+                                path_index(light_paths(task), path), task.limits.transparent);
+    const Mask touched = y.hit.hit & (y.hit.distance < 2.0f * rounding);
+    y.distance = select(y.hit.hit, max(y.hit.distance - rounding, 0.0f), 0.0f);
     if (any(touched)) y.aside = leave_contact(scene, touched, t, s.sweep, y.hit);
     return y;
 }

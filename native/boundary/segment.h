@@ -32,6 +32,10 @@ EG_INLINE FarEnd still_far_end() {
     return {splat(-1), splat(-1), splat(0.0f), splat(0.0f), splat(-1), splat(0), splat(0)};
 }
 
+EG_INLINE Mask is_distant(const FarEnd& y) {
+    return y.sky | (y.kind >= splat(static_cast<int>(kDirectionLight)));
+}
+
 struct BoundarySegment {
     Mask active;
     Int edge, instance;  // the edge, and which of its copies
@@ -67,27 +71,24 @@ EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& asked
     return moves;
 }
 
-// The velocity of a y that isn't on a surface; the adjoint of x's, on which that of some lights depends.
+// The velocity of a y that isn't on a surface, at `distance` from the point x along `towards`: g is the
+// adjoint of that of y, of distant ones that of the direction to them. What is returned is the adjoint of x,
+// on which some lights depend.
 template <typename Mode>
-EG_INLINE Vec3 light_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                            const BoundarySegment& s, Vec3 color) {
+EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked, Mask active,
+                              const FarEnd& y, Vec3 x, Vec3 towards, Float distance, Vec3 g, Vec3 color) {
     Vec3 from = zero3();
-    const Mask distant = s.y.sky | (s.y.kind >= splat(static_cast<int>(kDirectionLight)));
-    // Of distant ones the direction to them moves: dw = -d(-w).
-    const Vec3 g = s.sweep * select(distant, -s.reach, s.lambda - 1.0f);
-    const Mask on_row = s.active & (s.y.row >= 0);
+    const Mask on_row = active & (y.row >= 0);
     if (any(on_row)) {
         Float row[kLightParams];
-        const Int light = select(on_row, s.y.row, splat(0));
-        const Float way = select(distant, splat(1.0f), s.reach + s.distance);
-        from = select(on_row,
-                      light_motion_row(scene.lights, light, s.y.kind, s.x.position, s.towards * way, g, row),
-                      from);
+        const Int light = select(on_row, y.row, splat(0));
+        const Float way = select(is_distant(y), splat(1.0f), distance);
+        from = select(on_row, light_motion_row(scene.lights, light, y.kind, x, towards * way, g, row), from);
         if (asked.want_lights) mode.light(on_row, light, row, color);
     }
-    const Mask sky = s.active & s.y.sky;
+    const Mask sky = active & y.sky;
     if (asked.want_rotation && any(sky)) {
-        const Vec3 d = rotated(scene.environment_rotation, s.towards);
+        const Vec3 d = rotated(scene.environment_rotation, towards);
         const Float row[9] = {d.x * g.x, d.x * g.y, d.x * g.z, d.y * g.x, d.y * g.y,
                               d.y * g.z, d.z * g.x, d.z * g.y, d.z * g.z};
         mode.rotation(sky, row, color);
@@ -108,7 +109,11 @@ EG_INLINE void segment_blocks(Mode& mode, const SceneView& scene, const Derivati
                           s.sweep * (s.lambda - 1.0f), color);
     // The adjoint of dx. Of a slide, n (g . D)/(n . D) goes to the surface, its rest to the ray: with the
     // |n . D| of the color cancelled both are bounded at grazing views.
-    const Vec3 g = light_blocks(mode, scene, asked, s, color) - s.sweep * s.lambda;
+    // Of distant ones the direction to them moves: dw = -d(-w).
+    const Vec3 by_y = s.sweep * select(is_distant(s.y), -s.reach, s.lambda - 1.0f);
+    const Vec3 g = far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards,
+                                  s.reach + s.distance, by_y, color) -
+                   s.sweep * s.lambda;
     const Vec3 along = s.x.normal * -dot(g, s.view.across_of);
     face_point_blocks(mode, scene, asked, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2,
                       select(s.slides, along, g), s.color);

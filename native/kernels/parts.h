@@ -10,6 +10,7 @@ const KernelTable& kernel_table();
 
 void add_path_kernels(KernelTable& table);
 void add_derivative_kernels(KernelTable& table);
+void add_horizon_kernels(KernelTable& table);
 void add_indirect_kernels(KernelTable& table);
 void add_primary_kernels(KernelTable& table);
 void add_probe_kernels(KernelTable& table);

@@ -16,6 +16,7 @@ const KernelTable& kernel_table() {
         table.width = W;
         add_path_kernels(table);
         add_derivative_kernels(table);
+        add_horizon_kernels(table);
         add_indirect_kernels(table);
         add_primary_kernels(table);
         add_probe_kernels(table);

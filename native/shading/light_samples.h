@@ -65,29 +65,49 @@ EG_INLINE Mask shines_on(const SceneView& scene, Int row, Int mesh) {
     return shines;
 }
 
+// A sample of emissive faces and rows of the light table with the numbers `index`, of which nothing else is
+// known yet.
+EG_INLINE LightSample no_light_sample(Mask is_triangle, Mask is_row, Int index, Int kind) {
+    LightSample s;
+    s.radiance = zero3();
+    s.casts_shadow = splat(-1);
+    s.blockers = splat(1 << kShadowRay);
+    s.visible_to = splat(-1);
+    s.face = select(is_triangle, index, splat(-1));
+    s.row = select(is_row, index, splat(-1));
+    s.kind = kind;
+    s.b1 = s.b2 = splat(0.0f);
+    return s;
+}
+
+// What hides the lights of rows, and by which kinds of scattering they are seen.
+EG_INLINE void take_links(const LightView& lights, Mask is_row, Int row, Int flags, LightSample& s) {
+    if (lights.any_linked) {
+        const Int blockers = gather(lights.blockers, row);
+        for (int i = 0; i < W; ++i) {
+            if (!is_row[i]) continue;
+            if (blockers[i] >= 0) s.blockers[i] = 1 << (kFirstBlockers + blockers[i]);
+            if (!(flags[i] & kLightCastsShadow)) s.casts_shadow[i] = 0;
+        }
+    }
+    if (lights.any_hidden) s.visible_to = select(is_row, gather(lights.visible_to, row), s.visible_to);
+}
+
 // One light, and a direction to it, for the point x. Only what may light it is active.
 template <typename Point>
 EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, const Point& x, Float u,
                                        Float v) {
     const LightView& lights = scene.lights;
     const LightChoice choice = choose_light(lights, active, x, u);
-    LightSample s;
-    s.active = choice.active;
     const Int kind = gather(lights.kind, choice.light), index = gather(lights.index, choice.light);
-    const Mask is_triangle = s.active & (kind == static_cast<int>(kTriangleLight));
+    const Mask is_triangle = choice.active & (kind == static_cast<int>(kTriangleLight));
+    const Mask is_row = choice.active & ~is_triangle;
+    LightSample s = no_light_sample(is_triangle, is_row, index, kind);
+    s.active = choice.active;
     s.distant = s.active & (kind >= static_cast<int>(kDirectionLight));
-    const Mask is_row = s.active & ~is_triangle;
-    s.radiance = zero3();
-    s.casts_shadow = splat(-1);
-    s.blockers = splat(1 << kShadowRay);
-    s.visible_to = splat(-1);
     Vec3 offset{splat(0.0f), splat(0.0f), splat(1.0f)}, lift = zero3();
     Float density = splat(0.0f);
     Mask sized = is_triangle;
-    s.face = select(is_triangle, index, splat(-1));
-    s.row = select(is_row, index, splat(-1));
-    s.kind = kind;
-    s.b1 = s.b2 = splat(0.0f);
 
     if (any(is_triangle)) {
         const Int face = select(is_triangle, index, splat(0));
@@ -139,15 +159,7 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
         if (occurs(kConeLight))
             take(is(kConeLight), {sample_cone(-l.direction, l.one_minus_cos, choice.u, v), 1.0f / l.area});
         s.radiance = select(is_row, l.radiance, s.radiance);
-        if (lights.any_linked) {
-            const Int blockers = gather(lights.blockers, row);
-            for (int i = 0; i < W; ++i) {
-                if (!is_row[i]) continue;
-                if (blockers[i] >= 0) s.blockers[i] = 1 << (kFirstBlockers + blockers[i]);
-                if (!(l.flags[i] & kLightCastsShadow)) s.casts_shadow[i] = 0;
-            }
-        }
-        if (lights.any_hidden) s.visible_to = select(is_row, gather(lights.visible_to, row), s.visible_to);
+        take_links(lights, is_row, row, l.flags, s);
         const Float r = sqrt(max(dot(offset, offset), 1e-37f));
         const Float factor = light_factor(l, offset * (1.0f / r));
         s.radiance = select(is_row, s.radiance * factor, s.radiance);

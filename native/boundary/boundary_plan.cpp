@@ -8,7 +8,7 @@ namespace {
 
 // Of all samples, those of the first pass, and what its estimate counts for beside the second's: little,
 // since the error of systematic samples falls faster than their number grows.
-constexpr double kFirst = 0.25;
+constexpr double kFirstPrimary = 0.25, kFirst = 0.125;
 constexpr float kFirstWeight = 0.04f;
 constexpr int64_t kMostShares = int64_t{1} << 20;
 // Neighbours of a share, to each side, that tell of it.
@@ -29,7 +29,9 @@ BoundaryPlan::BoundaryPlan(Candidates candidates, double wanted, double most, co
     const double all = candidates_.size() == 0 ? 0.0 : std::ceil(std::min(wanted, most));
     total_[0] = static_cast<int64_t>(all);
     if (!guided_ || total_[0] == 0) return;
-    total_[0] = std::min(kMostShares, static_cast<int64_t>(std::ceil(kFirst * all)));
+    total_[0] =
+        std::min(kMostShares,
+                 static_cast<int64_t>(std::ceil((kind == kPrimaryBoundary ? kFirstPrimary : kFirst) * all)));
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(all) - total_[0]);
     score_.assign(static_cast<size_t>(total_[0]), 0.0f);
 }
@@ -78,6 +80,19 @@ void BoundaryPlan::guide() {
     }
     guide_.assign(1, 0.0);
     for (double s : with) guide_.push_back(guide_.back() + alike + (1.0 - alike) * relative(s, mean_with));
+    total_[1] = std::max<int64_t>(1, static_cast<int64_t>(std::ceil(part * static_cast<double>(total_[1]))));
+}
+
+double BoundaryPlan::noise() const {
+    double sum = 0.0;
+    for (size_t k = 1; k < score_.size(); ++k) {
+        const double step = static_cast<double>(score_[k]) - static_cast<double>(score_[k - 1]);
+        sum += 0.5 * step * step;
+    }
+    return std::sqrt(sum * static_cast<double>(score_.size()));
+}
+
+void BoundaryPlan::thin(double part) {
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(std::ceil(part * static_cast<double>(total_[1]))));
 }
 

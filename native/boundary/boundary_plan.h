@@ -13,9 +13,9 @@ constexpr int64_t kSplatBatch = int64_t{1} << 20;
 
 class BoundaryPlan {
  public:
-    // One pass of `wanted` samples, at most `most`; `guided`: a quarter of them, then the others by the sizes
-    // that those had. Both passes estimate the whole term, and their weighted mean is the result: the weights
-    // are fixed, so that it stays unbiased though the second pass depends on the first.
+    // One pass of `wanted` samples, at most `most`; `guided`: a quarter or an eighth of them, then the others
+    // by the sizes that those had. Both passes estimate the whole term, and their weighted mean is the
+    // result: the weights are fixed, so that it stays unbiased though the second pass depends on the first.
     BoundaryPlan(Candidates candidates, double wanted, double most, const RenderOptions& options,
                  BoundaryKind kind, bool guided);
 
@@ -27,6 +27,11 @@ class BoundaryPlan {
     int64_t chunks(int pass) const { return (total_[pass] + kBoundaryChunk - 1) / kBoundaryChunk; }
     // Between the passes.
     void guide();
+    // Noise of a sample of the first pass: the root of its variance among neighbours on the list, times the
+    // number of samples.
+    double noise() const;
+    // Takes this part of the second pass' samples only.
+    void thin(double part);
 
     BoundaryTask task(int pass, int64_t first, int64_t count);
     BoundaryTask chunk(int pass, int64_t k) {

@@ -102,7 +102,21 @@ Wanted::Span Wanted::span(const std::string& table) const {
     return at == spans_.end() ? Span{} : at->second;
 }
 
-GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted) {
+std::vector<double> SpareBuffers::take() {
+    const std::lock_guard<std::mutex> lock(lock_);
+    if (buffers_.empty()) return {};
+    std::vector<double> buffer = std::move(buffers_.back());
+    buffers_.pop_back();
+    return buffer;
+}
+
+void SpareBuffers::give(std::vector<double> buffer) {
+    const std::lock_guard<std::mutex> lock(lock_);
+    buffers_.push_back(std::move(buffer));
+}
+
+GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareBuffers& spare)
+    : spare_(spare) {
     size_t known = 0;
     for (const NamedTable& table : tables) {
         if (!wanted.any(table.name)) continue;
@@ -120,8 +134,15 @@ GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wan
     groups_.resize(std::clamp<size_t>((size_t{1} << 22) / std::max<size_t>(size_, 1), 4, 32));
 }
 
+GradientGroups::~GradientGroups() {
+    for (std::vector<double>& group : groups_)
+        if (!group.empty()) spare_.give(std::move(group));
+}
+
 GradientGroups::View GradientGroups::view(int64_t group) {
-    groups_[static_cast<size_t>(group)].assign(size_, 0.0);
+    std::vector<double>& values = groups_[static_cast<size_t>(group)];
+    values = spare_.take();
+    values.assign(size_, 0.0);
     return again(group);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -61,10 +62,25 @@ class Wanted {
     std::vector<uint8_t> moving_;
 };
 
+// Buffers that calls leave to later ones: of fresh memory every page is a fault, which took half the time of
+// clearing and summing the gradients of 100,000 vertices.
+class SpareBuffers {
+ public:
+    std::vector<double> take();
+    void give(std::vector<double> buffer);
+
+ private:
+    std::mutex lock_;
+    std::vector<std::vector<double>> buffers_;
+};
+
 // Gradient buffers, summed in a fixed order.
 class GradientGroups {
  public:
-    GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted);
+    GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareBuffers& spare);
+    ~GradientGroups();
+    GradientGroups(const GradientGroups&) = delete;
+    GradientGroups& operator=(const GradientGroups&) = delete;
 
     int64_t count() const { return static_cast<int64_t>(groups_.size()); }
     // A group's buffers, cleared; those of single tables are null where they are not asked for.
@@ -86,6 +102,7 @@ class GradientGroups {
     std::vector<Part> parts_;
     size_t size_ = 0;
     std::vector<std::vector<double>> groups_;
+    SpareBuffers& spare_;
 };
 
 // The tables with their tangents.

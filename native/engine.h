@@ -95,6 +95,7 @@ class Engine {
     mutable std::shared_ptr<const std::vector<SolidBody>> bodies_;
     mutable std::shared_ptr<const std::vector<float>> normals_;
     mutable std::optional<bool> convex_;
+    mutable SpareBuffers spare_;
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     bool has_edges_ = false, guided_ = true;

@@ -386,7 +386,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
 
-    GradientGroups groups(call.tables, wanted);
+    GradientGroups groups(call.tables, wanted, spare_);
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
     std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));

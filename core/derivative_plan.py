@@ -20,7 +20,7 @@ from .renderer import TERMS
 from .scene import Scene
 from .shadow_plan import horizon_rule, missing_shadows
 from .shape import convex
-from .specular_plan import specular_materials, specular_rule
+from .specular_plan import aimed_materials, specular_materials, specular_rule
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
@@ -182,6 +182,9 @@ def _indirect(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_dept
     why = ["edges of all meshes: what they hide of one surface from another, at any bounce"]
     if total - kept:
         why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
+    aimed = aimed_materials(scene)
+    if aimed:
+        why.append(f"seen in sharp lobes ({', '.join(aimed)}) by samples that start at the camera, elsewhere at edges")
     if max_depth == 3:
         why.append("no chains of surfaces besides: paths of three segments have none")
     return Term("indirect", True, kept, total, tuple(why))

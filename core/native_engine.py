@@ -100,6 +100,19 @@ class Engine:
     def guided(self, guided: bool) -> None:
         self._scene.guided = guided
 
+    @property
+    def aimed(self) -> float:
+        """Alpha (roughness squared) of the sharpest lobes through which the camera sees edges of light between surfaces
+        by samples that start at the camera; rougher ones, and diffuse ones, by samples that start at edges.
+
+        0: none by the camera's; 1000: all by the camera's. Both have the same mean.
+        """
+        return float(self._scene.aimed)
+
+    @aimed.setter
+    def aimed(self, alpha: float) -> None:
+        self._scene.aimed = alpha
+
     def update(self, tables: Tables) -> None:
         """Take other values of the same topology; moved meshes are refitted."""
         with self._turns:

@@ -21,16 +21,21 @@ if TYPE_CHECKING:
 
 # Shaders of less roughness are taken for perfectly smooth (native/shading/bsdf/microfacet.h).
 _SMOOTH = 4e-3
+# Up to which alpha (roughness squared) lobes are the aimed estimator's (native/boundary/aimed.h).
+_AIMED = 0.1
 # Most surfaces that a chain of mirrors and glass meets (native/boundary/scan_task.h).
 _LONGEST = 16
 
 
 def specular_materials(scene: Scene) -> list[str]:
     """Names of the materials of some mesh that may be perfect mirrors or smooth glass somewhere."""
+    return [name for name in _used(scene) if any(may_be_specular(leaf) for leaf in scene.leaves(name))]
+
+
+def _used(scene: Scene) -> list[str]:
     used = {mesh.materials[k] for mesh in scene.meshes.values()
             for k in ([0] if mesh.face_material is None else np.unique(mesh.face_material))}
-    return [name for name in scene.materials
-            if name in used and any(may_be_specular(leaf) for leaf in scene.leaves(name))]
+    return [name for name in scene.materials if name in used]
 
 
 def may_be_specular(leaf: Material) -> bool:
@@ -39,6 +44,19 @@ def may_be_specular(leaf: Material) -> bool:
         return False
     coat = leaf.kind == "PRINCIPLED" and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
     return bool(leaf.textures) or leaf.roughness < _SMOOTH or (coat and leaf.coat_roughness < _SMOOTH)
+
+
+def aimed_materials(scene: Scene) -> list[str]:
+    """Names of the materials of some mesh in whose sharp lobes edges are found by samples that start at the camera."""
+    return [name for name in _used(scene) if any(_may_be_aimed(leaf) for leaf in scene.leaves(name))]
+
+
+def _may_be_aimed(leaf: Material) -> bool:
+    if not flags(leaf) & (GLOSSY | REFRACTION) or leaf.kind == "SHEEN":
+        return False
+    coat = leaf.kind in ("PRINCIPLED", "DISNEY") and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
+    sharp = 0.0 < leaf.roughness**2 <= _AIMED or (coat and 0.0 < leaf.coat_roughness**2 <= _AIMED)
+    return sharp or not {"roughness", "coat_roughness"}.isdisjoint(leaf.textures)
 
 
 def specular_rule(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:

@@ -240,6 +240,8 @@ class Scene {
 
     void set_guided(bool guided) { engine_->set_guided(guided); }
     bool guided() const { return engine_->guided(); }
+    void set_aimed(float alpha) { engine_->set_aimed(alpha); }
+    float aimed() const { return engine_->aimed(); }
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
 
     Image render(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::object progress) {
@@ -341,6 +343,7 @@ NB_MODULE(_native, m) {
         .def("move_vertices", &Scene::move_vertices, "mesh"_a, "vertices"_a, "origin"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
         .def_prop_rw("guided", &Scene::guided, &Scene::set_guided)
+        .def_prop_rw("aimed", &Scene::aimed, &Scene::set_aimed)
         .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "progress"_a.none())
         .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
              "bounces"_a, "terms"_a, "progress"_a.none())

@@ -58,6 +58,10 @@ class Engine {
     // Whether a first pass over the edges guides a second one (boundary/boundary_plan.h).
     void set_guided(bool guided) { guided_ = guided; }
     bool guided() const { return guided_; }
+    // Up to which alpha of the camera's surfaces edges between others are sampled from the camera
+    // (boundary/aimed.h); 0: never.
+    void set_aimed(float alpha) { aimed_ = alpha; }
+    float aimed() const { return aimed_; }
     const SceneTables& tables() const { return tables_; }
 
     // Pictures are (height, width, 3).
@@ -99,6 +103,7 @@ class Engine {
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     bool has_edges_ = false, guided_ = true;
+    float aimed_ = 0.1f;
     // What the topology alone says, once the edges are known.
     std::vector<uint8_t> closed_;  // by mesh
     bool connected_ = false;

@@ -5,6 +5,7 @@
 #include "boundary/boundary_plan.h"
 #include "boundary/candidates.h"
 #include "boundary/crossings.h"
+#include "boundary/edge_tree.h"
 #include "boundary/solids.h"
 #include "drop_count.h"
 #include "engine.h"
@@ -25,6 +26,8 @@ namespace {
 constexpr double kShadowShare = 2.0;
 // Indirect ones, each of which costs a path; and pieces of edges with cells of directions, by sample.
 constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.03;
+// Cells of the picture, by sample that starts at the camera.
+constexpr double kPicturePieces = 0.1;
 
 // Horizon samples per pixel and sample of the picture. As many as the picture's have 1/20 of the noise of the
 // interior term under a rectangle or a sphere, 1/12 under an emissive mesh, 1/6 under the sky, and cost twice
@@ -39,21 +42,48 @@ struct BoundaryTerm {
     BoundaryPlan plan;
     std::shared_ptr<const EdgesAndCrossings> lines;  // besides edges; null: none
     std::unique_ptr<DropCount> dropped;
+    std::shared_ptr<const EdgeTree> tree;  // of the aimed estimator; else null
+    float aimed;                           // which lobes are that one's (kernels.h)
 
     SceneView view(const SceneView& scene) const { return lines ? lines->view(scene) : scene; }
+    BoundaryTask task(int pass, int64_t first, int64_t count, DroppedSamples& lost) {
+        BoundaryTask t = plan.task(pass, first, count);
+        t.dropped = &lost;
+        t.aimed = aimed;
+        if (tree) t.tree = tree->view();
+        return t;
+    }
 };
+
+// Whether a surface may have lobes that the aimed estimator takes (aimed_kinds of
+// boundary/camera_connection.h).
+bool any_aimed(const SceneView& scene, const SceneTables& tables, float aimed) {
+    if (aimed >= kAimAtAll) return true;
+    for (size_t k = 0; k < tables.leaf_kind.size(); ++k) {
+        if (!(tables.leaf_flags[k] & (kHasGlossy | kHasRefraction)) || tables.leaf_kind[k] == kSheen)
+            continue;
+        if (scene.textures.leaf_program) return aimed > 0.0f;
+        const float* row = tables.leaf_params.data() + kMaterialParams * k;
+        const auto sharp = [&](int place) { return row[place] > 0.0f && row[place] * row[place] <= aimed; };
+        if (sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness))) return true;
+    }
+    return false;
+}
 
 // The boundary terms that a call computes.
 std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
-                                         const RenderOptions& options, const Asked& asked, bool guided) {
+                                         const RenderOptions& options, const Asked& asked, bool guided,
+                                         float aimed) {
     std::vector<BoundaryTerm> terms;
     const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
     const double picture = static_cast<double>(pixels) * options.samples;
     const auto add = [&](BoundaryKind kind, Candidates candidates, double samples, double most, bool guide,
-                         std::shared_ptr<const EdgesAndCrossings> lines = nullptr) {
+                         std::shared_ptr<const EdgesAndCrossings> lines = nullptr,
+                         std::shared_ptr<const EdgeTree> tree = nullptr) {
         BoundaryPlan plan(std::move(candidates), samples, most * picture, options, kind, guide);
         if (plan.total(0) > 0)
-            terms.push_back({std::move(plan), std::move(lines), std::make_unique<DropCount>()});
+            terms.push_back(
+                {std::move(plan), std::move(lines), std::make_unique<DropCount>(), std::move(tree), aimed});
     };
     if (options.primary) {
         auto lines = std::make_shared<EdgesAndCrossings>(edges.tables,
@@ -78,10 +108,14 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
     }
     if (options.indirect && options.max_depth >= 3 && !scene.convex) {
         const double samples = kIndirectShare * picture;
-        add(kIndirectBoundary,
-            over_directions(shadow_candidates(scene, edges, true), kDirectionPieces * samples,
-                            options.max_depth > 3),
-            samples, kIndirectShare, guided);
+        const bool chains = options.max_depth > 3;
+        const Candidates silhouettes = shadow_candidates(scene, edges, true);
+        if (silhouettes.size() > 0 && any_aimed(scene, edges.tables, aimed))
+            add(kAimedBoundary, over_picture(kPicturePieces * samples, chains), samples, kIndirectShare,
+                guided, nullptr, std::make_shared<EdgeTree>(scene, edges.tables, silhouettes));
+        if (aimed < kAimAtAll)
+            add(kIndirectBoundary, over_directions(silhouettes, kDirectionPieces * samples, chains), samples,
+                kIndirectShare, guided);
     }
     return terms;
 }
@@ -183,7 +217,7 @@ struct Engine::DerivativeCall {
         if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
             const auto normals = e.normals();
             terms = boundary_terms(scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_},
-                                   options, asked, e.guided_);
+                                   options, asked, e.guided_, e.aimed_);
         }
         if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
         specular = SpecularTerm::of(scene, e.tables_, options, wanted);
@@ -360,8 +394,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             if (pass >= term.plan.passes()) continue;
             add_samples(term.plan.total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
                 DroppedSamples lost;
-                BoundaryTask task = term.plan.task(pass, first, count);
-                task.dropped = &lost;
+                const BoundaryTask task = term.task(pass, first, count, lost);
                 kernels_.boundary[task.kind].forward(term.view(scene), task, work[thread].view(), d, out);
                 term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
             });
@@ -410,8 +443,9 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             if (pass >= term.plan.passes()) continue;
             for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !stop; chunk += count, ++done) {
                 DroppedSamples lost;
-                BoundaryTask task = term.plan.chunk(pass, chunk);
-                task.dropped = &lost;
+                const int64_t first = chunk * kBoundaryChunk;
+                const BoundaryTask task =
+                    term.task(pass, first, std::min(kBoundaryChunk, term.plan.total(pass) - first), lost);
                 kernels_.boundary[task.kind].backward(term.view(scene), task, w, adjoint, d);
                 term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
             }

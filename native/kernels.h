@@ -105,11 +105,32 @@ enum BoundaryKind : int32_t {
     kShadowBoundary,    // between a surface and a light (boundary/shadow.h)
     kSkyBoundary,       // between a surface and the environment
     kIndirectBoundary,  // between two surfaces (boundary/indirect.h)
+    kAimedBoundary,     // the same, where the camera sees it in sharp lobes (boundary/aimed.h)
     kBoundaryKinds
 };
 // The term that each belongs to (core/renderer.py).
-constexpr const char* kBoundaryTerms[] = {"primary", "shadow", "shadow", "indirect"};
+constexpr const char* kBoundaryTerms[] = {"primary", "shadow", "shadow", "indirect", "indirect"};
 static_assert(sizeof kBoundaryTerms / sizeof *kBoundaryTerms == kBoundaryKinds);
+
+// Pieces of edges as rows of floats, and nodes over them (boundary/edge_tree.h).
+enum EdgePieceColumn : int32_t {
+    kPieceFrom = 0,   // the whole edge: its first end,
+    kPieceAlong = 3,  // and from it to the second
+    kPieceNormal =
+        6,  // of two faces, so that the edge is a silhouette where their signs differ; 0: from all sides
+    kPieceU0 = 12,
+    kPieceU1 = 13,
+    kPieceEdge = 14,  // integers
+    kPieceInstance = 15,
+    kPieceColumns = 16
+};
+constexpr int32_t kMostTopNodes = 24;
+struct EdgeTreeView {
+    const LightNode* nodes;
+    const int32_t* top;  // numbers of nodes of which one is picked first
+    int32_t top_count;
+    const float* pieces;  // (count, kPieceColumns)
+};
 
 // Flag of a piece's cell: of segments that the camera sees by way of other surfaces.
 constexpr int32_t kChained = 1 << 30;
@@ -121,8 +142,10 @@ struct BoundaryTask {
     const int32_t* instance;  // -1: none; null: none has one
     const float* u0;
     const float* u1;
-    const int32_t* cell;       // of direction_cells^2 directions about the edge, and kChained; null: none
-    int32_t direction_cells;   // cosines, and azimuths
+    // Of direction_cells^2 directions about the edge (cosines, and azimuths), or, of samples that start at
+    // the camera, of as many cells of the picture; and kChained. Null: none.
+    const int32_t* cell;
+    int32_t direction_cells;
     const double* cumulative;  // (pieces + 1) mass
     int64_t pieces;
     int64_t first, count, total;
@@ -137,8 +160,13 @@ struct BoundaryTask {
     int64_t shares;
     float scale;
     float* score;
+    // Lobes of an alpha up to this, where the camera sees them, are the aimed estimator's, with the edges of
+    // the tree; from kAimAtAll on all light is.
+    float aimed;
+    EdgeTreeView tree;
     DroppedSamples* dropped;
 };
+constexpr float kAimAtAll = 1e3f;
 
 // Paths of the picture at whose vertices the faces' own planes cut off light (boundary/horizon.h).
 struct HorizonTask {

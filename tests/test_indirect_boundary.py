@@ -18,6 +18,7 @@ from edgegrad.bounces import UNLIMITED, Bounces
 from edgegrad.renderer import TERMS, Renderer
 from tests.block_statistics import ALARM, Agreement, compare
 from tests.small_scenes import along, box, camera, central_difference, glowing, matte, need, rectangle, white_world
+from tests.test_moving_scenes import cornell
 
 Make = Callable[[float], edgegrad.Scene]
 SIZE = 16
@@ -64,6 +65,21 @@ def behind_rough_glass() -> edgegrad.Scene:
     scene.meshes = {name: scene.meshes[name] for name in ("wall", "lamp", "box")} | {"sheet": sheet}
     scene.materials["glass"] = edgegrad.Material(np.full(3, 0.9), kind="REFRACTION", roughness=0.5, ior=1.2)
     scene.camera = camera((0, 0.8, 2.2), (0, 0.5, 0), SIZE, 0.7)
+    return scene
+
+
+def below() -> edgegrad.Scene:
+    """Bounced light on the floor below the box, and little else."""
+    return bounced_light(camera((0.2, 0.32, 1.3), (0.1, 0.0, 0.1), SIZE, 0.8))
+
+
+def mirrored_room() -> edgegrad.Scene:
+    """Bounced light as seen in a wall of nearly smooth metal alone: boundaries behind the metal."""
+    scene = bounced_light(camera((0.0, 0.9, 2.0), (0, 0.7, -1.0), SIZE, 0.7))
+    scene.meshes["mirror"] = rectangle((0, 0.8, -1.3), (1.2, 0, 0), (0, 0.8, 0), "metal")
+    scene.materials["metal"] = edgegrad.Material(
+        np.array([0.9, 0.8, 0.6]), kind="GLOSSY", roughness=float(np.sqrt(0.05))
+    )
     return scene
 
 
@@ -147,9 +163,9 @@ class Case:
 BOX = (1.0, 0.3, 0.5)
 CASES: dict[str, Case] = {
     "occluder of bounced light": Case(moving(bounced_light, "box", BOX), quick=True),
-    "receiver of bounced light": Case(moving(bounced_light, "floor", (0.7, 0.2, 0.3)), "meshes.floor.vertices"),
+    "receiver of bounced light": Case(moving(below, "floor", (0.1, 1.0, 0.0)), "meshes.floor.vertices"),
     "source of bounced light": Case(moving(bounced_light, "ceiling", (0.5, 1.0, 0.3)), "meshes.ceiling.vertices"),
-    "camera and bounced light": Case(moving_camera(bounced_light, (0.5, 0.4, -1.0)), "camera.to_world"),
+    "camera and bounced light": Case(moving_camera(below, (0.5, 0.4, -1.0)), "camera.to_world"),
     "two bounces": Case(moving(bounced_light, "box", BOX), max_depth=4, quick=True),
     "three bounces": Case(moving(bounced_light, "box", BOX), max_depth=6),
     "one bounce by limit": Case(moving(bounced_light, "box", BOX), max_depth=5, bounces=Bounces(diffuse=1)),
@@ -173,6 +189,8 @@ CASES: dict[str, Case] = {
     "edge in nearly smooth metal": Case(moving(lambda: mirrored_edge(0.02), "box", (1.0, 0.5, 0.3)), spp=2048),
     "metal that moves": Case(moving(lambda: mirrored_edge(0.1), "floor", (0.3, 1.0, 0.2)), "meshes.floor.vertices"),
     "camera and metal": Case(moving_camera(lambda: mirrored_edge(0.2), (0.5, 0.4, -1.0)), "camera.to_world"),
+    "bounces in nearly smooth metal": Case(moving(mirrored_room, "box", BOX), max_depth=4),
+    "Cornell box": Case(cornell, "meshes.tall.vertices", max_depth=6),
     "edge behind rough glass": Case(moving(behind_rough_glass, "box", (1.0, 0.5, 0.3)), quick=True),
 }
 
@@ -203,7 +221,49 @@ def test_it_agrees_with_central_differences_and_is_needed(name: str) -> None:
     assert without.p_value < ALARM, str(without)
 
 
-@pytest.mark.parametrize("name", ["two bounces", "edge behind rough glass", "camera and metal"])
+def glossy_sheet() -> edgegrad.Scene:
+    """Bounced light past a veil, on a floor with a diffuse colour, a gloss and a sharper coat; two boxes."""
+    scene = veiled()
+    scene.materials["floor"] = edgegrad.Material(
+        np.array([0.5, 0.4, 0.3]), roughness=0.6, coat_weight=0.8, coat_roughness=0.3
+    )
+    scene.meshes["box"].instances = instanced().meshes["box"].instances
+    return scene
+
+
+# All that the estimators handle on their own ways: how alike they are tells more than differences do.
+BOTH: dict[str, Case] = {
+    "edge in rougher metal": CASES["edge in rougher metal"],
+    "edge behind rough glass": CASES["edge behind rough glass"],
+    "occluder of bounced light": CASES["occluder of bounced light"],
+    "coated floor, veils and instances": Case(moving(glossy_sheet, "box", BOX), max_depth=4),
+    "one bounce by limit": CASES["one bounce by limit"],
+}
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_samples_from_edges_and_from_the_camera_agree(name: str) -> None:
+    need("native")
+    case = BOTH[name]
+    scene, tangent = along(case.make, [case.path])(0.0)
+    renderer = Renderer(scene)
+    engine: Any = renderer._engine
+    options: dict[str, Any] = {"max_depth": case.max_depth, "bounces": case.bounces, "terms": ("indirect",)}
+    found = []
+    for aimed, spp in ((0.0, 1024), (1000.0, 256)):
+        engine.aimed = aimed
+        found.append(np.stack([renderer.render_forward(tangent, spp=spp, seed=k, **options) for k in range(24)]))
+    edges, camera_first = found
+    outcome = compare(camera_first, edges.mean(axis=0), edges.std(axis=0, ddof=1) / np.sqrt(len(edges)))
+    print(outcome)
+    assert outcome.p_value > ALARM and outcome.noise < 0.25, str(outcome)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["two bounces", "edge behind rough glass", "camera and metal", "edge in nearly smooth metal",
+     "bounces in nearly smooth metal"],
+)  # fmt: skip
 def test_modes_are_transposes(name: str) -> None:
     need("native")
     case = CASES[name]

@@ -113,6 +113,16 @@ def test_what_is_computed_is_not_zero(rule: str) -> None:
     assert largest(scene, wrt, name, depth) > 1e-4
 
 
+@pytest.mark.parametrize(("roughness", "aimed"), [(0.2, True), (0.5, False)])
+def test_sharp_lobes_are_named(roughness: float, aimed: bool) -> None:
+    scene = with_neighbour(box())
+    scene.materials["metal"] = edgegrad.Material(np.full(3, 0.9), kind="GLOSSY", roughness=roughness)
+    neighbour = next(name for name in scene.meshes if name != "object")
+    scene.meshes[neighbour].materials = ("metal",)
+    why = term(plan(scene, [VERTICES], max_depth=3), "indirect").why
+    assert any("sharp lobes (metal)" in words for words in why) == aimed, why
+
+
 def test_edges_are_counted() -> None:
     made = plan(with_floor(box()), [VERTICES])
     primary = term(made, "primary")

@@ -34,10 +34,6 @@ class BoundaryPlan {
     void thin(double part);
 
     BoundaryTask task(int pass, int64_t first, int64_t count);
-    BoundaryTask chunk(int pass, int64_t k) {
-        const int64_t first = k * kBoundaryChunk;
-        return task(pass, first, std::min(kBoundaryChunk, total_[pass] - first));
-    }
 
  private:
     Candidates candidates_;

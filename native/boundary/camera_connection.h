@@ -5,6 +5,7 @@
 // the picture's area per area across D (path/camera_projection.h); V is what is let through on the way.
 #pragma once
 
+#include "boundary/aimed_lobes.h"
 #include "film/splat.h"
 #include "path/camera_projection.h"
 #include "path/shaded_surface.h"
@@ -74,11 +75,13 @@ EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, cons
     return select(lit, value * scale, zero3());
 }
 
-// The same towards a ray of `kind`, with one of the material's shaders picked by `choice`.
+// The same towards a ray of `kind`, with one of the material's shaders picked by `choice`; without the lobes
+// that are the aimed estimator's.
 EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
-                                 Int light_kinds, Float choice) {
+                                 Int light_kinds, Float choice, float aimed = 0.0f) {
     const TexturePoint point = texture_point(scene, x, view, kind);
-    return scattered_by(scene, x, point, surface_shader(scene, x, point, choice), w, light_kinds);
+    const Shader shader = surface_shader(scene, x, point, choice);
+    return scattered_by(scene, x, point, shader, w, light_kinds & ~aimed_kinds(shader, aimed));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,6 +1,7 @@
 // The camera's paths as far as their surface number `target`: those of the picture, scattered by their BSDF.
 #pragma once
 
+#include "boundary/aimed_lobes.h"
 #include "path/path_tracer.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -36,6 +37,7 @@ struct ScatteringPoint {
             s.active |= m & part.active;
             s.wi = select(m, part.wi, s.wi);
             s.weight = select(m, part.weight, s.weight);
+            s.pdf = select(m, part.pdf, s.pdf);
             s.ray_kind = select(m, part.ray_kind, s.ray_kind);
         });
         return s;
@@ -78,9 +80,10 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
 
 // Follows paths from their first hits to the surfaces on which their segments with the numbers `target` end;
 // lanes that don't get there, or aren't scattered there, become inactive. Surfaces that let light pass are
-// passed by chance.
+// passed by chance. `aimed`, if above 0: from the camera's surface only by the aimed estimator's lobes, and
+// nowhere by perfect ones.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
-                                  Int target) {
+                                  Int target, float aimed = 0.0f) {
     const bool clear = scene.all_flags & kHasTransparency;
     Mask walking = p.active & hit.hit, arrived = splat(0);
     while (true) {
@@ -117,7 +120,12 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             // The ray must be scattered once more.
             const Mask goes = scattered & next.active & ~next_is_final(task, p, next.ray_kind);
             walking &= pass | goes;
-            p.throughput = select(goes, p.throughput * next.weight * s.shader.scale, p.throughput);
+            Vec3 weight = next.weight;
+            if (aimed > 0.0f) {
+                const Int kinds = select(p.segment == 1, aimed_kinds(s.shader, aimed), splat(kScatteredRays));
+                weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
+            }
+            p.throughput = select(goes, p.throughput * weight * s.shader.scale, p.throughput);
             p.origin = select(goes, leave_surface(s.x, next.wi), p.origin);
             p.direction = select(goes, next.wi, p.direction);
             p.bounces = add_bounce(p.bounces, goes, next.ray_kind);

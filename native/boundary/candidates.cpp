@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "boundary/picture_frame.h"
+#include "boundary/placed_vertex.h"
 #include "boundary/seams.h"
 #include "kernels.h"
 #include "parallel.h"
@@ -13,27 +14,11 @@ namespace {
 
 using V = Vector;
 
-V vertex(const SceneView& scene, int64_t k) {
-    const float* p = scene.vertices + 3 * k;
-    return {p[0], p[1], p[2]};
-}
-
-// Where an instance places the points of its mesh; without one they stay.
-struct Placement {
-    const float* matrix;  // rows of 4; null: none
-
-    V operator()(V p) const {
-        if (!matrix) return p;
-        const auto row = [&](const float* m) {
-            return m[0] * p.x + m[1] * p.y + m[2] * p.z + static_cast<double>(m[3]);
-        };
-        return {row(matrix), row(matrix + 4), row(matrix + 8)};
-    }
-};
-
 // Cells of directions about an edge, most along each axis; share of the samples that goes to segments which
 // the camera sees by way of other surfaces.
 constexpr double kMostDirections = 16.0, kChainedShare = 0.4;
+// Cells of the picture, most along each of its sides.
+constexpr double kMostPlaces = 512.0;
 // Edges per item of parallel work.
 constexpr int64_t kEdgeBlock = 1 << 13;
 
@@ -200,8 +185,7 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
         task.lens_reach = static_cast<float>(frame.lens_reach());
         task.margin = static_cast<float>(frame.margin());
         edges.kernels.edge_masses(scene, task);
-        const Placement place{run.instance < 0 ? nullptr
-                                               : scene.instance_to_world + 12 * int64_t{run.instance}};
+        const Placement place = Placement::of(scene, run.instance);
         for (int64_t k = 0; k < run.count; ++k) {
             const double weight = task.mass[k];
             const int64_t edge = run.first + k;
@@ -233,6 +217,26 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
             if (!task.flat[k] || is_seam(edges.tables, run.first + k))
                 add(run.first + k, 0.0, 1.0, static_cast<double>(task.mass[k]), 0u);
     });
+}
+
+Candidates over_picture(double wanted, bool chains) {
+    Candidates out;
+    const auto n = static_cast<int32_t>(std::clamp(std::sqrt(wanted), 1.0, kMostPlaces));
+    out.direction_cells = n;
+    const int32_t kinds = chains ? 2 : 1;
+    for (int32_t kind = 0; kind < kinds; ++kind) {
+        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        for (int32_t row = 0; row < n; ++row) {
+            for (int32_t column = 0; column < n; ++column) {
+                out.edge.push_back(0);
+                out.u0.push_back(0.0f);
+                out.u1.push_back(1.0f);
+                out.cell.push_back((row * n + (row % 2 ? n - 1 - column : column)) | (kind ? kChained : 0));
+                out.cumulative.push_back(out.cumulative.back() + share);
+            }
+        }
+    }
+    return out;
 }
 
 Candidates over_directions(const Candidates& edges, double wanted, bool chains) {

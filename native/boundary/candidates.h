@@ -50,6 +50,10 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
 // be the surface or the light.
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment);
 
+// Cells of the picture, about `wanted`, for samples that start at the camera. `chains`: also of paths that go
+// on from the first surface that they meet before they pass an edge.
+Candidates over_picture(double wanted, bool chains);
+
 // The same edges for light between surfaces: cut into pieces, and their directions into cells, of which there
 // are about `wanted`. `chains`: also of segments that the camera sees by way of other surfaces.
 Candidates over_directions(const Candidates& edges, double wanted, bool chains);

@@ -11,44 +11,12 @@
 // One length of the chain is picked for each sample, so that a path of some length is one sample's alone.
 #pragma once
 
-#include "boundary/edge_sample.h"
-#include "boundary/light_source.h"
 #include "boundary/occluder.h"
 #include "boundary/scattering_chain.h"
-#include "boundary/segment.h"
+#include "boundary/segment_light.h"
 #include "boundary/silhouette.h"
-#include "path/run.h"
-#include "path/start.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
-
-// The samples of a task as paths of the path tracer.
-EG_INLINE ImageTask light_paths(const BoundaryTask& task) {
-    return sample_paths(task, 1, hash(task.seed ^ 0x7f4a7c15u));
-}
-
-// Where y is nearer than rounding, the edge lies in its surface (derivations F3): rays leave it a step to the
-// side that the edge's faces don't hide.
-EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 hidden_side,
-                             const Closest& y) {
-    const Triangle triangle = placed_triangle(scene, y.face, y.instance).triangle;
-    Vec3 across = cross(area_normal(triangle), t);
-    across = across * (aside(triangle) / max(sqrt(dot(across, across)), 1e-30f));
-    return select(touched, select(dot(across, hidden_side) > 0.0f, -across, across), zero3());
-}
-
-// The surface behind the edge.
-EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
-                                   Mask active, Int path, Vec3 t, Vec3 w) {
-    // The ray starts before the edge, so that a surface touching it isn't lost.
-    const Float rounding = 1e-5f * largest_component(s.point);
-    LightSource y = meet_source(scene, active, s.point + w * rounding, -w, {s.edge, s.instance},
-                                path_index(light_paths(task), path), task.limits.transparent);
-    const Mask touched = y.hit.hit & (y.hit.distance < 2.0f * rounding);
-    y.distance = select(y.hit.hit, max(y.hit.distance - rounding, 0.0f), 0.0f);
-    if (any(touched)) y.aside = leave_contact(scene, touched, t, s.sweep, y.hit);
-    return y;
-}
 
 // A sample of the term but for L(y), whose path is appended to the queue of `queued`; its new length.
 EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
@@ -113,54 +81,22 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
                              y.passed, length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 
-// Finds L(y) of all samples.
-EG_OUTLINE BoundarySegment* trace_segments(const SceneView& scene, const BoundaryTask& task,
-                                           const DerivativeView& asked, Workspace& work) {
-    const int count = static_cast<int>(task.count);
-    const size_t packets = static_cast<size_t>((count + W - 1) / W);
-    auto* segments = static_cast<BoundarySegment*>(work.segments->grow(packets * sizeof(BoundarySegment), 0));
-    PieceCursor piece = first_piece(task);
-    int queued = 0;
-    for (int at = 0; at < count; at += W)
-        queued = sample_indirect(scene, task, asked, at, piece, work, queued, segments[at / W]);
-    for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * task.count);
-    if (queued > 0) {
-        work.hits.edges = &work.edges;
-        run_paths(scene, light_paths(task), work, queued);
-    }
-    for (int at = 0; at < count; at += W) {
-        BoundarySegment& s = segments[at / W];
-        Vec3 light;
-        load3(light, work.radiance, at);
-        s.color = s.color * light;
-        s.active &= ~(largest_component(s.color) <= 0.0f);
-    }
-    return segments;
-}
-
 static void indirect_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                     const DerivativeView& tangent, Splats& splats) {
-    BoundarySegment* segments = trace_segments(scene, task, tangent, work);
-    for (int at = 0; at < static_cast<int>(task.count); at += W) {
-        BoundarySegment& s = segments[at / W];
-        weigh(task, at, s);
-        Forward mode{scene, tangent};
-        if (any(s.active)) segment_blocks(mode, scene, tangent, s);
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
-    }
+    BoundarySegment* segments =
+        trace_segments(scene, task, work, [&](int at, PieceCursor& piece, int queued, BoundarySegment& s) {
+            return sample_indirect(scene, task, tangent, at, piece, work, queued, s);
+        });
+    add_forward(scene, task, tangent, segments, splats);
 }
 
 static void indirect_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                      const float* adjoint, DerivativeView& gradient) {
-    BoundarySegment* segments = trace_segments(scene, task, gradient, work);
-    for (int at = 0; at < static_cast<int>(task.count); at += W) {
-        BoundarySegment& s = segments[at / W];
-        weigh(task, at, s);
-        if (!any(s.active)) continue;
-        const Vec3 a = adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
-        Backward mode{scene, gradient, a};
-        segment_blocks(mode, scene, gradient, s);
-    }
+    BoundarySegment* segments =
+        trace_segments(scene, task, work, [&](int at, PieceCursor& piece, int queued, BoundarySegment& s) {
+            return sample_indirect(scene, task, gradient, at, piece, work, queued, s);
+        });
+    add_backward(scene, task, gradient, segments, adjoint);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -189,7 +189,8 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     sobol_pair(p.random.stream, p.random.sample, kPairStrategy, choice, unused);
     const Int kind = splat(static_cast<int>(kCameraRay));
     const Int kinds = select(length == 0, light_kinds, splat(kScatteredRays));
-    Vec3 f = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice);
+    Vec3 f = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
+                               x_goes_on ? task.aimed : 0.0f);
     end.active &= largest_component(f) > 0.0f;
     seen.bounces = chain.bounces;
     const Mask counts = x_goes_on ? end.active : end.active & (length > 0);

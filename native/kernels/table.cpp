@@ -14,6 +14,7 @@ const KernelTable& kernel_table() {
         KernelTable table{};
         table.name = EG_STRING(EDGEGRAD_ISA);
         table.width = W;
+        add_aimed_kernels(table);
         add_path_kernels(table);
         add_derivative_kernels(table);
         add_horizon_kernels(table);

@@ -4,6 +4,8 @@
 // pbrt-v4).
 #pragma once
 
+#include <cstddef>
+
 #include "scene/view.h"
 #include "simd/vector.h"
 
@@ -26,24 +28,21 @@ struct NodePacket {
     Vec3 center, axis;
     Float radius, cos_o, sin_o, cos_e, power;
     Mask two_sided;
+    Int child;
 };
 
 EG_INLINE NodePacket broadcast_node(const LightNode& n) {
     return {splat3(n.center), splat3(n.axis), splat(n.radius), splat(n.cos_o),
-            splat(n.sin_o),   splat(n.cos_e), splat(n.power),  splat(n.two_sided ? -1 : 0)};
+            splat(n.sin_o),   splat(n.cos_e), splat(n.power),  splat(n.two_sided ? -1 : 0),
+            splat(n.child)};
 }
 
 EG_INLINE NodePacket gather_node(const LightNode* nodes, Int at) {
-    NodePacket r;
-    for (int i = 0; i < W; ++i) {
-        const LightNode& n = nodes[at[i]];
-        r.center.x[i] = n.center[0], r.center.y[i] = n.center[1], r.center.z[i] = n.center[2];
-        r.axis.x[i] = n.axis[0], r.axis.y[i] = n.axis[1], r.axis.z[i] = n.axis[2];
-        r.radius[i] = n.radius, r.cos_o[i] = n.cos_o, r.sin_o[i] = n.sin_o, r.cos_e[i] = n.cos_e;
-        r.power[i] = n.power;
-        r.two_sided[i] = n.two_sided ? -1 : 0;
-    }
-    return r;
+    static_assert(offsetof(LightNode, child) == 12 * sizeof(float));
+    Float r[13];
+    gather_row(nodes->center, sizeof(LightNode) / sizeof(float), at, r);
+    return {{r[0], r[1], r[2]},           {r[4], r[5], r[6]},     r[3], r[7], r[8], r[9], r[10],
+            bits(float_bits(r[11])) != 0, bits(float_bits(r[12]))};
 }
 
 // Cosine of the angle a - b, or 1 where that is negative.
@@ -90,6 +89,31 @@ EG_INLINE Float importance(const NodePacket& n, const Point& x) {
     return kMayBeDistant ? select(distant, bound, near) : near;
 }
 
+// From a node down to a single one: at each pair to one of both by chance, in proportion to `weigh`(node).
+// The `child` of the last one; `u` is used up and renewed, `probability` becomes that of the whole way, and
+// lanes become inactive where both of a pair weigh nothing.
+template <typename Weigh>
+EG_INLINE Int walk_down(const LightNode* nodes, Int node, Mask& active, Float& u, Float& probability,
+                        const Weigh& weigh) {
+    Int child;
+    for (int i = 0; i < W; ++i) child[i] = nodes[node[i]].child;
+    for (Mask inner = active & (child >= 0); any(inner); inner = active & (child >= 0)) {
+        const Int first = select(inner, child, splat(0));
+        const NodePacket one = gather_node(nodes, first);
+        const NodePacket other = gather_node(nodes, select(inner, first + 1, splat(0)));
+        const Float a = weigh(one), b = weigh(other);
+        active &= ~inner | (a + b > 0.0f);
+        const Float p = a / max(a + b, 1e-38f);
+        const Mask left = u < p;
+        const Float share = select(left, p, 1.0f - p);
+        probability = select(inner, probability * share, probability);
+        const Float within = select(left, u, u - p) / max(share, 1e-30f);
+        u = select(inner, min(within, splat(0.99999994f)), u);
+        child = select(inner, select(left, one.child, other.child), child);
+    }
+    return child;
+}
+
 struct LightChoice {
     Mask active;
     Int light;
@@ -130,26 +154,9 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const P
         choice.probability = share;
         choice.u = min(max((u - low) / share, 0.0f), splat(0.99999994f));
     }
-    Int child;
-    for (int i = 0; i < W; ++i) child[i] = lights.nodes[node[i]].child;
-    if (lights.any_group) {
-        for (Mask inner = choice.active & (child >= 0); any(inner); inner = choice.active & (child >= 0)) {
-            const Int first = select(inner, child, splat(0));
-            const Float a = importance<false>(gather_node(lights.nodes, first), x);
-            const Float b =
-                importance<false>(gather_node(lights.nodes, select(inner, first + 1, splat(0))), x);
-            choice.active &= ~inner | (a + b > 0.0f);
-            const Float p = a / max(a + b, 1e-38f);
-            const Mask left = choice.u < p;
-            const Float share = select(left, p, 1.0f - p);
-            choice.probability = select(inner, choice.probability * share, choice.probability);
-            const Float within = select(left, choice.u, choice.u - p) / max(share, 1e-30f);
-            choice.u = select(inner, min(within, splat(0.99999994f)), choice.u);
-            const Int next = first + select(left, splat(0), splat(1));
-            for (int i = 0; i < W; ++i)
-                if (inner[i]) child[i] = lights.nodes[next[i]].child;
-        }
-    }
+    const Int child =
+        walk_down(lights.nodes, node, choice.active, choice.u, choice.probability,
+                  [&](const NodePacket& n) EG_INLINE_LAMBDA { return importance<false>(n, x); });
     choice.light = select(choice.active & (child < 0), -1 - child, splat(0));
     return choice;
 }

@@ -1,0 +1,15 @@
+// The kernels of boundaries between surfaces that start at the camera, of one instruction set. They share
+// parts of other kernels' headers only.
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-function"
+#endif
+#include "boundary/aimed.h"
+#include "kernels/parts.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+void add_aimed_kernels(KernelTable& table) {
+    table.boundary[kAimedBoundary] = {aimed_forward_kernel, aimed_backward_kernel};
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

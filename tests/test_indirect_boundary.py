@@ -186,10 +186,12 @@ CASES: dict[str, Case] = {
     "instances": Case(moving(instanced, "box", BOX)),
     "edge in rougher metal": Case(moving(lambda: mirrored_edge(0.3), "box", (1.0, 0.5, 0.3))),
     "edge in rough metal": Case(moving(lambda: mirrored_edge(0.1), "box", (1.0, 0.5, 0.3)), quick=True),
-    "edge in nearly smooth metal": Case(moving(lambda: mirrored_edge(0.02), "box", (1.0, 0.5, 0.3)), spp=2048),
+    "edge in nearly smooth metal": Case(moving(lambda: mirrored_edge(0.02), "box", (1.0, 0.5, 0.3))),
     "metal that moves": Case(moving(lambda: mirrored_edge(0.1), "floor", (0.3, 1.0, 0.2)), "meshes.floor.vertices"),
     "camera and metal": Case(moving_camera(lambda: mirrored_edge(0.2), (0.5, 0.4, -1.0)), "camera.to_world"),
-    "bounces in nearly smooth metal": Case(moving(mirrored_room, "box", BOX), max_depth=4),
+    "bounces in nearly smooth metal": Case(
+        moving(mirrored_room, "box", BOX), max_depth=4, spp=1024, reference_spp=2048, eps=0.03
+    ),
     "Cornell box": Case(cornell, "meshes.tall.vertices", max_depth=6),
     "edge behind rough glass": Case(moving(behind_rough_glass, "box", (1.0, 0.5, 0.3)), quick=True),
 }
@@ -225,7 +227,7 @@ def glossy_sheet() -> edgegrad.Scene:
     """Bounced light past a veil, on a floor with a diffuse colour, a gloss and a sharper coat; two boxes."""
     scene = veiled()
     scene.materials["floor"] = edgegrad.Material(
-        np.array([0.5, 0.4, 0.3]), roughness=0.6, coat_weight=0.8, coat_roughness=0.3
+        np.array([0.5, 0.4, 0.3]), roughness=0.6, specular_ior_level=0.5, coat_weight=0.8, coat_roughness=0.3
     )
     scene.meshes["box"].instances = instanced().meshes["box"].instances
     return scene

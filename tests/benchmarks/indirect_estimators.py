@@ -83,7 +83,7 @@ def dense_body() -> edgegrad.Scene:
 def polished() -> edgegrad.Scene:
     """The floor under the box has a diffuse colour and a gloss."""
     scene = mirrored_edge(0.1)
-    scene.materials["metal"] = edgegrad.Material(np.array([0.5, 0.4, 0.3]), roughness=0.25)
+    scene.materials["metal"] = edgegrad.Material(np.array([0.5, 0.4, 0.3]), roughness=0.25, specular_ior_level=0.5)
     return scene
 
 

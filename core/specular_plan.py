@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # Shaders of less roughness are taken for perfectly smooth (native/shading/bsdf/microfacet.h).
 _SMOOTH = 4e-3
 # Up to which alpha (roughness squared) lobes are the aimed estimator's (native/boundary/aimed.h).
-_AIMED = 0.1
+_AIMED = 0.25
 # Most surfaces that a chain of mirrors and glass meets (native/boundary/scan_task.h).
 _LONGEST = 16
 

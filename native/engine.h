@@ -103,7 +103,7 @@ class Engine {
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     bool has_edges_ = false, guided_ = true;
-    float aimed_ = 0.1f;
+    float aimed_ = 0.25f;
     // What the topology alone says, once the edges are known.
     std::vector<uint8_t> closed_;  // by mesh
     bool connected_ = false;

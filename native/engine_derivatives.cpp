@@ -56,7 +56,7 @@ struct BoundaryTerm {
 };
 
 // Whether a surface may have lobes that the aimed estimator takes (aimed_kinds of
-// boundary/camera_connection.h).
+// boundary/aimed_lobes.h).
 bool any_aimed(const SceneView& scene, const SceneTables& tables, float aimed) {
     if (aimed >= kAimAtAll) return true;
     for (size_t k = 0; k < tables.leaf_kind.size(); ++k) {

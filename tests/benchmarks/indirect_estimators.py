@@ -72,7 +72,7 @@ def glossy_lamp() -> edgegrad.Scene:
 
 
 def dense_body() -> edgegrad.Scene:
-    """A bumpy body of 20,000 edges in place of the box over metal of alpha 0.1."""
+    """A bumpy body of 18,000 edges in place of the box over metal of alpha 0.1."""
     scene = mirrored_edge(0.1)
     vertices, faces = shapes.ball(5, 0.25)
     vertices = vertices * (1.0 + 0.1 * np.sin(17 * vertices[:, :1]) * np.sin(23 * vertices[:, 1:2]))

@@ -83,7 +83,7 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
 
 
 def bends_rays(scene: Scene, wrt: Iterable[str]) -> bool:
-    """Whether a parameter of a mirror's or glass' material is among `wrt`, or what its textures read, or normals."""
+    """Whether `wrt` has a mirror's or glass' index or normal map, what its textures read, or normals."""
     materials = specular_materials(scene)
     if not materials:
         return False
@@ -93,6 +93,7 @@ def bends_rays(scene: Scene, wrt: Iterable[str]) -> bool:
     for path in wrt:
         collection, name, field = parameters.split(path)
         read = textured and (collection == "images" or field.startswith((parameters.ATTRIBUTES, parameters.TEXTURES)))
-        if read or field == "normals" or (collection == "materials" and name in parts):
+        bends = collection == "materials" and name in parts and field in ("ior", "normal", "normal_strength")
+        if read or field == "normals" or bends:
             return True
     return False

@@ -207,6 +207,7 @@ struct Engine::DerivativeCall {
           wanted(asked_of),
           sides(solid_sides(*e.bodies(), e.tables_.camera)),
           asked(asked_for(wanted)),
+          geometry(wanted.geometry() || moves_chains(e.tables_, wanted)),
           prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(),
                    e.lights(wants_dark_lights(wanted))),
           scene(prepared.view()),
@@ -231,7 +232,7 @@ struct Engine::DerivativeCall {
                        const DifferentiableTables& of) const {
         AdjointTask sweep = adjoint.task(task, work);
         sweep.tables = &of;
-        sweep.geometry = wanted.geometry();
+        sweep.geometry = geometry;
         sweep.camera_moves = wanted.any("camera");
         work.vertices->geometry = sweep.geometry;
         set_asked_leaves(*work.vertices);
@@ -292,6 +293,7 @@ struct Engine::DerivativeCall {
     const Wanted& wanted;
     const std::vector<int8_t> sides;
     const Asked asked;
+    const bool geometry;  // whether positions, directions or normals of a path's vertices change
     const PreparedScene prepared;
     const SceneView& scene;
     const ImagePlan plan, horizon;

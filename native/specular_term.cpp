@@ -24,28 +24,32 @@ bool may_be_specular(const SceneTables& t, size_t leaf) {
     return row[kRoughness] < kSmooth || (coat && row[kCoatRoughness] < kSmooth);
 }
 
-// Whether what is asked for moves edges, or rays on their way.
-bool moves_chains(const SceneTables& t, const Wanted& wanted) {
-    if (wanted.any("vertices") || wanted.any("normals") || wanted.any("camera") ||
-        wanted.any("instance_to_world"))
-        return true;
-    const Wanted::Span rows = wanted.span("leaf_params");
-    const bool textures = wanted.any("texture_pixels") || wanted.any("texture_attributes") ||
-                          wanted.any("texture_lookups") || wanted.any("texture_constants");
-    for (size_t leaf = 0; leaf < t.leaf_flags.size(); ++leaf) {
-        if (!may_be_specular(t, leaf)) continue;
-        if (rows.first < (leaf + 1) * kMaterialParams && rows.last > leaf * kMaterialParams) return true;
-        if (textures && leaf < t.textures.leaf_program.size() && t.textures.leaf_program[leaf] >= 0)
-            return true;
-    }
-    return false;
-}
-
 float column(float* const (&v)[3], const float* const (&w)[3], int i) {
     return v[0][i] * w[0][i] + v[1][i] * w[1][i] + v[2][i] * w[2][i];
 }
 
 }  // namespace
+
+bool moves_chains(const SceneTables& t, const Wanted& wanted) {
+    if (wanted.any("vertices") || wanted.any("normals") || wanted.any("camera") ||
+        wanted.any("instance_to_world"))
+        return true;
+    // Of a shader's floats, its index and its normal map are what rays are bent by.
+    constexpr uint64_t bending =
+        Wanted::columns(kIor, kIor + 1) | Wanted::columns(kNormalMap, kNormalStrength + 1);
+    const Wanted::Span rows = wanted.span("leaf_params");
+    const bool bends = (rows.columns & bending) != 0;
+    const bool textures = wanted.any("texture_pixels") || wanted.any("texture_attributes") ||
+                          wanted.any("texture_lookups") || wanted.any("texture_constants");
+    for (size_t leaf = 0; leaf < t.leaf_flags.size(); ++leaf) {
+        if (!may_be_specular(t, leaf)) continue;
+        if (bends && rows.first < (leaf + 1) * kMaterialParams && rows.last > leaf * kMaterialParams)
+            return true;
+        if (textures && leaf < t.textures.leaf_program.size() && t.textures.leaf_program[leaf] >= 0)
+            return true;
+    }
+    return false;
+}
 
 std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
                                              const RenderOptions& options, const Wanted& wanted) {

@@ -10,6 +10,9 @@
 
 namespace edgegrad {
 
+// Whether what is asked for moves edges, or bends rays on their way.
+bool moves_chains(const SceneTables& tables, const Wanted& wanted);
+
 class SpecularTerm {
  public:
     // None where no surface is a mirror or smooth glass, or nothing asked for moves rays or edges.

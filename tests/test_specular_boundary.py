@@ -99,6 +99,17 @@ def behind_glass(moving: str) -> Make:
     return make
 
 
+def before_sky(theta: float) -> edgegrad.Scene:
+    """A ball of glass alone under a smooth sky: no edge moves, but where its rays go does."""
+    made = scene(camera((0, 0, 4.5), (0, 0, 0), 32, 0.6), {"glass": ball((0, 0, 0), 1.0, "glass")})
+    height, width = 32, 64
+    y, x = np.mgrid[:height, :width]
+    sky = 1.0 + 0.8 * np.stack([np.sin(2.0 * np.pi * (k + 1) * x / width + k) * np.sin(np.pi * (y + 0.5) / height)
+                                for k in range(3)], axis=-1)
+    return replace(made, materials={**MATERIALS, "glass": replace(GLASS, ior=1.5 + theta)},
+                   world=edgegrad.World(np.ones(3), image="sky"), images={"sky": edgegrad.Image(sky)})
+
+
 def two_mirrors(theta: float) -> edgegrad.Scene:
     """A box seen by two mirrors, one of which turns, with a lens and a wide filter."""
     first = rectangle((0, 0, -1), (1.2, 0, 0), (0, 1.2, 0), "mirror")
@@ -150,6 +161,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "glass: glass moves": (behind_glass("glass"), ["meshes.glass.vertices"]),
     "glass: camera moves": (behind_glass("camera"), ["camera.to_world"]),
     "glass: its index grows": (behind_glass("ior"), ["materials.glass.ior"]),
+    "glass: its index grows before a sky": (before_sky, ["materials.glass.ior"]),
     "glass: a block turns": (block_of_glass, ["meshes.block.vertices"]),
     "flat mirror: ball before ball": (ball_in_mirror, ["meshes.near.vertices"]),
     "flat mirror: instances move": (copies, ["meshes.box.instances"]),
@@ -216,7 +228,7 @@ def test_modes_are_transposes(case: str) -> None:
     renderer, rng = Renderer(made), np.random.default_rng(7)
     tangent = {path: rng.normal(size=np.shape(parameters.get(made, path))) for path in paths}
     adjoint = rng.normal(size=(made.camera.height, made.camera.width, 3))
-    options = {"spp": 16, "seed": 3, "max_depth": DEPTH, "terms": ["primary"]}
+    options = {"spp": 16, "seed": 3, "max_depth": DEPTH, "terms": ["interior", "primary"]}
     image = renderer.render_forward(tangent, **options)
     gradient = renderer.render_backward(adjoint, paths, **options)
     ahead = float(np.sum(image.astype(float) * adjoint))

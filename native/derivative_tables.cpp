@@ -48,7 +48,7 @@ uint64_t columns_of(size_t first, size_t last, size_t width) {
 }  // namespace
 
 Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
-    : moving_(tables.mesh_first_vertex.size() - 1, 0) {
+    : asked_(spans), moving_(tables.mesh_first_vertex.size() - 1, 0) {
     const auto add = [this](const std::string& table, size_t first, size_t last) {
         if (first >= last) return;
         const size_t width = row_width(table);
@@ -95,6 +95,30 @@ bool Wanted::geometry() const {
                                       "environment_rotation"};
     return moves_lights() ||
            std::any_of(geometric.begin(), geometric.end(), [this](const char* name) { return any(name); });
+}
+
+bool Wanted::any(const std::string& table, size_t first, size_t last) const {
+    return std::any_of(asked_.begin(), asked_.end(), [&](const TableSpan& s) {
+        return s.table == table && s.first < last && s.last > first;
+    });
+}
+
+bool Wanted::values_alone(const SceneView& scene) const {
+    constexpr uint64_t color = columns(kBaseColor, kBaseColor + 3),
+                       emission = columns(kEmission, kEmission + 3);
+    const bool known = std::all_of(spans_.begin(), spans_.end(), [](const auto& span) {
+        return span.first == "leaf_params" || span.first == "light_params" || span.first == "environment";
+    });
+    if (!known || geometry()) return false;
+    const Span rows = span("leaf_params");
+    if (!any("leaf_params")) return true;
+    if ((rows.columns & ~(color | emission)) != 0) return false;
+    if ((rows.columns & emission) != 0 && scene.emission_varies) return false;
+    for (size_t k = rows.first; k < rows.last; k += kMaterialParams)
+        if (any("leaf_params", k + kBaseColor, k + kBaseColor + 3) &&
+            !(scene.leaf_flags[k / kMaterialParams] & kLambertian))
+            return false;
+    return true;
 }
 
 Wanted::Span Wanted::span(const std::string& table) const {

@@ -37,10 +37,15 @@ class Wanted {
     Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans);
 
     bool any(const std::string& table) const { return spans_.count(table) > 0; }
+    // Whether some of a table's floats [first, last) are asked for.
+    bool any(const std::string& table, size_t first, size_t last) const;
     // Whether more of a light than its strength changes.
     bool moves_lights() const;
     // Whether positions, directions or normals of anything change.
     bool geometry() const;
+    // Whether nothing but strengths of lights and colours of surfaces that scatter like Lambert's changes, of
+    // which light is a product and a sum (path/value_packet.h).
+    bool values_alone(const SceneView& scene) const;
     // The one span that holds all of a table that is asked for, floats. Shaders and lights are rows: their
     // spans are of whole ones, of which only some columns (bits) are asked for.
     struct Span {
@@ -58,6 +63,7 @@ class Wanted {
     const std::vector<uint8_t>& moving() const { return moving_; }
 
  private:
+    std::vector<TableSpan> asked_;
     std::map<std::string, Span> spans_;
     std::vector<uint8_t> moving_;
 };

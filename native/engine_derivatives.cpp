@@ -213,7 +213,9 @@ struct Engine::DerivativeCall {
           scene(prepared.view()),
           plan(scene.camera, options, kRecordedPaths),
           horizon(scene.camera, horizon_options(options), kHorizonPaths),
-          tables(differentiable_tables(scene, e.tables_)) {
+          tables(differentiable_tables(scene, e.tables_)),
+          leaves(asked_leaves()),
+          values_alone(wanted.values_alone(scene)) {
         if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
         if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
             const auto normals = e.normals();
@@ -235,7 +237,7 @@ struct Engine::DerivativeCall {
         sweep.geometry = geometry;
         sweep.camera_moves = wanted.any("camera");
         work.vertices->geometry = sweep.geometry;
-        set_asked_leaves(*work.vertices);
+        work.vertices->leaves = leaves;
         engine.kernels_.record(scene, task, work);
         AdjointWorkspace::release(work);
         return sweep;
@@ -245,6 +247,25 @@ struct Engine::DerivativeCall {
     HorizonTask horizon_task(const ImageTask& image, DroppedSamples& lost) const {
         const RenderOptions& options = horizon.options;
         return {image, options.shadow, options.indirect && options.max_depth > 2, &lost};
+    }
+
+    // The same where light is a product and a sum of what is asked for.
+    ValueTask record_values(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
+                            const DifferentiableTables& of) const {
+        ValueTask sweep = adjoint.value_task(task, work);
+        sweep.tables = &of;
+        ValueMemory& values = *sweep.values;
+        constexpr uint64_t emission = Wanted::columns(kEmission, kEmission + 3);
+        const uint64_t columns = wanted.any("leaf_params") ? wanted.span("leaf_params").columns : 0;
+        values.emission = (columns & emission) != 0;
+        values.colors = (columns & ~emission) != 0;
+        values.rows = wanted.any("light_params");
+        values.environment = wanted.any("environment");
+        values.leaves = leaves;
+        values.leaves.everywhere = values.emission || values.rows || values.environment;
+        engine.kernels_.record_values(scene, task, work);
+        AdjointWorkspace::release(work);
+        return sweep;
     }
 
     // What samples without a finite value were left out, by term.
@@ -273,13 +294,15 @@ struct Engine::DerivativeCall {
     }
 
     // Which shaders have derivatives, where nothing else does. Emission is seen from everywhere.
-    void set_asked_leaves(VertexMemory& vertices) const {
+    AskedLeaves asked_leaves() const {
         const Wanted::Span span = wanted.span("leaf_params");
-        vertices.first_leaf = static_cast<int32_t>(span.first / kMaterialParams);
-        vertices.last_leaf = static_cast<int32_t>((span.last + kMaterialParams - 1) / kMaterialParams);
+        AskedLeaves out;
+        out.first = static_cast<int32_t>(span.first / kMaterialParams);
+        out.last = static_cast<int32_t>(span.last / kMaterialParams);
         const auto glows = [&](int32_t k) { return (scene.leaf_flags[k] & kHasEmission) != 0; };
-        vertices.everywhere = wanted.spans().size() != 1 || !wanted.any("leaf_params");
-        for (int32_t k = vertices.first_leaf; k < vertices.last_leaf; ++k) vertices.everywhere |= glows(k);
+        out.everywhere = wanted.spans().size() != 1 || !wanted.any("leaf_params");
+        for (int32_t k = out.first; k < out.last; ++k) out.everywhere |= glows(k);
+        return out;
     }
 
     // What boundary terms read or write; null where it is not asked for.
@@ -298,6 +321,8 @@ struct Engine::DerivativeCall {
     const SceneView& scene;
     const ImagePlan plan, horizon;
     const std::vector<NamedTable> tables;
+    const AskedLeaves leaves;
+    const bool values_alone;
     std::vector<BoundaryTerm> terms;
     std::optional<SpecularTerm> specular;
     int64_t image_chunks = 0, horizon_chunks = 0, boundary_chunks = 0;
@@ -350,9 +375,15 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 Workspace& w = work[static_cast<size_t>(thread)].view();
                 DroppedSamples lost;
-                AdjointTask sweep = call.record(task, w, adjoint_work[static_cast<size_t>(thread)], tables);
-                sweep.dropped = &lost;
-                kernels_.path_forward(scene, sweep, w.radiance);
+                AdjointWorkspace& memory = adjoint_work[static_cast<size_t>(thread)];
+                const auto run = [&](auto sweep, auto kernel) {
+                    sweep.dropped = &lost;
+                    kernel(scene, sweep, w.radiance);
+                };
+                if (call.values_alone)
+                    run(call.record_values(task, w, memory, tables), kernels_.values_forward);
+                else
+                    run(call.record(task, w, memory, tables), kernels_.path_forward);
                 call.dropped.add(lost);
                 kernels_.accumulate(task, w, image);
             });
@@ -474,10 +505,15 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             if (!plan.any_adjoint(chunk, adjoint)) continue;
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 DroppedSamples lost;
-                AdjointTask sweep =
-                    call.record(task, w, adjoint_work[static_cast<size_t>(thread)], gradient.tables);
-                sweep.dropped = &lost;
-                kernels_.path_backward(scene, sweep, adjoint);
+                AdjointWorkspace& memory = adjoint_work[static_cast<size_t>(thread)];
+                const auto run = [&](auto sweep, auto kernel) {
+                    sweep.dropped = &lost;
+                    kernel(scene, sweep, adjoint);
+                };
+                if (call.values_alone)
+                    run(call.record_values(task, w, memory, gradient.tables), kernels_.values_backward);
+                else
+                    run(call.record(task, w, memory, gradient.tables), kernels_.path_backward);
                 call.dropped.add(lost);
             });
         }

@@ -8,6 +8,7 @@
 #include "boundary/edge_mass_task.h"
 #include "boundary/scan_task.h"
 #include "light_probes.h"
+#include "path/value_packet.h"
 #include "path/vertex_packet.h"
 #include "scene/view.h"
 
@@ -46,8 +47,10 @@ struct Workspace {
     float* radiance[3];  // by path: L, or its derivative in forward mode
     PathQueue paths;
     HitQueue hits;
-    // Where vertices are recorded for derivatives; null: they are not.
+    // Where vertices are recorded for derivatives, or what those by colours and strengths need; null: they
+    // are not.
     VertexMemory* vertices;
+    ValueMemory* values;
     CameraSamples camera;
     int32_t* visible;      // by sample of an edge: whether it is seen
     EdgeStarts edges;      // memory of hits.edges
@@ -97,6 +100,15 @@ struct AdjointTask {
     float *position[3], *direction[3];
     // Those of the paths' last vertices are given: a backward sweep starts from them (boundary/specular.h).
     bool seeded;
+};
+
+// The same of what derivatives by colours and strengths need.
+struct ValueTask {
+    const ImageTask* image;
+    ValueMemory* values;
+    const DifferentiableTables* tables;
+    DroppedSamples* dropped;
+    float* incoming[3];
 };
 
 // Kinds of boundary terms.
@@ -260,6 +272,10 @@ struct KernelTable {
     void (*record)(const SceneView&, const ImageTask&, Workspace&);
     void (*path_backward)(const SceneView&, const AdjointTask&, const float* adjoint);
     void (*path_forward)(const SceneView&, const AdjointTask&, float* const radiance[3]);
+    // The same for derivatives by colours and strengths, where nothing moves.
+    void (*record_values)(const SceneView&, const ImageTask&, Workspace&);
+    void (*values_backward)(const SceneView&, const ValueTask&, const float* adjoint);
+    void (*values_forward)(const SceneView&, const ValueTask&, float* const radiance[3]);
     // Adds the paths' values to the picture.
     void (*accumulate)(const ImageTask&, const Workspace&, float* image);
     BoundaryKernels boundary[kBoundaryKinds];

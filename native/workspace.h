@@ -34,12 +34,23 @@ class AdjointWorkspace {
         task_.tape = &tape_;
         return task_;
     }
+    // The same for derivatives by colours and strengths.
+    ValueTask value_task(const ImageTask& image, Workspace& work) {
+        const AdjointTask all = task(image, work);
+        work.vertices = nullptr;
+        work.values = &values_;
+        return {&image, &values_, nullptr, nullptr, {all.incoming[0], all.incoming[1], all.incoming[2]}};
+    }
     // Paths are followed without being recorded again.
-    static void release(Workspace& work) { work.vertices = nullptr; }
+    static void release(Workspace& work) {
+        work.vertices = nullptr;
+        work.values = nullptr;
+    }
 
  private:
     std::vector<float> memory_;
     VertexMemory vertices_;
+    ValueMemory values_;
     TapeMemory tape_;
     CameraSamples camera_{};
     AdjointTask task_{};

@@ -13,6 +13,7 @@
 #include "path/recorder.h"
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
+#include "path/value_recorder.h"
 #include "shading/emission.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -47,7 +48,8 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     p.vertex = p.bounces = splat(0);
     p.kind = splat(static_cast<int>(kCameraRay));
     p.both_sides = p.from_mesh = splat(0);
-    p.touched = splat(work.vertices && work.vertices->everywhere ? -1 : 0);
+    const AskedLeaves* leaves = asked_leaves(work);
+    p.touched = splat(leaves && leaves->everywhere ? -1 : 0);
     p.final_ray = splat(task.max_depth <= 1 ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
@@ -92,11 +94,14 @@ EG_INLINE void trace_paths(const SceneView& scene, Workspace& work, int count) {
 EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const PathPacket& p, Mask missed,
                                Vertex* vertex) {
     missed &= (splat(scene.environment_mask) & ray_mask(p.kind)) != 0;
-    if (!any(missed)) return;
+    if (!any(missed) || (work.values && !wants_sky(*work.values))) return;
     Float weight = splat(1.0f);
     if (scene.sky.sampled)
         weight = select(p.pdf > 0.0f, power_heuristic(p.pdf, environment_pdf(scene, p.direction)), weight);
     if (vertex) return put(vertex->sky_weight, missed, weight);
+    if (work.values)
+        return record_own(*work.values, missed, splat(static_cast<int>(kSkySource)),
+                          splat3(scene.environment), environment_gain(scene, p.direction) * weight);
     add_radiance(work, p, missed, p.throughput * environment_radiance(scene, p.direction) * weight);
 }
 
@@ -105,7 +110,7 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
                             const SurfacePoint& x, const Shader& shader, const TexturePoint& point,
                             Vertex* vertex) {
     const Mask emits = x.active & has(shader, kHasEmission);
-    if (!any(emits)) return;
+    if (!any(emits) || (work.values && !wants_emission(*work.values))) return;
     Float weight = splat(1.0f);
     const Mask sampled = emits & (p.pdf > 0.0f);
     if (any(sampled)) {
@@ -115,15 +120,29 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
         weight = select(sampled, power_heuristic(p.pdf, pdf), splat(1.0f));
     }
     if (vertex) return put(vertex->emission_weight, emits, weight);
+    if (work.values) {
+        Shader bright = shader;
+        for (int c = 0; c < 3; ++c) bright.row[kEmission + c] = splat(1.0f);
+        return record_own(*work.values, emits, light_source(kLeafSource, shader.leaf),
+                          shader.color(kEmission), leaf_emission(x, bright, point) * weight);
+    }
     add_radiance(work, p, emits, p.throughput * leaf_emission(x, shader, point) * weight);
 }
 
 // Lights that rays meet without being blocked by them.
 EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
                                 Float distance) {
+    if (work.values && !wants_rows(*work.values)) return;
     const Float near = way_so_far(p);
-    const Vec3 light = lights_along(scene, p.active, {p.from, p.from_normal, p.both_sides}, p.from_mesh,
-                                    p.direction, near, near + distance, p.pdf, p.kind);
+    const Receiver from{p.from, p.from_normal, p.both_sides};
+    if (work.values)
+        return for_each_light_along(scene, p.active & p.touched, from, p.from_mesh, p.direction, near,
+                                    near + distance, p.pdf, p.kind,
+                                    [&](int row, Mask seen, Vec3 radiance, Float gain) {
+                                        record_met_light(*work.values, p, seen, row, radiance, gain);
+                                    });
+    const Vec3 light =
+        lights_along(scene, p.active, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind);
     const Mask lit = p.active & (largest_component(light) > 0.0f);
     if (any(lit)) add_radiance(work, p, lit, p.throughput * light);
 }
@@ -139,6 +158,7 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
     p.active = may & (u < passing_share(shader, color));
     x.active &= ~p.active;
     if (vertex) put(vertex->passes, p.active, splat(-1));
+    if (work.values) record_passing(*work.values, p.active, color);
     const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: passed surfaces
     p.active &= bounce_count(p.bounces, kind) < task.limits.transparent;
     p.bounces = add_bounce(p.bounces, p.active, kind);
@@ -158,9 +178,13 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
                                 shader.color(kNormalMap), shader.row[kNormalStrength]);
     const Mask lambertian = p.active & has(shader, kLambertian);
     if (any(lambertian)) {
-        const Vec3 albedo = shader.color(kBaseColor);
+        Vec3 albedo = shader.color(kBaseColor);
         PathPacket part = p;
         part.active = lambertian;
+        if (work.values) {
+            record_color(*work.values, lambertian, shader.leaf, albedo);
+            albedo = gray(splat(1.0f));
+        }
         if (!vertex) part.active &= largest_component(albedo) > 0.0f;
         const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
         const Lambertian surface{normal, x.normal, albedo, smooth, vertex && work.vertices->geometry};
@@ -188,12 +212,15 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             vertex = &work.vertices->append<W>();
             record_arrival(*vertex, p, hit, load_hits(work.hits, at, hit));
         }
-        if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit, vertex);
+        // Recorded vertices find lights of the table by emitter samples alone.
         if (!vertex && scene.lights.sized_count + scene.lights.sized_distant > 0)
             add_sized_lights(scene, work, p,
                              select(hit, load(work.hits.distance + at), splat(__builtin_inff())));
+        if (work.values) record_values(*work.values, p, p.active);
+        if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit, vertex);
         if (!any(hit)) {
             if (vertex) keep_touched(*work.vertices, *vertex, p.touched);
+            if (work.values) keep_touched(*work.values, work.values->latest<W>(), p.touched);
             continue;
         }
         SurfacePoint x = surface_point(scene, hit, face, load(work.hits.b1 + at), load(work.hits.b2 + at),
@@ -212,13 +239,15 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         const Shader shader = surface_shader(scene, x, point, choice_u);
+        if (const AskedLeaves* leaves = asked_leaves(work))
+            p.touched |= hit & (shader.leaf >= leaves->first) & (shader.leaf < leaves->last);
         if (vertex) {
             put(vertex->leaf, hit, shader.leaf);
             put(vertex->scale, hit, shader.scale);
-            p.touched |=
-                hit & (shader.leaf >= work.vertices->first_leaf) & (shader.leaf < work.vertices->last_leaf);
             keep_touched(*work.vertices, *vertex, p.touched);
         }
+        if (work.values)
+            record_surface(*work.values, hit, load_hits(work.hits, at, hit), shader.scale, p.touched);
         if (scene.all_flags & kHasTransparency)
             alive = pass_through(task, work, p, x, shader, index, alive, vertex);
         if (!any(x.active)) continue;

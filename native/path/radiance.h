@@ -31,4 +31,10 @@ static void record_kernel(const SceneView& scene, const ImageTask& task, Workspa
     run_paths(scene, task, work, start_paths(scene, task, work));
 }
 
+// The same paths, of which work.values takes what derivatives by colours and strengths need.
+static void record_values_kernel(const SceneView& scene, const ImageTask& task, Workspace& work) {
+    work.values->count = 0;
+    run_paths(scene, task, work, start_paths(scene, task, work));
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -10,6 +10,11 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 using Vertex = VertexPacket<W>;
 
+// Whose derivatives the task's paths are recorded for; null: they are not.
+EG_INLINE const AskedLeaves* asked_leaves(const Workspace& work) {
+    return work.vertices ? &work.vertices->leaves : work.values ? &work.values->leaves : nullptr;
+}
+
 // Values of the lanes of a mask.
 EG_INLINE void put(float* field, Mask m, Float a) { store(field, select(m, a, load(field))); }
 EG_INLINE void put(int32_t* field, Mask m, Int a) { store(field, select(m, a, load(field))); }
@@ -49,8 +54,9 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
 
 // Leaves lanes out whose light has no derivative; the latest packet altogether where all are such. It may
 // still be written to.
-EG_INLINE void keep_touched(VertexMemory& memory, Vertex& v, Mask touched) {
-    if (memory.everywhere) return;
+template <typename Memory, typename Packet>
+EG_INLINE void keep_touched(Memory& memory, Packet& v, Mask touched) {
+    if (memory.leaves.everywhere) return;
     const Mask kept = load(v.active) & touched;
     store(v.active, kept);
     if (!any(kept)) --memory.count;

@@ -4,6 +4,7 @@
 #include "path/bounces.h"
 #include "path/recorder.h"
 #include "path/stream.h"
+#include "path/value_recorder.h"
 #include "shading/environment_samples.h"
 #include "shading/lambertian.h"
 #include "shading/light_radiance.h"
@@ -56,6 +57,10 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
         const Mask scatters = (f.pdf > 0.0f) | (largest_component(f.value) > 0.0f);
         light = gray(select(scatters, s.geometry, 0.0f));
     }
+    if (work.values) {
+        light = f.value * s.geometry;
+        s.active &= gives(*work.values, s);
+    }
     s.active &= largest_component(light) > 0.0f;
     if (!any(s.active)) return;
     // Recorded paths find lights of the table by emitter samples alone.
@@ -70,6 +75,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
         light = select(s.casts_shadow, light * through, light);
     }
     if (vertex) return record_light(*vertex, s, light);
+    if (work.values) return record_received(scene, *work.values, s, light);
     add_radiance(work, p, s.active, p.throughput * light);
 }
 
@@ -86,6 +92,7 @@ EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const Pat
     const Float scale = power_heuristic(s.pdf, f.pdf) / max(s.pdf, 1e-37f);
     Vec3 light = s.radiance * f.value * scale;
     if (vertex) light = gray(select((f.pdf > 0.0f) | (largest_component(f.value) > 0.0f), scale, 0.0f));
+    if (work.values) light = environment_gain(scene, s.w) * f.value * scale;
     active &= largest_component(light) > 0.0f;
     if (!any(active)) return;
     if (!scene.convex) {
@@ -97,6 +104,7 @@ EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const Pat
         put3(vertex->sky_direction, active, s.w);
         return put3(vertex->sky_scale, active, light);
     }
+    if (work.values) return record_sky(scene, *work.values, active, light);
     add_radiance(work, p, active, p.throughput * light);
 }
 
@@ -107,8 +115,9 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
                                      Vertex* vertex) {
     active &= (splat(scene.environment_mask) & ray_mask(s.ray_kind)) != 0;
     if (!any(active)) return;
-    Vec3 light = vertex ? gray(1.0f / max(s.pdf, 1e-30f))
-                        : p.throughput * s.weight * environment_radiance(scene, s.wi);
+    Vec3 light = vertex        ? gray(1.0f / max(s.pdf, 1e-30f))
+                 : work.values ? s.weight * environment_gain(scene, s.wi)
+                               : p.throughput * s.weight * environment_radiance(scene, s.wi);
     if (scene.sky.sampled) light = light * power_heuristic(s.pdf, environment_pdf(scene, s.wi));
     Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
     if (!scene.convex)
@@ -117,6 +126,7 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
     const Float all = select(known, splat(1.0f), splat(0.0f));
     light = light * Vec3{through.x - all, through.y - all, through.z - all};
     if (vertex) return put3(vertex->last_scale, active, light);
+    if (work.values) return record_sky(scene, *work.values, active, light);
     add_radiance(work, p, active, light);
 }
 
@@ -130,13 +140,17 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));
     p.both_sides = surface.both_sides();
     const Mask scattered = p.active;
-    if (vertex) p.active &= p.touched;
+    const ValueMemory* values = work.values;
+    const bool recorded = vertex || values;
+    if (recorded) p.active &= p.touched;
     if (any(p.active)) {
-        if (scene.lights.count > 0) add_light(scene, work, p, x, surface, alone, index, vertex);
-        if (scene.sky.sampled) add_sky_light(scene, work, p, x, surface, index, vertex);
+        if (scene.lights.count > 0 && (!values || wants_lights(*values)))
+            add_light(scene, work, p, x, surface, alone, index, vertex);
+        if (scene.sky.sampled && (!values || wants_sky(*values)))
+            add_sky_light(scene, work, p, x, surface, index, vertex);
     }
     p.active = scattered;
-    if (!scene.has_environment) p.active &= ~alone;
+    if (!scene.has_environment || (values && !wants_sky(*values))) p.active &= ~alone;
     if (!any(p.active)) return alive;
 
     Float u, v;
@@ -144,7 +158,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     BsdfSample s = surface.sample(p.active, lobe_u, u, v);
     if (vertex) record_direction(*vertex, p.active, s);
     p.active &= s.active;
-    const Mask last = p.active & alone & (vertex ? p.touched : splat(-1));
+    const Mask last = p.active & alone & (recorded ? p.touched : splat(-1));
     Mask known = splat(0);
     if constexpr (requires { surface.sky_is_known; }) known = surface.sky_is_known;
     if (any(last)) add_final_environment(scene, work, p, x, last, s, known, vertex);
@@ -153,11 +167,13 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
 
     p.final_ray = next_is_final(task, p, s.ray_kind);
     // A path's last surface doesn't scatter; it is worth meeting only for what the path has met before.
-    if (vertex && !(scene.all_flags & kHasTransparency)) p.active &= p.touched | ~p.final_ray;
+    if (recorded && !(scene.all_flags & kHasTransparency)) p.active &= p.touched | ~p.final_ray;
+    if (values && !wants_met_light(scene, *values)) p.active &= ~p.final_ray;
     p.throughput = p.throughput * s.weight;
+    if (values) p.throughput = p.throughput * scattering_color(*values);
     const Float brightest = largest_component(p.throughput);
-    if (!vertex) p.active &= brightest > 0.0f;
-    const bool late = vertex && !work.vertices->geometry;
+    if (!recorded) p.active &= brightest > 0.0f;
+    const bool late = values ? values->colors : (vertex && !work.vertices->geometry);
     const int first_risk = late ? kLateRouletteSegment : kRouletteSegment;
     const Mask risky = p.active & (p.segment >= first_risk) & (brightest < 1.0f);
     if (any(risky)) {
@@ -167,8 +183,10 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
         p.active &= roulette < survival;
         p.throughput = p.throughput * (1.0f / survival);
         if (vertex) record_survival(*vertex, p.active, survival);
-    } else if (vertex) {
-        record_survival(*vertex, p.active, splat(1.0f));
+        if (values) record_next(*work.values, p.active, s.weight * (1.0f / survival));
+    } else {
+        if (vertex) record_survival(*vertex, p.active, splat(1.0f));
+        if (values) record_next(*work.values, p.active, s.weight);
     }
     p.origin = leave_surface(x, s.wi);
     p.direction = s.wi;

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "adjoint/memory.h"
+#include "path/asked_leaves.h"
 
 namespace edgegrad {
 
@@ -64,10 +65,7 @@ struct VertexMemory {
     TapeBuffer packets;
     int64_t count = 0;
     bool geometry = true;  // positions or directions have derivatives
-    // Where nothing but values of these shaders have derivatives, paths that haven't met one yet are followed
-    // but neither recorded nor lit.
-    bool everywhere = true;
-    int32_t first_leaf = 0, last_leaf = 0;
+    AskedLeaves leaves;
 
     template <int N>
     VertexPacket<N>& at(int64_t k) const {

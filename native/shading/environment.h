@@ -42,13 +42,18 @@ EG_INLINE Vec3 filter_environment(const EnvironmentView& map, Float u, Float v) 
     return upper * (1.0f - fy) + lower * fy;
 }
 
+// What the environment's colour is multiplied with in the direction w.
+EG_INLINE Vec3 environment_gain(const SceneView& scene, Vec3 w) {
+    if (!scene.sky.pixels) return gray(splat(1.0f));
+    Float u, v;
+    environment_place(scene, w, u, v);
+    return filter_environment(scene.sky, u, v);
+}
+
 // Radiance that comes from the direction w to rays of a kind that see the environment.
 EG_INLINE Vec3 environment_radiance(const SceneView& scene, Vec3 w) {
     const Vec3 color = splat3(scene.environment);
-    if (!scene.sky.pixels) return color;
-    Float u, v;
-    environment_place(scene, w, u, v);
-    return color * filter_environment(scene.sky, u, v);
+    return scene.sky.pixels ? color * environment_gain(scene, w) : color;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

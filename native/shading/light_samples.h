@@ -12,6 +12,7 @@ struct LightSample {
     Vec3 w;          // unit, towards the light
     Float r;         // distance; infinite for suns
     Vec3 radiance;   // that arrives along w; of lights without size intensity or irradiance
+    Float share;     // that its cone or grid lets through of what the light gives
     Float geometry;  // what radiance * f |cos| is multiplied with: 1/pdf, without size 1/(r^2 P) or 1/P
     Float pdf;       // per solid angle, choice included; 0: a light without size, no ray meets it
     Vec3 end;        // where the shadow ray ends: off the light's own surface
@@ -70,6 +71,7 @@ EG_INLINE Mask shines_on(const SceneView& scene, Int row, Int mesh) {
 EG_INLINE LightSample no_light_sample(Mask is_triangle, Mask is_row, Int index, Int kind) {
     LightSample s;
     s.radiance = zero3();
+    s.share = splat(1.0f);
     s.casts_shadow = splat(-1);
     s.blockers = splat(1 << kShadowRay);
     s.visible_to = splat(-1);
@@ -161,8 +163,8 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
         s.radiance = select(is_row, l.radiance, s.radiance);
         take_links(lights, is_row, row, l.flags, s);
         const Float r = sqrt(max(dot(offset, offset), 1e-37f));
-        const Float factor = light_factor(l, offset * (1.0f / r));
-        s.radiance = select(is_row, s.radiance * factor, s.radiance);
+        s.share = select(is_row, light_factor(l, offset * (1.0f / r)), s.share);
+        s.radiance = s.radiance * s.share;
     }
 
     const Float r2 = max(dot(offset, offset), 1e-37f);

@@ -35,13 +35,15 @@ EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& 
                   0.0f);
 }
 
-// Radiance of all sized lights of the table that a ray of `kind` along w meets between the distances near and
-// far from the surface point `from` that scattered it (they don't block it), weighted by the power heuristic
-// against `sample_light`; `bsdf_pdf` 0: the ray wasn't sampled by a density, all of it counts.
-EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
-                             Float near, Float far, Float bsdf_pdf, Int kind) {
+// Visits all sized lights of the table that a ray of `kind` along w meets between the distances near and far
+// from the surface point `from` that scattered it (they don't block it): visit(row's number, mask, radiance,
+// what it is multiplied with), the latter with the power heuristic's weight against `sample_light`;
+// `bsdf_pdf` 0: the ray wasn't sampled by a density, all of it counts.
+template <typename Visit>
+EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh,
+                                    Vec3 w, Float near, Float far, Float bsdf_pdf, Int kind,
+                                    const Visit& visit) {
     const LightView& lights = scene.lights;
-    Vec3 sum = zero3();
     const auto add = [&](int row, Mask seen, const LightRow& l, Float pdf) EG_INLINE_LAMBDA {
         Float weight = light_factor(l, w);
         const Mask shared = seen & (bsdf_pdf > 0.0f);
@@ -51,9 +53,18 @@ EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver
             const Float p2 = bsdf_pdf * bsdf_pdf;
             weight = weight * select(shared, p2 / max(p2 + other * other, 1e-37f), 1.0f);
         }
-        sum = sum + select(seen, l.radiance * weight, zero3());
+        visit(row, seen, l.radiance, weight);
     };
     for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, add);
+}
+
+// The radiance of all of them.
+EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
+                             Float near, Float far, Float bsdf_pdf, Int kind) {
+    Vec3 sum = zero3();
+    for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind,
+                         [&](int, Mask seen, Vec3 radiance, Float weight)
+                             EG_INLINE_LAMBDA { sum = sum + select(seen, radiance * weight, zero3()); });
     return sum;
 }
 

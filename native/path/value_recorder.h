@@ -1,0 +1,120 @@
+// Writes down what derivatives by colours and strengths need of paths (path/value_packet.h). Only the latest
+// packet is written to.
+#pragma once
+
+#include "path/recorder.h"
+#include "path/value_packet.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+using Values = ValuePacket<W>;
+
+EG_INLINE Int light_source(LightSource table, Int row) {
+    return (row << kSourceBits) | splat(static_cast<int>(table));
+}
+
+// Which light is of any use.
+EG_INLINE bool wants_sky(const ValueMemory& m) { return m.colors || m.environment; }
+EG_INLINE bool wants_emission(const ValueMemory& m) { return m.colors || m.emission; }
+EG_INLINE bool wants_rows(const ValueMemory& m) { return m.colors || m.rows; }
+EG_INLINE bool wants_lights(const ValueMemory& m) { return wants_emission(m) || wants_rows(m); }
+// Whether any that rays meet by themselves is: lights without size are never met.
+EG_INLINE bool wants_met_light(const SceneView& scene, const ValueMemory& m) {
+    return wants_sky(m) || wants_emission(m) ||
+           (wants_rows(m) && scene.lights.sized_count + scene.lights.sized_distant > 0);
+}
+
+EG_INLINE void add3(Values::Floats (&field)[3], Mask m, Vec3 a) {
+    put3(field, m, Vec3{load(field[0]), load(field[1]), load(field[2])} + a);
+}
+
+// A packet of ray ends.
+EG_INLINE Values& record_values(ValueMemory& memory, const PathPacket& p, Mask active) {
+    Values& v = memory.append<W>();
+    store(v.active, active);
+    store(v.path, p.path);
+    store(v.face, splat(-1));
+    store(v.instance, splat(-1));
+    store(v.leaf, splat(-1));
+    set3(v.throughput, active, p.throughput);
+    const Float one = select(active, splat(1.0f), 0.0f);
+    for (auto& field : v.color) store(field, one);
+    store(v.scale, one);
+    return v;
+}
+
+// What rays met, and with what shader.
+EG_INLINE void record_surface(ValueMemory& memory, Mask hit, const Closest& closest, Float scale,
+                              Mask touched) {
+    Values& v = memory.latest<W>();
+    put(v.face, hit, closest.face);
+    put(v.instance, hit, closest.instance);
+    put(v.scale, hit, scale);
+    keep_touched(memory, v, touched);
+}
+
+// Light that comes along a ray by itself: `gain` times its source's strength, which is `strength`.
+EG_INLINE void record_own(ValueMemory& memory, Mask m, Int source, Vec3 strength, Vec3 gain) {
+    Values& v = memory.latest<W>();
+    put(v.own_source, m, source);
+    put3(v.own_gain, m, gain);
+    put3(v.own, m, strength * gain);
+}
+
+// A light of the table that rays meet between their surfaces.
+EG_INLINE void record_met_light(ValueMemory& memory, const PathPacket& p, Mask seen, int row, Vec3 radiance,
+                                Float gain) {
+    Values& v = record_values(memory, p, seen);
+    record_own(memory, seen, light_source(kRowSource, splat(row)), radiance, gray(gain));
+    set3(v.next_gain, seen, gray(splat(1.0f)));
+}
+
+// That paths go through a surface, which multiplies their light.
+EG_INLINE void record_passing(ValueMemory& memory, Mask passes, Vec3 color) {
+    put3(memory.latest<W>().next_gain, passes, color);
+}
+
+// The colour of surfaces that scatter like Lambert's.
+EG_INLINE void record_color(ValueMemory& memory, Mask m, Int leaf, Vec3 color) {
+    Values& v = memory.latest<W>();
+    put(v.leaf, m, leaf);
+    put3(v.color, m, color);
+}
+
+// The factor of what rays leave the latest packet's surfaces with; 1 where they don't scatter like Lambert's.
+EG_INLINE Vec3 scattering_color(const ValueMemory& memory) {
+    const Values& v = memory.latest<W>();
+    return {load(v.color[0]), load(v.color[1]), load(v.color[2])};
+}
+
+// That light of the rays that go on is multiplied with `gain`.
+EG_INLINE void record_next(ValueMemory& memory, Mask goes_on, Vec3 gain) {
+    put3(memory.latest<W>().next_gain, goes_on, gain);
+}
+
+// Emitter samples of use: bright ones, or what has a derivative though it is dark.
+EG_INLINE Mask gives(const ValueMemory& m, const LightSample& s) {
+    const Mask strength = select(s.row >= 0, splat(m.rows ? -1 : 0), splat(m.emission ? -1 : 0));
+    return m.colors ? strength | (largest_component(s.radiance) > 0.0f) : strength;
+}
+
+// An emitter sample, whose light is `gain` times its source's strength.
+EG_INLINE void record_received(const SceneView& scene, ValueMemory& memory, const LightSample& s, Vec3 gain) {
+    Values& v = memory.latest<W>();
+    const Mask on_surface = s.face >= 0;
+    const Int material = gather(scene.face_material, select(s.active & on_surface, s.face, splat(0)));
+    put(v.light_source, s.active,
+        select(on_surface, light_source(kLeafSource, gather(scene.material_first_leaf, material)),
+               light_source(kRowSource, s.row)));
+    put3(v.light_gain, s.active, gain * select(on_surface, splat(1.0f), s.share));
+    add3(v.received, s.active, s.radiance * gain);
+}
+
+// Light from the environment that is scattered, `gain` times its colour.
+EG_INLINE void record_sky(const SceneView& scene, ValueMemory& memory, Mask m, Vec3 gain) {
+    Values& v = memory.latest<W>();
+    add3(v.sky_gain, m, gain);
+    add3(v.received, m, gain * splat3(scene.environment));
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

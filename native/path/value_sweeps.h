@@ -1,0 +1,184 @@
+// Derivatives by colours and strengths, from what is recorded of a task's paths (path/value_packet.h): from
+// their ends to the camera, as the light that arrives at a vertex is that of the vertices behind it.
+#pragma once
+
+#include "adjoint/tables.h"
+#include "path/value_recorder.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A table of three floats a row, and its derivatives; none where it isn't asked for.
+struct ColorTable {
+    int32_t stride = 0, offset = 0;  // of rows, and of the first row in the span that is asked for
+    int32_t size = 0;                // of the span
+    double* gradient = nullptr;
+    const double* tangent = nullptr;
+
+    // From `begin` on.
+    static ColorTable of(const DifferentiableTables& tables, const float* table, int32_t column,
+                         int32_t stride) {
+        for (int t = 0; t < tables.count; ++t) {
+            const DifferentiableTable& d = tables.table[t];
+            if (d.begin != table) continue;
+            if (d.width > 1 && !(d.columns >> column & 7)) break;
+            return {stride, static_cast<int32_t>(d.begin - d.first) + column,
+                    static_cast<int32_t>(d.last - d.first), d.gradient, d.tangent};
+        }
+        return {};
+    }
+    EG_INLINE Int place(Mask& m, Int row) const {
+        const Int at = row * stride + offset;
+        m &= (at >= 0) & (at < size);
+        return at;
+    }
+    // Adds to the gradient of rows. Lanes of the same row are summed first: additions in memory wait for each
+    // other.
+    EG_INLINE void add(Mask m, Int row, Vec3 value) const {
+        if (!gradient) return;
+        const Int at = place(m, row);
+        const Float* const channel[3] = {&value.x, &value.y, &value.z};
+        while (any(m)) {
+            int lane = 0;
+            while (!m[lane]) ++lane;
+            const Mask same = m & (at == at[lane]);
+            m &= ~same;
+            for (int c = 0; c < 3; ++c) {
+                double sum = 0.0;
+                for (int i = 0; i < W; ++i) sum += same[i] ? static_cast<double>((*channel[c])[i]) : 0.0;
+                gradient[at[lane] + c] += sum;
+            }
+        }
+    }
+    // The tangent of rows.
+    EG_INLINE Vec3 change(Mask m, Int row) const {
+        Vec3 out = zero3();
+        if (!tangent) return out;
+        const Int at = place(m, row);
+        for (int i = 0; i < W; ++i) {
+            if (!m[i]) continue;
+            out.x[i] = static_cast<float>(tangent[at[i]]);
+            out.y[i] = static_cast<float>(tangent[at[i] + 1]);
+            out.z[i] = static_cast<float>(tangent[at[i] + 2]);
+        }
+        return out;
+    }
+};
+
+struct ColorTables {
+    ColorTable color, emission, rows, sky;
+
+    ColorTables(const SceneView& scene, const DifferentiableTables& of)
+        : color(ColorTable::of(of, scene.leaf_params, kBaseColor, kMaterialParams)),
+          emission(ColorTable::of(of, scene.leaf_params, kEmission, kMaterialParams)),
+          rows(ColorTable::of(of, scene.lights.params, kLightRadiance, kLightParams)),
+          sky(ColorTable::of(of, scene.environment, 0, 3)) {}
+
+    // Visits the tables of sources: visit(table, mask, row).
+    template <typename Visit>
+    EG_INLINE void for_each_source(Mask m, Int source, const Visit& visit) const {
+        const Int kind = source & ((1 << kSourceBits) - 1), row = source >> kSourceBits;
+        const auto one = [&](const ColorTable& table, LightSource of) {
+            const Mask here = m & (kind == static_cast<int>(of));
+            if (any(here)) visit(table, here, row);
+        };
+        one(emission, kLeafSource), one(rows, kRowSource), one(sky, kSkySource);
+    }
+    EG_INLINE void add(Mask m, Int source, Vec3 value) const {
+        for_each_source(m, source, [&](const ColorTable& t, Mask here, Int row) { t.add(here, row, value); });
+    }
+    EG_INLINE Vec3 change(Mask m, Int source) const {
+        Vec3 out = zero3();
+        for_each_source(m, source, [&](const ColorTable& t, Mask here, Int row) {
+            out = select(here, t.change(here, row), out);
+        });
+        return out;
+    }
+};
+
+EG_INLINE Vec3 load3(const float (&field)[3][W]) { return {load(field[0]), load(field[1]), load(field[2])}; }
+EG_INLINE Vec3 gather3(float* const (&base)[3], Int at) {
+    return {gather(base[0], at), gather(base[1], at), gather(base[2], at)};
+}
+EG_INLINE void scatter3(float* const (&base)[3], Int at, Mask m, Vec3 a) {
+    scatter(base[0], at, m, a.x), scatter(base[1], at, m, a.y), scatter(base[2], at, m, a.z);
+}
+
+EG_INLINE Mask finite(Vec3 a) {
+    const Float sum = a.x + a.y + a.z;
+    return sum - sum == 0.0f;
+}
+
+// Counts vertices that are left out, as no finite number tells their light.
+EG_OUTLINE void drop(const ValueTask& task, const Values& v, Mask lost, Int path) {
+    DroppedSamples& d = *task.dropped;
+    for (int i = 0; i < W; ++i) {
+        if (!lost[i]) continue;
+        ++d.count;
+        const int64_t pixel = task.image->first_pixel + path[i] / task.image->samples;
+        if (pixel >= d.first) continue;
+        d.first = pixel, d.place = v.face[i], d.instance = v.instance[i];
+    }
+}
+
+// Goes over all vertices from the ends of paths: visit(packet, mask, path, light that surfaces of colour 1
+// would scatter).
+template <typename Visit>
+EG_INLINE void for_each_value(const ValueTask& task, const Visit& visit) {
+    const ValueMemory& values = *task.values;
+    const int paths = task.image->pixel_count * task.image->samples;
+    if (values.colors)
+        for (float* p : task.incoming) __builtin_memset(p, 0, sizeof(float) * static_cast<size_t>(paths));
+    for (int64_t k = values.count - 1; k >= 0; --k) {
+        const Values& v = values.at<W>(k);
+        Mask active = load(v.active);
+        const Int path = select(active, load(v.path), splat(0));
+        Vec3 scattered = zero3(), leaving = zero3();
+        if (values.colors) {
+            const Vec3 incoming = gather3(task.incoming, path);
+            scattered = (load3(v.received) + load3(v.next_gain) * incoming) * load(v.scale);
+            leaving = load3(v.own) + load3(v.color) * scattered;
+        }
+        const Vec3 gains = load3(v.own_gain) + load3(v.light_gain) + load3(v.sky_gain);
+        const Mask lost = active & ~(finite(leaving) & finite(gains) & finite(load3(v.throughput)));
+        if (any(lost)) {
+            drop(task, v, lost, path);
+            leaving = select(lost, zero3(), leaving);
+        }
+        if (values.colors) scatter3(task.incoming, path, active, leaving);
+        active &= ~lost;
+        if (any(active)) visit(v, active, path, scattered);
+    }
+}
+
+static void values_backward_kernel(const SceneView& scene, const ValueTask& task, const float* adjoint) {
+    const ColorTables tables(scene, *task.tables);
+    for_each_value(task, [&](const Values& v, Mask active, Int path, Vec3 scattered) {
+        const Int pixel = 3 * (quotient(path, task.image->samples) + task.image->first_pixel);
+        const Vec3 seen = {gather(adjoint, pixel), gather(adjoint + 1, pixel), gather(adjoint + 2, pixel)};
+        const Vec3 weight = select(active, seen * load3(v.throughput) * splat(task.image->weight), zero3());
+        const Vec3 reflected = weight * load3(v.color) * load(v.scale);
+        const Int leaf = load(v.leaf);
+        tables.color.add(active & (leaf >= 0), leaf, weight * scattered);
+        tables.add(active, load(v.own_source), weight * load3(v.own_gain));
+        tables.add(active, load(v.light_source), reflected * load3(v.light_gain));
+        tables.sky.add(active, splat(0), reflected * load3(v.sky_gain));
+    });
+}
+
+static void values_forward_kernel(const SceneView& scene, const ValueTask& task, float* const radiance[3]) {
+    const int paths = task.image->pixel_count * task.image->samples;
+    for (int c = 0; c < 3; ++c) __builtin_memset(radiance[c], 0, sizeof(float) * static_cast<size_t>(paths));
+    const ColorTables tables(scene, *task.tables);
+    for_each_value(task, [&](const Values& v, Mask active, Int path, Vec3 scattered) {
+        const Int leaf = load(v.leaf);
+        const Vec3 received = tables.change(active, load(v.light_source)) * load3(v.light_gain) +
+                              tables.sky.change(active, splat(0)) * load3(v.sky_gain);
+        const Vec3 change = tables.color.change(active & (leaf >= 0), leaf) * scattered +
+                            tables.change(active, load(v.own_source)) * load3(v.own_gain) +
+                            load3(v.color) * received * load(v.scale);
+        float* const to[3] = {radiance[0], radiance[1], radiance[2]};
+        scatter3(to, path, active, gather3(to, path) + load3(v.throughput) * change);
+    });
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -35,6 +35,7 @@ namespace {
 // Floats of the rows of tables whose columns are asked for by themselves.
 size_t row_width(const std::string& table) {
     if (table == "leaf_params") return kMaterialParams;
+    if (table == "environment") return 3;
     return table == "light_params" ? kLightParams : 1;
 }
 

@@ -46,8 +46,8 @@ class Wanted {
     // Whether nothing but strengths of lights and colours of surfaces that scatter like Lambert's changes, of
     // which light is a product and a sum (path/value_packet.h).
     bool values_alone(const SceneView& scene) const;
-    // The one span that holds all of a table that is asked for, floats. Shaders and lights are rows: their
-    // spans are of whole ones, of which only some columns (bits) are asked for.
+    // The one span that holds all of a table that is asked for, floats. Shaders and lights are rows, and the
+    // environment is one: their spans are of whole ones, of which only some columns (bits) are asked for.
     struct Span {
         size_t first = 0, last = 0;
         int32_t width = 1;

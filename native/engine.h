@@ -93,6 +93,8 @@ class Engine {
     int threads_;
     // Made when a call first asks for them, and kept until values or vertices change.
     std::shared_ptr<const LightList> lights(bool dark_too = false) const;
+    // Those that derivatives sample.
+    std::shared_ptr<const LightList> lights_for(const Wanted& wanted) const;
     mutable std::mutex made_lock_;
     mutable std::shared_ptr<const LightList> lights_, dark_lights_;
     // The same, until vertices change.

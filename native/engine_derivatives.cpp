@@ -148,6 +148,18 @@ bool wants_dark_lights(const Wanted& wanted) {
            (wanted.any("leaf_params") && (wanted.span("leaf_params").columns & emission) != 0);
 }
 
+// Where nothing but strengths of lights of the table is asked for, and of the environment, light of all
+// others has no derivative: the rows that samples are to be spent on. Else none.
+std::vector<uint8_t> lights_alone(const SceneTables& tables, const Wanted& wanted) {
+    const auto& spans = wanted.spans();
+    const bool alone = wanted.any("light_params") && !wanted.moves_lights() &&
+                       spans.size() == 1 + static_cast<size_t>(wanted.any("environment"));
+    std::vector<uint8_t> rows(alone ? tables.lights.kind.size() : 0);
+    for (size_t k = 0; k < rows.size(); ++k)
+        rows[k] = wanted.any("light_params", k * kLightParams, (k + 1) * kLightParams);
+    return rows;
+}
+
 // What boundary terms see of the tables' derivatives.
 Asked asked_for(const Wanted& wanted) {
     return {wanted.moving(),
@@ -208,8 +220,7 @@ struct Engine::DerivativeCall {
           sides(solid_sides(*e.bodies(), e.tables_.camera)),
           asked(asked_for(wanted)),
           geometry(wanted.geometry() || moves_chains(e.tables_, wanted)),
-          prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(),
-                   e.lights(wants_dark_lights(wanted))),
+          prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), e.lights_for(wanted)),
           scene(prepared.view()),
           plan(scene.camera, options, kRecordedPaths),
           horizon(scene.camera, horizon_options(options), kHorizonPaths),
@@ -330,6 +341,12 @@ struct Engine::DerivativeCall {
     mutable DropCount dropped_horizons;  // by the horizon term
     mutable DropCount dropped_chains;    // by the specular one
 };
+
+std::shared_ptr<const LightList> Engine::lights_for(const Wanted& wanted) const {
+    const std::vector<uint8_t> rows = lights_alone(tables_, wanted);
+    return rows.empty() ? lights(wants_dark_lights(wanted))
+                        : std::make_shared<const LightList>(tables_, rows);
+}
 
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
                      const Progress& progress, float* image, Dropped& dropped) const {

@@ -37,6 +37,7 @@ LIGHTS: dict[str, Any] = {
 WORLDS = {
     "sky": World(np.array([0.6, 0.7, 0.9]), 0.8),
     "image": World(np.array([0.6, 0.7, 0.9]), 0.8, "sky"),
+    "red": World(np.array([0.6, 0.0, 0.0]), 0.8),
 }
 SOURCES = [*LIGHTS, *WORLDS, "mesh"]
 
@@ -71,7 +72,7 @@ def strengths(of: Scene, *sources: str) -> dict[str, NDArray[np.float64]]:
     """The sources' strengths by parameter path."""
     def path(name: str) -> str:
         if name in WORLDS:
-            return "world.color"
+            return "world.strength" if name == "red" else "world.color"
         if name == "mesh":
             return "materials.lamp.emission"
         return f"lights.{name}." + ("strength" if isinstance(LIGHTS[name], SunLight) else "power")
@@ -95,6 +96,18 @@ def test_the_derivative_along_a_lone_strength_is_the_picture(source: str) -> Non
     gradient = renderer.render_backward(adjoint, list(tangent), **options)
     pulled = sum(np.sum(gradient[path] * tangent[path]) for path in tangent)
     assert abs(pulled - np.sum(adjoint * derivative)) <= 1e-4 * np.sum(np.abs(adjoint * derivative))
+
+
+@pytest.mark.parametrize("source", ["spot", "wide sun", "area"])
+def test_a_lone_strength_takes_all_samples(source: str) -> None:
+    """Among others, a light's derivative is the picture that it would light by itself, with the same samples."""
+    small_scenes.need("native")
+    options = {"spp": 8, "max_depth": 4, "seed": 2}
+    alone = scene(source)
+    picture = Renderer(alone, threads=1).render(**options)
+    among = Renderer(scene(*LIGHTS, "image", "mesh"), threads=1)
+    derivative = among.render_forward(strengths(alone, source), **options)
+    np.testing.assert_allclose(derivative, picture, rtol=2e-4, atol=1e-4 * picture.max())
 
 
 @pytest.mark.parametrize("paths", [

@@ -138,6 +138,13 @@ LightList::LightList(const SceneTables& tables, bool dark_too) {
     view_.dark_too = dark_too;
 }
 
+LightList::LightList(const SceneTables& tables, const std::vector<uint8_t>& rows) {
+    add_rows(tables, true, &rows);
+    lift_dark(tables);
+    arrange();
+    view_.dark_too = true;
+}
+
 void LightList::add_faces(const SceneTables& t) {
     const std::vector<float> emission = material_emission(t);
     if (std::all_of(emission.begin(), emission.end(), [](float e) { return !(e > 0.0f); })) return;
@@ -156,11 +163,12 @@ void LightList::add_faces(const SceneTables& t) {
     if (!near_.empty()) face_light_.assign(t.face_material.size(), -1);
 }
 
-void LightList::add_rows(const SceneTables& t, bool dark_too) {
+void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<uint8_t>* which) {
     const SceneTables::LightRows& lights = t.lights;
     light_of_row_.assign(lights.kind.size(), -1);
     std::vector<int32_t> distant_sized;
     for (size_t k = 0; k < lights.kind.size(); ++k) {
+        if (which && !(*which)[k]) continue;
         const float radiance = mean(&lights.params[kLightParams * k + kLightRadiance]);
         const bool dark = dark_too && !(radiance > 0.0f);
         Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k, dark ? 1.0f : radiance),

@@ -16,13 +16,16 @@ class LightList {
     // `dark_too`: what is dark, but said to give light (a row of the table, a shader flagged as emissive), is
     // picked as if it were dim. Its strength has a derivative.
     explicit LightList(const SceneTables& tables, bool dark_too = false);
+    // Of some rows of the table alone, dark ones too.
+    LightList(const SceneTables& tables, const std::vector<uint8_t>& rows);
 
     // Points into the list and the tables: both must outlive it.
     const LightView& view() const { return view_; }
 
  private:
     void add_faces(const SceneTables& tables);
-    void add_rows(const SceneTables& tables, bool dark_too);
+    // Of `which` rows; null: of all.
+    void add_rows(const SceneTables& tables, bool dark_too, const std::vector<uint8_t>* which = nullptr);
     void lift_dark(const SceneTables& tables);
     void arrange();
 

@@ -74,8 +74,9 @@ EG_OUTLINE void drop(const AdjointTask& task, Vertex& v, Mask lost, Int path) {
 // From a packet's fields to the same of the next one.
 constexpr int32_t kPacketFloats = static_cast<int32_t>(sizeof(Vertex) / sizeof(float));
 
-// Goes over all vertices from the ends of paths; `after` runs on what each packet's evaluation gave.
-template <typename After>
+// Goes over all vertices from the ends of paths; `after` runs on what each packet's evaluation gave. The tape
+// holds a packet's alone, or the parts of all.
+template <bool kKeep = false, typename After>
 void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, const After& after) {
     const int paths = task.image->pixel_count * task.image->samples;
     for (int k = 0; k < paths; ++k) {
@@ -84,14 +85,14 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
     }
     for (int64_t k = task.vertices->count - 1; k >= 0; --k) {
         Vertex& v = task.vertices->at<W>(k);
-        tape.clear();
+        if constexpr (kKeep)
+            tape.new_part();
+        else
+            tape.clear();
         Mask active = load(v.active), scattered = active & ~load(v.passes);
         const Int path = select(active, load(v.path), splat(0));
         const RawVec3 incoming = gather_raw3(task.incoming, path);
         const Int next = raw::gather(task.next, path);
-        store(v.incoming[0], constant(incoming.x)), store(v.incoming[1], constant(incoming.y));
-        store(v.incoming[2], constant(incoming.z));
-        store(v.next, next);
         const ArrivalInputs in = arrive(scene, task, v);
         Leaving out =
             leave_vertex(scene, *task.vertices, v, in.arrival, constant3(incoming), next, task.geometry);
@@ -108,10 +109,10 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
     }
 }
 
-EG_INLINE void seed3(Tape& tape, Vec3 to, Mask m, const RawVec3& value) {
-    tape.seed(to.x.node, raw::select(m, value.x, 0.0f));
-    tape.seed(to.y.node, raw::select(m, value.y, 0.0f));
-    tape.seed(to.z.node, raw::select(m, value.z, 0.0f));
+EG_INLINE void seed3(Tape& tape, const Nodes3& to, Mask m, const RawVec3& value) {
+    tape.seed(to.x, raw::select(m, value.x, 0.0f));
+    tape.seed(to.y, raw::select(m, value.y, 0.0f));
+    tape.seed(to.z, raw::select(m, value.z, 0.0f));
 }
 
 void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const float* adjoint) {
@@ -128,11 +129,11 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
                       return raw::gather(adjoint + c, pixel) * (raw::load(v.throughput[c]) * share);
                   };
                   const RawVec3 weight{weight_of(0), weight_of(1), weight_of(2)};
-                  seed3(tape, out.light, active, weight);
+                  seed3(tape, nodes(out.light), active, weight);
                   const Mask scattered = active & ~load(v.passes);
                   if (task.geometry) {
-                      seed3(tape, out.position, scattered, gather_raw3(task.position, path));
-                      seed3(tape, out.direction, scattered & load(v.specular),
+                      seed3(tape, nodes(out.position), scattered, gather_raw3(task.position, path));
+                      seed3(tape, nodes(out.direction), scattered & load(v.specular),
                             gather_raw3(task.direction, path));
                   }
                   tape.backward();
@@ -147,12 +148,43 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
 }
 
 // Adds what the vertices of a packet change of their paths' light.
-EG_INLINE void add_change(const Tape& tape, const Vertex& v, Mask active, Int path, const Leaving& out,
+EG_INLINE void add_change(const Tape& tape, const Vertex& v, Mask active, Int path, const Nodes3& light,
                           float* const radiance[3]) {
-    const int32_t node[3] = {out.light.x.node, out.light.y.node, out.light.z.node};
+    const int32_t node[3] = {light.x, light.y, light.z};
     for (int c = 0; c < 3; ++c)
         raw::scatter(radiance[c], path, active,
                      raw::gather(radiance[c], path) + raw::load(v.throughput[c]) * tape.derivative(node[c]));
+}
+
+// A packet's part of a tape, and where it hands derivatives over.
+struct Part {
+    Tape::Place first, last;
+    int32_t nodes;
+    Nodes3 from, direction;                  // of what it was found by
+    Nodes3 light, position, next_direction;  // of what leaves it
+};
+
+// Evaluates all vertices from the ends of paths, each once; its parts by packet.
+const Part* record_parts(const SceneView& scene, const AdjointTask& task, Tape& tape) {
+    TapeBuffer& memory = task.tape->parts;
+    memory.grow(static_cast<size_t>(task.vertices->count) * sizeof(Part), 0);
+    Part* const parts = static_cast<Part*>(memory.data());
+    Part* next = parts + task.vertices->count;
+    Tape::Place place;
+    walk_back<true>(scene, task, tape,
+                    [&](const Vertex&, Mask, Int, const ArrivalInputs& in, const Leaving& out) {
+                        const Tape::Place last = tape.place();
+                        *--next = {place,
+                                   last,
+                                   tape.node_count(),
+                                   nodes(in.from),
+                                   nodes(in.direction),
+                                   nodes(out.light),
+                                   nodes(out.position),
+                                   nodes(out.direction)};
+                        place = last;
+                    });
+    return parts;
 }
 
 void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float* const radiance[3]) {
@@ -165,34 +197,29 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         return walk_back(scene, task, tape,
                          [&](Vertex& v, Mask active, Int path, const ArrivalInputs&, const Leaving& out) {
                              tape.forward();
-                             add_change(tape, v, active, path, out, radiance);
+                             add_change(tape, v, active, path, nodes(out.light), radiance);
                          });
     }
-    {
-        const DifferentiableTables none{};
-        Tape silent(*task.tape, none);
-        // With the very numbers of the backward mode: sharp lobes tell a recorded direction from one that is
-        // computed again.
-        walk_back(scene, task, silent, [](Vertex&, Mask, Int, const ArrivalInputs&, const Leaving&) {});
-    }
+    // Light comes from the ends of paths, motion from their starts: what is recorded going back is swept
+    // going on.
     Tape tape(*task.tape, *task.tables);
+    const Part* const parts = record_parts(scene, task, tape);
     for (int64_t k = 0; k < task.vertices->count; ++k) {
         const Vertex& v = task.vertices->at<W>(k);
-        tape.clear();
+        const Part& part = parts[k];
+        tape.reopen(part.first, part.last, part.nodes);
         const Mask active = load(v.active), scattered = active & ~load(v.passes), lost = load(v.lost);
         if (any(lost)) forget_place(task, lost, load(v.path));
         const Int path = select(active, load(v.path), splat(0));
-        const ArrivalInputs in = arrive(scene, task, v);
-        const Leaving out = leave_vertex(scene, *task.vertices, v, in.arrival, load3(v.incoming),
-                                         load(v.next), task.geometry);
-        seed3(tape, in.from, scattered, gather_raw3(task.position, path));
-        seed3(tape, in.direction, scattered & load(v.slides), gather_raw3(task.direction, path));
+        seed3(tape, part.from, scattered, gather_raw3(task.position, path));
+        seed3(tape, part.direction, scattered & load(v.slides), gather_raw3(task.direction, path));
         tape.forward();
-        add_change(tape, v, active, path, out, radiance);
-        scatter3(task.position, path, scattered, tape.derivative(out.position.x.node),
-                 tape.derivative(out.position.y.node), tape.derivative(out.position.z.node));
-        scatter3(task.direction, path, scattered & load(v.specular), tape.derivative(out.direction.x.node),
-                 tape.derivative(out.direction.y.node), tape.derivative(out.direction.z.node));
+        add_change(tape, v, active, path, part.light, radiance);
+        const auto hand_on = [&](float* const(&to)[3], Mask m, const Nodes3& of) {
+            scatter3(to, path, m, tape.derivative(of.x), tape.derivative(of.y), tape.derivative(of.z));
+        };
+        hand_on(task.position, scattered, part.position);
+        hand_on(task.direction, scattered & load(v.specular), part.next_direction);
     }
 }
 

@@ -19,7 +19,7 @@
 
 #include "adjoint/memory.h"
 #include "adjoint/tables.h"
-#include "simd/packet.h"
+#include "simd/lanes.h"
 
 // Statically placed thread-local storage costs one instruction where a library's own costs a call.
 #if defined(__linux__)
@@ -49,7 +49,22 @@ class Tape {
     Tape& operator=(const Tape&) = delete;
 
     // Forgets everything: the start of a new recording.
-    void clear() { edges_ = nodes_ = leaves_ = zeroed_ = blocks_ = 0, block_bytes_ = 0; }
+    void clear() {
+        edges_ = nodes_ = leaves_ = zeroed_ = blocks_ = 0, block_bytes_ = 0;
+        first_ = {};
+    }
+    // Parts of a recording, which know nothing of each other and have numbers of their own: what has been
+    // recorded since the part before is one, and can be swept by itself once all are recorded.
+    struct Place {
+        int edges = 0, leaves = 0, blocks = 0;
+    };
+    Place place() const { return {edges_, leaves_, blocks_}; }
+    void new_part() { nodes_ = zeroed_ = 0; }
+    void reopen(const Place& first, const Place& last, int nodes) {
+        first_ = first;
+        edges_ = last.edges, leaves_ = last.leaves, blocks_ = last.blocks;
+        nodes_ = nodes, zeroed_ = 0;
+    }
 
     // ---- Recording (adjoint/number.h) ----
 
@@ -158,6 +173,7 @@ class Tape {
     int edges_ = 0, edge_room_ = 0;
     int nodes_ = 0, leaves_ = 0, zeroed_ = 0, blocks_ = 0;
     size_t block_bytes_ = 0;
+    Place first_;  // of what is swept
     const DifferentiableTables& tables_;
     uintptr_t lowest_ = ~uintptr_t{0}, highest_ = 0;  // all tables' addresses
     TapeMemory& memory_;
@@ -264,22 +280,23 @@ inline void Tape::backward() {
     raw::Float* d = derivatives();
     const auto* entries = static_cast<const BlockEntry*>(memory_.block_entries.data());
     int e = edges_;
-    for (int k = blocks_ - 1; k >= 0; --k) {
+    for (int k = blocks_ - 1; k >= first_.blocks; --k) {
         sweep_back(d, e, entries[k].edges);
         e = entries[k].edges;
         entries[k].backward(static_cast<const char*>(memory_.blocks.data()) + entries[k].at, d);
     }
-    sweep_back(d, e, 0);
+    sweep_back(d, e, first_.edges);
     const Leaves* leaves = static_cast<const Leaves*>(memory_.leaves.data());
-    for (int k = 0; k < leaves_; ++k) scatter(leaves[k], d + leaves[k].node);
+    for (int k = first_.leaves; k < leaves_; ++k) scatter(leaves[k], d + leaves[k].node);
 }
 
 inline void Tape::scatter(const Leaves& leaves, const raw::Float* adjoint) const {
     double* gradient = tables_.table[leaves.table].gradient;
-    raw::Mask left = leaves.place >= 0;
+    raw::Mask left = adjoint[0] != 0.0f;
+    for (int c = 1; c < leaves.count; ++c) left |= adjoint[c] != 0.0f;
+    left &= leaves.place >= 0;
     while (raw::any(left)) {
-        int lane = 0;
-        while (!left[lane]) ++lane;
+        const int lane = raw::first_lane(left);
         double* to = gradient + leaves.place[lane];
         const raw::Mask same = left & (leaves.place == leaves.place[lane]);
         left &= ~same;
@@ -290,12 +307,7 @@ inline void Tape::scatter(const Leaves& leaves, const raw::Float* adjoint) const
         // Lanes that read the same place are summed first: additions in memory wait for each other.
         for (int c = 0; c < leaves.count; ++c) {
             const raw::Float a = raw::select(same, adjoint[c], 0.0f);
-            if (!raw::any(a != 0.0f)) continue;
-            double sum[raw::W];
-            for (int i = 0; i < raw::W; ++i) sum[i] = static_cast<double>(a[i]);
-            for (int half = raw::W / 2; half > 0; half /= 2)
-                for (int i = 0; i < half; ++i) sum[i] += sum[i + half];
-            to[c] += sum[0];
+            if (raw::any(a != 0.0f)) to[c] += raw::sum_of_lanes(a);
         }
     }
 }
@@ -303,7 +315,7 @@ inline void Tape::scatter(const Leaves& leaves, const raw::Float* adjoint) const
 inline void Tape::forward() {
     raw::Float* d = derivatives();
     const Leaves* leaves = static_cast<const Leaves*>(memory_.leaves.data());
-    for (int k = 0; k < leaves_; ++k) {
+    for (int k = first_.leaves; k < leaves_; ++k) {
         const Leaves& leaf = leaves[k];
         const double* tangent = tables_.table[leaf.table].tangent;
         for (int i = 0; i < raw::W; ++i) {
@@ -314,8 +326,8 @@ inline void Tape::forward() {
         }
     }
     const auto* entries = static_cast<const BlockEntry*>(memory_.block_entries.data());
-    int e = 0;
-    for (int k = 0; k < blocks_; ++k) {
+    int e = first_.edges;
+    for (int k = first_.blocks; k < blocks_; ++k) {
         sweep_on(d, e, entries[k].edges);
         e = entries[k].edges;
         entries[k].forward(static_cast<const char*>(memory_.blocks.data()) + entries[k].at, d);

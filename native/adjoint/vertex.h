@@ -14,6 +14,7 @@
 #pragma once
 
 #include "adjoint/light_arrival.h"
+#include "adjoint/specular_block.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
 #include "path/vertex_packet.h"
@@ -280,11 +281,17 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         reflected =
             scattered_by_lambertian(scene, memory, v, lambertian, surface, s, incoming, next, geometry);
     }
-    const Mask others = stays & ~lambertian;
-    if (any(others & (s.light | s.sky | s.next | s.specular))) {
+    const Mask others = stays & ~lambertian, perfect = others & s.specular;
+    const bool scatters = any(others & (s.light | s.sky | s.next));
+    if (!scatters && any(perfect) && !(scene.all_flags & kHasNormalMap) &&
+        plainly_specular(shader, perfect)) {
+        const Specular mirrored =
+            plain_specular(scene, perfect, x, point, shader, normal, load(v.lobe), load(v.transmitted));
+        reflected = select(perfect, mirrored.value * s.next_value, reflected);
+        out.direction = mirrored.wi;
+    } else if (scatters || any(perfect)) {
         const ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
         reflected = reflected + scattered(scene, surface, others, s);
-        const Mask perfect = others & s.specular;
         if (any(perfect)) {
             const Specular mirrored = scatter_specular(surface.bsdf, load(v.lobe), load(v.transmitted));
             Vec3 value = mirrored.value;

@@ -49,7 +49,6 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
     store(v.light_face, splat(-1));
     store(v.light_row, splat(-1));
     set(v.scale, p.active, splat(1.0f));
-    store(v.next, splat(-1));
 }
 
 // Leaves lanes out whose light has no derivative; the latest packet altogether where all are such. It may

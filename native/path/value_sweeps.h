@@ -4,6 +4,7 @@
 
 #include "adjoint/tables.h"
 #include "path/value_recorder.h"
+#include "simd/lanes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -38,15 +39,11 @@ struct ColorTable {
         const Int at = place(m, row);
         const Float* const channel[3] = {&value.x, &value.y, &value.z};
         while (any(m)) {
-            int lane = 0;
-            while (!m[lane]) ++lane;
+            const int lane = first_lane(m);
             const Mask same = m & (at == at[lane]);
             m &= ~same;
-            for (int c = 0; c < 3; ++c) {
-                double sum = 0.0;
-                for (int i = 0; i < W; ++i) sum += same[i] ? static_cast<double>((*channel[c])[i]) : 0.0;
-                gradient[at[lane] + c] += sum;
-            }
+            for (int c = 0; c < 3; ++c)
+                gradient[at[lane] + c] += sum_of_lanes(select(same, *channel[c], 0.0f));
         }
     }
     // The tangent of rows.

@@ -53,11 +53,8 @@ struct alignas(64) VertexPacket {
     Floats next_direction[3], next_scale;
     Floats last_scale[3];  // of environment's light along it, where nothing else could be met
 
-    // Set by sweeps (adjoint/path.cpp): the light that arrives by the ray that goes on, and the vertex that
-    // it comes from: of its fields the distance from the first packet's first lane, in floats; -1: none.
-    Floats incoming[3];
-    Ints next;
-    Ints lost;  // -1: its light is no finite number; it isn't active any more
+    // -1: its light is no finite number; it isn't active any more (adjoint/path.cpp).
+    Ints lost;
 };
 
 // The vertices of a task's paths.

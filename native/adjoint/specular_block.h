@@ -1,0 +1,88 @@
+// Perfect mirrors and smooth interfaces as one block: light that leaves along wo comes from
+//   w = A(c) n + B wo,  c = n.wo,  and is multiplied with value(c),
+// with A = 2c, B = -1 of what is reflected, and A = c/eta - cos(theta_t), B = -1/eta of what is refracted.
+// Their weights are constants; layered ones, whose weights change with the view, are left to the tape.
+#pragma once
+
+#include "adjoint/blocks.h"
+#include "path/shaded_surface.h"
+#include "shading/bsdf/specular.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct SpecularBlock {
+    static constexpr int kResults = 6;
+    int32_t first;
+    Nodes3 normal, view;
+    RawVec3 n, v;
+    raw::Float along, along_slope, across;  // A, dA/dc, B
+    RawVec3 slope;                          // of the value by c
+
+    void backward(raw::Float* a) const {
+        const RawVec3 direction = read(a, first), value = read(a, first + 3);
+        const raw::Mask live = nonzero(direction) | nonzero(value);
+        if (!raw::any(live)) return;
+        const raw::Float cosine = dot(n, direction) * along_slope + dot(slope, value);
+        add(a, normal, live, direction * along + v * cosine);
+        add(a, view, live, direction * across + n * cosine);
+    }
+    void forward(raw::Float* a) const {
+        const RawVec3 tilt = read(a, normal), turn = read(a, view);
+        const raw::Mask live = nonzero(tilt) | nonzero(turn);
+        const raw::Float cosine = dot(tilt, v) + dot(n, turn);
+        write(a, first, live, tilt * along + turn * across + n * (along_slope * cosine));
+        write(a, first + 3, live, slope * cosine);
+    }
+};
+
+// Whether the active lanes' shaders are such, and nothing but the normal and the view changes.
+EG_INLINE bool plainly_specular(const Shader& shader, Mask active) {
+    const auto is = [&](ShaderKind k) { return shader.kind == splat(static_cast<int>(k)); };
+    const Mask plain = (is(kGlass) | is(kRefraction) | is(kGlossy)) & ~has(shader, kMultiscatter) &
+                       ~has(shader, kAnisotropic);
+    if (any(active & ~plain)) return false;
+    constexpr int places[] = {kBaseColor, kBaseColor + 1, kBaseColor + 2, kRoughness, kIor, kAnisotropy};
+    for (int place : places)
+        if (shader.row[place].node >= 0) return false;
+    return true;
+}
+
+// What active lanes' perfect lobes scatter.
+inline Specular plain_specular(const SceneView& scene, Mask active, SurfacePoint x, TexturePoint point,
+                               const Shader& shader, Vec3 normal, Int lobe, Mask transmitted) {
+    const Vec3 mirror = valid_mirror_normal(normal, x.normal, point.view);
+    const Vec3 view = point.view;
+    const auto still = [](Vec3& a) { a = constant3(values(a)); };
+    still(x.normal), still(point.view), still(normal);
+    const Bsdf f = shaded_surface(scene, active, x, point, shader, normal).bsdf;
+    const Specular fixed = scatter_specular(f, lobe, transmitted);
+    if (!taped(nodes(mirror)) && !taped(nodes(view))) return fixed;
+
+    SpecularBlock& block = current_tape->new_block<SpecularBlock>();
+    block.normal = nodes(mirror), block.view = nodes(view);
+    block.n = values(mirror), block.v = values(view);
+    const raw::Float one = raw::splat(1.0f), c = f.view.z.value, eta = f.glass.eta.value;
+    const Mask interface = active & (lobe == splat(static_cast<int>(kInterfaceLobe))),
+               through = interface & transmitted;
+    // g = eta cos(theta_t); dg/dc = c/g.
+    const raw::Float inverse_eta = one / eta, g = raw::sqrt(raw::max(eta * eta - (1.0f - c * c), 0.0f));
+    const raw::Float inverse_g = finite_inverse(g);
+    const auto pick = [&](raw::Float a, raw::Float b) {
+        return raw::select(active, raw::select(through, a, b), 0.0f);
+    };
+    block.along = pick((c - g) * inverse_eta, 2.0f * c);
+    block.along_slope = pick((1.0f - c * inverse_g) * inverse_eta, raw::splat(2.0f));
+    block.across = pick(-inverse_eta, raw::splat(-1.0f));
+    // Fresnel's reflectance (s^2 + p^2) / 2, s = (c-g)/(c+g), p = (eta^2 c - g)/(eta^2 c + g); it is mapped
+    // to itself, as it starts from the f0 of the same index.
+    const raw::Float e = eta * eta * c, steep = g - c * c * inverse_g;
+    const raw::Float s = one / (c + g), p = one / (e + g);
+    const raw::Float slope = 2.0f * steep * ((c - g) * s * s * s + (e - g) * eta * eta * p * p * p);
+    const raw::Mask splits = interface & (g > 0.0f) & ~f.glass.refracts_only;
+    const RawVec3 weight =
+        select(through, raw_zero3() - values(f.glass.transmission), values(f.glass.reflection));
+    block.slope = weight * raw::select(splits, slope, 0.0f);
+    return {results(values(fixed.wi), block.first), results(values(fixed.value), block.first + 3)};
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,39 @@
+// Going over the lanes of packets one by one, and what they add up to.
+#pragma once
+
+#include "simd/packet.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The first lane of a mask that has some.
+EG_INLINE int first_lane(Mask m) {
+#if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
+    return __builtin_ctz(_mm512_test_epi32_mask((__m512i)m, (__m512i)m));
+#else
+    int lane = 0;
+    while (!m[lane]) ++lane;
+    return lane;
+#endif
+}
+
+// The sum of all lanes, in halves.
+EG_INLINE double sum_of_lanes(Float a) {
+#if EDGEGRAD_WIDTH == 16 && defined(__AVX512F__)
+    typedef double Eight __attribute__((vector_size(64)));
+    const Eight low = __builtin_convertvector(__builtin_shufflevector(a, a, 0, 1, 2, 3, 4, 5, 6, 7), Eight);
+    const Eight high =
+        __builtin_convertvector(__builtin_shufflevector(a, a, 8, 9, 10, 11, 12, 13, 14, 15), Eight);
+    const Eight eight = low + high;
+    const auto four =
+        __builtin_shufflevector(eight, eight, 0, 1, 2, 3) + __builtin_shufflevector(eight, eight, 4, 5, 6, 7);
+    return (four[0] + four[2]) + (four[1] + four[3]);
+#else
+    double sum[W];
+    for (int i = 0; i < W; ++i) sum[i] = static_cast<double>(a[i]);
+    for (int half = W / 2; half > 0; half /= 2)
+        for (int i = 0; i < half; ++i) sum[i] += sum[i + half];
+    return sum[0];
+#endif
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

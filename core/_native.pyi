@@ -38,6 +38,11 @@ def scene_probe_forward(
 ) -> tuple[F32, F32]: ...
 def bsdfs_forward(materials: object, points: object, tangents: object, instruction_set: str) -> F32: ...
 
+class LearnedSampling:
+    share: Sequence[float]  # by term (core/budget.py)
+    @property
+    def taken(self) -> Sequence[float]: ...
+
 class Scene:
     def __init__(self, tables: Tables, threads: int, instruction_set: str, embree: str) -> None: ...
     def set_edges(self, edges: Edges) -> None: ...
@@ -69,6 +74,7 @@ class Scene:
         max_depth: int,
         bounces: Bounces,
         terms: Sequence[str],
+        learned: LearnedSampling | None,
         progress: Progress,
     ) -> tuple[NDArray[np.float32], list[Dropped]]: ...
     def backward(
@@ -80,6 +86,7 @@ class Scene:
         max_depth: int,
         bounces: Bounces,
         terms: Sequence[str],
+        learned: LearnedSampling | None,
         progress: Progress,
     ) -> tuple[dict[str, NDArray[np.float64]], list[Dropped]]: ...
 def evaluate_bsdfs(materials: object, points: object, instruction_set: str) -> dict[str, NDArray[np.float32]]: ...

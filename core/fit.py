@@ -180,7 +180,7 @@ def fit(
     loss = Pyramid() if loss is None else loss
 
     run = Run(
-        work, Renderer(work, threads=threads, engine=engine), seen, unknowns, loss,
+        work, Renderer(work, threads=threads, engine=engine, learn=True), seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
     )

@@ -55,6 +55,11 @@ def embree_version() -> str:
     return str(_native.embree_version(str(embree_library())))
 
 
+def learned_sampling() -> _native.LearnedSampling:
+    """What gradients of one more view learn: nothing yet."""
+    return _native.LearnedSampling()
+
+
 class Engine:
     """Renders and differentiates the scene of some tables with the native kernels.
 
@@ -154,6 +159,7 @@ class Engine:
         max_depth: int,
         bounces: Bounces = UNLIMITED,
         terms: Collection[str],
+        learned: _native.LearnedSampling | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) derivative of the picture along `tangent`."""
@@ -161,7 +167,9 @@ class Engine:
         spans = _float_spans(tables, wanted)
         with self._turns:
             self._hold(tables)
-            image, dropped = self._scene.forward(floats, spans, spp, seed, max_depth, bounces, list(terms), progress)
+            image, dropped = self._scene.forward(
+                floats, spans, spp, seed, max_depth, bounces, list(terms), learned, progress
+            )
         warn_of_samples(tables, dropped)
         return np.asarray(image)
 
@@ -176,13 +184,16 @@ class Engine:
         max_depth: int,
         bounces: Bounces = UNLIMITED,
         terms: Collection[str],
+        learned: _native.LearnedSampling | None = None,
         progress: Callable[[float], None] | None = None,
     ) -> TableDerivative:
         """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
         spans = _float_spans(tables, wanted)
         with self._turns:
             self._hold(tables)
-            found, dropped = self._scene.backward(adjoint, spans, spp, seed, max_depth, bounces, list(terms), progress)
+            found, dropped = self._scene.backward(
+                adjoint, spans, spp, seed, max_depth, bounces, list(terms), learned, progress
+            )
         warn_of_samples(tables, dropped)
         shape = shapes(tables)
         return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}

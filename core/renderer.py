@@ -16,6 +16,7 @@ from ._check import array, whole
 from .bounces import MAX_DEPTH, UNLIMITED, Bounces
 from .camera import Camera
 from .differentiable import indirect_obstacles, obstacles
+from .learning import Gradient, Learning
 from .light import AreaLight
 from .material_table import LAMBERTIAN
 from .motion import STRENGTH
@@ -148,6 +149,12 @@ class Renderer:
         Threads to use; 0: one per core. Results are the same bits for any number.
     engine
         "auto", "native" or "reference" (see `engine_class`).
+    learn
+        Whether each gradient learns for the next ones of its view where samples are worth their while, and of which
+        term; for fits, whose gradients are much alike. Then `render_backward` depends on the calls before it: equal
+        seeds give equal bits for equal sequences of calls; a change of the numbers of vertices, lights or pixels
+        begins anew. `render_forward` uses what gradients of the same parameters have learned, and learns nothing.
+        The reference engine doesn't learn.
 
     Raises
     ------
@@ -155,7 +162,7 @@ class Renderer:
         For a wrong scene, naming the object and the field.
     """
 
-    def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto") -> None:
+    def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False) -> None:
         self.scene = scene
         threads = whole("renderer", "threads", threads, 0, 4096)
         self._tables = flat.flatten(scene)
@@ -165,6 +172,11 @@ class Renderer:
         self._moved = False  # vertices have moved in the engine that the tables don't know of
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
+        self._learning: Learning | None = None
+        if learn and not self._engine.narrow:
+            from .native_engine import learned_sampling
+
+            self._learning = Learning(learned_sampling)
 
     @property
     def edges(self) -> Edges:
@@ -285,7 +297,10 @@ class Renderer:
         options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
-        image = self._engine.forward(tables, velocity, wanted, **options, progress=progress)
+        learned = {}
+        if self._learning is not None:
+            learned["learned"] = self._learning.view(tables, camera, tuple(tangent), options).sampling
+        image = self._engine.forward(tables, velocity, wanted, **options, **learned, progress=progress)
         if not np.isfinite(image).all():
             # Which term it is shows if each is computed by itself.
             alone = {t: self._engine.forward(tables, velocity, wanted, **{**options, "terms": (t,)}, progress=progress)
@@ -312,11 +327,21 @@ class Renderer:
         options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(wrt, camera)
         image = array("adjoint image", "pixels", adjoint, (tables.height, tables.width, 3), np.float32)
-        def gradients(options: Mapping[str, Any]) -> dict[str, NDArray[np.float64]]:
+
+        def gradients(options: Mapping[str, Any], progress: Progress | None = progress) -> Gradient:
             gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
             return pull_back(self.scene, tables, gradient, wrt)
 
-        found = gradients(options)
+        if self._learning is None:
+            found = gradients(options)
+        else:
+            known = self._learning.view(tables, camera, wrt, options)
+
+            def part(terms: Collection[str], seed: int, k: int, of: int) -> Gradient:
+                report = None if progress is None else lambda fraction: progress((k + fraction) / of)
+                return gradients({**options, "terms": terms, "seed": seed, "learned": known.sampling}, report)
+
+            found = known.gradient(part, options["terms"], seed)
         if not all(np.isfinite(gradient).all() for gradient in found.values()):
             alone = {t: gradients({**options, "terms": (t,)}) for t in options["terms"]}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])

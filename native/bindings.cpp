@@ -2,15 +2,18 @@
 // What the functions compute is described in core/renderer.py and at the kernels.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <stdexcept>
 
 #include "adjoint/probe_bindings.h"
+#include "boundary/learned_masses.h"
 #include "column.h"
 #include "dispatch.h"
 #include "embree/library.h"
@@ -257,7 +260,8 @@ class Scene {
     }
 
     nb::tuple forward(nb::dict tangent, nb::dict wanted, int samples, uint32_t seed, int max_depth,
-                      nb::handle bounces, const std::vector<std::string>& terms, nb::object progress) {
+                      nb::handle bounces, const std::vector<std::string>& terms,
+                      edgegrad::LearnedSampling* learned, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
         const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
@@ -272,13 +276,14 @@ class Scene {
         edgegrad::Dropped dropped;
         {
             const nb::gil_scoped_release release;
-            engine_->forward(options, what, std::move(tangents), report, pixels.data(), dropped);
+            engine_->forward(options, what, std::move(tangents), learned, report, pixels.data(), dropped);
         }
         return nb::make_tuple(make_image(std::move(pixels), c), dropped_list(dropped));
     }
 
     nb::tuple backward(AdjointImage adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
-                       nb::handle bounces, const std::vector<std::string>& terms, nb::object progress) {
+                       nb::handle bounces, const std::vector<std::string>& terms,
+                       edgegrad::LearnedSampling* learned, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         if (adjoint.shape(0) != static_cast<size_t>(c.height) ||
             adjoint.shape(1) != static_cast<size_t>(c.width))
@@ -290,7 +295,7 @@ class Scene {
         edgegrad::Dropped dropped;
         {
             const nb::gil_scoped_release release;
-            gradients = engine_->backward(options, what, adjoint.data(), report, dropped);
+            gradients = engine_->backward(options, what, adjoint.data(), learned, report, dropped);
         }
         nb::dict out;
         for (auto& [name, values] : gradients) {
@@ -334,6 +339,15 @@ NB_MODULE(_native, m) {
             return edgegrad::embree::version();
         },
         "path"_a, "Version of the Embree library at `path`, loading it if need be.");
+    nb::class_<edgegrad::LearnedSampling>(
+        m, "LearnedSampling", "What gradients of one view have learned; shares and samples are by term.")
+        .def(nb::init<>())
+        .def_prop_rw(
+            "share", [](const edgegrad::LearnedSampling& l) { return std::to_array(l.share); },
+            [](edgegrad::LearnedSampling& l, const std::array<double, edgegrad::kDerivativeTerms>& share) {
+                std::copy(share.begin(), share.end(), l.share);
+            })
+        .def_prop_ro("taken", [](const edgegrad::LearnedSampling& l) { return std::to_array(l.taken); });
     nb::class_<Scene>(m, "Scene", "A scene's tables with their BVH; see edgegrad.renderer.Renderer.")
         .def(nb::init<nb::handle, int, const std::string&, const std::string&>(), "tables"_a, "threads"_a,
              "instruction_set"_a, "embree"_a)
@@ -346,9 +360,9 @@ NB_MODULE(_native, m) {
         .def_prop_rw("aimed", &Scene::aimed, &Scene::set_aimed)
         .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "progress"_a.none())
         .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
-             "bounces"_a, "terms"_a, "progress"_a.none())
+             "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
-             "bounces"_a, "terms"_a, "progress"_a.none())
+             "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
         .def("sample_sky", [](const Scene& s, nb::handle u,
                               nb::handle v) { return edgegrad::sample_sky(s.engine(), u, v); })
         .def("look_at_sky", [](const Scene& s, nb::handle w) { return edgegrad::look_at_sky(s.engine(), w); })

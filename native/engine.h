@@ -37,6 +37,8 @@ struct DroppedTerm {
 };
 using Dropped = std::vector<DroppedTerm>;
 
+struct LearnedSampling;
+
 class Engine {
  public:
     Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads);
@@ -67,11 +69,13 @@ class Engine {
     // Pictures are (height, width, 3).
     void render(const RenderOptions& options, const Progress& progress, float* image) const;
     // Derivatives (engine_derivatives.cpp): of the picture along tangents of the tables, and gradients of the
-    // wanted tables for an adjoint picture. What they leave out is told in `dropped`.
+    // wanted tables for an adjoint picture. What they leave out is told in `dropped`. `learned`, if not null,
+    // is what earlier gradients have learned of the samples' worth: both take samples by it, and a gradient
+    // adds its own.
     void forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
-                 const Progress& progress, float* image, Dropped& dropped) const;
+                 LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped) const;
     TableValues backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
-                         const Progress& progress, Dropped& dropped) const;
+                         LearnedSampling* learned, const Progress& progress, Dropped& dropped) const;
 
     // For tests: light sampling by itself.
     void probe_lights(const LightProbes& probes) const;

@@ -6,6 +6,7 @@
 #include "boundary/candidates.h"
 #include "boundary/crossings.h"
 #include "boundary/edge_tree.h"
+#include "boundary/learned_masses.h"
 #include "boundary/solids.h"
 #include "drop_count.h"
 #include "engine.h"
@@ -34,6 +35,9 @@ constexpr double kPicturePieces = 0.1;
 // its time.
 constexpr double kHorizonShare = 0.125;
 
+// Cells that samples are learned of, by sample, and most.
+double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0); }
+
 // Samples of the primary term per pixel and sample of the picture, least and most. Along few edges,
 // systematic samples get better much faster than they get more.
 constexpr double kLeastPrimary = 0.1, kMostPrimary = 0.6;
@@ -44,6 +48,7 @@ struct BoundaryTerm {
     std::unique_ptr<DropCount> dropped;
     std::shared_ptr<const EdgeTree> tree;  // of the aimed estimator; else null
     float aimed;                           // which lobes are that one's (kernels.h)
+    LearnedMasses* masses;                 // null: the call neither uses nor learns any
 
     SceneView view(const SceneView& scene) const { return lines ? lines->view(scene) : scene; }
     BoundaryTask task(int pass, int64_t first, int64_t count, DroppedSamples& lost) {
@@ -70,20 +75,28 @@ bool any_aimed(const SceneView& scene, const SceneTables& tables, float aimed) {
     return false;
 }
 
-// The boundary terms that a call computes.
+// The boundary terms that a call computes; `learned`: with what earlier calls have learned, or null.
 std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
                                          const RenderOptions& options, const Asked& asked, bool guided,
-                                         float aimed) {
+                                         float aimed, LearnedSampling* learned) {
     std::vector<BoundaryTerm> terms;
     const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
     const double picture = static_cast<double>(pixels) * options.samples;
-    const auto add = [&](BoundaryKind kind, Candidates candidates, double samples, double most, bool guide,
+    // Samples of candidates by what is known of them, or of `pieces`, from which about `cells` are learned.
+    const auto add = [&](BoundaryKind kind, const Candidates& found, const auto& pieces, bool chains,
+                         double cells, double samples, double most,
                          std::shared_ptr<const EdgesAndCrossings> lines = nullptr,
                          std::shared_ptr<const EdgeTree> tree = nullptr) {
-        BoundaryPlan plan(std::move(candidates), samples, most * picture, options, kind, guide);
+        LearnedMasses* masses = learned ? &learned->masses[kind] : nullptr;
+        const bool known = masses && masses->knows(edges, found);
+        Candidates sampled = known ? masses->pieces(found) : pieces();
+        if (masses && !known) masses->begin(edges, found, sampled.direction_cells, chains, cells);
+        const double share = learned ? learned->share[kTermOf[kind]] : 1.0;
+        BoundaryPlan plan(std::move(sampled), share * samples, share * most * picture, options, kind,
+                          guided && !known);
         if (plan.total(0) > 0)
-            terms.push_back(
-                {std::move(plan), std::move(lines), std::make_unique<DropCount>(), std::move(tree), aimed});
+            terms.push_back({std::move(plan), std::move(lines), std::make_unique<DropCount>(),
+                             std::move(tree), aimed, masses});
     };
     if (options.primary) {
         auto lines = std::make_shared<EdgesAndCrossings>(edges.tables,
@@ -92,30 +105,39 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         lines->add_candidates(scene.camera, candidates);
         // As many samples per pixel of edge as the picture has per pixel.
         const double samples = std::max(candidates.mass() * options.samples, kLeastPrimary * picture);
-        add(kPrimaryBoundary, std::move(candidates), samples, kMostPrimary, guided, std::move(lines));
+        add(
+            kPrimaryBoundary, candidates, [&] { return candidates; }, false, learned_cells(samples), samples,
+            kMostPrimary, std::move(lines));
     }
     if (options.shadow && options.max_depth >= 2 && !scene.convex) {
         const double samples = kShadowShare * picture;
         const bool chains = options.max_depth > 2;
-        if (scene.lights.count > 0)
-            add(kShadowBoundary, over_directions(shadow_candidates(scene, edges, false), 0.0, chains),
-                samples, kShadowShare, guided);
+        // Along edges, `directions` of them in cells of their own.
+        const auto add_shadows = [&](BoundaryKind kind, double directions) {
+            const Candidates found = shadow_candidates(scene, edges, kind == kSkyBoundary);
+            add(
+                kind, found, [&] { return over_directions(found, directions, chains); }, chains,
+                learned_cells(samples), samples, kShadowShare);
+        };
+        if (scene.lights.count > 0) add_shadows(kShadowBoundary, 0.0);
         // Directions to an image are its own samples', in no cell.
-        const double cells = scene.sky.sampled ? 0.0 : kDirectionPieces * samples;
         if (scene.has_environment)
-            add(kSkyBoundary, over_directions(shadow_candidates(scene, edges, true), cells, chains), samples,
-                kShadowShare, guided);
+            add_shadows(kSkyBoundary, scene.sky.sampled ? 0.0 : kDirectionPieces * samples);
     }
     if (options.indirect && options.max_depth >= 3 && !scene.convex) {
         const double samples = kIndirectShare * picture;
         const bool chains = options.max_depth > 3;
         const Candidates silhouettes = shadow_candidates(scene, edges, true);
         if (silhouettes.size() > 0 && any_aimed(scene, edges.tables, aimed))
-            add(kAimedBoundary, over_picture(kPicturePieces * samples, chains), samples, kIndirectShare,
-                guided, nullptr, std::make_shared<EdgeTree>(scene, edges.tables, silhouettes));
+            add(
+                kAimedBoundary, whole_picture(),
+                [&] { return over_picture(kPicturePieces * samples, chains); }, chains, 0.0, samples,
+                kIndirectShare, nullptr, std::make_shared<EdgeTree>(scene, edges.tables, silhouettes));
         if (aimed < kAimAtAll)
-            add(kIndirectBoundary, over_directions(silhouettes, kDirectionPieces * samples, chains), samples,
-                kIndirectShare, guided);
+            add(
+                kIndirectBoundary, silhouettes,
+                [&] { return over_directions(silhouettes, kDirectionPieces * samples, chains); }, chains,
+                learned_cells(samples), samples, kIndirectShare);
     }
     return terms;
 }
@@ -181,6 +203,14 @@ bool shading_is_constant(const SceneView& scene, const Wanted& wanted) {
     });
 }
 
+// The options with a term's samples per pixel, of those that are counted by pixel.
+RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, DerivativeTerm term) {
+    if (learned)
+        options.samples =
+            std::max(1, static_cast<int32_t>(std::lround(learned->share[term] * options.samples)));
+    return options;
+}
+
 bool any_mesh_moves(const Asked& asked) {
     return asked.instances ||
            std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
@@ -214,7 +244,8 @@ RenderOptions horizon_options(RenderOptions options) {
 
 // What both modes prepare: the scene, the interior term's chunks of the picture, and the boundary terms.
 struct Engine::DerivativeCall {
-    DerivativeCall(const Engine& e, const RenderOptions& options, const Wanted& asked_of)
+    DerivativeCall(const Engine& e, const RenderOptions& options, const Wanted& asked_of,
+                   LearnedSampling* learned)
         : engine(e),
           wanted(asked_of),
           sides(solid_sides(*e.bodies(), e.tables_.camera)),
@@ -222,8 +253,8 @@ struct Engine::DerivativeCall {
           geometry(wanted.geometry() || moves_chains(e.tables_, wanted)),
           prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), e.lights_for(wanted)),
           scene(prepared.view()),
-          plan(scene.camera, options, kRecordedPaths),
-          horizon(scene.camera, horizon_options(options), kHorizonPaths),
+          plan(scene.camera, of_term(options, learned, kInteriorTerm), kRecordedPaths),
+          horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
           tables(differentiable_tables(scene, e.tables_)),
           leaves(asked_leaves()),
           values_alone(wanted.values_alone(scene)) {
@@ -231,10 +262,10 @@ struct Engine::DerivativeCall {
         if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
             const auto normals = e.normals();
             terms = boundary_terms(scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_},
-                                   options, asked, e.guided_, e.aimed_);
+                                   options, asked, e.guided_, e.aimed_, learned);
         }
         if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
-        specular = SpecularTerm::of(scene, e.tables_, options, wanted);
+        specular = SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), wanted);
         if (specular) boundary_chunks += specular->chunks();
         for (const BoundaryTerm& term : terms)
             for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
@@ -277,6 +308,19 @@ struct Engine::DerivativeCall {
         engine.kernels_.record_values(scene, task, work);
         AdjointWorkspace::release(work);
         return sweep;
+    }
+
+    // How many samples each term took.
+    void count_samples(LearnedSampling& learned) const {
+        std::fill_n(learned.taken, kDerivativeTerms, 0.0);
+        if (image_chunks > 0)
+            learned.taken[kInteriorTerm] = static_cast<double>(plan.pixels) * plan.options.samples;
+        if (horizon_chunks > 0)
+            learned.taken[kShadowTerm] = static_cast<double>(horizon.pixels) * horizon.options.samples;
+        if (specular) learned.taken[kPrimaryTerm] += static_cast<double>(specular->total());
+        for (const BoundaryTerm& term : terms)
+            for (int pass = 0; pass < term.plan.passes(); ++pass)
+                learned.taken[kTermOf[term.plan.kind()]] += static_cast<double>(term.plan.total(pass));
     }
 
     // What samples without a finite value were left out, by term.
@@ -349,8 +393,9 @@ std::shared_ptr<const LightList> Engine::lights_for(const Wanted& wanted) const 
 }
 
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
-                     const Progress& progress, float* image, Dropped& dropped) const {
-    DerivativeCall call(*this, options, wanted);
+                     LearnedSampling* learned, const Progress& progress, float* image,
+                     Dropped& dropped) const {
+    DerivativeCall call(*this, options, wanted, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
     std::fill_n(image, plan.pixels * 3, 0.0f);
@@ -464,12 +509,14 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
 }
 
 TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
-                             const Progress& progress, Dropped& dropped) const {
-    DerivativeCall call(*this, options, wanted);
+                             LearnedSampling* learned, const Progress& progress, Dropped& dropped) const {
+    DerivativeCall call(*this, options, wanted, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
 
     GradientGroups groups(call.tables, wanted, spare_);
+    for (BoundaryTerm& term : call.terms)
+        if (term.masses) term.plan.record();
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
     std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
@@ -551,6 +598,9 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
                     [](const BoundaryTerm& term) { return term.plan.passes() == 2; }))
         parallel_for(threads_, count, report,
                      [&](int thread, int64_t group) { add_pass(thread, group, 1, groups.again(group)); });
+    for (const BoundaryTerm& term : call.terms)
+        if (term.masses) term.plan.teach(*term.masses);
+    if (learned) call.count_samples(*learned);
     if (progress) progress(1.0);  // second passes may have spared samples
     dropped = call.all_dropped();
     TableValues gradients = groups.reduce(threads_);

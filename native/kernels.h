@@ -147,6 +147,19 @@ struct EdgeTreeView {
 // Flag of a piece's cell: of segments that the camera sees by way of other surfaces.
 constexpr int32_t kChained = 1 << 30;
 
+// What becomes of a term's samples, for what later calls learn from them
+// (boundary/learned_masses.h): what the sample is worth, the expected number of samples on its piece, which
+// piece that is, and where on the edge.
+struct SampleRecord {
+    int32_t shift;               // of 2^shift samples one is recorded
+    float *worth, *density, *u;  // null: nothing is learned
+    int32_t* piece;
+
+    // Whether sample `number` is recorded, and where.
+    bool has(int64_t number) const { return worth && (number & ((int64_t{1} << shift) - 1)) == 0; }
+    int64_t place(int64_t number) const { return number >> shift; }
+};
+
 // Pieces of candidate edges (boundary/candidates.h), and samples [first, first + count) of `total`
 // systematic ones over their summed mass.
 struct BoundaryTask {
@@ -176,6 +189,7 @@ struct BoundaryTask {
     // the tree; from kAimAtAll on all light is.
     float aimed;
     EdgeTreeView tree;
+    SampleRecord record;
     DroppedSamples* dropped;
 };
 constexpr float kAimAtAll = 1e3f;

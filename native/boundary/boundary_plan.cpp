@@ -11,6 +11,8 @@ namespace {
 constexpr double kFirstPrimary = 0.25, kFirst = 0.125;
 constexpr float kFirstWeight = 0.04f;
 constexpr int64_t kMostShares = int64_t{1} << 20;
+// Most samples of a pass from which something is learned.
+constexpr int64_t kMostRecords = int64_t{1} << 20;
 // Neighbours of a share, to each side, that tell of it.
 constexpr int64_t kReach = 4;
 // Parts of the second pass that may go to all shares alike: a share may be worth more than its neighbours
@@ -115,9 +117,40 @@ BoundaryTask BoundaryPlan::task(int pass, int64_t first, int64_t count) {
     t.limits = options_.limits;
     t.guide = pass == 0 ? nullptr : guide_.data();
     t.shares = guided_ ? total_[0] : 1;
-    t.scale = !guided_ ? 1.0f : pass == 0 ? kFirstWeight : 1.0f - kFirstWeight;
+    t.scale = scale(pass);
     t.score = guided_ && pass == 0 ? score_.data() : nullptr;
+    t.record = view(pass);
     return t;
+}
+
+float BoundaryPlan::scale(int pass) const {
+    return !guided_ ? 1.0f : pass == 0 ? kFirstWeight : 1.0f - kFirstWeight;
+}
+
+SampleRecord BoundaryPlan::view(int pass) const {
+    Record& r = records_[pass];
+    if (r.worth.empty()) return {};
+    return {r.shift, r.worth.data(), r.density.data(), r.u.data(), r.piece.data()};
+}
+
+void BoundaryPlan::record() {
+    for (int pass = 0; pass < passes(); ++pass) {
+        Record& r = records_[pass];
+        while ((total_[pass] - 1) >> r.shift >= kMostRecords) ++r.shift;
+        const auto count = static_cast<size_t>(((total_[pass] - 1) >> r.shift) + 1);
+        r.worth.assign(count, 0.0f);
+        r.density.resize(count), r.u.resize(count), r.piece.resize(count);
+    }
+}
+
+void BoundaryPlan::teach(LearnedMasses& masses) const {
+    double total = 0.0;
+    for (const Record& r : records_)
+        for (float w : r.worth) total += std::ldexp(static_cast<double>(w), r.shift);
+    masses.age();
+    for (int pass = 0; pass < passes(); ++pass)
+        masses.learn(candidates_, view(pass), ((total_[pass] - 1) >> records_[pass].shift) + 1,
+                     static_cast<double>(scale(pass)), total);
 }
 
 }  // namespace edgegrad

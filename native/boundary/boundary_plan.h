@@ -3,6 +3,7 @@
 #pragma once
 
 #include "boundary/candidates.h"
+#include "boundary/learned_masses.h"
 #include "engine.h"
 
 namespace edgegrad {
@@ -33,9 +34,16 @@ class BoundaryPlan {
     // Takes this part of the second pass' samples only.
     void thin(double part);
 
+    // Records what samples are worth to a gradient; after it, teaches that.
+    void record();
+    void teach(LearnedMasses& masses) const;
+
     BoundaryTask task(int pass, int64_t first, int64_t count);
 
  private:
+    float scale(int pass) const;  // what a pass' samples count for
+    SampleRecord view(int pass) const;
+
     Candidates candidates_;
     RenderOptions options_;
     BoundaryKind kind_;
@@ -43,6 +51,12 @@ class BoundaryPlan {
     int64_t total_[2] = {0, 0};
     std::vector<float> score_;   // by sample of the first pass, each in a share of its own
     std::vector<double> guide_;  // (shares + 1)
+    struct Record {
+        int32_t shift = 0;
+        std::vector<float> worth, density, u;
+        std::vector<int32_t> piece;
+    };
+    mutable Record records_[2];  // by pass; empty: nothing is learned
 };
 
 }  // namespace edgegrad

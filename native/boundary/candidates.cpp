@@ -219,60 +219,67 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
     });
 }
 
-Candidates over_picture(double wanted, bool chains) {
+Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, const Borders& borders) {
     Candidates out;
-    const auto n = static_cast<int32_t>(std::clamp(std::sqrt(wanted), 1.0, kMostPlaces));
-    out.direction_cells = n;
-    const int32_t kinds = chains ? 2 : 1;
+    out.direction_cells = direction_cells;
+    const int32_t n = direction_cells, kinds = chains ? 2 : 1;
+    std::vector<float> u;
     for (int32_t kind = 0; kind < kinds; ++kind) {
         const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
-        for (int32_t row = 0; row < n; ++row) {
-            for (int32_t column = 0; column < n; ++column) {
-                out.edge.push_back(0);
-                out.u0.push_back(0.0f);
-                out.u1.push_back(1.0f);
-                out.cell.push_back((row * n + (row % 2 ? n - 1 - column : column)) | (kind ? kChained : 0));
-                out.cumulative.push_back(out.cumulative.back() + share);
-            }
-        }
-    }
-    return out;
-}
-
-Candidates over_directions(const Candidates& edges, double wanted, bool chains) {
-    const auto size = static_cast<double>(edges.size());
-    Candidates out;
-    if (edges.size() == 0) return out;
-    // Directions first: what an edge hides depends more on them than on the place along it.
-    const double each = std::max(1.0, wanted / size);
-    out.direction_cells = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
-    const int32_t n = out.direction_cells, kinds = chains ? 2 : 1;
-    const double pieces = std::max(1.0, wanted / (n * n));
-    for (int32_t kind = 0; kind < kinds; ++kind) {
-        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
-        for (int64_t k = 0; k < edges.size(); ++k) {
-            const auto i = static_cast<size_t>(k);
-            const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
-            const auto parts = static_cast<int64_t>(std::max(1.0, std::round(pieces * mass / edges.mass())));
-            for (int64_t part = 0; part < parts; ++part) {
-                const float length = (edges.u1[i] - edges.u0[i]) / static_cast<float>(parts);
+        for (size_t i = 0; i < edges.edge.size(); ++i) {
+            const double mass = share * (edges.cumulative[i + 1] - edges.cumulative[i]);
+            // Where rounding has taken a part's length, it counts like the others.
+            const double length = std::max(static_cast<double>(edges.u1[i] - edges.u0[i]), 1e-30);
+            u.clear();
+            borders(i, u);
+            const auto parts = static_cast<double>(u.size() - 1);
+            for (size_t part = 0; part + 1 < u.size(); ++part) {
+                const double here = static_cast<double>(u[part + 1] - u[part]) / length;
+                const double each = mass * (here > 0.0 ? here : 1.0 / parts) / (n * n);
                 for (int32_t row = 0; row < n; ++row) {
                     for (int32_t column = 0; column < n; ++column) {
                         out.edge.push_back(edges.edge[i]);
                         if (!edges.instance.empty()) out.instance.push_back(edges.instance[i]);
-                        out.u0.push_back(edges.u0[i] + length * static_cast<float>(part));
-                        out.u1.push_back(edges.u0[i] + length * static_cast<float>(part + 1));
+                        out.u0.push_back(u[part]);
+                        out.u1.push_back(u[part + 1]);
                         // There and back, so that what follows each other is near each other.
                         const int32_t place = row % 2 ? n - 1 - column : column;
                         out.cell.push_back((row * n + place) | (kind ? kChained : 0));
-                        out.cumulative.push_back(out.cumulative.back() +
-                                                 share * mass / static_cast<double>(parts * n * n));
+                        out.cumulative.push_back(out.cumulative.back() + each);
                     }
                 }
             }
         }
     }
     return out;
+}
+
+Candidates whole_picture() {
+    Candidates out;
+    out.edge.push_back(0);
+    out.u0.push_back(0.0f), out.u1.push_back(1.0f);
+    out.cumulative.push_back(1.0);
+    return out;
+}
+
+Candidates over_picture(double wanted, bool chains) {
+    const auto n = static_cast<int32_t>(std::clamp(std::sqrt(wanted), 1.0, kMostPlaces));
+    return cut(whole_picture(), n, chains, [](size_t, std::vector<float>& u) { u = {0.0f, 1.0f}; });
+}
+
+Candidates over_directions(const Candidates& edges, double wanted, bool chains) {
+    if (edges.size() == 0) return {};
+    // Directions first: what an edge hides depends more on them than on the place along it.
+    const double each = std::max(1.0, wanted / static_cast<double>(edges.size()));
+    const auto n = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
+    const double pieces = std::max(1.0, wanted / (n * n));
+    return cut(edges, n, chains, [&](size_t i, std::vector<float>& u) {
+        const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
+        const auto parts = static_cast<int64_t>(std::max(1.0, std::round(pieces * mass / edges.mass())));
+        const float length = (edges.u1[i] - edges.u0[i]) / static_cast<float>(parts);
+        for (int64_t part = 0; part <= parts; ++part)
+            u.push_back(edges.u0[i] + length * static_cast<float>(part));
+    });
 }
 
 }  // namespace edgegrad

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "kernels.h"
@@ -19,6 +20,11 @@ struct Candidates {
     std::vector<int32_t> cell;  // of directions (kernels.h, BoundaryTask); empty: all directions
     int32_t direction_cells = 1;
     std::vector<double> cumulative{0.0};  // mass up to each piece, pixels
+    // Of what was learned (boundary/learned_masses.h; empty: nothing was), by piece: the mass that it has but
+    // for that, and guesses of how large samples on it are, of mean 1 over the mass: from few and from many
+    // neighbours.
+    std::vector<double> unlearned;
+    std::vector<float> guess[2];
 
     int64_t size() const { return static_cast<int64_t>(edge.size()); }
     double mass() const { return cumulative.back(); }
@@ -50,8 +56,16 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
 // be the surface or the light.
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment);
 
-// Cells of the picture, about `wanted`, for samples that start at the camera. `chains`: also of paths that go
-// on from the first surface that they meet before they pass an edge.
+// Pieces of candidates by cells of directions: `direction_cells`^2 of each part between neighbouring borders,
+// which borders(k, u) gives of candidate k. `chains`: also of segments that the camera sees by way of other
+// surfaces.
+using Borders = std::function<void(size_t k, std::vector<float>& u)>;
+Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, const Borders& borders);
+
+// Cells of the picture, about `wanted`, for samples that start at the camera: they have the place of cells of
+// directions of one edge, which says nothing else. `chains`: also of paths that go on from the first surface
+// that they meet before they pass an edge.
+Candidates whole_picture();
 Candidates over_picture(double wanted, bool chains);
 
 // The same edges for light between surfaces: cut into pieces, and their directions into cells, of which there

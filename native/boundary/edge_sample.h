@@ -50,6 +50,10 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
         s.u = place.u0 + length * place.tau;
         du = length;
     }
+    if (task.record.worth)
+        for (int i = 0; i < W && at + i < task.count; ++i)
+            if (const int64_t k = task.first + at + i; task.record.has(k))
+                task.record.u[task.record.place(k)] = s.u[i];
     s.tangent = place.t;
     s.point = place.a + place.t * s.u;
     LensPoint lens = {splat(0.0f), splat(0.0f)};

@@ -118,6 +118,12 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
         s.u1[i] = task.u1[piece];
         s.tau[i] = static_cast<float>(tau < 0.0 ? 0.0 : tau > 1.0 ? 1.0 : tau);
         s.density[i] = static_cast<float>(length * density);
+        if (task.record.has(task.first + k)) {
+            const int64_t at_record = task.record.place(task.first + k);
+            task.record.piece[at_record] = static_cast<int32_t>(piece);
+            task.record.density[at_record] = s.density[i];
+            task.record.u[at_record] = s.u0[i] + (s.u1[i] - s.u0[i]) * s.tau[i];
+        }
     }
     // One low-discrepancy sequence over all samples: neighbouring shares of the mass get stratified
     // random numbers.
@@ -166,6 +172,17 @@ EG_INLINE Mask keep_finite(const BoundaryTask& task, int64_t at, Mask active, In
         }
     }
     return active & ~lost;
+}
+
+// Records what samples are worth to the gradient: the light that they move, times the adjoint. Unlike a size
+// it is for later calls, whose both modes then take the same samples.
+EG_INLINE void record_worth(const BoundaryTask& task, int64_t at, Mask active, Vec3 color, Vec3 adjoint,
+                            Float sweep) {
+    if (!task.record.worth) return;
+    const Float worth = abs(dot(color, adjoint)) * sweep;
+    for (int i = 0; i < W && at + i < task.count; ++i)
+        if (const int64_t k = task.first + at + i; active[i] && task.record.has(k))
+            task.record.worth[task.record.place(k)] = worth[i];
 }
 
 // Pixel of a pinhole camera that a direction of unit depth goes through; lanes outside of the picture become

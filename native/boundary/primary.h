@@ -234,6 +234,7 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
         const Vec3 a = any(s.active) ? adjoint_of(s) : zero3();
         s.active &= largest_component(a) > 0.0f;
         if (!any(s.active)) continue;
+        record_worth(task, at, s.active, jump, a, s.weight * sqrt(dot(s.normal, s.normal)));
         Backward mode{scene, gradient, a};
         edge_blocks(mode, scene, gradient, s, jump);
     }

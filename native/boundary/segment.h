@@ -125,11 +125,14 @@ EG_INLINE void segment_blocks(Mode& mode, const SceneView& scene, const Derivati
     }
 }
 
-// What a motion of the edge across the segment changes, per unit.
-EG_INLINE Float size_of(const BoundarySegment& s) {
+// What a motion of the edge across the segment sweeps, per unit and color.
+EG_INLINE Float sweep_of(const BoundarySegment& s) {
     const Float facing = select(s.slides, -dot(s.x.normal, s.view.across_of), splat(1.0f));
-    return size_of(s.color) * facing * sqrt(dot(s.sweep, s.sweep));
+    return facing * sqrt(dot(s.sweep, s.sweep));
 }
+
+// What a motion of the edge across the segment changes, per unit.
+EG_INLINE Float size_of(const BoundarySegment& s) { return size_of(s.color) * sweep_of(s); }
 
 // Leaves out samples without a finite size, and writes the sizes of those of a first pass, by which the
 // samples of a second are distributed (boundary/boundary_plan.h).

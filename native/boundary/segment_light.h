@@ -82,6 +82,7 @@ EG_INLINE void add_backward(const SceneView& scene, const BoundaryTask& task, De
         weigh(task, at, s);
         if (!any(s.active)) continue;
         const Vec3 a = adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
+        record_worth(task, at, s.active, s.color, a, sweep_of(s));
         Backward mode{scene, gradient, a};
         segment_blocks(mode, scene, gradient, s);
     }

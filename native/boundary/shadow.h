@@ -201,7 +201,9 @@ static void shadow_backward_kernel(const SceneView& scene, const BoundaryTask& t
             [&](const BoundarySegment& found) { return largest_component(adjoint_of(found)) > 0.0f; });
         weigh(task, at, s);
         if (!any(s.active)) continue;
-        Backward mode{scene, gradient, adjoint_of(s)};
+        const Vec3 a = adjoint_of(s);
+        record_worth(task, at, s.active, s.color, a, sweep_of(s));
+        Backward mode{scene, gradient, a};
         segment_blocks(mode, scene, gradient, s);
     }
 }

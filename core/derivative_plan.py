@@ -8,10 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import parameters
+from .curve_plan import light_curves, missing_curves, surface_curves
 from .differentiable import indirect_obstacles, obstacles
 from .light import AreaLight, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
+from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import STRENGTH, Motion
 from .placement import placed_meshes
@@ -61,8 +63,8 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
     made = {
         "interior": _interior(scene, tables, wrt, max_depth),
         "primary": Term("primary", primary.computed or specular is not None, primary.edges, primary.of, why),
-        "shadow": _shadow(scene, moves, edges, max_depth),
-        "indirect": _indirect(scene, moves, edges, max_depth),
+        "shadow": _shadow(scene, placed, moves, edges, max_depth),
+        "indirect": _indirect(scene, placed, moves, edges, max_depth),
     }
     return tuple(made[name] for name in TERMS)
 
@@ -131,7 +133,9 @@ def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[
     return False, f"'{path}': changes radiance" + ("" if moving else " and moves no edge")
 
 
-def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth: int) -> Term:
+def _shadow(
+    scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int
+) -> Term:
     total = sum(e.count for e in edges.values())
     zero = ""
     if max_depth < 2:
@@ -143,14 +147,15 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
     if zero:
         return Term("shadow", False, 0, total, (zero,))
     cut, horizons = horizon_rule(scene, moves, max_depth)
+    curves = tuple(light_curves(scene, placed, moves))
     if len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
         alone = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
-        return Term("shadow", cut, 0, total, (alone, horizons) if cut else (alone,))
+        return Term("shadow", cut or bool(curves), 0, total, (alone, *((horizons,) if cut else ()), *curves))
     kept = total - sum(e.flat for e in edges.values())
     why = ["edges of all meshes, since a shadow also moves over a moving surface when its caster stands still"]
     if total - kept:
         why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
-    why.append(horizons)
+    why += [horizons, *curves]
     absent = [words for kind, words in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
     if not np.any(scene.world.color * scene.world.strength):
         absent.append("environment")
@@ -158,12 +163,15 @@ def _shadow(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth:
         absent.append("emissive meshes")
     if absent:
         why.append(f"no shadows of {', '.join(absent)}: there are none")
-    return Term("shadow", kept > 0 or cut, kept, total, tuple(why))
+    return Term("shadow", kept > 0 or cut or bool(curves), kept, total, tuple(why))
 
 
-def _indirect(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_depth: int) -> Term:
+def _indirect(
+    scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int
+) -> Term:
     total = sum(e.count for e in edges.values())
     kept = total - sum(e.flat for e in edges.values())
+    curves = tuple(surface_curves(placed, moves))
     zero = ""
     if max_depth < 3:
         zero = "light that surfaces pass on to each other is not rendered"
@@ -173,7 +181,7 @@ def _indirect(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_dept
         zero = "every surface is black: none passes light on"
     elif len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
         zero = f"'{next(iter(edges))}' is alone and convex: it doesn't light itself"
-    elif not kept:
+    elif not kept and not curves:
         zero = "every edge is between two faces of one plane, never a silhouette"
     if zero:
         return Term("indirect", False, 0, total, (zero,))
@@ -182,6 +190,7 @@ def _indirect(scene: Scene, moves: Motion, edges: dict[str, MeshEdges], max_dept
     why = ["edges of all meshes: what they hide of one surface from another, at any bounce"]
     if total - kept:
         why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
+    why += curves
     aimed = aimed_materials(scene)
     if aimed:
         why.append(f"seen in sharp lobes ({', '.join(aimed)}) by samples that start at the camera, elsewhere at edges")
@@ -203,7 +212,9 @@ def missing(scene: Scene, moves: Motion, max_depth: int, narrow: bool) -> tuple[
 
 def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     """Boundaries that no term has, of an engine that differentiates every table."""
-    yield from missing_jumps(scene, dict(zip(scene.meshes, placed_meshes(scene), strict=True)), moves)
+    placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
+    yield from missing_jumps(scene, placed, moves)
+    yield from missing_curves(scene, placed, moves)
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
     yield from missing_shadows(scene, moves)

@@ -32,7 +32,7 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
         slot = np.array([material_index[name] for name in mesh.materials], np.int32)
         slots.append(np.full(len(mesh.faces), slot[0]) if mesh.face_material is None else slot[mesh.face_material])
     for k, light in enumerate(area_lights):
-        light_vertices, light_faces = _area_light_mesh(light)
+        light_vertices, light_faces = area_light_mesh(light)
         meshes.append(Mesh(light_vertices, light_faces, ()))
         slots.append(np.full(len(light_faces), len(scene.materials) + k, np.int32))
 
@@ -143,7 +143,7 @@ def _instances(meshes: list[Mesh], origin: NDArray[np.float64]) -> dict[str, Any
     }
 
 
-def _area_light_mesh(light: AreaLight) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+def area_light_mesh(light: AreaLight) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Vertices and faces of the flat emitter, facing along the light's -Z."""
     if light.shape == "RECTANGLE":
         flat = np.array([[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.5], [0.5, -0.5]])  # clockwise seen from +Z

@@ -29,8 +29,9 @@ SHINES_TO = slice(12, 15)
 EXTENT_X, EXTENT_Y, RADIUS, AREA, ONE_MINUS_COS, EDGE, EDGE_SCALE = range(15, 22)
 WIDTH = 24
 
-# An edge this sharp is a step in float32.
+# Scale of edges that are steps; those of spots are if they blend over less than this share of their angle.
 _STEP = 1e12
+LEAST_BLEND = 1e-3
 # Sizes below these are none: their solid angles and areas would vanish in float32.
 _LEAST_SUN_ANGLE = 1e-5
 _LEAST_RADIUS = 1e-6
@@ -121,7 +122,8 @@ def _point(light: PointLight | SpotLight, origin: NDArray[np.float64], row: NDAr
         flags = LINEAR_CONE if linear else SMOOTH_CONE
         row[EDGE] = half if linear else row[ONE_MINUS_COS]
         width = row[EDGE] * light.blend
-        row[EDGE_SCALE] = 1.0 / width if width.real > 1.0 / _STEP else _STEP
+        step = light.blend.real < LEAST_BLEND or width.real <= 1.0 / _STEP
+        row[EDGE_SCALE] = _STEP if step else 1.0 / width
     if light.radius.real < _LEAST_RADIUS:
         row[RADIANCE] = intensity
         return POINT, flags

@@ -73,6 +73,8 @@ def _place(tables: Tables, pixel: int, vertices: Sequence[int], faces: Sequence[
         return f"in row {row}, column {column}, at {surface}"
     if faces[1] >= 0:
         return f"where {surface} and {_of_mesh(tables, faces[1])} pierce each other"
+    if vertices[0] < 0:
+        return f"where {surface} passes through a light" if faces[0] >= 0 else "at the border of a light"
     mesh = _mesh_of(tables, faces[0])
     a, b = (k - int(tables.mesh_first_vertex[mesh]) for k in vertices)
     return f"at the edge between the vertices {a} and {b} of mesh '{tables.mesh_names[mesh]}'"

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
 from . import parameters
+from .curve_plan import outlines
 from .expression import Expression, ImageTexture, nodes_of
-from .light import PointLight
 from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import Motion
 from .scene import Scene
-from .shape import convex, pierces
+from .shape import convex, crossing_pairs
 
 # Meshes of more faces are not searched for places where they pass through themselves (native/boundary/crossings.h).
 SELF_CROSSING_FACES = 50_000
@@ -53,8 +52,10 @@ def primary_rules(
     """
     camera = moves.camera and any(path.startswith("camera.") and _moves_rays(scene, path) for path in wrt)
     total = sum(e.count for e in edges.values())
+    seen = outlines(scene, moves.lights, camera)
     if not moves.meshes and not camera:
-        return PrimaryRules(False, 0, total, ("no vertex is a parameter and the camera stands still",))
+        fixed = "no vertex is a parameter and the camera stands still"
+        return PrimaryRules(bool(seen), 0, total, (fixed, seen) if seen else (fixed,))
     swept = list(placed) if camera else list(moves.meshes)
     unseen = [name for name in placed if "camera" not in placed[name].visible_to]
     if camera:
@@ -79,14 +80,10 @@ def primary_rules(
     for one, other in crossing_pairs(placed):
         if (one in swept or other in swept) and one not in unseen and other not in unseen:
             why.append(f"besides edges: the lines where '{one}' and '{other}' may pass through each other")
+    if seen:
+        why.append(seen)
     kept = sum(edges[name].count for name in swept) - plain
-    return PrimaryRules(kept > 0, kept, total, tuple(why))
-
-
-def crossing_pairs(placed: Mapping[str, Mesh]) -> list[tuple[str, str]]:
-    """Names of meshes that may pass through each other; instances are not looked at."""
-    alone = [name for name in placed if placed[name].instances is None]
-    return [(one, other) for one, other in combinations(alone, 2) if pierces(placed[one], placed[other])]
+    return PrimaryRules(kept > 0 or bool(seen), kept, total, tuple(why))
 
 
 def edge_count(edges: int) -> str:
@@ -113,10 +110,6 @@ def _textured(scene: Scene, slot: str) -> bool:
 def missing_jumps(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
     """Sentences on jumps that the camera may see and that are no edges: nothing computes them."""
     moving = set(placed) if moves.camera else set(moves.meshes)
-    for one, other in crossing_pairs(placed):
-        if one in moves.meshes or other in moves.meshes:
-            yield (f"'{one}' and '{other}' may pass through each other: the line where they do is seen as an edge is, "
-                   "but what it covers of a surface that lights others is left out")
     large = [name for name in placed if name in moves.meshes and len(placed[name].faces) > SELF_CROSSING_FACES
              and not convex(placed[name])]
     if large:
@@ -132,10 +125,6 @@ def missing_jumps(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> It
     if hard:
         yield (f"borders inside of the faces of {', '.join(hard)} that an image without interpolation draws: they are "
                "no edges")
-    shown = [name for name, light in scene.lights.items() if (name in moves.lights or moves.camera)
-             and isinstance(light, PointLight) and light.radius > 0.0 and "camera" in light.visible_to]
-    if shown:
-        yield f"the outlines of lights that the camera sees ({', '.join(shown)}): they are no edges"
 
 
 def _is_cut(scene: Scene, mesh: Mesh) -> bool:

@@ -12,9 +12,6 @@ from .material_table import NORMAL_MAP, flags
 from .motion import Motion
 from .scene import Scene
 
-# Blends below this share of a spot's angle are steps in its picture.
-_STEP = 1e-3
-
 
 def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str]:
     """Whether faces that are shaded with other normals than their own may cut off other light than before, in words.
@@ -58,9 +55,6 @@ def _has_size(light: Light) -> bool:
 
 def missing_shadows(scene: Scene, moves: Motion) -> Iterator[str]:
     """Sentences on jumps of direct light that no edge carries: nothing computes them."""
-    hard = [name for name, light in scene.lights.items() if isinstance(light, SpotLight) and light.blend < _STEP]
-    if hard:
-        yield f"the border of the cones of spots without blend ({', '.join(hard)}): a jump that is no edge"
     sized = any(_has_size(light) for light in scene.lights.values())
     sized = sized or any(scene.emits(name) for name in scene.meshes)
     sky = bool(np.any(scene.world.color * scene.world.strength))

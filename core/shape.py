@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import combinations
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,6 +57,12 @@ def pierces(a: Mesh, b: Mesh) -> bool:
     if (low_a >= high_b - slack).any() or (low_b >= high_a - slack).any():
         return False  # apart, or touching
     return not (_one_sided(a, b, slack) or _one_sided(b, a, slack))
+
+
+def crossing_pairs(placed: Mapping[str, Mesh]) -> list[tuple[str, str]]:
+    """Names of meshes that may pass through each other; instances are not looked at."""
+    alone = [name for name in placed if placed[name].instances is None]
+    return [(one, other) for one, other in combinations(alone, 2) if pierces(placed[one], placed[other])]
 
 
 def _one_sided(sheet: Mesh, other: Mesh, slack: float) -> bool:

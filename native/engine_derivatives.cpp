@@ -8,6 +8,7 @@
 #include "boundary/edge_tree.h"
 #include "boundary/learned_masses.h"
 #include "boundary/solids.h"
+#include "curve_terms.h"
 #include "drop_count.h"
 #include "engine.h"
 #include "sampling_plan.h"
@@ -99,8 +100,8 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                              std::move(tree), aimed, masses});
     };
     if (options.primary) {
-        auto lines = std::make_shared<EdgesAndCrossings>(edges.tables,
-                                                         find_crossings(edges.tables, asked, edges.threads));
+        auto lines = std::make_shared<EdgesAndCrossings>(
+            edges.tables, find_crossings(edges.tables, asked, 1 << kCameraRay, edges.threads));
         Candidates candidates = primary_candidates(scene, edges, asked);
         lines->add_candidates(scene.camera, candidates);
         // As many samples per pixel of edge as the picture has per pixel.
@@ -138,6 +139,15 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                 kIndirectBoundary, silhouettes,
                 [&] { return over_directions(silhouettes, kDirectionPieces * samples, chains); }, chains,
                 learned_cells(samples), samples, kIndirectShare);
+    }
+    for (CurveTerm& curve : curve_terms(scene, edges, options, asked)) {
+        const double samples = (learned ? learned->share[kTermOf[curve.kind]] : 1.0) * curve.share * picture;
+        BoundaryPlan plan(std::move(curve.candidates), samples, samples, options, curve.kind, guided);
+        // What surfaces hide of others by passing through them has no aimed estimator.
+        const float lobes = curve.kind == kPiercedSurface ? 0.0f : aimed;
+        if (plan.total(0) > 0)
+            terms.push_back({std::move(plan), std::move(curve.lines), std::make_unique<DropCount>(), nullptr,
+                             lobes, nullptr});
     }
     return terms;
 }
@@ -209,11 +219,6 @@ RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, Der
         options.samples =
             std::max(1, static_cast<int32_t>(std::lround(learned->share[term] * options.samples)));
     return options;
-}
-
-bool any_mesh_moves(const Asked& asked) {
-    return asked.instances ||
-           std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
 }
 
 bool anything_moves(const Asked& asked) {
@@ -333,13 +338,14 @@ struct Engine::DerivativeCall {
         add_pixels("shadow", dropped_horizons.sum());
         const auto add = [&out](const char* name, const DroppedSamples& d, const SceneView& view) {
             if (d.count == 0) return;
-            const uint32_t* face = view.edge_faces + view.edge_face_first[d.place];
             DroppedTerm t{name, d.count, -1, {-1, -1}, {-1, -1}};
+            if (d.place < 0) return out.push_back(t);  // the border of a light
+            const uint32_t* face = view.edge_faces + view.edge_face_first[d.place];
             const bool crossing = d.place >= view.edge_count;
             for (int k = 0; k < 2; ++k)
                 if (!crossing) t.vertices[k] = static_cast<int32_t>(view.edge_vertices[2 * d.place + k]);
             t.faces[0] = static_cast<int32_t>(face[0]);
-            if (crossing) t.faces[1] = static_cast<int32_t>(face[1]);
+            if (crossing && !(face[1] & kLightOfTable)) t.faces[1] = static_cast<int32_t>(face[1]);
             out.push_back(t);
         };
         for (const BoundaryTerm& term : terms)

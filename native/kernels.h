@@ -118,10 +118,15 @@ enum BoundaryKind : int32_t {
     kSkyBoundary,       // between a surface and the environment
     kIndirectBoundary,  // between two surfaces (boundary/indirect.h)
     kAimedBoundary,     // the same, where the camera sees it in sharp lobes (boundary/aimed.h)
+    kPiercedLight,      // where surfaces pass through what gives light (boundary/pierced.h)
+    kPiercedSurface,    // through what scatters it
+    kConeBorder,        // where spots without blend end (boundary/cone_border.h)
+    kLightOutline,      // of lights that the camera sees (boundary/light_outline.h)
     kBoundaryKinds
 };
 // The term that each belongs to (core/renderer.py).
-constexpr const char* kBoundaryTerms[] = {"primary", "shadow", "shadow", "indirect", "indirect"};
+constexpr const char* kBoundaryTerms[] = {"primary", "shadow",   "shadow", "indirect", "indirect",
+                                          "shadow",  "indirect", "shadow", "primary"};
 static_assert(sizeof kBoundaryTerms / sizeof *kBoundaryTerms == kBoundaryKinds);
 
 // Pieces of edges as rows of floats, and nodes over them (boundary/edge_tree.h).
@@ -168,7 +173,8 @@ struct BoundaryTask {
     const float* u0;
     const float* u1;
     // Of direction_cells^2 directions about the edge (cosines, and azimuths), or, of samples that start at
-    // the camera, of as many cells of the picture; and kChained. Null: none.
+    // the camera, of as many cells of the picture; and kChained. Null: none. Of kConeBorder and kLightOutline
+    // instead of an edge the light, in turns about which u0 and u1 are.
     const int32_t* cell;
     int32_t direction_cells;
     const double* cumulative;  // (pieces + 1) mass

@@ -7,6 +7,7 @@
 
 #include "boundary/picture_frame.h"
 #include "parallel.h"
+#include "scene/light_params.h"
 #include "scene/vector.h"
 
 namespace edgegrad {
@@ -217,6 +218,9 @@ struct Triangle3 {
         }
         normal = cross(p[1] - p[0], p[2] - p[0]);
     }
+    Triangle3(Vector p0, Vector p1, Vector p2) : p{p0, p1, p2}, normal(cross(p1 - p0, p2 - p0)), size(0.0) {
+        for (const Vector& v : p) size = std::max({size, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    }
 };
 
 // The part of `t` that lies in the plane of `other`; false if it has none, or an edge of it does.
@@ -254,6 +258,65 @@ bool shared_line(const SceneTables& tables, int32_t face, int32_t other, Vector 
     return dot(along, ends[1] - ends[0]) > 0.0 &&
            length(ends[1] - ends[0]) > kOnPlane * std::max(s.size, t.size);
 }
+
+// A rectangle or ellipse of the light table.
+struct FlatLight {
+    Vector center, x, y;  // half axes
+    bool ellipse;
+    Box box;
+
+    FlatLight(const float* row, bool is_ellipse) : ellipse(is_ellipse) {
+        const auto vector = [&](int at) { return Vector{row[at], row[at + 1], row[at + 2]}; };
+        center = vector(kLightPosition);
+        x = vector(kLightAxisX) * static_cast<double>(row[kLightExtentX]);
+        y = vector(kLightAxisY) * static_cast<double>(row[kLightExtentY]);
+        for (double s : {-1.0, 1.0})
+            for (double t : {-1.0, 1.0}) {
+                const Vector p = center + x * s + y * t;
+                const float corner[3] = {static_cast<float>(p.x), static_cast<float>(p.y),
+                                         static_cast<float>(p.z)};
+                box.add(corner);
+            }
+    }
+
+    // The line along which a triangle cuts the light; false if there is none, or an edge of it lies in the
+    // light's plane.
+    bool cut_by(const Triangle3& t, Vector (&ends)[2]) const {
+        const Vector normal = cross(x, y), along = cross(t.normal, normal);
+        const double scale2 = dot(t.normal, t.normal) * dot(normal, normal);
+        if (!(dot(along, along) > kParallel * scale2)) return false;
+        if (!cut(t, Triangle3(center, center + x, center + y), ends)) return false;
+        // The part of it where the light is: of a + b k, k from 0 to 1, in the frame of the half axes.
+        const auto place = [&](const Vector& p, const Vector& axis) {
+            return dot(p - center, axis) / dot(axis, axis);
+        };
+        const double a[2] = {place(ends[0], x), place(ends[0], y)};
+        const double b[2] = {place(ends[1], x) - a[0], place(ends[1], y) - a[1]};
+        double low = 0.0, high = 1.0;
+        if (ellipse) {
+            const double bb = b[0] * b[0] + b[1] * b[1], ab = a[0] * b[0] + a[1] * b[1];
+            const double root = ab * ab - bb * (a[0] * a[0] + a[1] * a[1] - 1.0);
+            if (!(root > 0.0)) return false;
+            low = std::max(low, (-ab - std::sqrt(root)) / bb);
+            high = std::min(high, (-ab + std::sqrt(root)) / bb);
+        } else {
+            for (int c = 0; c < 2; ++c) {
+                if (b[c] == 0.0) {
+                    if (std::abs(a[c]) >= 1.0) return false;
+                    continue;
+                }
+                const double one = (-1.0 - a[c]) / b[c], other = (1.0 - a[c]) / b[c];
+                low = std::max(low, std::min(one, other));
+                high = std::min(high, std::max(one, other));
+            }
+        }
+        if (!(high > low)) return false;
+        const Vector first = ends[0], way = ends[1] - ends[0];
+        ends[0] = first + way * low;
+        ends[1] = first + way * high;
+        return length(ends[1] - ends[0]) > kOnPlane * t.size;
+    }
+};
 
 // Whether two faces have a corner in common (by place: copies of a vertex count as one).
 bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
@@ -339,14 +402,14 @@ void search_self(const SceneTables& tables, int32_t mesh, int threads, Crossings
 
 }  // namespace
 
-Crossings find_crossings(const SceneTables& tables, const Asked& asked, int threads) {
+Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t seers, int threads) {
     const auto meshes = static_cast<size_t>(tables.visible_meshes);
     std::vector<Box> boxes(meshes);
     std::vector<uint8_t> seen(meshes);
     for (size_t m = 0; m < meshes; ++m) {
         const bool placed = std::find(tables.instance_mesh.begin(), tables.instance_mesh.end(),
                                       static_cast<int32_t>(m)) != tables.instance_mesh.end();
-        seen[m] = !placed && (tables.mesh_mask[m] & (1 << kCameraRay));
+        seen[m] = !placed && (tables.mesh_mask[m] & seers);
         if (!seen[m]) continue;
         for (int32_t v = tables.mesh_first_vertex[m]; v < tables.mesh_first_vertex[m + 1]; ++v)
             boxes[m].add(&tables.vertices[3 * static_cast<size_t>(v)]);
@@ -373,6 +436,36 @@ Crossings find_crossings(const SceneTables& tables, const Asked& asked, int thre
     return out;
 }
 
+Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,
+                              const int32_t* emissive, int threads) {
+    Crossings out;
+    for (size_t k = 0; k < static_cast<size_t>(crossings.size()) && emissive; ++k) {
+        const uint32_t* faces = &crossings.faces[2 * k];
+        if (emissive[faces[0]] < 0 && emissive[faces[1]] < 0) continue;
+        out.ends.insert(out.ends.end(), &crossings.ends[6 * k], &crossings.ends[6 * k] + 6);
+        out.faces.insert(out.faces.end(), faces, faces + 2);
+    }
+    for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
+        const int32_t kind = tables.lights.kind[row];
+        if (kind != kRectangleLight && kind != kEllipseLight) continue;
+        const FlatLight light(&tables.lights.params[kLightParams * row], kind == kEllipseLight);
+        for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
+            const bool placed = std::find(tables.instance_mesh.begin(), tables.instance_mesh.end(), mesh) !=
+                                tables.instance_mesh.end();
+            if (placed || !(asked.lights || asked.moving[static_cast<size_t>(mesh)])) continue;
+            for (int32_t face : faces_in(tables, mesh, light.box, threads)) {
+                Vector ends[2];
+                if (!light.cut_by(Triangle3(tables, face), ends)) continue;
+                for (const Vector& e : ends)
+                    for (double x : {e.x, e.y, e.z}) out.ends.push_back(static_cast<float>(x));
+                out.faces.push_back(static_cast<uint32_t>(face));
+                out.faces.push_back(kLightOfTable | static_cast<uint32_t>(row));
+            }
+        }
+    }
+    return out;
+}
+
 EdgesAndCrossings::EdgesAndCrossings(const SceneTables& tables, Crossings crossings)
     : edge_count_(static_cast<int32_t>(tables.edge_vertices.size() / 2)), crossings_(std::move(crossings)) {
     if (crossings_.size() == 0) return;
@@ -388,6 +481,18 @@ SceneView EdgesAndCrossings::view(SceneView scene) const {
     scene.edge_faces = faces_.data();
     scene.crossing_ends = crossings_.ends.data();
     return scene;
+}
+
+Candidates EdgesAndCrossings::crossings() const {
+    Candidates out;
+    for (int64_t k = 0; k < crossings_.size(); ++k) {
+        const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
+        out.edge.push_back(edge_count_ + static_cast<int32_t>(k));
+        out.u0.push_back(0.0f);
+        out.u1.push_back(1.0f);
+        out.cumulative.push_back(out.mass() + length(Vector{p[3], p[4], p[5]} - Vector{p[0], p[1], p[2]}));
+    }
+    return out;
 }
 
 void EdgesAndCrossings::add_candidates(const CameraView& camera, Candidates& candidates) const {

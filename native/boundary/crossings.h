@@ -5,7 +5,7 @@
 
 namespace edgegrad {
 
-// Lines by number: their ends (n, 2, 3), and the two faces of each.
+// Lines by number: their ends (n, 2, 3), and the two faces of each, or a face and a light (kLightOfTable).
 struct Crossings {
     std::vector<float> ends;
     std::vector<uint32_t> faces;
@@ -16,10 +16,16 @@ struct Crossings {
 // Meshes of more faces are not searched for places where they pierce themselves.
 constexpr int32_t kSelfCrossingFaces = 50'000;
 
-// All crossings of meshes that the camera sees, of which one moves, or the camera does. Left out are faces
+// All crossings of meshes that rays with one of `seers` (bits 1 << RayKind) meet, and of which one moves, or
+// the camera does. Left out are faces
 // that lie in one plane, or nearly (their line's speed has no bound), and edges that lie in a face: that is
 // contact, which the edge itself covers. Instances are left out.
-Crossings find_crossings(const SceneTables& tables, const Asked& asked, int threads);
+Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t seers, int threads);
+
+// Those of which one face is in `emissive` (by face, -1: it gives no light; null: none does), and the lines
+// along which meshes pass through rectangles and ellipses of the light table, where one of the two moves.
+Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,
+                              const int32_t* emissive, int threads);
 
 // The edges of the scene and its crossings as further edges behind them.
 class EdgesAndCrossings {
@@ -28,6 +34,8 @@ class EdgesAndCrossings {
 
     // `scene` with both; pointers are into this object.
     SceneView view(SceneView scene) const;
+    // The crossings alone, by their length.
+    Candidates crossings() const;
     // Adds the crossings' pieces in the picture to the edges'.
     void add_candidates(const CameraView& camera, Candidates& candidates) const;
 

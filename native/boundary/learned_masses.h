@@ -56,7 +56,8 @@ class LearnedMasses {
 // Terms of a derivative (core/renderer.py).
 enum DerivativeTerm : int32_t { kInteriorTerm, kPrimaryTerm, kShadowTerm, kIndirectTerm, kDerivativeTerms };
 // The one that each kind of boundary belongs to.
-constexpr DerivativeTerm kTermOf[] = {kPrimaryTerm, kShadowTerm, kShadowTerm, kIndirectTerm, kIndirectTerm};
+constexpr DerivativeTerm kTermOf[] = {kPrimaryTerm, kShadowTerm,   kShadowTerm, kIndirectTerm, kIndirectTerm,
+                                      kShadowTerm,  kIndirectTerm, kShadowTerm, kPrimaryTerm};
 static_assert(sizeof kTermOf / sizeof *kTermOf == kBoundaryKinds);
 
 // What gradients of one view of a scene have learned.

@@ -14,6 +14,15 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+// The LightKind of rows of the light table; of rows that give no light, any.
+EG_INLINE Int kind_of_rows(const LightView& lights, Int row) {
+    Int kind = splat(0);
+    for (int i = 0; i < W; ++i)
+        if (row[i] >= 0 && lights.light_of_row[row[i]] >= 0)
+            kind[i] = lights.kind[lights.light_of_row[row[i]]];
+    return kind;
+}
+
 // The adjoint of the unit vector n from those of its basis vectors (simd/vector.h).
 EG_INLINE Vec3 basis_adjoint(Vec3 n, Vec3 ga, Vec3 gb) {
     const Float sign = select(n.z >= 0.0f, splat(1.0f), -1.0f);

@@ -14,6 +14,7 @@
 // velocities of the two triangles at e.
 #pragma once
 
+#include "boundary/crossing_point.h"
 #include "boundary/edge_sample.h"
 #include "boundary/moving_points.h"
 #include "path/run.h"
@@ -146,24 +147,12 @@ EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const EdgeSam
         for (uint32_t k = 0; k < 2; ++k)
             if (crossing[i])
                 face[k][i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
-    const Triangle t[2] = {gather_triangle(scene, face[0]), gather_triangle(scene, face[1])};
-    Vec3 n[2];
-    for (int k = 0; k < 2; ++k) {
-        const Vec3 m = area_normal(t[k]);
-        n[k] = m * (1.0f / max(sqrt(dot(m, m)), 1e-30f));
-    }
-    // Faces that are nearly parallel don't come here: the line's speed has no bound there.
-    const Float cosine = dot(n[0], n[1]), inverse = 1.0f / max(1.0f - cosine * cosine, 1e-7f);
-    for (int k = 0; k < 2; ++k) {
-        const Mask moves = crossing & (gather(scene.face_moving, face[k]) != 0);
-        if (!any(moves)) continue;
-        const Float mu = (dot(g, n[k]) - cosine * dot(g, n[1 - k])) * inverse;
-        const Vec3 m = area_normal(t[k]), e1 = t[k].p1 - t[k].p0, e2 = t[k].p2 - t[k].p0;
-        const Vec3 d = s.point - t[k].p0;
-        const Float size = 1.0f / max(dot(m, m), 1e-37f);
-        triangle_blocks(mode, moves, face[k], t[k], dot(m, cross(d, e2)) * size, dot(m, cross(e1, d)) * size,
-                        n[k] * mu, zero3(), color);
-    }
+    const Vec3 n[2] = {unit_normal(gather_triangle(scene, face[0])),
+                       unit_normal(gather_triangle(scene, face[1]))};
+    Float mu[2];
+    part_normals(g, n[0], n[1], mu[0], mu[1]);
+    for (int k = 0; k < 2; ++k)
+        plane_point_blocks(mode, scene, crossing, face[k], s.point, n[k] * mu[k], color);
 }
 
 // weight N . (de - c), times `color`, for what `asked` names.

@@ -96,6 +96,23 @@ EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const Derivati
     return from;
 }
 
+// The velocity of x, whose adjoint is g. Of a slide, n (g . D)/(n . D) goes to the surface, its rest to the
+// ray: with the |n . D| of the color cancelled both are bounded at grazing views.
+template <typename Mode>
+EG_INLINE void lit_end_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                              const BoundarySegment& s, Vec3 g) {
+    const Float nd = dot(s.x.normal, s.view.across_of);  // negative
+    const Vec3 along = s.x.normal * -dot(g, s.view.across_of);
+    face_point_blocks(mode, scene, asked, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2,
+                      select(s.slides, along, g), s.color);
+    const Mask seen = s.active & s.slides;
+    if (asked.want_camera && any(seen)) {
+        Float row[kCameraFloats];
+        ray_velocity_row(scene.camera, s.view, g * -nd - along, row);
+        mode.camera(seen, row, s.color);
+    }
+}
+
 // The velocities of all ends, for what `asked` names.
 template <typename Mode>
 EG_INLINE void segment_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
@@ -107,22 +124,11 @@ EG_INLINE void segment_blocks(Mode& mode, const SceneView& scene, const Derivati
     if (any(on_face))
         face_point_blocks(mode, scene, asked, on_face, s.y.face, s.y.instance, s.y.b1, s.y.b2,
                           s.sweep * (s.lambda - 1.0f), color);
-    // The adjoint of dx. Of a slide, n (g . D)/(n . D) goes to the surface, its rest to the ray: with the
-    // |n . D| of the color cancelled both are bounded at grazing views.
     // Of distant ones the direction to them moves: dw = -d(-w).
     const Vec3 by_y = s.sweep * select(is_distant(s.y), -s.reach, s.lambda - 1.0f);
-    const Vec3 g = far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards,
-                                  s.reach + s.distance, by_y, color) -
-                   s.sweep * s.lambda;
-    const Vec3 along = s.x.normal * -dot(g, s.view.across_of);
-    face_point_blocks(mode, scene, asked, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2,
-                      select(s.slides, along, g), s.color);
-    const Mask seen = s.active & s.slides;
-    if (asked.want_camera && any(seen)) {
-        Float row[kCameraFloats];
-        ray_velocity_row(scene.camera, s.view, g * -nd - along, row);
-        mode.camera(seen, row, s.color);
-    }
+    const Vec3 from = far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards,
+                                     s.reach + s.distance, by_y, color);
+    lit_end_blocks(mode, scene, asked, s, from - s.sweep * s.lambda);
 }
 
 // What a motion of the edge across the segment sweeps, per unit and color.

@@ -82,16 +82,22 @@ EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Flo
     return axis * cosine + (b1 * c + b2 * s) * sine;
 }
 
-// The same for a sample's own random numbers, in its piece's cell of directions.
-EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
-                              Float& density) {
-    Float u, v;
+// A sample's own random numbers, moved into its piece's cell of directions, of which there are so many.
+EG_INLINE float cell_numbers(const BoundaryTask& task, const PieceSample& p, Float& u, Float& v) {
     sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
     const float width = 1.0f / static_cast<float>(task.direction_cells);
     const Int row = quotient(p.cell, task.direction_cells), column = p.cell - row * task.direction_cells;
-    const Vec3 w =
-        wedge_direction(scene, p, (to_float(column) + u) * width, (to_float(row) + v) * width, density);
-    density = density * (1.0f / (width * width));
+    u = (to_float(column) + u) * width, v = (to_float(row) + v) * width;
+    return 1.0f / (width * width);
+}
+
+// A direction in the wedges for these numbers.
+EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+                              Float& density) {
+    Float u, v;
+    const float cells = cell_numbers(task, p, u, v);
+    const Vec3 w = wedge_direction(scene, p, u, v, density);
+    density = density * cells;
     return w;
 }
 

@@ -1,4 +1,5 @@
 // The kernels of the boundaries behind the camera's, of one instruction set.
+#include "boundary/cone_border.h"
 #include "boundary/shadow.h"
 #include "kernels/parts.h"
 
@@ -7,6 +8,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 void add_derivative_kernels(KernelTable& table) {
     table.boundary[kShadowBoundary] = {shadow_forward_kernel, shadow_backward_kernel};
     table.boundary[kSkyBoundary] = table.boundary[kShadowBoundary];
+    table.boundary[kConeBorder] = {cone_forward_kernel, cone_backward_kernel};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,11 +1,14 @@
 // The kernels of the boundaries between surfaces, of one instruction set.
 #include "boundary/indirect.h"
+#include "boundary/pierced.h"
 #include "kernels/parts.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_indirect_kernels(KernelTable& table) {
     table.boundary[kIndirectBoundary] = {indirect_forward_kernel, indirect_backward_kernel};
+    table.boundary[kPiercedLight] = {pierced_forward_kernel, pierced_backward_kernel};
+    table.boundary[kPiercedSurface] = table.boundary[kPiercedLight];
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

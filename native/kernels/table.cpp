@@ -19,6 +19,7 @@ const KernelTable& kernel_table() {
         add_derivative_kernels(table);
         add_horizon_kernels(table);
         add_indirect_kernels(table);
+        add_outline_kernels(table);
         add_primary_kernels(table);
         add_probe_kernels(table);
         add_specular_kernels(table);

@@ -37,6 +37,9 @@ enum LightParam : int32_t {
     kLightParams = 24
 };
 
+// kLightEdgeScale of edges that are steps.
+constexpr float kLightStep = 1e12f;
+
 enum LightFlag : int32_t {
     kLightCone = 1 << 0,  // of a spot, its edge a smoothstep
     kLightLinearCone = 1 << 1,

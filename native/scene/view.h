@@ -47,6 +47,10 @@ struct CameraView {
 constexpr int kCameraFloats = 24;
 static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 
+// Flag of what a surface passes through, among the faces of a line (boundary/crossings.h): no face, but a row
+// of the light table.
+constexpr uint32_t kLightOfTable = 1u << 31;
+
 struct SceneView {
     const embree::Api* api;
     embree::SceneHandle bvh;

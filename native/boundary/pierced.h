@@ -1,0 +1,259 @@
+// Pierced surfaces: what changes where a surface hides a part of another that it passes through, and that
+// gives light or passes it on.
+//
+// The line along which a surface i pierces another one j, or a light, bounds the part of j that a point x
+// sees. Formula (S) of the derivations (boundary/segment.h) with the line for an edge and y on it: lambda =
+// 0, so that x's own motion drops out (F2),
+//   dI = int du int dw  W(x) L(y) sigma (t x w) . (dq - dy),
+// q the line's point at u, w any direction, x the first surface along it. y rides on j, and q is on both
+// planes: with g = sigma (t x w) = mu_i n_i + mu_j n_j,
+//   g . dq = mu_i n_i . m_i(q) + mu_j n_j . m_j(q)     (boundary/crossing_point.h).
+// What x doesn't see of j is on the side of i's plane that is away from x: sigma = sign((t x w) . h) with h
+// in j across the line, (n_i . h) (n_i . w) < 0. L(y) is what j gives by itself (the shadow term), or what it
+// scatters, which the path tracer finds (the indirect one).
+#pragma once
+
+#include "boundary/crossing_point.h"
+#include "boundary/occluder.h"
+#include "boundary/scattering_chain.h"
+#include "boundary/segment_light.h"
+#include "boundary/silhouette.h"
+#include "shading/light_radiance.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The two surfaces of a line, as the one that hides and the one that is hidden.
+struct PiercedPair {
+    Int hider, face;  // face -1: a light
+    Int row;          // of the light table; -1: a face
+    Vec3 hider_normal, normal;
+    Float weight;  // by the probability of the choice
+};
+
+struct PiercedSegment {
+    BoundarySegment segment;
+    PiercedPair pair;
+};
+
+// One of the surfaces that may be hidden: of the shadow term only what gives light is.
+EG_INLINE PiercedPair pick_pierced(const SceneView& scene, const BoundaryTask& task, const PieceSample& p) {
+    PiercedPair pair;
+    Float choice, unused;
+    sobol_pair(p.random.stream, p.random.sample, kPairLight, choice, unused);
+    pair.row = splat(-1);
+    for (int i = 0; i < W; ++i) {
+        const uint32_t* faces = scene.edge_faces + scene.edge_face_first[p.edge[i]];
+        bool counts[2] = {false, true};
+        for (int k = 0; k < 2; ++k)
+            if (!(faces[k] & kLightOfTable))
+                counts[k] = task.kind == kPiercedSurface ||
+                            (scene.lights.face_light && scene.lights.face_light[faces[k]] >= 0);
+        const int k = counts[0] && (!counts[1] || choice[i] < 0.5f) ? 0 : 1;
+        pair.weight[i] = counts[0] && counts[1] ? 2.0f : 1.0f;
+        const bool light = faces[k] & kLightOfTable;
+        pair.hider[i] = static_cast<int32_t>(faces[1 - k]);
+        pair.face[i] = light ? -1 : static_cast<int32_t>(faces[k]);
+        if (light) pair.row[i] = static_cast<int32_t>(faces[k] & ~kLightOfTable);
+    }
+    const Mask on_row = pair.row >= 0;
+    pair.hider_normal = unit_normal(gather_triangle(scene, pair.hider));
+    pair.normal = unit_normal(gather_triangle(scene, select(on_row, splat(0), pair.face)));
+    if (any(on_row)) {
+        const LightRow l = gather_light(scene.lights, select(on_row, pair.row, splat(0)));
+        pair.normal = select(on_row, l.direction, pair.normal);
+    }
+    return pair;
+}
+
+// A direction, uniform about the line, in the piece's cell of directions.
+EG_INLINE Vec3 direction_about(const BoundaryTask& task, const PieceSample& p, Float& density) {
+    Float u, v;
+    density = splat(kInvFourPi * cell_numbers(task, p, u, v));
+    const Vec3 axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
+    Vec3 a, b;
+    basis(axis, a, b);
+    Float s, c;
+    sincos_turn(min(v, splat(0.99999994f)), s, c);
+    const Float along = 2.0f * u - 1.0f, across = sqrt(max(1.0f - along * along, 0.0f));
+    return axis * along + (a * c + b * s) * across;
+}
+
+// Light that y gives by itself along w, and what stops it.
+EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair, const BoundarySegment& s,
+                                Vec3 w) {
+    const Mask on_row = s.active & (pair.row >= 0), on_face = s.active & ~on_row;
+    Vec3 light = zero3();
+    if (any(on_row)) {
+        const LightRow l = gather_light(scene.lights, select(on_row, pair.row, splat(0)));
+        const Mask shines = on_row & (dot(w, l.direction) > 0.0f);
+        light = select(shines, l.radiance * light_factor(l, -w), light);
+    }
+    if (any(on_face)) {
+        const SurfacePoint y =
+            surface_point(scene, on_face, select(on_face, pair.face, splat(0)), s.y.b1, s.y.b2, -w);
+        const Int kind = splat(static_cast<int>(kCameraRay));
+        light = select(on_face, emitted_radiance(scene, y, texture_point(scene, y, w, kind)), light);
+    }
+    return light;
+}
+
+// A sample but for the light that y scatters, whose path is appended to the queue; its new length.
+EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
+                              int at, PieceCursor& piece, Workspace& work, int queued, PiercedSegment& out) {
+    BoundarySegment& s = out.segment;
+    const PieceSample p = sample_piece(scene, task, at, piece);
+    const bool scatters = task.kind == kPiercedSurface;
+    s.color = zero3();
+    s.view.sx = s.view.sy = splat(kNowhere);
+    s.active = p.active;
+    s.edge = p.edge;
+    s.instance = splat(-1);
+    s.u = p.u0 + (p.u1 - p.u0) * p.tau;
+    s.point = p.a + p.t * s.u;
+    s.distance = s.lambda = splat(0.0f);
+    s.y = still_far_end();
+    const PiercedPair& pair = out.pair = pick_pierced(scene, task, p);
+    s.y.face = pair.face, s.y.row = pair.row;
+    s.y.kind = kind_of_rows(scene.lights, pair.row);
+    Mask moves = face_point_moves(scene, asked, s.active, pair.hider, s.instance) |
+                 face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, s.instance);
+    if (asked.want_lights) moves |= s.active & (pair.row >= 0);
+    s.active &= moves;
+    if (!any(s.active)) return queued;
+
+    Float density;
+    const Vec3 w = direction_about(task, p, density), across = cross(p.t, w);
+    s.towards = -w;
+    const Float facing = dot(pair.hider_normal, w);
+    Vec3 hidden = cross(pair.normal, p.t);
+    hidden = select(dot(pair.hider_normal, hidden) * facing > 0.0f, -hidden, hidden);
+    s.sweep = select(dot(across, hidden) < 0.0f, -across, across);
+    s.active &= (facing != 0.0f) & (dot(pair.normal, w) != 0.0f);
+    place_in_face(gather_triangle(scene, select(pair.face >= 0, pair.face, splat(0))), s.point, s.y.b1,
+                  s.y.b2);
+    Vec3 light = {pair.weight, pair.weight, pair.weight};
+    LightSample links =
+        no_light_sample(pair.face >= 0, pair.row >= 0, select(pair.row >= 0, pair.row, pair.face), s.y.kind);
+    if (scatters) {
+        links.blockers = splat(kScatteredRays);
+    } else {
+        light = light * light_of_pierced(scene, pair, s, w);
+        if (any(pair.row >= 0)) {
+            const Int row = select(pair.row >= 0, pair.row, splat(0));
+            take_links(scene.lights, pair.row >= 0, row, gather(scene.lights.flags, row), links);
+        }
+        s.active &= links.casts_shadow;
+    }
+    const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
+    s.active &= ((hider_mask & links.blockers) != 0) & (largest_component(light) > 0.0f);
+    if (!any(s.active)) return queued;
+    if (scene.all_flags & kHasTransparency) {
+        // What the hider lets pass isn't hidden.
+        Float b1, b2;
+        place_in_face(gather_triangle(scene, pair.hider), s.point, b1, b2);
+        const SurfacePoint i = surface_point(scene, s.active, pair.hider, b1, b2, w);
+        const Int kind = splat(static_cast<int>(scatters ? kDiffuseRay : kShadowRay));
+        const Vec3 through = surface_transmittance(scene, i, texture_point(scene, i, -w, kind));
+        light = light * Vec3{1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
+    }
+
+    Float probability;
+    const Int length = chain_length(p, task.max_depth - (scatters ? 3 : 2), probability);
+    s.slides = length == 0;
+    const LightsWay way = {links.blockers, select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)),
+                           scatters ? kDiffuseRay : kShadowRay, splat(0)};
+    const LitPoint lit =
+        find_lit_point(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
+    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    if (!any(s.active)) return queued;
+    s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, w,
+                        select(s.active, lit.hit.instance, splat(-1)));
+    s.x.mesh = lit.hit.mesh;
+    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    const Int kinds = scatters ? splat(kScatteredRays) : links.visible_to;
+    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, kinds, scatters);
+    s.active = seen.active;
+    s.view = seen.view;
+    turn_to(s.x, -s.view.direction);
+    s.color = seen.weight * lit.through * light *
+              ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
+    if (!scatters || !any(s.active)) return queued;
+    Closest y = lit.hit;
+    y.face = pair.face, y.instance = s.instance,
+    y.mesh = mesh_of(scene, select(s.active, pair.face, splat(0)));
+    y.b1 = s.y.b1, y.b2 = s.y.b2, y.distance = splat(0.0f);
+    const Vec3 aside = leave_contact(scene, s.active, p.t, hidden, y);
+    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    return append_scattering(work, queued, s.active, lane_index() + at, s.point, s.towards, y, aside, white,
+                             splat(0), length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
+}
+
+// All samples of a task.
+EG_OUTLINE PiercedSegment* trace_pierced(const SceneView& scene, const BoundaryTask& task,
+                                         const DerivativeView& asked, Workspace& work) {
+    const int count = static_cast<int>(task.count);
+    const size_t packets = static_cast<size_t>((count + W - 1) / W);
+    auto* samples = static_cast<PiercedSegment*>(work.segments->grow(packets * sizeof(PiercedSegment), 0));
+    PieceCursor piece = first_piece(task);
+    int queued = 0;
+    for (int at = 0; at < count; at += W)
+        queued = sample_pierced(scene, task, asked, at, piece, work, queued, samples[at / W]);
+    if (task.kind != kPiercedSurface) return samples;
+    for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * task.count);
+    if (queued > 0) {
+        work.hits.edges = &work.edges;
+        run_paths(scene, light_paths(task), work, queued);
+    }
+    for (int at = 0; at < count; at += W) {
+        BoundarySegment& s = samples[at / W].segment;
+        Vec3 light;
+        load3(light, work.radiance, at);
+        s.color = s.color * light;
+        s.active &= ~(largest_component(s.color) <= 0.0f);
+    }
+    return samples;
+}
+
+// sweep . (dq - dy), times the color, for what `asked` names.
+template <typename Mode>
+EG_INLINE void pierced_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                              const PiercedSegment& sample) {
+    const BoundarySegment& s = sample.segment;
+    const PiercedPair& pair = sample.pair;
+    const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
+    Float mu, mu_y;
+    part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
+    plane_point_blocks(mode, scene, s.active, pair.hider, s.point, pair.hider_normal * mu, color);
+    const Vec3 g = pair.normal * mu_y - s.sweep;
+    const Mask on_face = s.active & (pair.face >= 0);
+    if (any(on_face)) plane_point_blocks(mode, scene, on_face, pair.face, s.point, g, color);
+    far_end_blocks(mode, scene, asked, s.active, s.y, s.point, s.towards, splat(0.0f), g, color);
+}
+
+static void pierced_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                   const DerivativeView& tangent, Splats& splats) {
+    PiercedSegment* samples = trace_pierced(scene, task, tangent, work);
+    for (int at = 0; at < static_cast<int>(task.count); at += W) {
+        BoundarySegment& s = samples[at / W].segment;
+        weigh(task, at, s);
+        Forward mode{scene, tangent};
+        if (any(s.active)) pierced_blocks(mode, scene, tangent, samples[at / W]);
+        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
+    }
+}
+
+static void pierced_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                    const float* adjoint, DerivativeView& gradient) {
+    PiercedSegment* samples = trace_pierced(scene, task, gradient, work);
+    for (int at = 0; at < static_cast<int>(task.count); at += W) {
+        BoundarySegment& s = samples[at / W].segment;
+        weigh(task, at, s);
+        if (!any(s.active)) continue;
+        const Vec3 a = adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
+        Backward mode{scene, gradient, a};
+        pierced_blocks(mode, scene, gradient, samples[at / W]);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

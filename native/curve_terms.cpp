@@ -1,0 +1,103 @@
+#include "curve_terms.h"
+
+#include <algorithm>
+
+namespace edgegrad {
+namespace {
+
+// Samples per pixel and sample of the picture, and pieces of lines with cells of directions by sample.
+constexpr double kPiercedShare = 0.5, kConeShare = 0.25, kOutlineShare = 0.1, kDirectionPieces = 0.03;
+// Pieces of a curve about a light; share of the samples that goes to light seen by way of other surfaces.
+constexpr int kTurnPieces = 64;
+constexpr double kChainedShare = 0.4;
+
+void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                 const Asked& asked, std::vector<CurveTerm>& out) {
+    const bool lights = options.shadow && scene.lights.count > 0;
+    const bool surfaces = options.indirect && options.max_depth >= 3;
+    const bool meshes = any_mesh_moves(asked);
+    if (!(lights && (meshes || asked.lights)) && !(surfaces && meshes)) return;
+    // A camera that moves alone moves none of them over what they are cut out of.
+    Asked moving = asked;
+    moving.camera = false;
+    Crossings crossings;
+    if (meshes && (surfaces || scene.lights.face_light))
+        crossings = find_crossings(edges.tables, moving, kScatteredRays | 1 << kShadowRay, edges.threads);
+    const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
+    const auto add = [&](BoundaryKind kind, Crossings found, bool chains) {
+        if (found.size() == 0) return;
+        auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
+        const double pieces = kDirectionPieces * kPiercedShare * picture;
+        Candidates candidates = over_directions(lines->crossings(), pieces, chains);
+        out.push_back({kind, std::move(candidates), std::move(lines), kPiercedShare});
+    };
+    if (lights)
+        add(kPiercedLight,
+            find_pierced_lights(edges.tables, moving, crossings, scene.lights.face_light, edges.threads),
+            options.max_depth > 2);
+    if (surfaces) add(kPiercedSurface, std::move(crossings), options.max_depth > 3);
+}
+
+// The curve about a light, cut into pieces.
+void add_turns(int32_t cell, double mass, Candidates& out) {
+    for (int k = 0; k < kTurnPieces; ++k) {
+        out.edge.push_back(0);
+        out.cell.push_back(cell);
+        out.u0.push_back(static_cast<float>(k) / kTurnPieces);
+        out.u1.push_back(static_cast<float>(k + 1) / kTurnPieces);
+        out.cumulative.push_back(out.mass() + mass);
+    }
+}
+
+void add_cones(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+               std::vector<CurveTerm>& out) {
+    if (!options.shadow || scene.lights.count == 0) return;
+    const SceneTables::LightRows& lights = edges.tables.lights;
+    Candidates cones;
+    for (int chained = 0; chained < (options.max_depth > 2 ? 2 : 1); ++chained) {
+        const double share = options.max_depth > 2 ? (chained ? kChainedShare : 1.0 - kChainedShare) : 1.0;
+        for (size_t row = 0; row < lights.kind.size(); ++row) {
+            const float* params = &lights.params[kLightParams * row];
+            const bool hard = (lights.flags[row] & (kLightCone | kLightLinearCone)) &&
+                              params[kLightEdgeScale] >= 0.5f * kLightStep;
+            if (!hard || scene.lights.light_of_row[row] < 0) continue;
+            add_turns(static_cast<int32_t>(row) | (chained ? kChained : 0), share, cones);
+        }
+    }
+    if (cones.size() > 0) out.push_back({kConeBorder, std::move(cones), nullptr, kConeShare});
+}
+
+void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                  const Asked& asked, std::vector<CurveTerm>& out) {
+    if (!options.primary || !(asked.camera || asked.lights)) return;
+    const SceneTables::LightRows& lights = edges.tables.lights;
+    Candidates outlines;
+    for (int32_t k = 0; k < scene.lights.sized_count; ++k) {
+        const int32_t row = scene.lights.sized[k];
+        const int32_t kind = lights.kind[static_cast<size_t>(row)];
+        if (!(lights.visible_to[static_cast<size_t>(row)] & (1 << kCameraRay))) continue;
+        // Each of parallel rays has an origin of its own, which a disk would face.
+        if (kind == kDiskLight && scene.camera.kind == kOrthographic) continue;
+        add_turns(row, 1.0, outlines);
+    }
+    if (outlines.size() > 0) out.push_back({kLightOutline, std::move(outlines), nullptr, kOutlineShare});
+}
+
+}  // namespace
+
+bool any_mesh_moves(const Asked& asked) {
+    return asked.instances ||
+           std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
+}
+
+std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
+                                   const RenderOptions& options, const Asked& asked) {
+    std::vector<CurveTerm> out;
+    add_outlines(scene, edges, options, asked, out);
+    if (options.max_depth < 2) return out;
+    add_pierced(scene, edges, options, asked, out);
+    add_cones(scene, edges, options, out);
+    return out;
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,11 @@
+// The kernels of lights' outlines, of one instruction set.
+#include "boundary/light_outline.h"
+#include "kernels/parts.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+void add_outline_kernels(KernelTable& table) {
+    table.boundary[kLightOutline] = {outline_forward_kernel, outline_backward_kernel};
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

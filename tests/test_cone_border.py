@@ -1,0 +1,125 @@
+"""The borders of spots without blend, against central differences: whatever moves, seen by itself or by a wall."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import parameters
+from edgegrad.renderer import Renderer
+from tests.block_statistics import ALARM
+from tests.picture_differences import need_every_table
+from tests.rich_scene import turn
+from tests.small_scenes import Floats, camera, matte, rectangle
+from tests.test_shadow_boundary import agreement, check, mesh_moves
+
+Make = Callable[[float], edgegrad.Scene]
+
+POINT = edgegrad.SpotLight(np.array([0.3, 2.0, -0.2]), np.array([-0.2, -1.0, 0.1]), 90.0, 0.7, 0.0)
+SPOTS = {
+    "point": POINT,
+    "linear": replace(POINT, falloff="LINEAR"),
+    "sphere": replace(POINT, radius=0.15, sphere=True),
+    "disk": replace(POINT, radius=0.15, sphere=False),
+}
+
+
+def spot_scene(kind: str) -> edgegrad.Scene:
+    """A floor under a spot whose border is in the picture."""
+    return edgegrad.Scene(
+        camera((0, 2.6, 3.0), (0, 0, 0.1), 24, 0.6),
+        {"floor": rectangle((0, 0, 0), (0.1, 0.2, 4), (4, 0, 0), "floor")},
+        {"floor": matte(0.6, 0.7, 0.5)},
+        {"lamp": SPOTS[kind]},
+    )
+
+
+def spot_changes(kind: str, field: str, rate: float | Floats) -> tuple[Make, list[str]]:
+    def make(theta: float) -> edgegrad.Scene:
+        scene = spot_scene(kind)
+        value = getattr(scene.lights["lamp"], field) + theta * np.asarray(rate)
+        scene.lights["lamp"] = replace(scene.lights["lamp"], **{field: float(value) if np.ndim(value) == 0 else value})
+        return scene
+
+    return make, [f"lights.lamp.{field}"]
+
+
+def floor_moves(kind: str) -> tuple[Make, list[str]]:
+    return mesh_moves(lambda: spot_scene(kind), "floor", np.array([0.3, 0.8, -0.2])), ["meshes.floor.vertices"]
+
+
+def camera_moves(kind: str) -> tuple[Make, list[str]]:
+    def make(theta: float) -> edgegrad.Scene:
+        scene = spot_scene(kind)
+        to_world = np.array(scene.camera.to_world)
+        to_world[:3, :3] = turn(0.2 * theta, 0.3 * theta, 0.1 * theta) @ to_world[:3, :3]
+        to_world[:3, 3] += theta * np.array([0.5, -0.3, 0.4])
+        scene.camera = replace(scene.camera, to_world=to_world)
+        return scene
+
+    return make, ["camera.to_world"]
+
+
+def by_way_of_a_wall(theta: float) -> edgegrad.Scene:
+    """The spot shines on a wall beside the picture, and that on the floor."""
+    scene = spot_scene("point")
+    scene.meshes["wall"] = rectangle((1.6, 0.6, 0.0), (0, 0, 0.9), (0, 0.7, 0), "wall")
+    scene.materials["wall"] = matte(0.9, 0.8, 0.4)
+    at = np.array([0.5, 0.8, 0.0]) + theta * np.array([0.5, 0.3, 0.4])
+    scene.lights["lamp"] = replace(POINT, position=at, direction=np.array([1.0, 0.0, 0.0]), angle=0.9)
+    return scene
+
+
+MOVE, TURN = np.array([1.0, -0.4, 0.3]), np.array([0.5, 0.0, 0.6])
+CASES: dict[str, tuple[Make, list[str]]] = {
+    **{f"{kind}: light moves": spot_changes(kind, "position", MOVE) for kind in SPOTS},
+    **{f"{kind}: light turns": spot_changes(kind, "direction", TURN) for kind in SPOTS},
+    **{f"{kind}: cone opens": spot_changes(kind, "angle", 0.8) for kind in SPOTS},
+    **{f"{kind}: floor moves": floor_moves(kind) for kind in SPOTS},
+    **{f"{kind}: camera moves": camera_moves(kind) for kind in ("point", "disk")},
+    "sphere: light grows": spot_changes("sphere", "radius", 0.3),
+}
+DEEP: dict[str, tuple[Make, list[str]]] = {"by way of a wall": (by_way_of_a_wall, ["lights.lamp.position"])}
+QUICK = ("point: light moves", "linear: cone opens", "point: light turns", "point: floor moves", "disk: light moves",
+         "sphere: light turns", "sphere: light grows", "point: camera moves", "disk: floor moves")
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES])
+def test_borders_of_spots_agree_with_central_differences(name: str) -> None:
+    check(*CASES[name], spp=128)
+
+
+def test_borders_by_way_of_a_wall_agree_with_central_differences() -> None:
+    check(*DEEP["by way of a wall"], max_depth=3)
+
+
+def test_without_the_term_the_comparison_fails() -> None:
+    """Nothing hides light from the floor: the border is all of the term."""
+    need_every_table()
+    outcome = agreement(*CASES["point: light moves"], terms=("interior", "primary", "indirect"))
+    assert outcome.p_value < ALARM, str(outcome)
+
+
+@pytest.mark.parametrize("name", ["point: light moves", "linear: cone opens", "disk: light turns", "disk: camera moves",
+                                  "sphere: floor moves", "by way of a wall"])
+def test_reverse_mode_is_the_transpose(name: str) -> None:
+    """<w, J v> = <J^T w, v>: both modes take the same samples."""
+    need_every_table()
+    make, paths = {**CASES, **DEEP}[name]
+    scene = make(0.0)
+    renderer = Renderer(scene)
+    rng = np.random.default_rng(3)
+    tangent = {p: rng.normal(size=np.shape(parameters.get(scene, p))) for p in paths}
+    height, width = scene.camera.size
+    adjoint = rng.normal(size=(height, width, 3)).astype(np.float32)
+    image = renderer.render_forward(tangent, spp=16, terms=("shadow",), max_depth=3).astype(np.float64)
+    gradient = renderer.render_backward(adjoint, paths, spp=16, terms=("shadow",), max_depth=3)
+    one, other = float(np.sum(image * adjoint)), sum(float(np.sum(gradient[p] * tangent[p])) for p in paths)
+    scale = float(np.linalg.norm(image) * np.linalg.norm(adjoint)) / np.sqrt(adjoint.size)
+    assert one == pytest.approx(other, abs=1e-4 * scale)
+    assert scale > 0.0

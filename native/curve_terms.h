@@ -18,9 +18,10 @@ struct CurveTerm {
     double share;                                    // samples per pixel and sample of the picture
 };
 
-// Those that the options ask for and that may not be zero.
+// Those that the options ask for and that may not be zero. `seen`: the crossings that the camera sees, where
+// they have been looked for.
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
-                                   const RenderOptions& options, const Asked& asked);
+                                   const RenderOptions& options, const Asked& asked, const Crossings* seen);
 
 // Whether the vertices or instances of any mesh are asked for.
 bool any_mesh_moves(const Asked& asked);

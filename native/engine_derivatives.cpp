@@ -1,6 +1,7 @@
 // The engine's derivatives: the interior term, by sweeps over recorded paths, and the boundary terms.
 #include <algorithm>
 #include <atomic>
+#include <optional>
 
 #include "boundary/boundary_plan.h"
 #include "boundary/candidates.h"
@@ -99,9 +100,10 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
             terms.push_back({std::move(plan), std::move(lines), std::make_unique<DropCount>(),
                              std::move(tree), aimed, masses});
     };
+    std::optional<Crossings> seen;
     if (options.primary) {
-        auto lines = std::make_shared<EdgesAndCrossings>(
-            edges.tables, find_crossings(edges.tables, asked, 1 << kCameraRay, edges.threads));
+        seen = find_crossings(edges.tables, asked, 1 << kCameraRay, edges.threads);
+        auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, *seen);
         Candidates candidates = primary_candidates(scene, edges, asked);
         lines->add_candidates(scene.camera, candidates);
         // As many samples per pixel of edge as the picture has per pixel.
@@ -140,7 +142,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                 [&] { return over_directions(silhouettes, kDirectionPieces * samples, chains); }, chains,
                 learned_cells(samples), samples, kIndirectShare);
     }
-    for (CurveTerm& curve : curve_terms(scene, edges, options, asked)) {
+    for (CurveTerm& curve : curve_terms(scene, edges, options, asked, seen ? &*seen : nullptr)) {
         const double samples = (learned ? learned->share[kTermOf[curve.kind]] : 1.0) * curve.share * picture;
         BoundaryPlan plan(std::move(curve.candidates), samples, samples, options, curve.kind, guided);
         // What surfaces hide of others by passing through them has no aimed estimator.

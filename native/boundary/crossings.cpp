@@ -442,8 +442,7 @@ Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, con
     for (size_t k = 0; k < static_cast<size_t>(crossings.size()) && emissive; ++k) {
         const uint32_t* faces = &crossings.faces[2 * k];
         if (emissive[faces[0]] < 0 && emissive[faces[1]] < 0) continue;
-        out.ends.insert(out.ends.end(), &crossings.ends[6 * k], &crossings.ends[6 * k] + 6);
-        out.faces.insert(out.faces.end(), faces, faces + 2);
+        out.add(crossings, k);
     }
     for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
         const int32_t kind = tables.lights.kind[row];

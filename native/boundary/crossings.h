@@ -11,6 +11,13 @@ struct Crossings {
     std::vector<uint32_t> faces;
 
     int64_t size() const { return static_cast<int64_t>(faces.size() / 2); }
+    // Line k of others.
+    void add(const Crossings& from, size_t k) {
+        const auto line = from.ends.begin() + static_cast<ptrdiff_t>(6 * k);
+        const auto pair = from.faces.begin() + static_cast<ptrdiff_t>(2 * k);
+        ends.insert(ends.end(), line, line + 6);
+        faces.insert(faces.end(), pair, pair + 2);
+    }
 };
 
 // Meshes of more faces are not searched for places where they pierce themselves.

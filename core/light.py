@@ -113,7 +113,7 @@ class SpotLight(_Light):
         Full opening angle of the cone, radians, in (0, pi].
     blend
         Share of the cone over which its edge is soft, in [0, 1] (Blender's: the factor is
-        smoothstep(((n.w)/|..| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))).
+        smoothstep(((n.w)/|..| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))). Below 0.001 it is hard.
     falloff
         Shape of the soft edge: ``"SMOOTH"`` is Blender's; ``"LINEAR"`` falls linearly in the angle to the
         axis, from 1 at (1 - blend) angle/2 to 0 at angle/2 (Mitsuba's spot).

@@ -84,14 +84,15 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "sphere: light grows": spot_changes("sphere", "radius", 0.3),
 }
 DEEP: dict[str, tuple[Make, list[str]]] = {"by way of a wall": (by_way_of_a_wall, ["lights.lamp.position"])}
-QUICK = ("point: light moves", "linear: cone opens", "point: light turns", "point: floor moves", "disk: light moves",
-         "sphere: light turns", "sphere: light grows", "point: camera moves", "disk: floor moves")
+QUICK = ("point: light moves", "linear: cone opens", "sphere: light turns", "disk: light moves", "point: camera moves",
+         "disk: floor moves")
 
 
 @pytest.mark.parametrize(
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES])
 def test_borders_of_spots_agree_with_central_differences(name: str) -> None:
-    check(*CASES[name], spp=128)
+    # The reference has few samples near a border: it takes many.
+    check(*CASES[name], spp=128, reference_spp=2048)
 
 
 def test_borders_by_way_of_a_wall_agree_with_central_differences() -> None:

@@ -14,7 +14,7 @@ import edgegrad
 from edgegrad import Mesh, Scene, parameters, topology
 from edgegrad.fit import fit
 from edgegrad.fit_run import FitStep, Run
-from edgegrad.losses import l1, l2
+from edgegrad.losses import Pyramid, l1, l2
 from edgegrad.targets import Target, View, views
 from edgegrad.unknowns import unknown
 from tests import shapes
@@ -88,11 +88,19 @@ def test_a_scene_that_fits_stays() -> None:
     """With the truth as start the noise must not carry the scene away."""
     scene = ball()
     before = state(scene)
-    result = fit(scene, Target(picture(scene)), [VERTICES, COLOR], iterations=30, spp=8)
+    target = picture(scene)
+
+    def loss() -> float:
+        """Of pictures as the fit sees them, in the mean: single ones differ by a factor of two."""
+        return float(np.mean([Pyramid()(edgegrad.render(scene, spp=8, seed=s), target, None)[0] for s in range(16)]))
+
+    least = loss()
+    fit(scene, Target(target), [VERTICES, COLOR], iterations=30, spp=8)
     after = state(scene)
     assert np.abs(after[COLOR] - before[COLOR]).max() < 0.05
     assert np.linalg.norm(after[VERTICES] - before[VERTICES], axis=1).mean() < 0.05
-    assert result.losses[result.best] <= 1.5 * result.losses[0]
+    # What it has moved by is less than the noise of one picture.
+    assert loss() < 2.0 * least
 
 
 def test_the_gradient_of_a_noisy_loss_is_unbiased() -> None:

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 
 # Shaders of less roughness are taken for perfectly smooth (native/shading/bsdf/microfacet.h).
 _SMOOTH = 4e-3
-# Up to which alpha (roughness squared) lobes are the aimed estimator's (native/boundary/aimed.h).
-_AIMED = 0.25
+# Up to which alpha (roughness squared) lobes are the aimed estimator's (native/boundary/aimed_lobes.h), and what
+# part of that of glosses over diffuse bases.
+_AIMED, _WEAK_GLOSS = 0.25, 0.25
 # Most surfaces that a chain of mirrors and glass meets (native/boundary/scan_task.h).
 _LONGEST = 16
 
@@ -54,8 +55,11 @@ def aimed_materials(scene: Scene) -> list[str]:
 def _may_be_aimed(leaf: Material) -> bool:
     if not flags(leaf) & (GLOSSY | REFRACTION) or leaf.kind == "SHEEN":
         return False
-    coat = leaf.kind in ("PRINCIPLED", "DISNEY") and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
-    sharp = 0.0 < leaf.roughness**2 <= _AIMED or (coat and 0.0 < leaf.coat_roughness**2 <= _AIMED)
+    principled = leaf.kind in ("PRINCIPLED", "DISNEY")
+    strong = leaf.metallic + leaf.transmission >= 0.5 or not {"metallic", "transmission"}.isdisjoint(leaf.textures)
+    widest = _AIMED * (_WEAK_GLOSS if principled and not strong else 1.0)
+    coat = principled and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
+    sharp = 0.0 < leaf.roughness**2 <= widest or (coat and 0.0 < leaf.coat_roughness**2 <= widest)
     return sharp or not {"roughness", "coat_roughness"}.isdisjoint(leaf.textures)
 
 

@@ -199,6 +199,8 @@ struct BoundaryTask {
     DroppedSamples* dropped;
 };
 constexpr float kAimAtAll = 1e3f;
+// The gloss over a diffuse base is weak, and worth it only where it is sharper by this.
+constexpr float kWeakGloss = 0.25f;
 
 // Paths of the picture at whose vertices the faces' own planes cut off light (boundary/horizon.h).
 struct HorizonTask {

@@ -1,0 +1,146 @@
+#include "boundary_terms.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "curve_terms.h"
+
+namespace edgegrad {
+
+namespace {
+
+// Shadow samples per pixel and sample of the picture, for lights and for the sky. Guided samples along edges
+// gain more than in proportion to their number: 2 instead of 0.5 have 1/7 of the variance (of 8 x 8 blocks)
+// in shadow_occluder and shadow_light, 1/14 in point_shadow, 1/8 in blob_flat, for 2.2 to 4.1 times the
+// seconds.
+constexpr double kShadowShare = 2.0;
+// Indirect ones, each of which costs a path; and pieces of edges with cells of directions, by sample.
+constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.03;
+// Cells of the picture, by sample that starts at the camera.
+constexpr double kPicturePieces = 0.1;
+
+// Cells that samples are learned of, by sample, and most.
+double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0); }
+
+// Samples of the primary term per pixel and sample of the picture, least and most. Along few edges,
+// systematic samples get better much faster than they get more.
+constexpr double kLeastPrimary = 0.1, kMostPrimary = 0.6;
+
+// Whether a surface may have lobes that the aimed estimator takes (aimed_kinds of
+// boundary/aimed_lobes.h).
+bool any_aimed(const SceneView& scene, const SceneTables& tables, float aimed) {
+    if (aimed >= kAimAtAll) return true;
+    for (size_t k = 0; k < tables.leaf_kind.size(); ++k) {
+        if (!(tables.leaf_flags[k] & (kHasGlossy | kHasRefraction)) || tables.leaf_kind[k] == kSheen)
+            continue;
+        if (scene.textures.leaf_program) return aimed > 0.0f;
+        const float* row = tables.leaf_params.data() + kMaterialParams * k;
+        const bool principled = tables.leaf_kind[k] == kPrincipled || tables.leaf_kind[k] == kDisney;
+        const float widest =
+            principled && row[kMetallic] + row[kTransmission] < 0.5f ? kWeakGloss * aimed : aimed;
+        const auto sharp = [&](int place) { return row[place] > 0.0f && row[place] * row[place] <= widest; };
+        if (sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness))) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
+                                         const RenderOptions& options, const Asked& asked, bool guided,
+                                         float aimed, LearnedSampling* learned) {
+    std::vector<BoundaryTerm> terms;
+    const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
+    const double picture = static_cast<double>(pixels) * options.samples;
+    // Samples of candidates by what is known of them, or of `pieces`, from which about `cells` are learned.
+    const auto add = [&](BoundaryKind kind, const Candidates& found, const auto& pieces, bool chains,
+                         double cells, double samples, double most,
+                         std::shared_ptr<const EdgesAndCrossings> lines = nullptr,
+                         std::shared_ptr<const EdgeTree> tree = nullptr) {
+        LearnedMasses* masses = learned ? &learned->masses[kind] : nullptr;
+        const bool known = masses && masses->knows(edges, found);
+        Candidates sampled = known ? masses->pieces(found) : pieces();
+        if (masses && !known) masses->begin(edges, found, sampled.direction_cells, chains, cells);
+        const double share = learned ? learned->share[kTermOf[kind]] : 1.0;
+        BoundaryPlan plan(std::move(sampled), share * samples, share * most * picture, options, kind,
+                          guided && !known);
+        if (plan.total(0) > 0)
+            terms.push_back({std::move(plan), std::move(lines), std::make_unique<DropCount>(),
+                             std::move(tree), aimed, masses});
+    };
+    std::optional<Crossings> seen;
+    if (options.primary) {
+        seen = find_crossings(edges.tables, asked, 1 << kCameraRay, edges.threads);
+        auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, *seen);
+        Candidates candidates = primary_candidates(scene, edges, asked);
+        lines->add_candidates(scene.camera, candidates);
+        // As many samples per pixel of edge as the picture has per pixel.
+        const double samples = std::max(candidates.mass() * options.samples, kLeastPrimary * picture);
+        add(
+            kPrimaryBoundary, candidates, [&] { return candidates; }, false, learned_cells(samples), samples,
+            kMostPrimary, std::move(lines));
+    }
+    if (options.shadow && options.max_depth >= 2 && !scene.convex) {
+        const double samples = kShadowShare * picture;
+        const bool chains = options.max_depth > 2;
+        // Along edges, `directions` of them in cells of their own.
+        const auto add_shadows = [&](BoundaryKind kind, double directions) {
+            const Candidates found = shadow_candidates(scene, edges, kind == kSkyBoundary);
+            add(
+                kind, found, [&] { return over_directions(found, directions, chains); }, chains,
+                learned_cells(samples), samples, kShadowShare);
+        };
+        if (scene.lights.count > 0) add_shadows(kShadowBoundary, 0.0);
+        // Directions to an image are its own samples', in no cell.
+        if (scene.has_environment)
+            add_shadows(kSkyBoundary, scene.sky.sampled ? 0.0 : kDirectionPieces * samples);
+    }
+    if (options.indirect && options.max_depth >= 3 && !scene.convex) {
+        const double samples = kIndirectShare * picture;
+        const bool chains = options.max_depth > 3;
+        const Candidates silhouettes = shadow_candidates(scene, edges, true);
+        if (silhouettes.size() > 0 && any_aimed(scene, edges.tables, aimed))
+            add(
+                kAimedBoundary, whole_picture(),
+                [&] { return over_picture(kPicturePieces * samples, chains); }, chains, 0.0, samples,
+                kIndirectShare, nullptr, std::make_shared<EdgeTree>(scene, edges.tables, silhouettes));
+        if (aimed < kAimAtAll)
+            add(
+                kIndirectBoundary, silhouettes,
+                [&] { return over_directions(silhouettes, kDirectionPieces * samples, chains); }, chains,
+                learned_cells(samples), samples, kIndirectShare);
+    }
+    for (CurveTerm& curve : curve_terms(scene, edges, options, asked, seen ? &*seen : nullptr)) {
+        const double samples = (learned ? learned->share[kTermOf[curve.kind]] : 1.0) * curve.share * picture;
+        BoundaryPlan plan(std::move(curve.candidates), samples, samples, options, curve.kind, guided);
+        // What surfaces hide of others by passing through them has no aimed estimator.
+        const float lobes = curve.kind == kPiercedSurface ? 0.0f : aimed;
+        if (plan.total(0) > 0)
+            terms.push_back({std::move(plan), std::move(curve.lines), std::make_unique<DropCount>(), nullptr,
+                             lobes, nullptr});
+    }
+    return terms;
+}
+
+// Where one term is much noisier than another, samples of the
+// other are worth little: for the least variance of the sum their numbers go with the noise of a sample
+// (Neyman 1934). Errors of systematic samples fall faster than that, so that some slack is left. Shadows in
+// point_shadow then take a tenth of the samples and the gradient 6 instead of 14 times a picture's seconds,
+// in camera_move 6 instead of 10, with the same variances.
+void guide_second_passes(std::vector<BoundaryTerm>& terms) {
+    constexpr double kLeast = 0.02, kSlack = 3.0;
+    std::vector<double> noise;
+    double most = 0.0;
+    for (BoundaryTerm& term : terms) {
+        if (term.plan.passes() < 2) continue;
+        term.plan.guide();
+        noise.push_back(term.plan.noise() / static_cast<double>(term.plan.total(1)));
+        most = std::max(most, noise.back());
+    }
+    if (!(most > 0.0)) return;
+    size_t k = 0;
+    for (BoundaryTerm& term : terms)
+        if (term.plan.passes() == 2) term.plan.thin(std::clamp(kSlack * noise[k++] / most, kLeast, 1.0));
+}
+
+}  // namespace edgegrad

@@ -288,7 +288,6 @@ RECOVERIES: dict[str, Recovery] = {
         outline_error,
         0.4,
         {"iterations": 100, "spp": 16, "max_depth": 3},
-        "indirect",
     ),
     "metal": Recovery(
         "base colour, metallic and roughness of a surface",

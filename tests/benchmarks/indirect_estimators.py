@@ -11,7 +11,8 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -51,8 +52,8 @@ class Case:
 def behind_glass(roughness: float) -> edgegrad.Scene:
     """A box before a wall behind a sheet of this roughness."""
     scene = behind_rough_glass()
-    scene.materials["glass"].roughness = np.float64(roughness)
-    return scene
+    glass = scene.leaves("glass")[0]
+    return replace(scene, materials={**scene.materials, "glass": replace(glass, roughness=roughness)})
 
 
 def glossy_lamp() -> edgegrad.Scene:
@@ -76,21 +77,21 @@ def dense_body() -> edgegrad.Scene:
     scene = mirrored_edge(0.1)
     vertices, faces = shapes.ball(5, 0.25)
     vertices = vertices * (1.0 + 0.1 * np.sin(17 * vertices[:, :1]) * np.sin(23 * vertices[:, 1:2]))
-    scene.meshes["box"] = edgegrad.Mesh(vertices + [0.1, 0.45, -0.2], faces, ("black",))
-    return scene
+    body = edgegrad.Mesh(vertices + [0.1, 0.45, -0.2], faces, ("black",))
+    return replace(scene, meshes={**scene.meshes, "box": body})
 
 
 def polished() -> edgegrad.Scene:
     """The floor under the box has a diffuse colour and a gloss."""
     scene = mirrored_edge(0.1)
-    scene.materials["metal"] = edgegrad.Material(np.array([0.5, 0.4, 0.3]), roughness=0.25, specular_ior_level=0.5)
-    return scene
+    gloss = edgegrad.Material(np.array([0.5, 0.4, 0.3]), roughness=0.25, specular_ior_level=0.5)
+    return replace(scene, materials={**scene.materials, "metal": gloss})
 
 
 MOVE = (1.0, 0.5, 0.3)
 CASES: dict[str, Case] = {
     **{
-        f"edge in metal, alpha {alpha}": Case(moving(lambda alpha=alpha: mirrored_edge(alpha), "box", MOVE))
+        f"edge in metal, alpha {alpha}": Case(moving(partial(mirrored_edge, alpha), "box", MOVE))
         for alpha in (0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
     },
     "edge behind glass, alpha 0.04": Case(moving(lambda: behind_glass(0.2), "box", MOVE)),

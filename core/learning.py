@@ -51,6 +51,7 @@ class LearnedView:
             Of the samples.
         """
         self._gradients += 1
+        self.sampling.share = self._budget.shares()  # a cancelled measurement left others
         if not self._budget.is_due(self._gradients) or len(terms) < 2:
             found = estimate(terms, seed, 0, 1)
             if self._gradients == 1:

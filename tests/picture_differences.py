@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,22 @@ def need_every_table() -> None:
     need("native")
     if engine_class("native").narrow:
         pytest.skip("this engine differentiates few tables")
+
+
+def check_transpose(make: Callable[[float], Scene], paths: Sequence[str], **options: Any) -> None:
+    """<w, J v> = <J^T w, v> at theta = 0: both modes take the same samples, and some of them count."""
+    scene = make(0.0)
+    renderer = Renderer(scene)
+    rng = np.random.default_rng(3)
+    tangent = {p: rng.normal(size=np.shape(parameters.get(scene, p))) for p in paths}
+    height, width = scene.camera.size
+    adjoint = rng.normal(size=(height, width, 3)).astype(np.float32)
+    image = renderer.render_forward(tangent, **options).astype(np.float64)
+    gradient = renderer.render_backward(adjoint, paths, **options)
+    one, other = float(np.sum(image * adjoint)), sum(float(np.sum(gradient[p] * tangent[p])) for p in paths)
+    scale = float(np.linalg.norm(image) * np.linalg.norm(adjoint)) / np.sqrt(adjoint.size)
+    assert one == pytest.approx(other, abs=1e-4 * scale)
+    assert scale > 0.0
 
 
 def compare(

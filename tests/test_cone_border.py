@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import parameters
-from edgegrad.renderer import Renderer
 from tests.block_statistics import ALARM
-from tests.picture_differences import need_every_table
+from tests.picture_differences import check_transpose, need_every_table
 from tests.rich_scene import turn
 from tests.small_scenes import Floats, camera, matte, rectangle
 from tests.test_shadow_boundary import agreement, check, mesh_moves
@@ -109,18 +107,5 @@ def test_without_the_term_the_comparison_fails() -> None:
 @pytest.mark.parametrize("name", ["point: light moves", "linear: cone opens", "disk: light turns", "disk: camera moves",
                                   "sphere: floor moves", "by way of a wall"])
 def test_reverse_mode_is_the_transpose(name: str) -> None:
-    """<w, J v> = <J^T w, v>: both modes take the same samples."""
     need_every_table()
-    make, paths = {**CASES, **DEEP}[name]
-    scene = make(0.0)
-    renderer = Renderer(scene)
-    rng = np.random.default_rng(3)
-    tangent = {p: rng.normal(size=np.shape(parameters.get(scene, p))) for p in paths}
-    height, width = scene.camera.size
-    adjoint = rng.normal(size=(height, width, 3)).astype(np.float32)
-    image = renderer.render_forward(tangent, spp=16, terms=("shadow",), max_depth=3).astype(np.float64)
-    gradient = renderer.render_backward(adjoint, paths, spp=16, terms=("shadow",), max_depth=3)
-    one, other = float(np.sum(image * adjoint)), sum(float(np.sum(gradient[p] * tangent[p])) for p in paths)
-    scale = float(np.linalg.norm(image) * np.linalg.norm(adjoint)) / np.sqrt(adjoint.size)
-    assert one == pytest.approx(other, abs=1e-4 * scale)
-    assert scale > 0.0
+    check_transpose(*{**CASES, **DEEP}[name], spp=16, terms=("shadow",), max_depth=3)

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import parameters
 from edgegrad.renderer import TERMS, Renderer
 from tests import shapes
 from tests.block_statistics import ALARM, Agreement, compare
-from tests.picture_differences import need_every_table
+from tests.picture_differences import check_transpose, need_every_table
 from tests.rich_scene import pose, turn
 from tests.small_scenes import Floats, along, box, camera, central_difference, glowing, matte, rectangle
 
@@ -317,21 +316,8 @@ DOT: dict[str, tuple[Make, list[str]]] = {
 
 @pytest.mark.parametrize("name", DOT)
 def test_reverse_mode_is_the_transpose(name: str) -> None:
-    """<w, J v> = <J^T w, v>: both modes take the same samples."""
     need_every_table()
-    make, paths = DOT[name]
-    scene = make(0.0)
-    renderer = Renderer(scene)
-    rng = np.random.default_rng(3)
-    tangent = {p: rng.normal(size=np.shape(parameters.get(scene, p))) for p in paths}
-    height, width = scene.camera.size
-    adjoint = rng.normal(size=(height, width, 3)).astype(np.float32)
-    image = renderer.render_forward(tangent, spp=32, terms=("shadow",)).astype(np.float64)
-    gradient = renderer.render_backward(adjoint, paths, spp=32, terms=("shadow",))
-    one, other = float(np.sum(image * adjoint)), sum(float(np.sum(gradient[p] * tangent[p])) for p in paths)
-    scale = float(np.linalg.norm(image) * np.linalg.norm(adjoint)) / np.sqrt(adjoint.size)
-    assert one == pytest.approx(other, abs=1e-4 * scale)
-    assert scale > 0.0
+    check_transpose(*DOT[name], spp=32, terms=("shadow",))
 
 
 def test_a_strength_alone_moves_no_shadow() -> None:

@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from edgegrad import Renderer, Scene, parameters
-from edgegrad.renderer import engine_class
-from tests.small_scenes import Floats, need
+from edgegrad.renderer import TERMS, engine_class
+from tests import block_statistics
+from tests.block_statistics import ALARM, Agreement
+from tests.small_scenes import Floats, Moving, central_difference, need
 
 
 def need_every_table() -> None:
@@ -18,6 +20,31 @@ def need_every_table() -> None:
     need("native")
     if engine_class("native").narrow:
         pytest.skip("this engine differentiates few tables")
+
+
+def agreement(
+    moving: Moving, *, eps: float = 0.02, seeds: int = 16, spp: int = 64, reference_spp: int = 512,
+    reference_seeds: int | None = None, thetas: int = 8, terms: Sequence[str] = TERMS, **depths: Any,
+) -> Agreement:  # fmt: skip
+    """Block sums of derivative pictures beside those of the central difference over an interval of length `eps`.
+
+    The difference is the derivative's mean over that interval, so that derivatives are taken at `thetas` places of it
+    in turn. `reference_seeds` pictures (as many as `seeds` if None) make the difference.
+    """
+    difference, stderr = central_difference(moving, eps, reference_spp, reference_seeds or seeds, "native", **depths)
+    samples = []
+    for k in range(seeds):
+        scene, tangent = moving(eps * ((k % thetas + 0.5) / thetas - 0.5))
+        samples.append(Renderer(scene, engine="native").render_forward(tangent, spp=spp, seed=k, terms=terms, **depths))
+    return block_statistics.compare(np.stack(samples), difference, stderr)
+
+
+def check_agreement(moving: Moving, *, noise: float = 0.25, **options: Any) -> None:
+    """The derivative agrees with central differences, which are sure enough to tell."""
+    outcome = agreement(moving, **options)
+    print(outcome)
+    assert outcome.p_value > ALARM, str(outcome)
+    assert outcome.noise < noise
 
 
 def check_transpose(make: Callable[[float], Scene], paths: Sequence[str], **options: Any) -> None:

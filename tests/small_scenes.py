@@ -14,6 +14,7 @@ from edgegrad import parameters
 from edgegrad.renderer import Renderer, engine_class
 
 Floats = NDArray[np.float64]
+Make = Callable[[float], edgegrad.Scene]
 Moving = Callable[[float], tuple[edgegrad.Scene, Mapping[str, Floats]]]
 
 
@@ -176,7 +177,7 @@ MOTIONS: dict[str, Moving] = {
 }
 
 
-def along(make: Callable[[float], edgegrad.Scene], paths: list[str]) -> Moving:
+def along(make: Make, paths: list[str]) -> Moving:
     """`make` with the rate of change of its parameters beside it."""
 
     def at(theta: float) -> tuple[edgegrad.Scene, dict[str, Floats]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +9,10 @@ import pytest
 
 import edgegrad
 from tests.block_statistics import ALARM
-from tests.picture_differences import check_transpose, need_every_table
+from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.rich_scene import turn
-from tests.small_scenes import Floats, camera, matte, rectangle
-from tests.test_shadow_boundary import agreement, check, mesh_moves
-
-Make = Callable[[float], edgegrad.Scene]
+from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
+from tests.test_shadow_boundary import mesh_moves
 
 POINT = edgegrad.SpotLight(np.array([0.3, 2.0, -0.2]), np.array([-0.2, -1.0, 0.1]), 90.0, 0.7, 0.0)
 SPOTS = {
@@ -90,17 +87,19 @@ QUICK = ("point: light moves", "linear: cone opens", "sphere: light turns", "dis
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES])
 def test_borders_of_spots_agree_with_central_differences(name: str) -> None:
     # The reference has few samples near a border: it takes many.
-    check(*CASES[name], spp=128, reference_spp=2048)
+    need_every_table()
+    check_agreement(along(*CASES[name]), spp=128, reference_spp=2048)
 
 
 def test_borders_by_way_of_a_wall_agree_with_central_differences() -> None:
-    check(*DEEP["by way of a wall"], max_depth=3)
+    need_every_table()
+    check_agreement(along(*DEEP["by way of a wall"]), max_depth=3)
 
 
 def test_without_the_term_the_comparison_fails() -> None:
     """Nothing hides light from the floor: the border is all of the term."""
     need_every_table()
-    outcome = agreement(*CASES["point: light moves"], terms=("interior", "primary", "indirect"))
+    outcome = agreement(along(*CASES["point: light moves"]), terms=("interior", "primary", "indirect"))
     assert outcome.p_value < ALARM, str(outcome)
 
 

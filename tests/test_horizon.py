@@ -14,12 +14,9 @@ import edgegrad
 from tests import shapes
 from tests.benchmarks.scenes import displaced_sphere
 from tests.block_statistics import ALARM
-from tests.picture_differences import check_transpose, need_every_table
+from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
-from tests.small_scenes import Floats, camera, glowing, matte, rectangle
-from tests.test_shadow_boundary import agreement, check
-
-Make = Callable[[float], edgegrad.Scene]
+from tests.small_scenes import Floats, Make, along, camera, glowing, matte, rectangle
 
 SIDE = np.array([1.9, 0.7, 0.5])
 # What shines along -Z shines at the body.
@@ -42,7 +39,7 @@ def body(material: str = "clay") -> edgegrad.Mesh:
     return edgegrad.Mesh(vertices @ turn(0.3, 0.5, 0.2), faces, (material,), smoothing=faces)
 
 
-def scene_under(light: str) -> edgegrad.Scene:
+def body_under(light: str) -> edgegrad.Scene:
     """The body lit by a light, an emissive mesh ("mesh"), the sky ("sky", "sky image") or a bright wall ("wall")."""
     scene = edgegrad.Scene(camera((0, 0.4, 3.6), size=24), {"body": body()}, {"clay": matte(0.7, 0.6, 0.5)})
     if light == "mesh":
@@ -81,14 +78,14 @@ def moves(make: Callable[[], edgegrad.Scene], name: str) -> Make:
 
 
 def body_moves(light: str) -> Make:
-    return moves(lambda: scene_under(light), "body")
+    return moves(lambda: body_under(light), "body")
 
 
 def light_changes(light: str, **rates: float | Floats) -> tuple[Make, list[str]]:
     """Numbers of the light grow."""
 
     def make(theta: float) -> edgegrad.Scene:
-        scene = scene_under(light)
+        scene = body_under(light)
         lamp = scene.lights["lamp"]
         grown = {field: getattr(lamp, field) + theta * np.asarray(rate) for field, rate in rates.items()}
         scene.lights["lamp"] = replace(lamp, **{k: (float(v) if np.ndim(v) == 0 else v) for k, v in grown.items()})
@@ -98,14 +95,14 @@ def light_changes(light: str, **rates: float | Floats) -> tuple[Make, list[str]]
 
 
 def sky_turns(theta: float) -> edgegrad.Scene:
-    scene = scene_under("sky image")
+    scene = body_under("sky image")
     scene.world = replace(scene.world, rotation=scene.world.rotation @ turn(0.3 * theta, 0.5 * theta, -0.4 * theta))
     return scene
 
 
 def camera_moves(light: str) -> Make:
     def make(theta: float) -> edgegrad.Scene:
-        scene = scene_under(light)
+        scene = body_under(light)
         to_world = np.array(scene.camera.to_world)
         to_world[:3, 3] += theta * np.array([0.5, -0.3, 0.4])
         scene.camera = replace(scene.camera, to_world=to_world)
@@ -135,7 +132,7 @@ def translucent(theta: float) -> edgegrad.Scene:
 
 def placed(theta: float) -> edgegrad.Scene:
     """Two instances, one mirrored."""
-    scene = scene_under("rectangle")
+    scene = body_under("rectangle")
     scene.meshes["body"].instances = np.stack([
         pose(0.6 * turn(0.2, 0.5 + 1.5 * theta, 0.1), 0.5, 0.2, 0.2),
         pose(0.5 * turn(0.1, 0.3, 0.5 - theta) @ np.diag([-0.8, 0.7, 1.1]), -0.7, 0.1, 0.0),
@@ -162,7 +159,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "rectangle: light grows": light_changes("rectangle", size=np.array([0.7, -0.3])),
     "sun: light turns": light_changes("sun", direction=np.array([0.3, 0.1, 0.6])),
     "sun: light grows": light_changes("sun", angle=1.0),
-    "mesh: light moves": (moves(lambda: scene_under("mesh"), "lamp"), ["meshes.lamp.vertices"]),
+    "mesh: light moves": (moves(lambda: body_under("mesh"), "lamp"), ["meshes.lamp.vertices"]),
     "sky image: light turns": (sky_turns, ["world.rotation"]),
     "disk: camera moves": (camera_moves("disk"), ["camera.to_world"]),
     "glossy": (glossy, BODY),
@@ -171,7 +168,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
 }
 DEEP: dict[str, tuple[Make, list[str]]] = {
     "body before a wall": (body_moves("wall"), BODY),
-    "wall moves": (moves(lambda: scene_under("wall"), "wall"), ["meshes.wall.vertices"]),
+    "wall moves": (moves(lambda: body_under("wall"), "wall"), ["meshes.wall.vertices"]),
     "seen by way of a wall": (seen_in_wall, BODY),
 }
 QUICK = ("sphere: body moves", "rectangle: body moves", "ellipse: body moves", "mesh: body moves", "sky: body moves",
@@ -182,7 +179,8 @@ QUICK = ("sphere: body moves", "rectangle: body moves", "ellipse: body moves", "
 @pytest.mark.parametrize(
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES])
 def test_horizons_agree_with_central_differences(name: str) -> None:
-    check(*CASES[name])
+    need_every_table()
+    check_agreement(along(*CASES[name]))
 
 
 @pytest.mark.parametrize("name", ["rectangle: body moves", "sun: light turns"])
@@ -190,7 +188,7 @@ def test_a_body_that_hides_no_light_from_itself_has_no_other_shadow(name: str) -
     """Without the term the same comparison fails."""
     need_every_table()
     make, paths = CASES[name]
-    outcome = agreement(make, paths, terms=("interior", "primary", "indirect"))
+    outcome = agreement(along(make, paths), terms=("interior", "primary", "indirect"))
     assert outcome.p_value < ALARM, str(outcome)
 
 
@@ -198,11 +196,11 @@ def test_the_plan_names_horizons() -> None:
     def words(scene: edgegrad.Scene, *wrt: str) -> str:
         return "; ".join(edgegrad.plan(scene, list(wrt), max_depth=2).terms[2].why)
 
-    scene = scene_under("rectangle")
+    scene = body_under("rectangle")
     assert "besides edges: the horizons of the faces of body, where they cut off light of the lights lamp" in words(
         scene, *BODY)
     assert "horizons" not in words(scene, "camera.to_world")
-    assert "body" in words(scene_under("disk"), "camera.to_world"), "the disk turns with what it lights"
+    assert "body" in words(body_under("disk"), "camera.to_world"), "the disk turns with what it lights"
     scene.meshes["floor"] = rectangle((0, -2, 0), (0, 0, 1), (1, 0, 0), "clay")
     assert "skipped: horizons, since neither" in words(scene, "camera.to_world")
     scene.lights["lamp"] = edgegrad.PointLight(SIDE, 90.0)
@@ -214,7 +212,8 @@ def test_the_plan_names_horizons() -> None:
 @pytest.mark.parametrize(
     "name", ["wall moves", "seen by way of a wall", pytest.param("body before a wall", marks=pytest.mark.slow)])
 def test_horizons_of_later_vertices_agree_with_central_differences(name: str) -> None:
-    check(*DEEP[name], max_depth=3)
+    need_every_table()
+    check_agreement(along(*DEEP[name]), max_depth=3)
 
 
 @pytest.mark.parametrize("name", ["disk: light moves", "disk: camera moves", "sun: light turns", "mesh: body moves",

@@ -17,10 +17,10 @@ import edgegrad
 from edgegrad.bounces import UNLIMITED, Bounces
 from edgegrad.renderer import TERMS, Renderer
 from tests.block_statistics import ALARM, Agreement, compare
-from tests.small_scenes import along, box, camera, central_difference, glowing, matte, need, rectangle, white_world
+from tests.picture_differences import agreement, check_transpose
+from tests.small_scenes import Make, along, box, camera, glowing, matte, need, rectangle, white_world
 from tests.test_moving_scenes import cornell
 
-Make = Callable[[float], edgegrad.Scene]
 SIZE = 16
 
 
@@ -197,16 +197,12 @@ CASES: dict[str, Case] = {
 }
 
 
-def agreement(case: Case, terms: tuple[str, ...] = TERMS) -> Agreement:
-    """The derivative, averaged over the interval of the central difference, compared with that."""
-    at = along(case.make, [case.path])
-    depths = {"max_depth": case.max_depth, "bounces": case.bounces}
-    difference, stderr = central_difference(at, case.eps, case.reference_spp, 2 * case.seeds, "native", **depths)
-    samples = []
-    for k in range(case.seeds):
-        scene, tangent = at(case.eps * ((k + 0.5) / case.seeds - 0.5))
-        samples.append(Renderer(scene).render_forward(tangent, spp=case.spp, seed=k, terms=terms, **depths))
-    return compare(np.stack(samples), difference, stderr)
+def beside_differences(case: Case, terms: tuple[str, ...] = TERMS) -> Agreement:
+    """The derivative beside the central difference."""
+    return agreement(
+        along(case.make, [case.path]), eps=case.eps, seeds=case.seeds, spp=case.spp, reference_spp=case.reference_spp,
+        reference_seeds=2 * case.seeds, thetas=case.seeds, terms=terms, max_depth=case.max_depth, bounces=case.bounces,
+    )
 
 
 RUNS = [name if case.quick else pytest.param(name, marks=pytest.mark.slow) for name, case in CASES.items()]
@@ -216,8 +212,8 @@ RUNS = [name if case.quick else pytest.param(name, marks=pytest.mark.slow) for n
 def test_it_agrees_with_central_differences_and_is_needed(name: str) -> None:
     need("native")
     case = CASES[name]
-    outcome = agreement(case)
-    without = agreement(case, tuple(term for term in TERMS if term != case.without))
+    outcome = beside_differences(case)
+    without = beside_differences(case, tuple(term for term in TERMS if term != case.without))
     print(outcome, without, sep="\n")
     assert outcome.p_value > ALARM, str(outcome)
     assert without.p_value < ALARM, str(without)
@@ -269,16 +265,7 @@ def test_samples_from_edges_and_from_the_camera_agree(name: str) -> None:
 def test_modes_are_transposes(name: str) -> None:
     need("native")
     case = CASES[name]
-    scene, tangent = along(case.make, [case.path])(0.0)
-    tangent[case.path] = tangent[case.path] + np.random.default_rng(1).normal(size=tangent[case.path].shape)
-    options: dict[str, Any] = {"spp": 64, "seed": 3, "max_depth": case.max_depth, "terms": ("indirect",)}
-    adjoint = np.random.default_rng(0).normal(size=(SIZE, SIZE, 3)).astype(np.float32)
-    derivative = Renderer(scene).render_forward(tangent, **options).astype(np.float64)
-    gradient = Renderer(scene, threads=1).render_backward(adjoint, [case.path], **options)[case.path]
-    size = np.abs(derivative * adjoint).sum()
-    assert size > 0.0
-    product = float((gradient * tangent[case.path]).sum())
-    assert float((derivative * adjoint).sum()) == pytest.approx(product, abs=1e-5 * size)
+    check_transpose(case.make, [case.path], spp=64, seed=3, max_depth=case.max_depth, terms=("indirect",))
 
 
 def test_a_convex_body_under_an_even_sky_has_none() -> None:

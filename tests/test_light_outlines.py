@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +10,9 @@ import pytest
 import edgegrad
 from edgegrad._check import RAYS
 from tests.block_statistics import ALARM
-from tests.picture_differences import check_transpose, need_every_table
+from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
-from tests.small_scenes import Floats, camera, matte, rectangle
-from tests.test_shadow_boundary import agreement, check
-
-Make = Callable[[float], edgegrad.Scene]
+from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
 
 PLACE = np.array([0.2, 0.1, 0.3])
 FACING = pose(turn(0.3, 0.4, 0.2) @ np.diag([1.0, -1.0, -1.0]), *PLACE.tolist())  # shines along -Z: at the camera
@@ -97,12 +93,13 @@ QUICK = ("sphere, perspective: light moves", "disk, lens: camera moves", "spot, 
 @pytest.mark.parametrize(
     "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES])
 def test_outlines_agree_with_central_differences(name: str) -> None:
-    check(*CASES[name])
+    need_every_table()
+    check_agreement(along(*CASES[name]))
 
 
 def test_without_the_term_the_comparison_fails() -> None:
     need_every_table()
-    outcome = agreement(*CASES["sphere, perspective: light moves"], terms=("interior", "shadow"))
+    outcome = agreement(along(*CASES["sphere, perspective: light moves"]), terms=("interior", "shadow"))
     assert outcome.p_value < ALARM, str(outcome)
 
 

@@ -5,7 +5,6 @@ Each scene moves something; the tests of single terms are elsewhere (test_primar
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -17,9 +16,11 @@ from edgegrad import Image, Material, Mesh, Scene, World
 from edgegrad import expression as e
 from edgegrad.renderer import Renderer
 from tests import shapes
-from tests.block_statistics import ALARM, Agreement, compare
+from tests.block_statistics import ALARM, compare
+from tests.picture_differences import check_agreement
 from tests.small_scenes import (
     ABOVE,
+    Make,
     along,
     box,
     camera,
@@ -31,24 +32,8 @@ from tests.small_scenes import (
     white_world,
 )
 
-Make = Callable[[float], Scene]
 EPS = 0.01
 SMALL = replace(ABOVE, width=24, height=24)
-
-
-def agreement(make: Make, paths: list[str], *, eps: float = EPS, seeds: int = 16, spp: int = 64,
-              reference_spp: int = 256, max_depth: int = 2) -> Agreement:  # fmt: skip
-    """The derivative, averaged over the interval of the central difference, compared with that."""
-    at = along(make, paths)
-    ahead, behind = (Renderer(make(theta)) for theta in (0.5 * eps, -0.5 * eps))
-    differences, samples = [], []
-    for k in range(seeds):
-        options = {"spp": reference_spp, "seed": 1000 + k, "max_depth": max_depth}
-        differences.append((ahead.render(**options).astype(np.float64) - behind.render(**options)) / eps)
-        scene, tangent = at(eps * ((k % 8 + 0.5) / 8 - 0.5))
-        samples.append(Renderer(scene).render_forward(tangent, spp=spp, seed=k, max_depth=max_depth))
-    reference = np.array(differences)
-    return compare(np.stack(samples), reference.mean(axis=0), reference.std(axis=0, ddof=1) / np.sqrt(seeds))
 
 
 def moved(scene: Scene, theta: float, name: str, direction: tuple[float, float, float]) -> Scene:
@@ -306,10 +291,7 @@ QUICK = ("camera turns", "UV seams", "cut-out with soft borders", "normal map", 
 def test_motion_agrees_with_central_differences(name: str) -> None:
     need("native")
     make, paths, options = CASES[name]
-    outcome = agreement(make, paths, **options)
-    print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < 0.3
+    check_agreement(along(make, paths), noise=0.3, **{"eps": EPS, "reference_spp": 256, **options})
 
 
 def test_moving_the_room_is_moving_the_camera_back() -> None:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.renderer import Renderer
 from tests import shapes
-from tests.block_statistics import ALARM, compare
+from tests.block_statistics import ALARM
+from tests.picture_differences import agreement, check_agreement
 from tests.small_scenes import (
     MOTIONS,
     Floats,
     Moving,
     box,
     camera,
-    central_difference,
     matte,
     need,
     rectangle,
@@ -77,30 +78,16 @@ CASES: dict[str, Moving] = MOTIONS | {
     "shape entering the frame": translated(entering_ball, "ball", (1.0, 0.2, 0.0)),
     "strip through the near plane": strip,
 }
-EPS = 0.01
+OPTIONS: dict[str, Any] = {"eps": 0.01, "seeds": 24, "spp": 128, "reference_spp": 1024}
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_motion_agrees_with_central_differences(name: str) -> None:
     need("native")
-    make = CASES[name]
-    difference, stderr = central_difference(make, EPS, 1024, 24, "native")
-    # The difference is the derivative's mean over [-EPS/2, EPS/2].
-    samples = []
-    for k in range(24):
-        scene, tangent = make(EPS * ((k % 8 + 0.5) / 8 - 0.5))
-        samples.append(Renderer(scene, engine="native").render_forward(tangent, spp=128, seed=k))
-    outcome = compare(np.stack(samples), difference, stderr)
-    print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < 0.1
+    check_agreement(CASES[name], noise=0.1, **OPTIONS)
 
 
 def test_a_missing_term_is_noticed() -> None:
     need("native")
-    make = CASES["hard shadow of a point light"]
-    difference, stderr = central_difference(make, EPS, 1024, 24, "native")
-    scene, tangent = make(0.0)
-    renderer = Renderer(scene, engine="native")
-    samples = [renderer.render_forward(tangent, spp=128, seed=k, terms=("interior", "primary")) for k in range(24)]
-    assert compare(np.stack(samples), difference, stderr).p_value < ALARM
+    outcome = agreement(CASES["hard shadow of a point light"], terms=("interior", "primary"), **OPTIONS)
+    assert outcome.p_value < ALARM, str(outcome)

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 import edgegrad
-from tests.picture_differences import check_transpose, need_every_table
+from tests.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
-from tests.small_scenes import camera, glowing, matte, rectangle
-from tests.test_shadow_boundary import DOWN, check
+from tests.small_scenes import Make, along, camera, glowing, matte, rectangle
+from tests.test_shadow_boundary import DOWN
 
-Make = Callable[[float], edgegrad.Scene]
 TILTED = turn(0.1, 0.0, -0.25) @ DOWN
 
 
@@ -97,12 +96,14 @@ DEEP: dict[str, tuple[Make, list[str]]] = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_pierced_lights_agree_with_central_differences(name: str) -> None:
-    check(*CASES[name], spp=128)
+    need_every_table()
+    check_agreement(along(*CASES[name]), spp=128)
 
 
 @pytest.mark.parametrize("name", DEEP)
 def test_pierced_surfaces_agree_with_central_differences(name: str) -> None:
-    check(*DEEP[name], spp=128, max_depth=3)
+    need_every_table()
+    check_agreement(along(*DEEP[name]), spp=128, max_depth=3)
 
 
 @pytest.mark.parametrize("name", [*CASES, *DEEP])

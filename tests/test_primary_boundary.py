@@ -6,7 +6,7 @@ the primary term is the whole derivative.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,12 +15,11 @@ import pytest
 import edgegrad
 from edgegrad.renderer import Renderer
 from tests import shapes
-from tests.block_statistics import ALARM, Agreement, compare
-from tests.picture_differences import check_transpose
-from tests.small_scenes import Floats, along, box, camera, central_difference, glowing, need, rectangle
+from tests.picture_differences import check_agreement, check_transpose
+from tests.small_scenes import Floats, Make, along, box, camera, glowing, need, rectangle
 
-EPS = 0.01
-Make = Callable[[float], edgegrad.Scene]
+# The term alone beside the whole difference: see above.
+PRIMARY = {"eps": 0.01, "reference_spp": 256, "max_depth": 1, "terms": ("primary",)}
 
 
 def turn(angle: float, axis: int) -> Floats:
@@ -136,26 +135,6 @@ def primary(renderer: Renderer, tangent: Mapping[str, Floats], **options: int) -
     return renderer.render_forward(tangent, terms=("primary",), **options).astype(np.float64)
 
 
-def agreement(
-    make: Make,
-    paths: list[str],
-    *,
-    spp: int = 64,
-    reference_spp: int = 256,
-    seeds: int = 16,
-    max_depth: int = 1,
-    eps: float = EPS,
-) -> Agreement:
-    """The term, averaged over the interval of the central difference, compared with that."""
-    at = along(make, paths)
-    difference, stderr = central_difference(at, eps, reference_spp, seeds, "native")
-    samples = []
-    for k in range(seeds):
-        scene, tangent = at(eps * ((k % 8 + 0.5) / 8 - 0.5))
-        samples.append(primary(Renderer(scene), tangent, spp=spp, seed=k, max_depth=max_depth))
-    return compare(np.stack(samples), difference, stderr)
-
-
 # One of each kind of camera in every run, the others in the slow ones.
 QUICK = (
     "perspective: camera turns", "crop and wide filter: shapes move", "orthographic: camera moves",
@@ -171,10 +150,8 @@ def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
     need("native")
     # Blurred edges change few samples each: a difference needs wide steps and many of them to be told from its noise.
     lens = name.startswith(("lens", "blades"))
-    outcome = agreement(*CASES[name], **({"eps": 0.1, "reference_spp": 4096} if lens else {}))
-    print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < (0.35 if lens else 0.1)
+    wide = {"eps": 0.1, "reference_spp": 4096} if lens else {}
+    check_agreement(along(*CASES[name]), noise=0.35 if lens else 0.1, **{**PRIMARY, **wide})
 
 
 # ---------------------------------------------------------------- surfaces that pierce or touch each other
@@ -237,10 +214,7 @@ PIERCING: dict[str, tuple[Make, list[str]]] = {
 @pytest.mark.parametrize("name", PIERCING)
 def test_piercing_surfaces_agree_with_central_differences(name: str) -> None:
     need("native")
-    outcome = agreement(*PIERCING[name])
-    print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < 0.1
+    check_agreement(along(*PIERCING[name]), noise=0.1, **PRIMARY)
 
 
 # ---------------------------------------------------------------- behind what lets light pass
@@ -262,10 +236,7 @@ def veiled(theta: float) -> edgegrad.Scene:
 
 def test_edges_behind_transparent_surfaces_agree_with_central_differences() -> None:
     need("native")
-    outcome = agreement(veiled, MESHES)
-    print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < 0.1
+    check_agreement(along(veiled, MESHES), noise=0.1, **PRIMARY)
 
 
 # ---------------------------------------------------------------- instances
@@ -299,10 +270,7 @@ def stretched(theta: float) -> edgegrad.Scene:
 )
 def test_instances_agree_with_central_differences(make: Make, path: str) -> None:
     need("native")
-    outcome = agreement(make, [path])
-    print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < 0.1
+    check_agreement(along(make, [path]), noise=0.1, **PRIMARY)
 
 
 # ---------------------------------------------------------------- reverse mode

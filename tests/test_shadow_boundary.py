@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.renderer import TERMS, Renderer
+from edgegrad.renderer import Renderer
 from tests import shapes
-from tests.block_statistics import ALARM, Agreement, compare
-from tests.picture_differences import check_transpose, need_every_table
+from tests.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
-from tests.small_scenes import Floats, along, box, camera, central_difference, glowing, matte, rectangle
-
-Make = Callable[[float], edgegrad.Scene]
+from tests.small_scenes import Floats, Make, along, box, camera, glowing, matte, rectangle
 
 ABOVE = camera((0, 3.2, 2.4), (0, 0, 0.1), 24)
 DOWN = turn(-0.5 * np.pi, 0, 0)  # what shines along -Z shines along -Y
@@ -184,28 +181,6 @@ CASES: dict[str, tuple[Make, list[str]]] = {
 }
 
 
-def agreement(
-    make: Make, paths: list[str], *, spp: int = 64, reference_spp: int = 512, seeds: int = 16, eps: float = 0.02,
-    max_depth: int = 2, terms: Sequence[str] = TERMS,
-) -> Agreement:
-    """Terms of the derivative, averaged over the interval of the central difference, compared with that."""
-    moving = along(make, paths)
-    difference, stderr = central_difference(moving, eps, reference_spp, seeds, "native", max_depth=max_depth)
-    samples = []
-    for k in range(seeds):
-        scene, tangent = moving(eps * ((k % 8 + 0.5) / 8 - 0.5))
-        samples.append(Renderer(scene).render_forward(tangent, spp=spp, seed=k, max_depth=max_depth, terms=terms))
-    return compare(np.stack(samples), difference, stderr)
-
-
-def check(make: Make, paths: list[str], noise: float = 0.25, **options: int) -> None:
-    need_every_table()
-    outcome = agreement(make, paths, **options)
-    print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < noise
-
-
 # Each kind of light, of motion and of camera once in every run, the others in the slow ones.
 QUICK = (
     "point: box moves", "disk: box moves", "sized spot: floor moves", "rectangle: box moves", "sun: box moves",
@@ -219,7 +194,8 @@ RUNS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) fo
 
 @pytest.mark.parametrize("name", RUNS)
 def test_shadows_agree_with_central_differences(name: str) -> None:
-    check(*CASES[name])
+    need_every_table()
+    check_agreement(along(*CASES[name]))
 
 
 # ---------------------------------------------------------------- what hides light, and from what
@@ -300,7 +276,8 @@ HIDING: dict[str, tuple[Make, list[str]]] = {
 
 @pytest.mark.parametrize("name", HIDING)
 def test_what_hides_light_agrees_with_central_differences(name: str) -> None:
-    check(*HIDING[name])
+    need_every_table()
+    check_agreement(along(*HIDING[name]))
 
 
 # ---------------------------------------------------------------- reverse mode

@@ -14,8 +14,8 @@ from edgegrad.expression import Attribute
 from edgegrad.renderer import Renderer
 from tests import shapes
 from tests.benchmarks.scenes import displaced_sphere
-from tests.block_statistics import ALARM, compare
-from tests.small_scenes import Floats, along, camera, central_difference, matte, need
+from tests.picture_differences import check_agreement
+from tests.small_scenes import Floats, along, camera, matte, need
 
 EPS = 0.01
 
@@ -58,17 +58,7 @@ def split_normals(theta: float) -> edgegrad.Scene:
 @pytest.mark.parametrize("make", [few_faces, closed_mesh, split_normals])
 def test_smooth_meshes_agree_with_central_differences(make: Callable[[float], edgegrad.Scene]) -> None:
     need("native")
-    at = along(make, ["meshes.body.vertices"])
-    seeds = 16
-    difference, stderr = central_difference(at, EPS, 256, seeds, "native")
-    samples = []
-    for k in range(seeds):
-        scene, tangent = at(EPS * ((k % 8 + 0.5) / 8 - 0.5))
-        samples.append(Renderer(scene).render_forward(tangent, spp=64, seed=k))
-    outcome = compare(np.stack(samples), difference, stderr)
-    print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < 0.05
+    check_agreement(along(make, ["meshes.body.vertices"]), noise=0.05, eps=EPS, reference_spp=256)
 
 
 def patch(height: float) -> tuple[edgegrad.Scene, dict[str, Floats]]:

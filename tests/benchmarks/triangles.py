@@ -2,7 +2,8 @@
 
 ``python -m tests.benchmarks.triangles`` prints a table and writes it as Markdown, JSON and a plot: seconds of taking
 other vertices (the BVH is refitted), of a picture, of the first gradient (which finds the mesh's edges) and of later
-ones, for displaced spheres of a thousand to a million triangles in an even sky, 128 x 128 pixels.
+ones, for displaced spheres of a thousand to a million triangles, 128 x 128 pixels: in an even sky, and over a floor
+in the soft shadows of a rectangle light.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ import edgegrad
 from tests import peer_scenes
 from tests.benchmarks import scenes
 from tests.benchmarks.versus_mitsuba import processor
+from tests.rich_scene import pose, turn
+from tests.small_scenes import matte, rectangle
 
 # Cuts of the sphere (20 cuts² triangles).
 CUTS = (7, 22, 71, 158, 224)
@@ -30,8 +33,9 @@ RUNS = 5
 
 @dataclass
 class Row:
-    """Seconds at one size: the least of some runs, but for `build` (with Embree's) and `first_gradient`."""
+    """Seconds in one light at one size: the least of some runs, but for `build` (Embree's too) and the first."""
 
+    light: str
     triangles: int
     build: float
     update: float
@@ -55,9 +59,28 @@ def seconds_of(call: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def measure(cuts: int, threads: int) -> Row:
+def in_sky(cuts: int) -> edgegrad.Scene:
+    """The sphere in an even sky."""
+    return peer_scenes.to_edgegrad(scenes.dense_sphere(cuts))
+
+
+def in_soft_shadow(cuts: int) -> edgegrad.Scene:
+    """The sphere over a floor, under a rectangle light."""
+    scene = in_sky(cuts)
+    scene.meshes["floor"] = rectangle((0.0, -1.25, 0.0), (0.0, 0.0, 3.0), (3.0, 0.0, 0.0), "floor")
+    scene.materials["floor"] = matte(0.8, 0.75, 0.7)
+    down = pose(turn(-0.5 * np.pi, 0.0, 0.0), 1.0, 3.5, 1.5)
+    scene.lights["lamp"] = edgegrad.AreaLight(down, np.array([1.5, 1.0]), "RECTANGLE", 300.0)
+    scene.world = edgegrad.World(np.zeros(3))
+    return scene
+
+
+LIGHTS: dict[str, Callable[[int], edgegrad.Scene]] = {"even sky": in_sky, "rectangle": in_soft_shadow}
+
+
+def measure(light: str, cuts: int, threads: int) -> Row:
     """One sphere: an optimiser's steps on it."""
-    scene = peer_scenes.to_edgegrad(scenes.dense_sphere(cuts))
+    scene = LIGHTS[light](cuts)
     mesh, path = scene.meshes["mesh0"], "meshes.mesh0.vertices"
     still = mesh.vertices.copy()
     adjoint = np.full((*scene.camera.size, 3), 1e-4, np.float32)
@@ -76,7 +99,7 @@ def measure(cuts: int, threads: int) -> Row:
     runs = [(seconds_of(update), seconds_of(lambda: renderer.render(spp=SPP)),
              seconds_of(lambda: renderer.render_backward(adjoint, [path], spp=SPP))) for _ in range(RUNS)]
     moved, rendered, derived = (min(values) for values in zip(*runs, strict=True))
-    return Row(len(mesh.faces), build, moved, rendered, first, derived)
+    return Row(light, len(mesh.faces), build, moved, rendered, first, derived)
 
 
 def markdown(report: Report) -> str:
@@ -84,11 +107,11 @@ def markdown(report: Report) -> str:
     about = ", ".join(f"{key} {value}" for key, value in report.machine.items())
     lines = [
         f"# Run time by number of triangles\n\n{about}. 128 × 128 pixels, {SPP} samples per pixel, seconds.\n",
-        "| triangles | build | update | render | first gradient | later gradients | gradient / render |",
-        "|---" * 7 + "|",
+        "| light | triangles | build | update | render | first gradient | later gradients | gradient / render |",
+        "|---" * 8 + "|",
     ]
-    lines += [f"| {r.triangles:,} | {r.build:.3f} | {r.update:.4f} | {r.render:.4f} | {r.first_gradient:.3f} | "
-              f"{r.gradient:.4f} | {r.gradient / r.render:.2f} |" for r in report.rows]
+    lines += [f"| {r.light} | {r.triangles:,} | {r.build:.3f} | {r.update:.4f} | {r.render:.4f} | "
+              f"{r.first_gradient:.3f} | {r.gradient:.4f} | {r.gradient / r.render:.2f} |" for r in report.rows]
     return "\n".join(lines) + "\n"
 
 
@@ -99,15 +122,18 @@ def plot(report: Report, path: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    figure, axis = pyplot.subplots(figsize=(5.0, 3.2))
-    count = [r.triangles for r in report.rows]
-    for name in ("update", "render", "first_gradient", "gradient"):
-        axis.loglog(count, [getattr(r, name) for r in report.rows], "o-", markersize=3, label=name.replace("_", " "))
-    axis.set_xlabel("triangles", fontsize=8)
-    axis.set_ylabel("seconds", fontsize=8)
-    axis.tick_params(labelsize=7)
-    axis.grid(alpha=0.3, linewidth=0.5)
-    axis.legend(fontsize=7)
+    figure, axes = pyplot.subplots(1, len(LIGHTS), figsize=(8.4, 3.2), sharey=True)
+    for axis, light in zip(axes, LIGHTS, strict=True):
+        rows = [r for r in report.rows if r.light == light]
+        count = [r.triangles for r in rows]
+        for name in ("update", "render", "first_gradient", "gradient"):
+            axis.loglog(count, [getattr(r, name) for r in rows], "o-", markersize=3, label=name.replace("_", " "))
+        axis.set_title(light, fontsize=8)
+        axis.set_xlabel("triangles", fontsize=8)
+        axis.tick_params(labelsize=7)
+        axis.grid(alpha=0.3, linewidth=0.5)
+    axes[0].set_ylabel("seconds", fontsize=8)
+    axes[0].legend(fontsize=7)
     figure.tight_layout()
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=90)
@@ -117,8 +143,7 @@ def plot(report: Report, path: Path) -> None:
 def run(cuts: Sequence[int], threads: int) -> Report:
     """All sizes."""
     report = Report({"processor": processor(), "threads": threads})
-    for k in cuts:
-        report.rows.append(measure(k, threads))
+    report.rows += [measure(light, k, threads) for light in LIGHTS for k in cuts]
     return report
 
 

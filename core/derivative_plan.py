@@ -22,7 +22,7 @@ from .renderer import TERMS
 from .scene import Scene
 from .shadow_plan import horizon_rule, missing_shadows
 from .shape import convex
-from .specular_plan import aimed_materials, specular_materials, specular_rule
+from .specular_plan import aimed_materials, mirrored_shadows, specular_materials, specular_rule
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
@@ -63,7 +63,7 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
     made = {
         "interior": _interior(scene, tables, wrt, max_depth),
         "primary": Term("primary", primary.computed or specular is not None, primary.edges, primary.of, why),
-        "shadow": _shadow(scene, placed, moves, edges, max_depth),
+        "shadow": _shadow(scene, placed, moves, edges, max_depth, mirrored_shadows(scene, moves, wrt, max_depth)),
         "indirect": _indirect(scene, placed, moves, edges, max_depth),
     }
     return tuple(made[name] for name in TERMS)
@@ -134,18 +134,22 @@ def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[
 
 
 def _shadow(
-    scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int
+    scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
+    mirrored: str | None,
 ) -> Term:
     total = sum(e.count for e in edges.values())
     zero = ""
     if max_depth < 2:
         zero = "only light seen directly is rendered, and it has no shadows"
-    elif not moves.any:
+    elif not moves.any and mirrored is None:
         zero = "no vertex is a parameter and lights stand still: no shadow moves"
     elif not any(_reflects(scene, name) for name in scene.meshes):
         zero = "every surface is black: nothing shows a shadow"
     if zero:
         return Term("shadow", False, 0, total, (zero,))
+    if not moves.any:
+        still = "no shadow moves, but where it is seen by mirrors and smooth glass does"
+        return Term("shadow", True, 0, total, (still, str(mirrored)))
     cut, horizons = horizon_rule(scene, moves, max_depth)
     curves = tuple(light_curves(scene, placed, moves))
     if len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
@@ -155,7 +159,7 @@ def _shadow(
     why = ["edges of all meshes, since a shadow also moves over a moving surface when its caster stands still"]
     if total - kept:
         why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
-    why += [horizons, *curves]
+    why += [*([] if mirrored is None else [mirrored]), horizons, *curves]
     absent = [words for kind, words in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
     if not np.any(scene.world.color * scene.world.strength):
         absent.append("environment")

@@ -1,4 +1,5 @@
-"""What the specular boundary of a scene consists of, in words: edges that the camera sees in mirrors and through glass.
+"""What the specular boundary of a scene consists of, in words: edges that the camera sees in mirrors and through glass,
+and those of shadows there.
 
 The native engine follows the same rules (``native/specular_term.cpp``).
 """
@@ -71,13 +72,23 @@ def specular_rule(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: in
     return f"besides: all edges that the camera sees by mirrors and smooth glass ({', '.join(materials)})"
 
 
+def mirrored_shadows(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:
+    """What is computed of edges of shadows seen in mirrors and through glass; None: there is nothing of the kind."""
+    materials = specular_materials(scene)
+    # By the camera's ray, the mirror's, and that of the light.
+    if not materials or max_depth < 3 or not (moves.any or bends_rays(scene, wrt)):
+        return None
+    return f"besides: those that the camera sees by mirrors and smooth glass ({', '.join(materials)})"
+
+
 def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> Iterator[str]:
     """Sentences on what the camera may see in mirrors and through glass that has no derivative as it moves."""
     if specular_rule(scene, moves, wrt, max_depth) is None:
         return
-    yield ("seen in mirrors and through smooth glass: what is thinner than half a pixel in the picture may be missed; "
-           "left out are lines where surfaces pass through each other, seams of textures inside of smooth surfaces and "
-           "edges of shadows"
+    yield ("seen in mirrors and through smooth glass: what is thinner than a quarter of a pixel in the picture may be "
+           "missed; left out are lines where surfaces pass through each other, seams of textures inside of smooth "
+           "surfaces, borders of spots without blend, and where faces of smooth-shaded meshes turn away from lights "
+           "without size"
            + (f", and what chains of more than {_LONGEST} surfaces show" if max_depth > _LONGEST else ""))
     shown = [name for name, light in scene.lights.items()
              if ((isinstance(light, PointLight) and light.radius > 0.0) or isinstance(light, AreaLight))

@@ -8,8 +8,9 @@
 namespace edgegrad {
 namespace {
 
-// Segments per pixel: what lies between the ends of one and is seen from neither is missed.
-constexpr float kSegment = 0.5f;
+// A segment, in pixels: what lies between its ends and is seen from neither is missed. At corners of shadows
+// 24 pixels wide that was 3 % of 8 x 8 blocks with 0.5, and 1 % with 0.25.
+constexpr float kSegment = 0.25f;
 // Lines per pixel, of each direction, and sample of the picture: a segment costs about what a sample does.
 constexpr double kLines = 0.25;
 
@@ -53,14 +54,22 @@ bool moves_chains(const SceneTables& t, const Wanted& wanted) {
 
 std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
                                              const RenderOptions& options, const Wanted& wanted) {
-    if (!options.primary || options.max_depth < 2 || !moves_chains(tables, wanted)) return std::nullopt;
+    const bool moves = moves_chains(tables, wanted);
+    const bool edges = options.primary && options.max_depth >= 2 && moves;
+    // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
+    const bool lights = options.shadow && options.max_depth >= 3 && !scene.convex &&
+                        (scene.lights.count > 0 || scene.has_environment) &&
+                        (moves || wanted.moves_lights() || wanted.any("environment_rotation"));
+    if (!edges && !lights) return std::nullopt;
     for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
-        if (may_be_specular(tables, leaf)) return SpecularTerm(scene, tables, options);
+        if (may_be_specular(tables, leaf)) return SpecularTerm(scene, tables, options, edges, lights);
     return std::nullopt;
 }
 
-SpecularTerm::SpecularTerm(const SceneView& scene, const SceneTables& tables, const RenderOptions& options)
+SpecularTerm::SpecularTerm(const SceneView& scene, const SceneTables& tables, const RenderOptions& options,
+                           bool edges, bool lights)
     : options_(options), regions_(surface_regions(tables)) {
+    scan_.edges = edges, scan_.lights = lights;
     const CameraView& c = scene.camera;
     const float margin = c.filter ? std::max(0.0f, c.filter[kFilterSize] - 0.5f) : 0.0f;
     scan_.low[0] = scan_.low[1] = -margin;

@@ -33,7 +33,8 @@ class SpecularTerm {
                   DroppedSamples& dropped) const;
 
  private:
-    SpecularTerm(const SceneView& scene, const SceneTables& tables, const RenderOptions& options);
+    SpecularTerm(const SceneView& scene, const SceneTables& tables, const RenderOptions& options, bool edges,
+                 bool lights);
     // What finding crossings and what jumps there leaves.
     struct Found {
         int count;

@@ -198,6 +198,12 @@ def test_shadows_agree_with_central_differences(name: str) -> None:
     check_agreement(along(*CASES[name]))
 
 
+def test_turning_sky_is_met_by_rays_that_go_on() -> None:
+    """Where a path may be scattered once more, its rays meet the sky as vertices of their own, and turn with it."""
+    need_every_table()
+    check_agreement(along(sky_turns(), ["world.rotation"]), max_depth=3)
+
+
 # ---------------------------------------------------------------- what hides light, and from what
 def instanced(theta: float) -> edgegrad.Scene:
     """Two copies of a box, one mirrored, over a floor that is an instance too."""

@@ -220,7 +220,7 @@ def test_plan_tells_of_it() -> None:
     need("native")
     words = str(edgegrad.plan(before_mirror("box")(0.0), ["meshes.box.vertices"], max_depth=DEPTH))
     assert "all edges that the camera sees by mirrors and smooth glass (mirror)" in words
-    assert "thinner than half a pixel" in words
+    assert "thinner than a quarter of a pixel" in words
     assert "mirrors" not in str(edgegrad.plan(before_mirror("box")(0.0), ["materials.warm.emission"], max_depth=DEPTH))
     index = edgegrad.plan(behind_glass("ior")(0.0), ["materials.glass.ior"], max_depth=DEPTH)
     assert "smooth glass (glass)" in str(index)

@@ -151,7 +151,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     s.next_w = wi;
     s.next_value = incoming * load(v.next_scale);
     if (scene.has_environment && any(s.next)) {
-        s.next_w = turned_with_environment(scene, wi);
+        s.next_w = select(s.last | ends_in_sky(memory, next), turned_with_environment(scene, wi), wi);
         if (any(s.last))
             s.next_value = select(s.last, environment_radiance(scene, s.next_w) * last_scale, s.next_value);
     }
@@ -231,8 +231,11 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
 
     const Float sky_weight = load(v.sky_weight);
     const Mask missed = active & (sky_weight > 0.0f);
-    if (any(missed))
-        out.light = select(missed, environment_radiance(scene, direction) * sky_weight, out.light);
+    if (any(missed)) {
+        // Sampled directions turn with the environment, as the vertex before sees them.
+        const Vec3 towards = select(slides, arrival.direction, turned_with_environment(scene, recorded));
+        out.light = select(missed, environment_radiance(scene, towards) * sky_weight, out.light);
+    }
     if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(slides))
         out.light = out.light + lights_met(scene, v, slides, arrival.from, direction);
     if (!any(hit)) return out;

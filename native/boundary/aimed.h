@@ -114,17 +114,6 @@ EG_INLINE Aim aim_at_lobes(const AimedSurface& surface, Mask active, Int kinds, 
     return aim;
 }
 
-// Lanes whose x lies in a face of the edge.
-EG_INLINE Mask on_edge_face(const SceneView& scene, const PieceSample& p, const SurfacePoint& x) {
-    Mask on = splat(0);
-    for (int i = 0; i < W; ++i) {
-        if (!p.active[i] || p.instance[i] != x.instance[i]) continue;
-        for (uint32_t k = scene.edge_face_first[p.edge[i]]; k < scene.edge_face_first[p.edge[i] + 1]; ++k)
-            if (static_cast<int32_t>(scene.edge_faces[k]) == x.face[i]) on[i] = -1;
-    }
-    return on;
-}
-
 // A point of an edge, as seen from x.
 struct AimedPoint {
     Mask active;

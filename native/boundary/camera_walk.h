@@ -25,6 +25,14 @@ struct ScatteringPoint {
         visit(scene, active, add);
         return value;
     }
+    // Density with which `sample` finds w.
+    EG_INLINE Float density(const SceneView& scene, Mask active, Vec3 w) const {
+        Float pdf = splat(0.0f);
+        visit(scene, active, [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
+            pdf = select(m, surface.evaluate(m, w).pdf, pdf);
+        });
+        return pdf;
+    }
     EG_INLINE BsdfSample sample(const SceneView& scene, Mask active, Float lobe, Float u, Float v) const {
         BsdfSample s;
         s.wi = normal;
@@ -56,6 +64,13 @@ struct ScatteringPoint {
     }
 };
 
+// Shaders that scatter light which falls on their backs.
+EG_INLINE Mask scatters_on_both_sides(const Shader& shader) {
+    return ~has(shader, kLambertian) &
+           (has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
+            (shader.kind == static_cast<int>(kDisney)));
+}
+
 // The surface that paths have met, as the path tracer shades it.
 EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTask& task, const PathPacket& p,
                                            Mask active, const Closest& hit) {
@@ -72,9 +87,7 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
     if (scene.all_flags & kHasNormalMap)
         s.normal = shading_normal(scene, s.x.active & has(s.shader, kHasNormalMap), s.shader.leaf, s.point,
                                   s.shader.color(kNormalMap), s.shader.row[kNormalStrength]);
-    s.both_sides = ~has(s.shader, kLambertian) &
-                   (has(s.shader, kHasRefraction) | (s.shader.kind == static_cast<int>(kTranslucent)) |
-                    (s.shader.kind == static_cast<int>(kDisney)));
+    s.both_sides = scatters_on_both_sides(s.shader);
     return s;
 }
 

@@ -31,6 +31,17 @@ EG_INLINE Mask transparent_occluder(const SceneView& scene, Mask active, Int edg
     return clear;
 }
 
+// Lanes whose x lies in a face of the edge.
+EG_INLINE Mask on_edge_face(const SceneView& scene, const PieceSample& p, const SurfacePoint& x) {
+    Mask on = splat(0);
+    for (int i = 0; i < W; ++i) {
+        if (!p.active[i] || p.instance[i] != x.instance[i]) continue;
+        for (uint32_t k = scene.edge_face_first[p.edge[i]]; k < scene.edge_face_first[p.edge[i] + 1]; ++k)
+            if (static_cast<int32_t>(scene.edge_faces[k]) == x.face[i]) on[i] = -1;
+    }
+    return on;
+}
+
 // T- - T+: the light that passes the edge's faces on the side from which `across` points, less that on the
 // side to which it does, for a line towards the light. Where both let all or nothing pass, nothing jumps.
 EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const PieceSample& p, Mask active, Float u,

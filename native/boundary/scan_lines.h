@@ -5,7 +5,8 @@
 // in between is found by bisection, and of the faces met there the edge that the ray touches. If both halves
 // of an interval have a difference, one of them is followed, with twice the weight: any number of crossings
 // within a segment are found in the mean. What lies between two neighbouring places and is seen from none of
-// them isn't.
+// them isn't. Edges of shadows are found in the same way, on the way from the chain's end to a place of a
+// light, which is picked at one of the two places: from where makes no difference, but for its density.
 #pragma once
 
 #include "boundary/pieces.h"
@@ -143,7 +144,7 @@ EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task,
     float distance = 3e38f;
     const SpecularChain* const both[2] = {&p, &q};
     for (const SpecularChain* c : both) {
-        if (c->key[level][i] < 0) continue;
+        if (c->key[level][i] == kMissed || c->key[level][i] == kDead) continue;
         const Vec3 &o = c->from[level], &d = c->direction[level], &x = c->position[level];
         const float from[3] = {o.x[i], o.y[i], o.z[i]}, direction[3] = {d.x[i], d.y[i], d.z[i]};
         try_edges(scene, task, c->face[level][i], c->instance[level][i], from, direction, best);
@@ -160,6 +161,16 @@ EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task,
 EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask& task, int64_t at,
                                const Segment& s, const PicturePoint& place, const ChainChoices& choices,
                                const SpecularChain& chain, int level, const TouchedEdge& edge, float weight) {
+    const ChainLight& light = choices.light;
+    const bool lit = level > choices.lit[i];
+    if (lit) level = choices.lit[i] + 1;  // what is passed on the way to the light is no part of the chain
+    out.lit[n] = lit ? -1 : 0;
+    out.light_row[n] = light.row[i], out.light_kind[n] = light.kind[i], out.light_face[n] = light.face[i];
+    out.light_blockers[n] = light.blockers[i], out.light_visible_to[n] = light.visible_to[i];
+    out.light_b1[n] = light.b1[i], out.light_b2[n] = light.b2[i];
+    out.light_place[0][n] = light.place.x[i], out.light_place[1][n] = light.place.y[i];
+    out.light_place[2][n] = light.place.z[i];
+    out.light_density[n] = light.density[i];
     out.x[n] = place.x[i], out.y[n] = place.y[i];
     out.lens_u[n] = place.lens_u[i], out.lens_v[n] = place.lens_v[i];
     out.segment[n] = static_cast<int32_t>(at + i);
@@ -188,6 +199,7 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
         for (int i = 0; i < W; ++i) swap[i] = s.stream[i] & 0x80000000u ? -1 : 0;
         PicturePoint p = select(swap, s.b, s.a), q = select(swap, s.a, s.b);
         ChainChoices choices;
+        choices.light = no_chain_light();
         SpecularChain chain_p, chain_q, chain_m;
         trace_chain<true>(scene, task, limits, max_depth, s.active, p, s.stream, choices, chain_p);
         Mask active = s.active & (chain_p.count > 1);
@@ -232,6 +244,7 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
             bool bent = false;
             for (int j = 0; j < k; ++j) bent |= choices.fate[j][i] != kFatePasses;
             if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
+            if (k > choices.lit[i] ? !task.lights : !task.edges) continue;
             const TouchedEdge edge = touched_edge(scene, task, chain_p, chain_q, k, i);
             if (edge.edge < 0) continue;
             append_crossing(out, found++, i, task, at, s, p, choices, chain_p, k, edge,

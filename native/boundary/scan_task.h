@@ -19,6 +19,7 @@ struct ScanTask {
     float density;                      // lines per pixel
     float length;                       // of a segment, pixels
     uint32_t seed;
+    bool edges, lights;  // whether edges that chains show, and those of shadows there, are asked for
 };
 
 // Crossings of scan lines with the picture of edges, one behind the other.
@@ -39,6 +40,10 @@ struct ChainCrossings {
     float* by_point[3];  // derivatives of -g by `from` and by the last ray's direction
     float* by_direction[3];
     float* by_screen[2];  // of g by the place in the picture
+    // Where the last ray goes to a light from the chain's last vertex (boundary/chain_light.h).
+    int32_t* lit;
+    int32_t *light_row, *light_kind, *light_face, *light_blockers, *light_visible_to;
+    float *light_b1, *light_b2, *light_place[3], *light_density;
 };
 
 }  // namespace edgegrad

@@ -1,5 +1,5 @@
 // Specular boundary term: what changes where an edge, seen through mirrors and smooth glass, sweeps over the
-// picture.
+// picture, and where one of a shadow does that is seen there (boundary/chain_shadow.h).
 //
 // A chain of perfect reflections and refractions ends with a ray from p along D, both functions of the place
 // s in the picture and of the scene theta. It touches the edge of direction t through e where
@@ -17,14 +17,13 @@
 // r = |e - p|.
 #pragma once
 
-#include "boundary/primary.h"
-#include "boundary/specular_chain.h"
+#include "boundary/chain_shadow.h"
 #include "path/recorder.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Replays the chains of crossings [at, at + W) and records their vertices. Returns their last rays; `p` is
-// the path's state along them.
+// Replays the chains of crossings [at, at + W) and records their vertices. Returns their last rays, of those
+// that end at a light the ones that met their last surfaces; `p` is the path's state along them.
 EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, const ChainCrossings& c,
                               int at, int count, VertexMemory& vertices, ChainRay& ray, PathPacket& p) {
     const Mask active = first_lanes(count - at);
@@ -59,7 +58,8 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         x.mesh = hit.mesh;
         const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
         const ChainSurface s = chain_surface(scene, x, point, column(c.leaf, 0));
-        const Mask passes = here & (fate == kFatePasses), scatters = here & ~passes;
+        const Mask passes = here & (fate == kFatePasses), lit = here & (fate == kFateLit);
+        const Mask scatters = here & ~passes & ~lit;
 
         PathPacket arrived{};
         arrived.active = here;
@@ -76,6 +76,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const Float kept = s.leaf_weight;
         passed = select(passes, passed * s.passing * (s.share * kept), passed);
         waiting = waiting - passes;
+        throughput = select(lit, throughput * passed * ((1.0f - s.share) * kept), throughput);
         if (!any(scatters)) continue;
         const ShadedSurface surface = chain_bsdf(scene, scatters, s);
         Vec3 value;
@@ -148,6 +149,46 @@ EG_INLINE void store_jump(ChainCrossings& c, int at, Mask m, Vec3 jump) {
     store(c.jump[2] + at, select(m, jump.z, 0.0f));
 }
 
+// Loads the surfaces at which lit crossings end, where `ray` has met them.
+EG_INLINE ChainSurface lit_surface(const SceneView& scene, const ChainCrossings& c, int at, Mask lit,
+                                   const ChainRay& ray) {
+    const Int last = select(lit, load(c.length + at) - 1, splat(0));
+    Int face, mesh, instance, leaf;
+    Float b1, b2;
+    for (int i = 0; i < W; ++i) {
+        const int k = last[i];
+        face[i] = lit[i] ? c.face[k][at + i] : 0, mesh[i] = lit[i] ? c.mesh[k][at + i] : 0;
+        instance[i] = lit[i] ? c.instance[k][at + i] : -1, leaf[i] = lit[i] ? c.leaf[k][at + i] : 0;
+        b1[i] = lit[i] ? c.b1[k][at + i] : 0.0f, b2[i] = lit[i] ? c.b2[k][at + i] : 0.0f;
+    }
+    SurfacePoint x = surface_point(scene, lit, face, b1, b2, ray.direction, instance);
+    x.mesh = mesh;
+    return chain_surface(scene, x, texture_point(scene, x, -ray.direction, ray.kind), leaf);
+}
+
+// The jumps of light at crossings with edges of shadows, and what the chains' ends move them by; lanes of
+// those.
+EG_OUTLINE Mask lit_sides(const SceneView& scene, ChainCrossings& c, int at, int count, Mask lit,
+                          const ChainRay& ray, Vec3 throughput) {
+    const ChainSurface surface = lit_surface(scene, c, at, lit, ray);
+    const Vec3 x = surface.x.position;
+    EdgeSample s = chain_edge(scene, c, at, count, x, x);
+    s.active &= lit;
+    Vec3 jump = zero3(), by_x = zero3();
+    const Mask seen = shadow_jump(scene, c, at, s, surface.x, surface, ray.kind, jump, by_x);
+    jump = jump * throughput * load(c.weight + at);
+    for (int k = 0; k < 3; ++k) {
+        const auto part = [k](const Vec3& v) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
+        const auto put = [&](float* to, Float value) {
+            store(to, select(lit, select(seen, value, 0.0f), load(to)));
+        };
+        put(c.by_point[k] + at, part(by_x)), put(c.by_direction[k] + at, splat(0.0f));
+        put(c.jump[k] + at, part(jump));
+        store(c.from[k] + at, select(lit, part(x), load(c.from[k] + at)));
+    }
+    return seen;
+}
+
 // Records the chains of `count` crossings, and estimates what jumps across their edges.
 static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                VertexMemory& vertices, ChainCrossings& c, int count) {
@@ -159,14 +200,14 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         PathPacket p;
         const Mask fine = record_chains(scene, task, c, at, count, vertices, ray, p);
         EdgeSample s = chain_edge(scene, c, at, count, ray.from, ray.origin);
-        s.active &= fine;
+        const Mask lit = first_lanes(count - at) & load(c.lit + at);
+        s.active &= fine & ~lit;
         s.mask = ray_mask(p.kind);
         s.random = path_index(paths, lane_index() + at);
         Sides sides = visible_faces(scene, s);
         s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, task.limits.transparent);
-        store(c.seen + at, s.active);
         // -dg/dp = t x D and -dg/dD = -N, D being the recorded ray's.
         const Vec3 by_point = cross(s.tangent, ray.direction);
         for (int k = 0; k < 3; ++k) {
@@ -175,6 +216,9 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
             store(c.by_direction[k] + at, select(s.active, -part(s.normal), 0.0f));
             store(c.from[k] + at, select(s.active, part(ray.from), 0.0f));
         }
+        Mask seen = s.active;
+        if (any(lit & fine)) seen |= lit_sides(scene, c, at, count, lit & fine, ray, p.throughput);
+        store(c.seen + at, seen);
         if (!any(s.active)) continue;
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
         const auto start = [&](const SideFace& near, Int number, Vec3 outwards,
@@ -204,7 +248,9 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         Vec3 plus, minus;
         load3(plus, work.radiance, at);
         load3(minus, work.radiance, count + at);
-        store_jump(c, at, load(c.seen + at), (minus - plus) * load(c.weight + at));
+        const Mask lit = load(c.lit + at);
+        store_jump(c, at, load(c.seen + at),
+                   select(lit, load_jump(c, at), (minus - plus) * load(c.weight + at)));
     }
 }
 
@@ -231,7 +277,10 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
         const Vec3 jump = load_jump(c, at);
         s.active &= largest_component(jump) > 0.0f;
         if (!any(s.active)) continue;
-        const Float g = load(work.radiance[0] + at) + sweep(scene, tangent, s);
+        Forward mode{scene, tangent};
+        const Vec3 unit = {splat(1.0f), splat(0.0f), splat(0.0f)};
+        light_blocks(mode, scene, tangent, c, at, s, from, unit);
+        const Float g = load(work.radiance[0] + at) + sweep(scene, tangent, s) + mode.value.x;
         const Vec3 value = jump * g;
         for (int i = 0; i < W; ++i) {
             if (!s.active[i]) continue;
@@ -261,6 +310,7 @@ static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& 
         if (!any(s.active)) continue;
         Backward mode{scene, gradient, a};
         edge_blocks(mode, scene, gradient, s, jump);
+        light_blocks(mode, scene, gradient, c, at, s, from, jump);
     }
 }
 

@@ -4,21 +4,20 @@
 // What becomes of the ray at each surface (its fate) is chosen at random once, for one place; other places
 // near by take the same fate for as long as they meet the same surfaces. So all that the chain depends on
 // varies continuously from place to place but for the jumps that are looked for.
+//
+// A chain may end at a surface that scatters light of a light: its last ray then goes there. All that stops
+// it is the same, and surfaces that let light pass are met one after the other.
 #pragma once
 
-#include "boundary/scan_task.h"
+#include "boundary/chain_light.h"
+#include "boundary/chain_surface.h"
 #include "path/bounces.h"
 #include "path/camera_rays.h"
-#include "path/shaded_surface.h"
-#include "shading/bsdf/specular.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // What a chain's vertices are told apart by, besides the numbers of regions (2 region + side).
-enum ChainKey : int32_t { kMissed = -1, kDead = -2 };
-
-// Fates: a lobe, which may transmit; to pass unscattered; to end here.
-constexpr int32_t kFateLobes = 7, kFateTransmits = 8, kFatePasses = 16, kFateEnds = -1;
+enum ChainKey : int32_t { kMissed = -1, kDead = -2, kBlocked = -3 };
 
 // A place of the picture and of the lens.
 struct PicturePoint {
@@ -29,6 +28,8 @@ struct ChainChoices {
     Int key[kMostChain], instance[kMostChain];  // of the vertices that it was chosen at
     Int leaf[kMostChain], fate[kMostChain];
     Float probability[kMostChain];  // of this vertex' choice
+    Int lit;                        // the vertex that a light is looked at from; kMostChain: none
+    ChainLight light;
 };
 
 // The vertices that a chain meets: as far as they are those of its choices, and the first that differs.
@@ -41,138 +42,11 @@ struct SpecularChain {
     Vec3 position[kMostChain], normal[kMostChain], smooth[kMostChain];
 };
 
-// A ray of a chain.
-struct ChainRay {
-    Vec3 origin, direction, from;
-    Int kind;
-};
-
 EG_INLINE ChainRay chain_start(const CameraView& camera, const PicturePoint& at, Float& near, Float& far) {
     const CameraRay ray = camera_ray(camera, at.x, at.y, at.lens_u, at.lens_v);
     const Float length = sqrt(dot(ray.direction, ray.direction));
     near = length * camera.clip_start, far = length * camera.clip_end;
     return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(static_cast<int>(kCameraRay))};
-}
-
-// Perfect lobes that a surface may have: their values f |cos| at the view, zero of those that it hasn't.
-constexpr int kPerfectLobes = 4;
-constexpr int32_t kPerfectFate[kPerfectLobes] = {kMirrorLobe, kCoatLobe, kInterfaceLobe,
-                                                 kInterfaceLobe | kFateTransmits};
-
-EG_INLINE void perfect_values(const Bsdf& f, Mask active, Float (&value)[kPerfectLobes]) {
-    for (Float& v : value) v = splat(0.0f);
-    const Float cosine = f.view.z;
-    const auto put = [&](int k, Mask m, Vec3 v) { value[k] = select(active & m, average(v), splat(0.0f)); };
-    if (f.any_lobe[kMirrorLobe])
-        put(0, (f.probability[kMirrorLobe] > 0.0f) & is_smooth(f.mirror.ggx), reflectance(f.mirror, cosine));
-    if (f.any_lobe[kCoatLobe])
-        put(1, (f.probability[kCoatLobe] > 0.0f) & is_smooth(f.coat.ggx), reflectance(f.coat, cosine));
-    if (f.any_lobe[kInterfaceLobe]) {
-        const Mask has = f.probability[kInterfaceLobe] > 0.0f;
-        const Split s = split_light(f.glass, cosine);
-        put(2, has & is_smooth(f.glass.ggx), s.reflected);
-        put(3, has & refracts_smoothly(f.glass), s.transmitted);
-    }
-}
-
-// A surface that a chain meets, and what it does with the ray.
-struct ChainSurface {
-    SurfacePoint x;
-    TexturePoint point;
-    Shader shader;
-    Float leaf_weight;  // of the shader in its material
-    Float share;        // of light that passes unscattered
-    Vec3 passing;       // its colour
-};
-
-EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint& x,
-                                      const TexturePoint& point, Int leaf) {
-    ChainSurface s{x, point, leaf_shader(scene, x, leaf, point), splat(1.0f), splat(0.0f), zero3()};
-    if (scene.any_mixture) {
-        const Int first = gather(scene.material_first_leaf, x.material);
-        const Mask mixed = x.active & (gather(scene.material_first_leaf + 1, x.material) - first > 1);
-        if (any(mixed)) s.leaf_weight = select(mixed, leaf_weight(scene, mixed, leaf, point), s.leaf_weight);
-    }
-    if (scene.all_flags & kHasTransparency) s.share = passing_share(s.shader, s.passing);
-    return s;
-}
-
-EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const ChainSurface& s) {
-    Vec3 normal = s.point.normal;
-    if (scene.all_flags & kHasNormalMap)
-        normal = shading_normal(scene, active & has(s.shader, kHasNormalMap), s.shader.leaf, s.point,
-                                s.shader.color(kNormalMap), s.shader.row[kNormalStrength]);
-    return shaded_surface(scene, active, s.x, s.point, s.shader, normal);
-}
-
-// Where lanes that scatter go on, what it multiplies their light with, and whether there is such a direction.
-EG_OUTLINE Mask scatter_chain(const ChainSurface& s, const ShadedSurface& surface, Mask scatters, Int fate,
-                              ChainRay& ray, Vec3& value) {
-    const Mask transmitted = (fate & kFateTransmits) != 0;
-    const Specular next = scatter_specular(surface.bsdf, fate & kFateLobes, transmitted);
-    value = next.value;
-    if (surface.smooth)
-        value = value * bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
-    const Float side = dot(s.x.normal, next.wi);
-    const Mask fine =
-        scatters & select(transmitted, side < 0.0f, side > 0.0f) & (largest_component(value) > 0.0f);
-    ray.origin = select(scatters, leave_surface(s.x, next.wi), ray.origin);
-    ray.direction = select(scatters, next.wi, ray.direction);
-    ray.from = select(scatters, s.x.position, ray.from);
-    ray.kind = select(
-        scatters,
-        select(transmitted, splat(static_cast<int>(kTransmissionRay)), splat(static_cast<int>(kGlossyRay))),
-        ray.kind);
-    return fine;
-}
-
-// Numbers in [0, 1) for a vertex' choices.
-EG_INLINE Float chain_random(UInt stream, int level, int which) {
-    const uint32_t place = hash(static_cast<uint32_t>(4 * level + which) ^ 0x7f4a7c15u);
-    return to_float(bits(hash(stream ^ splat(place)) >> 8)) * 5.9604645e-8f;
-}
-
-// Least probability of what is possible at all, by the number of possibilities.
-constexpr float kLeastChoice = 0.1f;
-
-// Chooses a fate at a surface: to pass in proportion to what passes, else one of the perfect lobes in
-// proportion to their values.
-EG_OUTLINE Int choose_fate(const SceneView& scene, const ChainSurface& s, Mask active, Mask scatters,
-                           UInt stream, int level, Float& probability) {
-    Int fate = splat(kFateEnds);
-    Mask left = active;
-    const Mask may_pass = active & (s.share > 0.0f);
-    if (any(may_pass)) {
-        const Float chance = select(s.share >= 1.0f, splat(1.0f),
-                                    clamp(s.share, splat(kLeastChoice), splat(1.0f - kLeastChoice)));
-        const Mask pass = may_pass & (chain_random(stream, level, 1) < chance);
-        fate = select(pass, splat(kFatePasses), fate);
-        probability = probability * select(pass, chance, select(may_pass, 1.0f - chance, splat(1.0f)));
-        left &= ~pass;
-    }
-    left &= scatters & has(s.shader, kHasGlossy | kHasRefraction);
-    if (!any(left)) return fate;
-    const ShadedSurface surface = chain_bsdf(scene, left, s);
-    Float value[kPerfectLobes], sum = splat(0.0f), count = splat(0.0f);
-    perfect_values(surface.bsdf, left, value);
-    for (const Float& v : value) {
-        sum = sum + v;
-        count = count + select(v > 0.0f, splat(1.0f), 0.0f);
-    }
-    left &= sum > 0.0f;
-    const Float u = chain_random(stream, level, 2), least = kLeastChoice / max(count, 1.0f);
-    Float passed = splat(0.0f);
-    for (int k = 0; k < kPerfectLobes; ++k) {
-        const Float share =
-            select(value[k] > 0.0f, least + (1.0f - kLeastChoice) * value[k] / max(sum, 1e-30f), splat(0.0f));
-        // The last one takes what rounding leaves.
-        const Mask picked = left & (value[k] > 0.0f) & ((u < passed + share) | (passed + share > 0.99999f));
-        fate = select(picked, splat(kPerfectFate[k]), fate);
-        probability = select(picked, probability * share, probability);
-        left &= ~picked;
-        passed = passed + share;
-    }
-    return fate;
 }
 
 // Bounces of a chain so far, as paths count them.
@@ -202,17 +76,27 @@ struct ChainCount {
     }
 };
 
-// Lanes whose surface may have a shader that is a mirror or lets light through.
-EG_INLINE Mask sends_on(const SceneView& scene, const SurfacePoint& x, Mask active) {
+// Lanes whose surface may have a shader with one of these flags.
+EG_INLINE Mask may_have(const SceneView& scene, const SurfacePoint& x, Mask active, int32_t flags) {
     Mask may = splat(0);
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
         const int32_t first = scene.material_first_leaf[x.material[i]],
                       last = scene.material_first_leaf[x.material[i] + 1];
         for (int32_t leaf = first; leaf < last; ++leaf)
-            if (scene.leaf_flags[leaf] & (kHasGlossy | kHasRefraction | kHasTransparency)) may[i] = -1;
+            if (scene.leaf_flags[leaf] & flags) may[i] = -1;
     }
     return may;
+}
+
+// Sends the rays of lanes towards their lights; which of them shine on x from there.
+EG_OUTLINE void look_at_light(const SceneView& scene, Mask lit, const ChainLight& light,
+                              const SurfacePoint& x, ChainRay& ray, Float& far) {
+    const ChainLightRay seen = see_chain_light(scene, lit, light, x.position);
+    ray.origin = select(lit, leave_surface(x, seen.w), ray.origin);
+    ray.direction = select(lit, seen.w, ray.direction);
+    ray.from = select(lit, x.position, ray.from);
+    far = select(lit, seen.distance * 0.9999f, far);
 }
 
 // Traces chains. kChoose: `choices` are made on the way, else followed.
@@ -221,22 +105,25 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
                             int max_depth, Mask active, const PicturePoint& at, UInt stream,
                             ChainChoices& choices, SpecularChain& chain) {
     chain.count = splat(0);
+    if constexpr (kChoose) choices.lit = splat(kMostChain);
     ChainCount counted(limits, max_depth);
     Float near, far;
     ChainRay ray = chain_start(scene.camera, at, near, far);
-    Mask going = active, dead = splat(0);
+    Mask going = active, dead = splat(0), bent = dead;
     for (int level = 0; level < kMostChain && any(going); ++level) {
-        const Mask tracing = going & ~dead;
+        const Mask tracing = going & ~dead, to_light = level > choices.lit;
         Closest hit = intersect(scene, tracing, ray.origin, ray.direction, near, far, ignore_nothing(),
-                                level == 0 ? embree::kCoherent : embree::kIncoherent, ray_mask(ray.kind));
-        near = splat(0.0f), far = splat(__builtin_inff());
+                                level == 0 ? embree::kCoherent : embree::kIncoherent,
+                                select(to_light, choices.light.blockers, ray_mask(ray.kind)));
+        near = splat(0.0f);
         hit.hit &= tracing;
         SurfacePoint x = surface_point(scene, hit.hit, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
         x.mesh = hit.mesh;
         const Int region = gather(task.region, select(hit.hit, hit.face, splat(0)));
-        const Int key =
-            select(hit.hit, 2 * region + ((x.side < 0.0f) & 1),
-                   select(dead, splat(static_cast<int>(kDead)), splat(static_cast<int>(kMissed))));
+        Int key = select(hit.hit, 2 * region + ((x.side < 0.0f) & 1),
+                         select(dead, splat(static_cast<int>(kDead)), splat(static_cast<int>(kMissed))));
+        const Mask stops = hit.hit & to_light & ~may_have(scene, x, hit.hit & to_light, kHasTransparency);
+        key = select(stops, splat(static_cast<int>(kBlocked)), key);
         chain.count = chain.count - going;
         chain.key[level] = key;
         chain.face[level] = hit.face, chain.mesh[level] = hit.mesh, chain.instance[level] = hit.instance;
@@ -252,13 +139,23 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
             going &= (key == choices.key[level]) & (hit.instance == choices.instance[level]) &
                      (choices.fate[level] != kFateEnds);
         }
-        going &= hit.hit & x.active;
+        going &= hit.hit & x.active & ~stops;
         if (scene.corner_normal && any(hit.hit)) chain.smooth[level] = smooth_normal(scene, x);
-        // Most chains end at a surface that does nothing of the kind.
-        if constexpr (kChoose) going &= sends_on(scene, x, going);
+        // On its way to a light a chain goes through all that lets light pass. Most other chains end at a
+        // surface that does nothing with their rays.
+        const Mask passes_on = going & to_light;
+        if constexpr (kChoose) choices.fate[level] = select(passes_on, splat(kFatePasses), splat(kFateEnds));
+        const Mask may_be_lit = task.lights ? going & bent & ~to_light & ~counted.p.final_ray : splat(0);
+        if constexpr (kChoose)
+            going &= passes_on | may_be_lit |
+                     may_have(scene, x, going, kHasGlossy | kHasRefraction | kHasTransparency);
         if (!any(going)) return;
 
-        x.active &= going;
+        ray.origin = select(passes_on, leave_surface(x, ray.direction), ray.origin);
+        far = select(passes_on, far - hit.distance, far);
+        x.active &= going & ~passes_on;
+        const Mask meets = going & ~passes_on;
+        if (!any(meets)) continue;
         const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
         Int leaf = choices.leaf[level];
         Float probability = splat(1.0f);
@@ -267,25 +164,42 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
             leaf = pick_leaf(scene, x, point, chain_random(stream, level, 0), sum);
             probability = 1.0f / max(sum, 1e-30f);  // times its weight, below
         }
-        const ChainSurface s = chain_surface(scene, x, point, select(going, leaf, splat(0)));
+        const ChainSurface s = chain_surface(scene, x, point, select(meets, leaf, splat(0)));
         Int fate = choices.fate[level];
         if constexpr (kChoose) {
             probability = select(s.leaf_weight > 0.0f, probability * s.leaf_weight, probability);
-            fate = choose_fate(scene, s, going, going & ~counted.p.final_ray, stream, level, probability);
+            fate = choose_fate(scene, s, meets, meets & ~counted.p.final_ray, may_be_lit, stream, level,
+                               probability);
             fate = select((fate == kFatePasses) & ~counted.may_pass(), splat(kFateEnds), fate);
-            choices.leaf[level] = select(going, leaf, splat(0));
-            choices.fate[level] = select(going, fate, splat(kFateEnds));
-            choices.probability[level] = probability;
-            going &= fate != kFateEnds;
+            const Mask looks = meets & (fate == kFateLit);
+            if (any(looks)) {
+                const Float random[4] = {
+                    chain_random(stream, kMostChain, 0), chain_random(stream, kMostChain, 1),
+                    chain_random(stream, kMostChain, 2), chain_random(stream, kMostChain, 3)};
+                ChainLight light;
+                const Mask found = choose_chain_light(scene, scattering_point(scene, looks, s), looks, random,
+                                                      chain_random(stream, kMostChain + 1, 0), light);
+                choices.lit = select(found, splat(level), choices.lit);
+                take(choices.light, found, light);
+                fate = select(looks & ~found, splat(kFateEnds), fate);
+            }
+            choices.leaf[level] = select(meets, leaf, splat(0));
+            choices.fate[level] = select(meets, fate, choices.fate[level]);
+            choices.probability[level] = select(meets, probability, 1.0f);
+            going &= passes_on | (fate != kFateEnds);
             if (!any(going)) return;
         }
-        const Mask passes = going & (fate == kFatePasses), scatters = going & ~passes;
+        const Mask lit = meets & going & (fate == kFateLit);
+        if (any(lit)) look_at_light(scene, lit, choices.light, x, ray, far);
+        const Mask passes = meets & going & (fate == kFatePasses), scatters = meets & going & ~passes & ~lit;
+        far = select(passes | scatters, splat(__builtin_inff()), far);
         ray.origin = select(passes, leave_surface(x, ray.direction), ray.origin);
         if (any(scatters)) {
             const ShadedSurface surface = chain_bsdf(scene, scatters, s);
             Vec3 value;
             const Mask fine = scatter_chain(s, surface, scatters, fate, ray, value);
-            dead = scatters & ~fine;
+            dead |= scatters & ~fine;
+            bent |= scatters;
         }
         if constexpr (kChoose) {
             counted.add(scatters, ray.kind);
@@ -304,7 +218,8 @@ EG_OUTLINE Int first_difference(const SpecularChain& a, const SpecularChain& b, 
     for (int level = 0; level < kMostChain; ++level) {
         looking &= (level < a.count) & (level < b.count);
         if (!any(looking)) break;
-        const Mask other = (a.key[level] != b.key[level]) | (a.instance[level] != b.instance[level]);
+        const Mask other =
+            (a.key[level] != b.key[level]) | ((a.key[level] >= 0) & (a.instance[level] != b.instance[level]));
         const Vec3 way = b.position[level] - a.position[level];
         const Float distance = sqrt(dot(way, way));
         const Float off = max(abs(dot(way, a.normal[level])), abs(dot(way, b.normal[level])));

@@ -1,0 +1,206 @@
+// Light that falls on the end x of a chain of mirrors and glass: one place y of a light, or a direction to
+// the sky, that is held while x moves.
+//
+// y is a fixed place in the frame of its light, as in the interior term (adjoint/light_arrival.h): what a
+// picture integrates over lights by samples at each x is, with dM the measure of those places,
+//   L(x) = int f |n_s . w| V(x, y) L_e |n_y . w|/|y - x|^2 dM(y),
+// and of what has no distance, by direction. So a jump of V alone is left, as x moves along a scan line, and
+// as the scene does.
+#pragma once
+
+#include "boundary/camera_walk.h"
+#include "boundary/chain_surface.h"
+#include "boundary/light_motion.h"
+#include "boundary/segment.h"
+#include "shading/environment_samples.h"
+#include "shading/light_radiance.h"
+#include "shading/lights.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct ChainLight {
+    Int row, kind, face;  // of the light table, LightKind; an emissive face; both -1: the sky
+    Float b1, b2;         // place on the face
+    // y; of distant ones the direction to them, of a disk that faces x its two coordinates.
+    Vec3 place;
+    Int blockers, visible_to;
+    Float density;  // of y by dM
+
+    EG_INLINE Mask is(LightKind k) const { return (row >= 0) & (kind == splat(static_cast<int>(k))); }
+    EG_INLINE Mask sky() const { return (row < 0) & (face < 0); }
+    EG_INLINE Mask distant() const {
+        return sky() | ((row >= 0) & (kind >= splat(static_cast<int>(kDirectionLight))));
+    }
+};
+
+EG_INLINE ChainLight no_chain_light() {
+    const Int none = splat(-1);
+    const Float zero = splat(0.0f);
+    return {none, splat(0), none, zero, zero, {zero, zero, splat(1.0f)}, splat(0), splat(0), splat(1.0f)};
+}
+
+// Takes the lanes of a mask from another one.
+EG_INLINE void take(ChainLight& to, Mask m, const ChainLight& from) {
+    to.row = select(m, from.row, to.row), to.kind = select(m, from.kind, to.kind);
+    to.face = select(m, from.face, to.face);
+    to.b1 = select(m, from.b1, to.b1), to.b2 = select(m, from.b2, to.b2);
+    to.place = select(m, from.place, to.place);
+    to.blockers = select(m, from.blockers, to.blockers);
+    to.visible_to = select(m, from.visible_to, to.visible_to);
+    to.density = select(m, from.density, to.density);
+}
+
+// A light as seen from x.
+struct ChainLightRay {
+    Vec3 w;          // unit, to y
+    Float distance;  // infinite of distant ones
+    Float measure;   // |n_y . w|/|y - x|^2
+};
+
+EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, const ChainLight& light,
+                                        Vec3 x) {
+    LightRow l{};
+    const Mask on_row = active & (light.row >= 0);
+    if (any(on_row)) l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
+    Vec3 y = light.place, normal = zero3();
+    const Mask disk = on_row & light.is(kDiskLight);
+    if (any(disk)) {
+        const Vec3 way = l.position - x;
+        const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        Vec3 a, b;
+        basis(axis, a, b);
+        y = select(disk, l.position + a * light.place.x + b * light.place.y, y);
+        normal = select(disk, axis, normal);
+    }
+    const Mask sphere = on_row & light.is(kSphereLight);
+    if (any(sphere)) normal = select(sphere, (y - l.position) * (1.0f / max(l.radius, 1e-30f)), normal);
+    normal = select(on_row & (light.is(kRectangleLight) | light.is(kEllipseLight)), l.direction, normal);
+    const Mask on_face = active & (light.face >= 0);
+    if (any(on_face)) {
+        const Vec3 m = area_normal(gather_triangle(scene, select(on_face, light.face, splat(0))));
+        normal = select(on_face, m * (1.0f / max(sqrt(dot(m, m)), 1e-37f)), normal);
+    }
+    const Mask distant = light.distant();
+    const Vec3 way = select(distant, light.place, y - x);
+    const Float r2 = max(dot(way, way), 1e-30f), r = sqrt(r2);
+    ChainLightRay seen;
+    seen.w = way * (1.0f / r);
+    seen.distance = select(distant, splat(__builtin_inff()), r);
+    const Float facing = select(on_row & light.is(kPointSource), splat(1.0f), abs(dot(normal, seen.w)));
+    seen.measure = select(distant, splat(1.0f), facing / r2);
+    return seen;
+}
+
+// What of it shines on x of a mesh, as rays of `kind` see it.
+EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
+                           const ChainLightRay& seen, Int mesh, Int kind) {
+    Vec3 radiance = zero3();
+    const Mask sky = active & light.sky();
+    if (any(sky)) radiance = select(sky, environment_radiance(scene, seen.w), radiance);
+    const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh);
+    if (any(on_row)) {
+        const LightRow l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
+        const Mask flat = light.is(kRectangleLight) | light.is(kEllipseLight);
+        const Mask towards = on_row & (~flat | (dot(l.direction, seen.w) < 0.0f));
+        radiance = select(towards, l.radiance * light_factor(l, seen.w), radiance);
+    }
+    const Mask on_face = active & (light.face >= 0);
+    if (!any(on_face)) return radiance;
+    const Int face = select(on_face, light.face, splat(0));
+    const Int material = gather(scene.face_material, face);
+    const Mask front = dot(area_normal(gather_triangle(scene, face)), seen.w) < 0.0f;
+    LightSample s{};
+    s.active = on_face & (front | (gather(scene.emission_two_sided, material) != 0));
+    s.face = light.face, s.b1 = light.b1, s.b2 = light.b2;
+    s.w = seen.w;
+    s.radiance = gather3(scene.emission, material);
+    look_up_emission(scene, s, kind);
+    return select(s.active, s.radiance, radiance);
+}
+
+// The surface at which a chain ends, as it scatters light.
+EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, Mask active, const ChainSurface& s) {
+    ScatteringPoint p{s.x, s.point, s.shader, s.point.normal, splat(0)};
+    p.x.active = active;
+    if (scene.all_flags & kHasNormalMap)
+        p.normal = shading_normal(scene, active & has(s.shader, kHasNormalMap), s.shader.leaf, s.point,
+                                  s.shader.color(kNormalMap), s.shader.row[kNormalStrength]);
+    p.both_sides = scatters_on_both_sides(s.shader);
+    return p;
+}
+
+// Directions to the sky are by half its image's own samples, if it has one.
+constexpr float kByImage = 0.5f;
+
+// A sample of the sky as x scatters it.
+EG_OUTLINE Mask choose_sky(const SceneView& scene, const ScatteringPoint& x, Mask active,
+                           const Float (&random)[4], ChainLight& light) {
+    const BsdfSample s = x.sample(scene, active, random[0], random[1], random[2]);
+    Mask found = active & s.active & ~s.specular & (s.pdf > 0.0f);
+    Vec3 w = s.wi;
+    Float density = s.pdf;
+    if (scene.sky.sampled) {
+        const Mask by_image = active & (random[3] < kByImage);
+        const EnvironmentSample e = sample_environment(scene, active, random[1], random[2]);
+        found = select(by_image, e.pdf > 0.0f, found) & active;
+        w = select(by_image, e.w, w);
+        density = (1.0f - kByImage) * x.density(scene, found, w) + kByImage * environment_pdf(scene, w);
+    }
+    found &= (x.both_sides | (dot(x.x.normal, w) > 0.0f)) & (density > 0.0f);
+    light.row = select(found, splat(-1), light.row), light.face = select(found, splat(-1), light.face);
+    light.place = select(found, w, light.place);
+    const int blocked_by = scene.sky.sampled ? 1 << kShadowRay : 1 << kDiffuseRay;
+    light.blockers = select(found, splat(blocked_by), light.blockers);
+    light.visible_to = select(found, splat(scene.environment_mask), light.visible_to);
+    light.density = select(found, density, light.density);
+    return found;
+}
+
+// A light for x by the picture's own samples of lights, or the sky; lanes that found any.
+EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint& x, Mask active,
+                                   const Float (&random)[4], Float pick, ChainLight& light) {
+    light = no_chain_light();
+    const bool lights = scene.lights.count > 0, sky = scene.has_environment;
+    const float share = lights ? (sky ? 0.5f : 1.0f) : 0.0f;
+    Mask found = splat(0);
+    const Mask by_light = active & (pick < share), by_sky = active & ~by_light;
+    if (lights && any(by_light)) {
+        const LightSample s = sample_light(scene, by_light, x.x, x.both_sides, random[0], random[1]);
+        const Mask at = by_light & s.active & s.casts_shadow;
+        light.row = s.row, light.kind = s.kind, light.face = s.face;
+        light.b1 = s.b1, light.b2 = s.b2;
+        light.place = select(s.distant, s.w, x.x.position + s.w * s.r);
+        light.blockers = s.blockers, light.visible_to = s.visible_to;
+        const Mask disk = at & light.is(kDiskLight);
+        if (any(disk)) {
+            const LightRow l = gather_light(scene.lights, select(disk, s.row, splat(0)));
+            const Vec3 way = l.position - x.x.position;
+            Vec3 a, b;
+            basis(way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), a, b);
+            const Vec3 across = light.place - l.position;
+            light.place = select(disk, {dot(across, a), dot(across, b), splat(0.0f)}, light.place);
+        }
+        // What a sample weighs holds the measure of its place as seen from here.
+        const ChainLightRay seen = see_chain_light(scene, at, light, x.x.position);
+        light.density = share * seen.measure / max(s.geometry, 1e-37f);
+        light.density = select(light.distant(), share / max(s.geometry, 1e-37f), light.density);
+        found |= at & (light.density > 0.0f);
+    }
+    if (sky && any(by_sky)) {
+        const Mask at = choose_sky(scene, x, by_sky, random, light);
+        light.density = select(at, light.density * (1.0f - share), light.density);
+        found |= at;
+    }
+    return found;
+}
+
+// What a light rides on.
+EG_INLINE FarEnd far_end(const SceneView& scene, const ChainLight& light) {
+    FarEnd y = still_far_end();
+    y.face = light.face, y.b1 = light.b1, y.b2 = light.b2;
+    y.row = light.row, y.kind = light.kind;
+    y.sky = light.sky() & splat(scene.sky.pixels ? -1 : 0);
+    return y;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

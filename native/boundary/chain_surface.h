@@ -1,0 +1,170 @@
+// Surfaces that a chain of perfect mirrors, smooth glass and transparent surfaces meets, and what becomes of
+// its ray there: the fate that is chosen for it.
+#pragma once
+
+#include "boundary/scan_task.h"
+#include "path/shaded_surface.h"
+#include "path/stream.h"
+#include "shading/bsdf/specular.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Fates: a lobe, which may transmit; to pass unscattered; to look from here at a light
+// (boundary/chain_light.h); to end here.
+constexpr int32_t kFateLobes = 7, kFateTransmits = 8, kFatePasses = 16, kFateLit = 32, kFateEnds = -1;
+
+// A ray of a chain.
+struct ChainRay {
+    Vec3 origin, direction, from;
+    Int kind;
+};
+
+// Perfect lobes that a surface may have: their values f |cos| at the view, zero of those that it hasn't.
+constexpr int kPerfectLobes = 4;
+constexpr int32_t kPerfectFate[kPerfectLobes] = {kMirrorLobe, kCoatLobe, kInterfaceLobe,
+                                                 kInterfaceLobe | kFateTransmits};
+
+EG_INLINE void perfect_values(const Bsdf& f, Mask active, Float (&value)[kPerfectLobes]) {
+    for (Float& v : value) v = splat(0.0f);
+    const Float cosine = f.view.z;
+    const auto put = [&](int k, Mask m, Vec3 v) { value[k] = select(active & m, average(v), splat(0.0f)); };
+    if (f.any_lobe[kMirrorLobe])
+        put(0, (f.probability[kMirrorLobe] > 0.0f) & is_smooth(f.mirror.ggx), reflectance(f.mirror, cosine));
+    if (f.any_lobe[kCoatLobe])
+        put(1, (f.probability[kCoatLobe] > 0.0f) & is_smooth(f.coat.ggx), reflectance(f.coat, cosine));
+    if (f.any_lobe[kInterfaceLobe]) {
+        const Mask has = f.probability[kInterfaceLobe] > 0.0f;
+        const Split s = split_light(f.glass, cosine);
+        put(2, has & is_smooth(f.glass.ggx), s.reflected);
+        put(3, has & refracts_smoothly(f.glass), s.transmitted);
+    }
+}
+
+// A surface that a chain meets, and what it does with the ray.
+struct ChainSurface {
+    SurfacePoint x;
+    TexturePoint point;
+    Shader shader;
+    Float leaf_weight;  // of the shader in its material
+    Float share;        // of light that passes unscattered
+    Vec3 passing;       // its colour
+};
+
+EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint& x,
+                                      const TexturePoint& point, Int leaf) {
+    ChainSurface s{x, point, leaf_shader(scene, x, leaf, point), splat(1.0f), splat(0.0f), zero3()};
+    if (scene.any_mixture) {
+        const Int first = gather(scene.material_first_leaf, x.material);
+        const Mask mixed = x.active & (gather(scene.material_first_leaf + 1, x.material) - first > 1);
+        if (any(mixed)) s.leaf_weight = select(mixed, leaf_weight(scene, mixed, leaf, point), s.leaf_weight);
+    }
+    if (scene.all_flags & kHasTransparency) s.share = passing_share(s.shader, s.passing);
+    return s;
+}
+
+EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const ChainSurface& s) {
+    Vec3 normal = s.point.normal;
+    if (scene.all_flags & kHasNormalMap)
+        normal = shading_normal(scene, active & has(s.shader, kHasNormalMap), s.shader.leaf, s.point,
+                                s.shader.color(kNormalMap), s.shader.row[kNormalStrength]);
+    return shaded_surface(scene, active, s.x, s.point, s.shader, normal);
+}
+
+// Where lanes that scatter go on, what it multiplies their light with, and whether there is such a direction.
+EG_OUTLINE Mask scatter_chain(const ChainSurface& s, const ShadedSurface& surface, Mask scatters, Int fate,
+                              ChainRay& ray, Vec3& value) {
+    const Mask transmitted = (fate & kFateTransmits) != 0;
+    const Specular next = scatter_specular(surface.bsdf, fate & kFateLobes, transmitted);
+    value = next.value;
+    if (surface.smooth)
+        value = value * bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
+    const Float side = dot(s.x.normal, next.wi);
+    const Mask fine =
+        scatters & select(transmitted, side < 0.0f, side > 0.0f) & (largest_component(value) > 0.0f);
+    ray.origin = select(scatters, leave_surface(s.x, next.wi), ray.origin);
+    ray.direction = select(scatters, next.wi, ray.direction);
+    ray.from = select(scatters, s.x.position, ray.from);
+    ray.kind = select(
+        scatters,
+        select(transmitted, splat(static_cast<int>(kTransmissionRay)), splat(static_cast<int>(kGlossyRay))),
+        ray.kind);
+    return fine;
+}
+
+// Numbers in [0, 1) for a vertex' choices.
+EG_INLINE Float chain_random(UInt stream, int level, int which) {
+    const uint32_t place = hash(static_cast<uint32_t>(4 * level + which) ^ 0x7f4a7c15u);
+    return to_float(bits(hash(stream ^ splat(place)) >> 8)) * 5.9604645e-8f;
+}
+
+// Least probability of what is possible at all, by the number of possibilities.
+constexpr float kLeastChoice = 0.1f;
+
+// Lanes with a lobe that is not perfect.
+EG_INLINE Mask has_wide_lobes(const Bsdf& f, Mask active) {
+    Mask wide = splat(0);
+    for (int k = 0; k < kLobes; ++k) {
+        if (!f.any_lobe[k]) continue;
+        const Mask perfect = k == kMirrorLobe      ? is_smooth(f.mirror.ggx)
+                             : k == kCoatLobe      ? is_smooth(f.coat.ggx)
+                             : k == kInterfaceLobe ? is_smooth(f.glass.ggx)
+                                                   : splat(0);
+        wide |= active & (f.probability[k] > 0.0f) & ~perfect;
+    }
+    return wide;
+}
+
+// Share of fates that look at a light, of surfaces that have perfect lobes besides.
+constexpr float kLitShare = 0.5f;
+
+// Chooses a fate at a surface: to pass in proportion to what passes, else to look at a light, if other lobes
+// than perfect ones show it, or one of the perfect lobes in proportion to their values.
+EG_OUTLINE Int choose_fate(const SceneView& scene, const ChainSurface& s, Mask active, Mask scatters,
+                           Mask may_be_lit, UInt stream, int level, Float& probability) {
+    Int fate = splat(kFateEnds);
+    Mask left = active;
+    const Mask may_pass = active & (s.share > 0.0f);
+    if (any(may_pass)) {
+        const Float chance = select(s.share >= 1.0f, splat(1.0f),
+                                    clamp(s.share, splat(kLeastChoice), splat(1.0f - kLeastChoice)));
+        const Mask pass = may_pass & (chain_random(stream, level, 1) < chance);
+        fate = select(pass, splat(kFatePasses), fate);
+        probability = probability * select(pass, chance, select(may_pass, 1.0f - chance, splat(1.0f)));
+        left &= ~pass;
+    }
+    const Mask bends = has(s.shader, kHasGlossy | kHasRefraction);
+    fate = select(left & may_be_lit & ~bends, splat(kFateLit), fate);
+    left &= scatters & bends;
+    if (!any(left)) return fate;
+    const ShadedSurface surface = chain_bsdf(scene, left, s);
+    Float value[kPerfectLobes], sum = splat(0.0f), count = splat(0.0f);
+    perfect_values(surface.bsdf, left, value);
+    for (const Float& v : value) {
+        sum = sum + v;
+        count = count + select(v > 0.0f, splat(1.0f), 0.0f);
+    }
+    const Mask lit = left & may_be_lit & has_wide_lobes(surface.bsdf, left);
+    if (any(lit)) {
+        const Float chance = select(sum > 0.0f, splat(kLitShare), 1.0f);
+        const Mask looks = lit & (chain_random(stream, level, 3) < chance);
+        fate = select(looks, splat(kFateLit), fate);
+        probability = probability * select(looks, chance, select(lit, 1.0f - chance, splat(1.0f)));
+        left &= ~looks;
+    }
+    left &= sum > 0.0f;
+    const Float u = chain_random(stream, level, 2), least = kLeastChoice / max(count, 1.0f);
+    Float passed = splat(0.0f);
+    for (int k = 0; k < kPerfectLobes; ++k) {
+        const Float share =
+            select(value[k] > 0.0f, least + (1.0f - kLeastChoice) * value[k] / max(sum, 1e-30f), splat(0.0f));
+        // The last one takes what rounding leaves.
+        const Mask picked = left & (value[k] > 0.0f) & ((u < passed + share) | (passed + share > 0.99999f));
+        fate = select(picked, splat(kPerfectFate[k]), fate);
+        probability = select(picked, probability * share, probability);
+        left &= ~picked;
+        passed = passed + share;
+    }
+    return fate;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

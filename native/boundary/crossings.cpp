@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "boundary/face_tree.h"
 #include "boundary/picture_frame.h"
 #include "parallel.h"
 #include "scene/light_params.h"
@@ -17,193 +18,6 @@ namespace {
 constexpr double kOnPlane = 1e-6;
 // Sine squared of the least angle between two faces.
 constexpr double kParallel = 1e-6;
-// Radians: parts of one mesh whose normals differ by less are taken not to pierce each other, as patches of a
-// smooth surface.
-constexpr double kOneDirection = 0.9;
-constexpr size_t kLeaf = 8;
-
-struct Box {
-    float low[3] = {3e38f, 3e38f, 3e38f}, high[3] = {-3e38f, -3e38f, -3e38f};
-
-    void add(const float* p) {
-        for (int c = 0; c < 3; ++c) low[c] = std::min(low[c], p[c]), high[c] = std::max(high[c], p[c]);
-    }
-    void add(const Box& b) { add(b.low), add(b.high); }
-    bool meets(const Box& b) const {
-        return low[0] <= b.high[0] && b.low[0] <= high[0] && low[1] <= b.high[1] && b.low[1] <= high[1] &&
-               low[2] <= b.high[2] && b.low[2] <= high[2];
-    }
-};
-
-const float* corner(const SceneTables& t, int32_t face, size_t k) {
-    return &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(face) + k])];
-}
-
-Box box_of(const SceneTables& t, int32_t face) {
-    Box box;
-    for (size_t k = 0; k < 3; ++k) box.add(corner(t, face, k));
-    return box;
-}
-
-Vector unit_normal(const SceneTables& t, int32_t face) {
-    const auto p = [&](size_t k) -> Vector {
-        const float* v = corner(t, face, k);
-        return {v[0], v[1], v[2]};
-    };
-    const Vector m = cross(p(1) - p(0), p(2) - p(0));
-    return m * (1.0 / std::max(length(m), 1e-300));
-}
-
-// Directions within an angle of an axis.
-struct Cone {
-    Vector axis;
-    double angle;
-
-    // Whether all directions of both are within `limit` of each other.
-    bool narrow(const Cone& other, double limit) const {
-        if (2.0 * angle >= limit || 2.0 * other.angle >= limit) return false;
-        const double between = std::atan2(length(cross(axis, other.axis)), dot(axis, other.axis));
-        return angle + other.angle + between < limit;
-    }
-};
-
-// Faces in a tree of boxes, with the cones of their normals.
-class FaceTree {
- public:
-    struct Node {
-        Box box;
-        Cone cone;
-        size_t first, last, right;  // right 0: a leaf; the left child comes next
-
-        bool leaf() const { return right == 0; }
-    };
-
-    FaceTree(const SceneTables& tables, std::vector<int32_t> faces) : faces_(std::move(faces)) {
-        boxes_.reserve(faces_.size());
-        for (int32_t face : faces_) boxes_.push_back(box_of(tables, face));
-        normals_.reserve(faces_.size());
-        for (int32_t face : faces_) normals_.push_back(unit_normal(tables, face));
-        order_.resize(faces_.size());
-        std::iota(order_.begin(), order_.end(), size_t{0});
-        if (!faces_.empty()) build(0, faces_.size());
-    }
-
-    // visit(face) for the faces whose boxes meet this one.
-    template <typename Visit>
-    void visit(const Box& box, const Visit& visit_face) const {
-        if (nodes_.empty()) return;
-        size_t stack[64], top = 0;
-        stack[top++] = 0;
-        while (top > 0) {
-            const size_t at = stack[--top];
-            const Node& node = nodes_[at];
-            if (!node.box.meets(box)) continue;
-            if (node.leaf()) {
-                for (size_t k = node.first; k < node.last; ++k)
-                    if (boxes_[order_[k]].meets(box)) visit_face(faces_[order_[k]]);
-            } else {
-                stack[top++] = node.right;
-                stack[top++] = at + 1;
-            }
-        }
-    }
-
-    // Two nodes by number, or one and itself.
-    using Pair = std::array<size_t, 2>;
-
-    // About so many pairs of nodes whose faces' pairs are all that may cross, but for those in patches of
-    // about one direction.
-    std::vector<Pair> pairs(double narrow, size_t wanted) const {
-        std::vector<Pair> found;
-        if (!nodes_.empty()) found.push_back({0, 0});
-        while (!found.empty() && found.size() < wanted) {
-            std::vector<Pair> next;
-            for (const Pair& pair : found)
-                if (!divide(pair, narrow, next) && nodes_[pair[0]].leaf() && nodes_[pair[1]].leaf())
-                    next.push_back(pair);
-            if (next.size() <= found.size()) return next;
-            found = std::move(next);
-        }
-        return found;
-    }
-
-    // visit(face, other) for the pairs of two nodes' faces whose boxes meet, but for those in such patches.
-    template <typename Visit>
-    void visit_pairs(Pair first, double narrow, const Visit& visit_pair) const {
-        std::vector<Pair> stack{first};
-        while (!stack.empty()) {
-            const Pair pair = stack.back();
-            stack.pop_back();
-            const Node &s = nodes_[pair[0]], &t = nodes_[pair[1]];
-            if (divide(pair, narrow, stack) || !s.leaf() || !t.leaf()) continue;
-            if (!s.box.meets(t.box) || s.cone.narrow(t.cone, narrow)) continue;
-            for (size_t j = s.first; j < s.last; ++j)
-                for (size_t k = pair[0] == pair[1] ? j + 1 : t.first; k < t.last; ++k)
-                    if (boxes_[order_[j]].meets(boxes_[order_[k]]))
-                        visit_pair(faces_[order_[j]], faces_[order_[k]]);
-        }
-    }
-
- private:
-    // Appends the pairs of the nodes' children; false if there are none: leaves, or nothing can cross.
-    bool divide(const Pair& pair, double narrow, std::vector<Pair>& out) const {
-        const auto [a, b] = pair;
-        const Node &s = nodes_[a], &t = nodes_[b];
-        if ((s.leaf() && t.leaf()) || !s.box.meets(t.box) || s.cone.narrow(t.cone, narrow)) return false;
-        if (a == b) {
-            out.push_back({a + 1, a + 1});
-            out.push_back({s.right, s.right});
-            out.push_back({a + 1, s.right});
-        } else if (t.leaf() || (!s.leaf() && s.last - s.first >= t.last - t.first)) {
-            out.push_back({a + 1, b});
-            out.push_back({s.right, b});
-        } else {
-            out.push_back({a, b + 1});
-            out.push_back({a, t.right});
-        }
-        return true;
-    }
-
-    size_t build(size_t first, size_t last) {
-        const size_t at = nodes_.size();
-        nodes_.push_back({{}, {}, first, last, 0});
-        Box box, centres;
-        Vector sum{0, 0, 0};
-        for (size_t k = first; k < last; ++k) {
-            const Box& b = boxes_[order_[k]];
-            box.add(b);
-            const float c[3] = {b.low[0] + b.high[0], b.low[1] + b.high[1], b.low[2] + b.high[2]};
-            centres.add(c);
-            sum = sum + normals_[order_[k]];
-        }
-        const Vector axis = sum * (1.0 / std::max(length(sum), 1e-300));
-        double least = 1.0;
-        for (size_t k = first; k < last; ++k) least = std::min(least, dot(axis, normals_[order_[k]]));
-        nodes_[at].box = box;
-        nodes_[at].cone = {axis, std::acos(std::clamp(least, -1.0, 1.0))};
-        if (last - first <= kLeaf) return at;
-        int axis_of = 0;
-        for (int c = 1; c < 3; ++c)
-            if (centres.high[c] - centres.low[c] > centres.high[axis_of] - centres.low[axis_of]) axis_of = c;
-        const size_t middle = (first + last) / 2;
-        const auto centre = [&](size_t k) { return boxes_[k].low[axis_of] + boxes_[k].high[axis_of]; };
-        const auto place = [&](size_t k) { return order_.begin() + static_cast<ptrdiff_t>(k); };
-        std::nth_element(place(first), place(middle), place(last), [&](size_t a, size_t b) {
-            const float ca = centre(a), cb = centre(b);
-            return ca < cb || (ca == cb && a < b);
-        });
-        build(first, middle);
-        const size_t right = build(middle, last);
-        nodes_[at].right = right;
-        return at;
-    }
-
-    std::vector<int32_t> faces_;
-    std::vector<Box> boxes_;
-    std::vector<Vector> normals_;
-    std::vector<size_t> order_;
-    std::vector<Node> nodes_;
-};
 
 struct Triangle3 {
     std::array<Vector, 3> p;
@@ -389,11 +203,11 @@ void search_self(const SceneTables& tables, int32_t mesh, int threads, Crossings
                                                    tables.mesh_first_face[static_cast<size_t>(mesh)]));
     std::iota(faces.begin(), faces.end(), tables.mesh_first_face[static_cast<size_t>(mesh)]);
     const FaceTree tree(tables, std::move(faces));
-    const std::vector<FaceTree::Pair> pairs = tree.pairs(kOneDirection, 256);
+    const std::vector<FaceTree::Pair> pairs = tree.pairs(256);
     std::vector<Crossings> parts(pairs.size());
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t k) {
         const auto part = static_cast<size_t>(k);
-        tree.visit_pairs(pairs[part], kOneDirection, [&](int32_t face, int32_t other) {
+        tree.visit_pairs(pairs[part], [&](int32_t face, int32_t other) {
             if (!neighbours(tables, face, other)) add_pair(tables, face, other, parts[part]);
         });
     });

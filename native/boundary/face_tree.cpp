@@ -1,0 +1,112 @@
+#include "boundary/face_tree.h"
+
+#include <cmath>
+#include <numeric>
+
+namespace edgegrad {
+namespace {
+
+constexpr size_t kLeaf = 8;
+
+Vector unit_normal(const SceneTables& t, int32_t face) {
+    const auto p = [&](size_t k) -> Vector {
+        const float* v = corner(t, face, k);
+        return {v[0], v[1], v[2]};
+    };
+    const Vector m = cross(p(1) - p(0), p(2) - p(0));
+    return m * (1.0 / std::max(length(m), 1e-300));
+}
+
+}  // namespace
+
+const float* corner(const SceneTables& t, int32_t face, size_t k) {
+    return &t.vertices[3 * static_cast<size_t>(t.faces[3 * static_cast<size_t>(face) + k])];
+}
+
+Box box_of(const SceneTables& t, int32_t face) {
+    Box box;
+    for (size_t k = 0; k < 3; ++k) box.add(corner(t, face, k));
+    return box;
+}
+
+Cone::Cone(Vector to, double angle) : axis(to), cosine(-2.0), sine(0.0) {
+    const double left = 0.5 * kOneDirection - angle;
+    if (left > 0.0) cosine = std::cos(left), sine = std::sin(left);
+}
+
+FaceTree::FaceTree(const SceneTables& tables, std::vector<int32_t> faces) : faces_(std::move(faces)) {
+    boxes_.reserve(faces_.size());
+    for (int32_t face : faces_) boxes_.push_back(box_of(tables, face));
+    normals_.reserve(faces_.size());
+    for (int32_t face : faces_) normals_.push_back(unit_normal(tables, face));
+    order_.resize(faces_.size());
+    std::iota(order_.begin(), order_.end(), size_t{0});
+    if (!faces_.empty()) build(0, faces_.size());
+}
+
+std::vector<FaceTree::Pair> FaceTree::pairs(size_t wanted) const {
+    std::vector<Pair> found;
+    if (!nodes_.empty()) found.push_back({0, 0});
+    while (!found.empty() && found.size() < wanted) {
+        std::vector<Pair> next;
+        for (const Pair& pair : found)
+            if (!divide(pair, next) && nodes_[pair[0]].leaf() && nodes_[pair[1]].leaf()) next.push_back(pair);
+        if (next.size() <= found.size()) return next;
+        found = std::move(next);
+    }
+    return found;
+}
+
+bool FaceTree::divide(const Pair& pair, std::vector<Pair>& out) const {
+    const auto [a, b] = pair;
+    const Node &s = nodes_[a], &t = nodes_[b];
+    if ((s.leaf() && t.leaf()) || !s.box.meets(t.box) || s.cone.narrow(t.cone)) return false;
+    if (a == b) {
+        out.push_back({a + 1, a + 1});
+        out.push_back({s.right, s.right});
+        out.push_back({a + 1, s.right});
+    } else if (t.leaf() || (!s.leaf() && s.last - s.first >= t.last - t.first)) {
+        out.push_back({a + 1, b});
+        out.push_back({s.right, b});
+    } else {
+        out.push_back({a, b + 1});
+        out.push_back({a, t.right});
+    }
+    return true;
+}
+
+size_t FaceTree::build(size_t first, size_t last) {
+    const size_t at = nodes_.size();
+    nodes_.push_back({{}, {}, first, last, 0});
+    Box box, centres;
+    Vector sum{0, 0, 0};
+    for (size_t k = first; k < last; ++k) {
+        const Box& b = boxes_[order_[k]];
+        box.add(b);
+        const float c[3] = {b.low[0] + b.high[0], b.low[1] + b.high[1], b.low[2] + b.high[2]};
+        centres.add(c);
+        sum = sum + normals_[order_[k]];
+    }
+    const Vector axis = sum * (1.0 / std::max(length(sum), 1e-300));
+    double least = 1.0;
+    for (size_t k = first; k < last; ++k) least = std::min(least, dot(axis, normals_[order_[k]]));
+    nodes_[at].box = box;
+    nodes_[at].cone = Cone(axis, std::acos(std::clamp(least, -1.0, 1.0)));
+    if (last - first <= kLeaf) return at;
+    int axis_of = 0;
+    for (int c = 1; c < 3; ++c)
+        if (centres.high[c] - centres.low[c] > centres.high[axis_of] - centres.low[axis_of]) axis_of = c;
+    const size_t middle = (first + last) / 2;
+    const auto centre = [&](size_t k) { return boxes_[k].low[axis_of] + boxes_[k].high[axis_of]; };
+    const auto place = [&](size_t k) { return order_.begin() + static_cast<ptrdiff_t>(k); };
+    std::nth_element(place(first), place(middle), place(last), [&](size_t a, size_t b) {
+        const float ca = centre(a), cb = centre(b);
+        return ca < cb || (ca == cb && a < b);
+    });
+    build(first, middle);
+    const size_t right = build(middle, last);
+    nodes_[at].right = right;
+    return at;
+}
+
+}  // namespace edgegrad

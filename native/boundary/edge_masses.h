@@ -135,9 +135,14 @@ EG_INLINE Float jump_share(const EdgeMassTask& task, const Wedges& w, Vec3 ray) 
     Float crease = sqrt(dot(bend, bend));
     crease = select(w.smooth, crease * crease, crease);
     crease = min(max(crease, task.sharp ? kLeastSharp : kLeastCrease), splat(1.0f));
-    const Mask hidden = static_cast<float>(task.solid_side) * dot(w.normal[0], ray) > task.lens_reach;
-    crease = select(hidden, crease * kHidden, crease);
-    return select(w.faces == 0, splat(0.0f), select(whole, splat(1.0f), crease));
+    const auto side_of_solid = static_cast<float>(task.solid_side);
+    const Mask behind = side_of_solid * dot(w.normal[0], ray) > task.lens_reach;
+    // Where both faces of a concave edge are on one side of the ray, it runs inside the body there.
+    const Mask concave = (w.faces == 2) & (side_of_solid * dot(w.normal[0], w.third[1]) > 0.0f);
+    const Mask inside = concave & (side[0] * side[1] > 0.0f) & splat(task.lens_reach > 0.0f ? 0 : -1);
+    const Float share =
+        select(whole, select(inside, splat(kHidden), splat(1.0f)), select(behind, crease * kHidden, crease));
+    return select(w.faces == 0, splat(0.0f), share);
 }
 
 // Lengths of edges in the picture, in pixels: of those that are in the frame as a whole. The others are cut

@@ -196,7 +196,7 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, int most_pas
     Mask looking = s.active;
     while (any(looking)) {
         const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, s.view.far,
-                                      {s.edge, s.instance}, embree::kIncoherent, s.mask);
+                                      {s.edge, s.instance}, embree::kCoherent, s.mask);
         // Contact: the hit is about at e, and the edge lies in its plane.
         Triangle t = gather_triangle(scene, hit.face);
         place_triangle(scene, hit.instance, t);

@@ -216,8 +216,10 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
     });
     PieceCursor piece = first_piece(task);
     for (int at = 0; at < static_cast<int>(task.count); at += W) {
+        const Mask seen = load(work.visible + at);
+        if (!any(seen)) continue;  // no score, no worth
         EdgeSample s = sample_edge(scene, task, at, piece);
-        s.active &= load(work.visible + at);
+        s.active &= seen;
         const Vec3 jump = jump_of(task, work, at);
         weigh(task, at, s, jump);
         const Vec3 a = any(s.active) ? adjoint_of(s) : zero3();

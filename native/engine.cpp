@@ -44,6 +44,7 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
     connected_ = closed_.size() == 1 && closed_[0] && connected(tables_);
     bodies_ = nullptr;
     convex_.reset();
+    kept_.clear();
     has_edges_ = true;
 }
 
@@ -74,6 +75,7 @@ void Engine::update_values(ValueTables values) {
     values.filter = inverted_filter(static_cast<PixelFilter>(values.filter_kind), values.filter_width);
     static_cast<ValueTables&>(tables_) = std::move(values);
     lights_ = dark_lights_ = nullptr;
+    kept_.clear();
 }
 
 void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin) {
@@ -123,6 +125,7 @@ void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
     lights_ = dark_lights_ = nullptr;
     bodies_ = nullptr;
     normals_ = nullptr;
+    kept_.clear();
     convex_.reset();
     if (far) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 
+#include "boundary/kept_edges.h"
 #include "boundary/solids.h"
 #include "derivative_tables.h"
 #include "kernels.h"
@@ -105,6 +106,7 @@ class Engine {
     mutable std::shared_ptr<const std::vector<SolidBody>> bodies_;
     mutable std::shared_ptr<const std::vector<float>> normals_;
     mutable std::optional<bool> convex_;
+    mutable KeptEdges kept_;
     mutable SpareBuffers spare_;
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch

@@ -106,7 +106,8 @@ struct Engine::DerivativeCall {
           sides(solid_sides(*e.bodies(), e.tables_.camera)),
           asked(asked_for(wanted)),
           geometry(wanted.geometry() || moves_chains(e.tables_, wanted)),
-          prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), e.lights_for(wanted)),
+          lights(e.lights_for(wanted)),
+          prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), lights),
           scene(prepared.view()),
           plan(scene.camera, of_term(options, learned, kInteriorTerm), kRecordedPaths),
           horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
@@ -116,11 +117,13 @@ struct Engine::DerivativeCall {
         if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
         if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
             const auto normals = e.normals();
-            terms = boundary_terms(scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_},
-                                   options, asked, e.guided_, e.aimed_, learned);
+            terms = boundary_terms(
+                scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_, lights, e.kept_},
+                options, asked, e.guided_, e.aimed_, learned);
         }
         if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
-        specular = SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), wanted);
+        specular =
+            SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), wanted, e.kept_);
         if (specular) boundary_chunks += specular->chunks();
         for (const BoundaryTerm& term : terms)
             for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
@@ -228,6 +231,7 @@ struct Engine::DerivativeCall {
     const std::vector<int8_t> sides;
     const Asked asked;
     const bool geometry;  // whether positions, directions or normals of a path's vertices change
+    const std::shared_ptr<const LightList> lights;
     const PreparedScene prepared;
     const SceneView& scene;
     const ImagePlan plan, horizon;

@@ -53,7 +53,8 @@ bool moves_chains(const SceneTables& t, const Wanted& wanted) {
 }
 
 std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
-                                             const RenderOptions& options, const Wanted& wanted) {
+                                             const RenderOptions& options, const Wanted& wanted,
+                                             KeptEdges& kept) {
     const bool moves = moves_chains(tables, wanted);
     const bool edges = options.primary && options.max_depth >= 2 && moves;
     // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
@@ -62,13 +63,16 @@ std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Scene
                         (moves || wanted.moves_lights() || wanted.any("environment_rotation"));
     if (!edges && !lights) return std::nullopt;
     for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
-        if (may_be_specular(tables, leaf)) return SpecularTerm(scene, tables, options, edges, lights);
+        if (may_be_specular(tables, leaf))
+            return SpecularTerm(scene, options,
+                                kept.regions.get(true, [&] { return surface_regions(tables); }), edges,
+                                lights);
     return std::nullopt;
 }
 
-SpecularTerm::SpecularTerm(const SceneView& scene, const SceneTables& tables, const RenderOptions& options,
-                           bool edges, bool lights)
-    : options_(options), regions_(surface_regions(tables)) {
+SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
+                           std::shared_ptr<const SurfaceRegions> regions, bool edges, bool lights)
+    : options_(options), regions_(std::move(regions)) {
     scan_.edges = edges, scan_.lights = lights;
     const CameraView& c = scene.camera;
     const float margin = c.filter ? std::max(0.0f, c.filter[kFilterSize] - 0.5f) : 0.0f;
@@ -101,7 +105,7 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int6
                         Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains, Found& found,
                         DroppedSamples& dropped) const {
     ScanTask scan = scan_;
-    scan.region = regions_.region.data(), scan.face_edge = regions_.face_edge.data();
+    scan.region = regions_->region.data(), scan.face_edge = regions_->face_edge.data();
     scan.first = first, scan.count = count;
     found.image = {};
     found.image.pixel_count = 1;

@@ -17,7 +17,8 @@ class SpecularTerm {
  public:
     // None where no surface is a mirror or smooth glass, or nothing asked for moves rays or edges.
     static std::optional<SpecularTerm> of(const SceneView& scene, const SceneTables& tables,
-                                          const RenderOptions& options, const Wanted& wanted);
+                                          const RenderOptions& options, const Wanted& wanted,
+                                          KeptEdges& kept);
 
     int64_t total() const { return total_; }
     int64_t chunks() const { return (total_ + kBoundaryChunk - 1) / kBoundaryChunk; }
@@ -33,8 +34,8 @@ class SpecularTerm {
                   DroppedSamples& dropped) const;
 
  private:
-    SpecularTerm(const SceneView& scene, const SceneTables& tables, const RenderOptions& options, bool edges,
-                 bool lights);
+    SpecularTerm(const SceneView& scene, const RenderOptions& options,
+                 std::shared_ptr<const SurfaceRegions> regions, bool edges, bool lights);
     // What finding crossings and what jumps there leaves.
     struct Found {
         int count;
@@ -47,7 +48,7 @@ class SpecularTerm {
               DroppedSamples& dropped) const;
 
     RenderOptions options_;
-    SurfaceRegions regions_;
+    std::shared_ptr<const SurfaceRegions> regions_;
     ScanTask scan_{};
     int64_t total_ = 0;
     double shift_[2][kCameraFloats] = {};  // of the camera's floats: that of the picture by a pixel

@@ -82,6 +82,26 @@ def test_updates_show_what_a_new_renderer_shows(path: str, named: bool) -> None:
     assert np.mean(np.abs(after - before)) > 1e-3 * np.mean(np.abs(before))
 
 
+@pytest.mark.parametrize("path", CHANGES)
+def test_gradients_forget_what_earlier_ones_have_found(path: str) -> None:
+    scene = scene_of_all()
+    used, unused = Renderer(scene, threads=1), Renderer(scene, threads=1)
+    adjoint = np.random.default_rng(2).standard_normal((18, 24, 3)).astype(np.float32)
+    wrt = ["meshes.solid.vertices", "meshes.copies.instances", "lights.lamp.position"]
+
+    def gradient(renderer: Renderer) -> Any:
+        return renderer.render_backward(adjoint, wrt, spp=2, max_depth=3)
+
+    before = gradient(used)
+    parameters.put(scene, path, CHANGES[path](parameters.get(scene, path)))
+    used.update([path])
+    unused.update([path])
+    after, expected = gradient(used), gradient(unused)
+    for name in wrt:
+        np.testing.assert_array_equal(after[name], expected[name])
+    assert any((after[name] != before[name]).any() for name in wrt)
+
+
 @pytest.mark.parametrize("paths", [["materials.clay.emission"], None])
 def test_instances_that_begin_to_glow_change_the_topology(paths: list[str] | None) -> None:
     scene = scene_of_all()

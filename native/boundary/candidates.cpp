@@ -102,44 +102,42 @@ struct RunMasses {
 // Candidates of runs of edges by visit(run, task's memory, add) in parallel, joined by place.
 template <typename Visit>
 Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
-    struct Part {
-        std::vector<int32_t> edge;
-        std::vector<float> u0, u1, mass;
-        std::vector<uint32_t> place;
+    struct Entry {
+        int32_t edge;
+        float u0, u1, mass;
+        uint32_t place;
     };
     const auto count = static_cast<int64_t>(runs.size());
     const bool placed = !edges.tables.instance_mesh.empty();
-    std::vector<Part> parts(runs.size());
+    std::vector<std::vector<Entry>> parts(runs.size());
     std::vector<RunMasses> memory(static_cast<size_t>(edges.threads));
     parallel_for(edges.threads, count, nullptr, [&](int thread, int64_t k) {
-        Part& part = parts[static_cast<size_t>(k)];
-        visit(runs[static_cast<size_t>(k)], memory[static_cast<size_t>(thread)],
+        const Run& run = runs[static_cast<size_t>(k)];
+        std::vector<Entry>& part = parts[static_cast<size_t>(k)];
+        part.reserve(static_cast<size_t>(run.count));
+        visit(run, memory[static_cast<size_t>(thread)],
               [&](int64_t edge, double u0, double u1, double mass, uint32_t place) {
-                  if (!(mass > 0.0)) return;
-                  part.place.push_back(place);
-                  part.edge.push_back(static_cast<int32_t>(edge));
-                  part.u0.push_back(static_cast<float>(u0));
-                  part.u1.push_back(static_cast<float>(u1));
-                  part.mass.push_back(static_cast<float>(mass));
+                  if (mass > 0.0)
+                      part.push_back({static_cast<int32_t>(edge), static_cast<float>(u0),
+                                      static_cast<float>(u1), static_cast<float>(mass), place});
               });
     });
     // By place, and where that is the same in the order of runs: a counting sort.
     std::vector<size_t> at(kPlaces + 1);
-    for (const Part& part : parts)
-        for (uint32_t place : part.place) ++at[place + 1];
+    for (const std::vector<Entry>& part : parts)
+        for (const Entry& entry : part) ++at[entry.place + 1];
     for (size_t k = 0; k < kPlaces; ++k) at[k + 1] += at[k];
     const size_t all = at[kPlaces];
     Candidates out;
     out.edge.resize(all), out.u0.resize(all), out.u1.resize(all), out.cumulative.resize(all + 1);
     if (placed) out.instance.resize(all);
     for (size_t p = 0; p < parts.size(); ++p) {
-        const Part& part = parts[p];
-        for (size_t k = 0; k < part.edge.size(); ++k) {
-            const size_t to = at[part.place[k]]++;
-            out.edge[to] = part.edge[k];
+        for (const Entry& entry : parts[p]) {
+            const size_t to = at[entry.place]++;
+            out.edge[to] = entry.edge;
             if (placed) out.instance[to] = runs[p].instance;
-            out.u0[to] = part.u0[k], out.u1[to] = part.u1[k];
-            out.cumulative[to + 1] = static_cast<double>(part.mass[k]);
+            out.u0[to] = entry.u0, out.u1[to] = entry.u1;
+            out.cumulative[to + 1] = static_cast<double>(entry.mass);
         }
     }
     for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
@@ -224,6 +222,9 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
     out.direction_cells = direction_cells;
     const int32_t n = direction_cells, kinds = chains ? 2 : 1;
     std::vector<float> u;
+    const size_t least = edges.edge.size() * static_cast<size_t>(n * n * kinds);
+    out.edge.reserve(least), out.u0.reserve(least), out.u1.reserve(least), out.cell.reserve(least);
+    out.cumulative.reserve(least + 1);
     for (int32_t kind = 0; kind < kinds; ++kind) {
         const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
         for (size_t i = 0; i < edges.edge.size(); ++i) {

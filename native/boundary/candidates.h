@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "boundary/kept_edges.h"
 #include "kernels.h"
 #include "scene/tables.h"
 #include "scene/view.h"
@@ -40,6 +41,8 @@ struct EdgeList {
     const float* normal;       // by face (unit_normals)
     const KernelTable& kernels;
     int threads;
+    const std::shared_ptr<const LightList>& lights;
+    KeptEdges& kept;
 
     int64_t count() const { return static_cast<int64_t>(tables.edge_vertices.size() / 2); }
 };

@@ -59,6 +59,8 @@ struct Asked {
     bool lights = false;          // any row of the light table
     bool rotation = false;        // the environment's
     bool environment = false;     // light from it, even if it is dark
+
+    bool operator==(const Asked&) const = default;
 };
 
 }  // namespace edgegrad

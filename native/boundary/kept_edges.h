@@ -1,0 +1,71 @@
+// What derivatives have found out about edges, kept for later calls: other views, seeds or numbers of samples
+// of a scene in which nothing has moved.
+#pragma once
+
+#include <cstring>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "scene/tables.h"
+#include "scene/view.h"
+
+namespace edgegrad {
+
+struct Candidates;
+struct Crossings;
+class EdgeTree;
+class LightList;
+struct SurfaceRegions;
+
+// The last value that was made, with what it was made of.
+template <typename Key, typename Value>
+class Kept {
+ public:
+    // The value of `key`; make(): a new one.
+    template <typename Make>
+    std::shared_ptr<const Value> get(const Key& key, const Make& make) {
+        const std::lock_guard<std::mutex> lock(lock_);
+        if (!value_ || !(key_ == key)) {
+            value_ = std::make_shared<const Value>(make());
+            key_ = key;
+        }
+        return value_;
+    }
+    void clear() {
+        const std::lock_guard<std::mutex> lock(lock_);
+        value_ = nullptr;
+    }
+
+ private:
+    std::mutex lock_;
+    Key key_{};
+    std::shared_ptr<const Value> value_;
+};
+
+struct CameraKey {
+    CameraView view;
+    bool operator==(const CameraKey& other) const {
+        return std::memcmp(&view, &other.view, sizeof view) == 0;
+    }
+};
+
+struct KeptEdges {
+    // From which side solid bodies are seen (boundary/solids.h) follows from the camera.
+    using Sides = std::vector<int8_t>;
+    Kept<std::pair<bool, std::vector<uint8_t>>, Crossings> crossings;  // the camera moves; which meshes do
+    Kept<std::pair<CameraKey, Asked>, Candidates> primary;
+    Kept<std::pair<std::shared_ptr<const LightList>, Sides>, Candidates> shadow;
+    Kept<Sides, Candidates> silhouettes;  // towards the environment and other surfaces
+    Kept<Sides, EdgeTree> tree;
+    Kept<bool, SurfaceRegions> regions;
+
+    // Where vertices or values have changed.
+    void clear() {
+        crossings.clear(), primary.clear(), shadow.clear(), silhouettes.clear();
+        tree.clear(), regions.clear();
+    }
+};
+
+}  // namespace edgegrad

@@ -63,6 +63,11 @@ void BoundaryPlan::guide() {
     const auto relative = [](double size, double mean) {
         return mean > 0.0 ? std::min(size / mean, kLargest) : 1.0;
     };
+    std::vector<double> relative_with(with.size());
+    for (size_t i = 0; i < with.size(); ++i) {
+        relative_with[i] = relative(with[i], mean_with);
+        without[i] = relative(without[i], mean_without);
+    }
     // Whether neighbours tell anything of a share is seen from what they would have made of the first pass:
     // the second moment of its samples under their guidance, relative to how many samples that would spare.
     double best = 0.0, alike = 1.0, part = 1.0;
@@ -70,9 +75,9 @@ void BoundaryPlan::guide() {
         double moment = 0.0, total = 0.0, inverse = 0.0, weight = 0.0;
         for (int64_t k = 0; k < shares; ++k) {
             const auto i = static_cast<size_t>(k);
-            const double g = a + (1.0 - a) * relative(without[i], mean_without);
+            const double g = a + (1.0 - a) * without[i];
             moment += square(k) / g, total += g;
-            inverse += with[i] / (a + (1.0 - a) * relative(with[i], mean_with)), weight += with[i];
+            inverse += with[i] / (a + (1.0 - a) * relative_with[i]), weight += with[i];
         }
         moment *= total / static_cast<double>(shares);
         if (best == 0.0 || moment < best) {
@@ -81,7 +86,7 @@ void BoundaryPlan::guide() {
         }
     }
     guide_.assign(1, 0.0);
-    for (double s : with) guide_.push_back(guide_.back() + alike + (1.0 - alike) * relative(s, mean_with));
+    for (double s : relative_with) guide_.push_back(guide_.back() + alike + (1.0 - alike) * s);
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(std::ceil(part * static_cast<double>(total_[1]))));
 }
 

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "boundary/camera_connection.h"
+#include "boundary/direct_samples.h"
 #include "boundary/lit_surface.h"
 #include "boundary/scattering_chain.h"
 #include "boundary/segment.h"
@@ -17,16 +18,15 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-struct ConeSample {
-    BoundarySegment segment;  // its sweep is N/r
-    Float axis, angle;        // what o . da and the change of the row's kLightEdge are multiplied with
+struct ConeSample : BoundarySegment {  // its sweep is N/r
+    Float axis, angle;  // what o . da and the change of the row's kLightEdge are multiplied with
 };
 
 EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryTask& task, int64_t at,
                                          PieceCursor& piece, const DerivativeView& asked) {
     constexpr float kTurn = 6.28318531f;
     ConeSample out;
-    BoundarySegment& s = out.segment;
+    BoundarySegment& s = out;
     const PieceSample p = sample_piece(scene, task, at, piece);
     const Int row = p.cell;
     s.active = p.active;
@@ -111,48 +111,21 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
 
 // dc + o . da/sin(c) - N . (dx - dy)/r, times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void cone_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                           const ConeSample& sample) {
-    const BoundarySegment& s = sample.segment;
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                             const ConeSample& s) {
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     if (asked.want_lights) {
         Float row[kLightParams];
         for (Float& r : row) r = splat(0.0f);
-        row[kLightEdge] = sample.angle;
-        row[kLightDirection] = -s.towards.x * sample.axis;
-        row[kLightDirection + 1] = -s.towards.y * sample.axis;
-        row[kLightDirection + 2] = -s.towards.z * sample.axis;
+        row[kLightEdge] = s.angle;
+        row[kLightDirection] = -s.towards.x * s.axis;
+        row[kLightDirection + 1] = -s.towards.y * s.axis;
+        row[kLightDirection + 2] = -s.towards.z * s.axis;
         mode.light(s.active, select(s.active, s.y.row, splat(0)), row, color);
     }
     const Vec3 from =
         far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards, s.reach, s.sweep, color);
     lit_end_blocks(mode, scene, asked, s, from - s.sweep);
-}
-
-static void cone_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace&,
-                                const DerivativeView& tangent, Splats& splats) {
-    PieceCursor piece = first_piece(task);
-    for (int64_t at = 0; at < task.count; at += W) {
-        ConeSample sample = sample_cone_border(scene, task, at, piece, tangent);
-        BoundarySegment& s = sample.segment;
-        weigh(task, at, s);
-        Forward mode{scene, tangent};
-        if (any(s.active)) cone_blocks(mode, scene, tangent, sample);
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
-    }
-}
-
-static void cone_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace&,
-                                 const float* adjoint, DerivativeView& gradient) {
-    PieceCursor piece = first_piece(task);
-    for (int64_t at = 0; at < task.count; at += W) {
-        ConeSample sample = sample_cone_border(scene, task, at, piece, gradient);
-        BoundarySegment& s = sample.segment;
-        weigh(task, at, s);
-        if (!any(s.active)) continue;
-        Backward mode{scene, gradient, adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint)};
-        cone_blocks(mode, scene, gradient, sample);
-    }
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

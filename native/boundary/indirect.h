@@ -81,22 +81,4 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
                              y.passed, length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 
-static void indirect_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                    const DerivativeView& tangent, Splats& splats) {
-    BoundarySegment* segments =
-        trace_segments(scene, task, work, [&](int at, PieceCursor& piece, int queued, BoundarySegment& s) {
-            return sample_indirect(scene, task, tangent, at, piece, work, queued, s);
-        });
-    add_forward(scene, task, tangent, segments, splats);
-}
-
-static void indirect_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                     const float* adjoint, DerivativeView& gradient) {
-    BoundarySegment* segments =
-        trace_segments(scene, task, work, [&](int at, PieceCursor& piece, int queued, BoundarySegment& s) {
-            return sample_indirect(scene, task, gradient, at, piece, work, queued, s);
-        });
-    add_backward(scene, task, gradient, segments, adjoint);
-}
-
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -8,10 +8,8 @@
 // disk that faces the ray's origin turns with it.
 #pragma once
 
+#include "boundary/direct_samples.h"
 #include "boundary/light_motion.h"
-#include "boundary/pieces.h"
-#include "film/splat.h"
-#include "path/blocks.h"
 #include "path/camera_projection.h"
 #include "shading/transmittance.h"
 
@@ -104,8 +102,8 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
 
 // weight N . (dy - c), times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                              const OutlineSample& s) {
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                             const OutlineSample& s) {
     const Vec3 g = s.normal * s.weight, origin = s.view.origin;
     Float row[kLightParams];
     const Vec3 from = light_motion_row(scene.lights, s.row, s.kind, origin, s.point - origin, g, row);
@@ -129,30 +127,6 @@ EG_INLINE void weigh(const BoundaryTask& task, int64_t at, OutlineSample& s) {
     if (!task.score) return;
     for (int i = 0; i < W && at + i < task.count; ++i)
         task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
-}
-
-static void outline_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace&,
-                                   const DerivativeView& tangent, Splats& splats) {
-    PieceCursor piece = first_piece(task);
-    for (int64_t at = 0; at < task.count; at += W) {
-        OutlineSample s = sample_outline(scene, task, at, piece, tangent);
-        weigh(task, at, s);
-        Forward mode{scene, tangent};
-        if (any(s.active)) outline_blocks(mode, scene, tangent, s);
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
-    }
-}
-
-static void outline_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace&,
-                                    const float* adjoint, DerivativeView& gradient) {
-    PieceCursor piece = first_piece(task);
-    for (int64_t at = 0; at < task.count; at += W) {
-        OutlineSample s = sample_outline(scene, task, at, piece, gradient);
-        weigh(task, at, s);
-        if (!any(s.active)) continue;
-        Backward mode{scene, gradient, adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint)};
-        outline_blocks(mode, scene, gradient, s);
-    }
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

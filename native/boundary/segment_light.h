@@ -38,16 +38,16 @@ EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& t
 }
 
 // Samples of an estimator but for L(y), whose path each appends to a queue; then L(y) of all of them.
-// sample(at, piece, queued, segment): a packet's segments; the queue's new length.
-template <typename Sample>
+template <auto sample>
 EG_INLINE BoundarySegment* trace_segments(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                          const Sample& sample) {
+                                          const DerivativeView& asked) {
     const int count = static_cast<int>(task.count);
     const size_t packets = static_cast<size_t>((count + W - 1) / W);
     auto* segments = static_cast<BoundarySegment*>(work.segments->grow(packets * sizeof(BoundarySegment), 0));
     PieceCursor piece = first_piece(task);
     int queued = 0;
-    for (int at = 0; at < count; at += W) queued = sample(at, piece, queued, segments[at / W]);
+    for (int at = 0; at < count; at += W)
+        queued = sample(scene, task, asked, at, piece, work, queued, segments[at / W]);
     for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * task.count);
     if (queued > 0) {
         work.hits.edges = &work.edges;
@@ -63,9 +63,12 @@ EG_INLINE BoundarySegment* trace_segments(const SceneView& scene, const Boundary
     return segments;
 }
 
-// Both modes, from segments with their light.
-EG_INLINE void add_forward(const SceneView& scene, const BoundaryTask& task, const DerivativeView& tangent,
-                           BoundarySegment* segments, Splats& splats) {
+// Both modes of an estimator. sample(scene, task, asked, at, piece, work, queued, segment): a packet's
+// segments but for L(y), whose paths it appends to the queue of `queued`; its new length.
+template <auto sample>
+static void lit_segments_forward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                 const DerivativeView& tangent, Splats& splats) {
+    BoundarySegment* segments = trace_segments<sample>(scene, task, work, tangent);
     for (int at = 0; at < static_cast<int>(task.count); at += W) {
         BoundarySegment& s = segments[at / W];
         weigh(task, at, s);
@@ -75,8 +78,10 @@ EG_INLINE void add_forward(const SceneView& scene, const BoundaryTask& task, con
     }
 }
 
-EG_INLINE void add_backward(const SceneView& scene, const BoundaryTask& task, DerivativeView& gradient,
-                            BoundarySegment* segments, const float* adjoint) {
+template <auto sample>
+static void lit_segments_backward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                  const float* adjoint, DerivativeView& gradient) {
+    BoundarySegment* segments = trace_segments<sample>(scene, task, work, gradient);
     for (int at = 0; at < static_cast<int>(task.count); at += W) {
         BoundarySegment& s = segments[at / W];
         weigh(task, at, s);

@@ -9,7 +9,8 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_aimed_kernels(KernelTable& table) {
-    table.boundary[kAimedBoundary] = {aimed_forward_kernel, aimed_backward_kernel};
+    table.boundary[kAimedBoundary] = {lit_segments_forward<sample_aimed>,
+                                      lit_segments_backward<sample_aimed>};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

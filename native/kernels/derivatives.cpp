@@ -8,7 +8,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 void add_derivative_kernels(KernelTable& table) {
     table.boundary[kShadowBoundary] = {shadow_forward_kernel, shadow_backward_kernel};
     table.boundary[kSkyBoundary] = table.boundary[kShadowBoundary];
-    table.boundary[kConeBorder] = {cone_forward_kernel, cone_backward_kernel};
+    table.boundary[kConeBorder] = {direct_forward<sample_cone_border>, direct_backward<sample_cone_border>};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -6,7 +6,8 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_indirect_kernels(KernelTable& table) {
-    table.boundary[kIndirectBoundary] = {indirect_forward_kernel, indirect_backward_kernel};
+    table.boundary[kIndirectBoundary] = {lit_segments_forward<sample_indirect>,
+                                         lit_segments_backward<sample_indirect>};
     table.boundary[kPiercedLight] = {pierced_forward_kernel, pierced_backward_kernel};
     table.boundary[kPiercedSurface] = table.boundary[kPiercedLight];
 }

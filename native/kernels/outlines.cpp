@@ -5,7 +5,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_outline_kernels(KernelTable& table) {
-    table.boundary[kLightOutline] = {outline_forward_kernel, outline_backward_kernel};
+    table.boundary[kLightOutline] = {direct_forward<sample_outline>, direct_backward<sample_outline>};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

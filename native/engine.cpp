@@ -43,7 +43,7 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
     closed_ = closed_meshes(tables_);
     connected_ = closed_.size() == 1 && closed_[0] && connected(tables_);
     bodies_ = nullptr;
-    convex_.reset();
+    convex_.reset(), flat_.reset();
     kept_.clear();
     has_edges_ = true;
 }
@@ -126,7 +126,7 @@ void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
     bodies_ = nullptr;
     normals_ = nullptr;
     kept_.clear();
-    convex_.reset();
+    convex_.reset(), flat_.reset();
     if (far) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);
     bvh_->update(tables_, moved, far);
@@ -146,12 +146,16 @@ std::shared_ptr<const std::vector<float>> Engine::normals() const {
     return normals_;
 }
 
-// Whether the scene is one convex body, seen from outside, whose light only leaves it above its triangles.
+// Whether the scene is a flat sheet or one convex body, seen from outside, whose light only leaves it above
+// its triangles.
 bool Engine::hides_no_light() const {
-    if (!connected_ || !lambertian_and_flat(tables_)) return false;
+    if (closed_.size() != 1 || !lambertian_and_flat(tables_)) return false;
     const auto found = bodies();
-    if (solid_sides(*found, tables_.camera)[0] == 0) return false;
+    const bool outside = solid_sides(*found, tables_.camera)[0] != 0;
     const std::lock_guard<std::mutex> lock(made_lock_);
+    if (!flat_) flat_ = is_flat(tables_);
+    if (*flat_) return true;
+    if (!connected_ || !outside) return false;
     if (!convex_) convex_ = is_convex(tables_, (*found)[0].side, threads_);
     return *convex_;
 }

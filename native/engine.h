@@ -105,7 +105,7 @@ class Engine {
     // The same, until vertices change.
     mutable std::shared_ptr<const std::vector<SolidBody>> bodies_;
     mutable std::shared_ptr<const std::vector<float>> normals_;
-    mutable std::optional<bool> convex_;
+    mutable std::optional<bool> convex_, flat_;
     mutable KeptEdges kept_;
     mutable SpareBuffers spare_;
     std::unique_ptr<Bvh> bvh_;

@@ -272,6 +272,39 @@ def test_a_convex_body_alone_is_skipped_rightly() -> None:
             assert not a.any() and not b.any()
 
 
+def sheet_alone(*, beside: bool) -> edgegrad.Scene:
+    """`box_alone` with its front alone, of two faces, which its lamp lights from the side."""
+    scene = box_alone(beside=beside)
+    corners = np.array([[-1, -0.2, -1], [1, 0.1, -1], [1, 0.1, 1], [-1, -0.2, 1]], float)
+    scene.meshes["box"] = edgegrad.Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]], np.int32), ("grey",))
+    return scene
+
+
+def test_a_flat_sheet_alone_is_skipped_rightly() -> None:
+    skipped = edgegrad.Renderer(sheet_alone(beside=False), engine="native")
+    traced = edgegrad.Renderer(sheet_alone(beside=True), engine="native")
+    picture = skipped.render(spp=16, max_depth=3)
+    assert picture.max() > 0.0 and alike(picture, traced.render(spp=16, max_depth=3))
+    v = {"meshes.box.vertices": np.random.default_rng(1).normal(size=(4, 3))}
+    for term in ("interior", "shadow", "indirect"):
+        a, b = (r.render_forward(v, spp=16, max_depth=3, terms=(term,)) for r in (skipped, traced))
+        assert alike(a, b)
+        assert a.any() == b.any() == (term == "interior")
+
+
+def test_a_sheet_that_bends_is_no_longer_skipped() -> None:
+    scene = sheet_alone(beside=False)
+    renderer = edgegrad.Renderer(scene, engine="native")
+    renderer.render(spp=1)
+    corners = scene.meshes["box"].vertices.copy()
+    corners[1] = [0.0, -0.8, 0.9]
+    scene.meshes["box"].vertices = corners
+    renderer.update(["meshes.box.vertices"])
+    bent = sheet_alone(beside=True)
+    bent.meshes["box"].vertices = corners
+    assert alike(renderer.render(spp=64), edgegrad.render(bent, spp=64, engine="native"))
+
+
 def test_a_convex_body_cut_by_the_near_plane_is_dark_inside() -> None:
     image = edgegrad.render(box_alone(beside=False, clip_start=4.2), spp=16, engine="native")
     other = edgegrad.render(box_alone(beside=True, clip_start=4.2), spp=16, engine="native")

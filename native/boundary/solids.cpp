@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "parallel.h"
+#include "scene/vector.h"
 
 namespace edgegrad {
 namespace {
@@ -169,6 +170,30 @@ bool is_convex(const SceneTables& t, int8_t side, int threads) {
     all(t.edge_face_first.size() - 1, bends_out);
     all(static_cast<size_t>(t.mesh_first_face[1]), has_area);
     return convex;
+}
+
+bool is_flat(const SceneTables& t) {
+    // As core/shape.py has it, relative to the sheet's size.
+    constexpr double kSlack = 1e-6;
+    const auto faces = static_cast<size_t>(t.mesh_first_face[1]);
+    const auto corner = [&](size_t face, size_t k) -> Vector {
+        const float* p = &t.vertices[3 * static_cast<size_t>(t.faces[3 * face + k])];
+        return {p[0], p[1], p[2]};
+    };
+    // The plane of the largest face.
+    Vector normal{0, 0, 0}, at{0, 0, 0};
+    double size = 0.0;
+    for (size_t f = 0; f < faces; ++f) {
+        const Vector a = corner(f, 0), m = cross(corner(f, 1) - a, corner(f, 2) - a);
+        if (dot(m, m) > dot(normal, normal)) normal = m, at = a;
+    }
+    for (size_t f = 0; f < faces; ++f)
+        for (size_t k = 0; k < 3; ++k) size = std::max(size, length(corner(f, k) - at));
+    const double most = kSlack * size * length(normal);
+    for (size_t f = 0; f < faces; ++f)
+        for (size_t k = 0; k < 3; ++k)
+            if (!(std::abs(dot(normal, corner(f, k) - at)) <= most)) return false;
+    return faces > 0 && dot(normal, normal) > 0.0;
 }
 
 }  // namespace edgegrad

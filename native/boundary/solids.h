@@ -30,4 +30,7 @@ bool connected(const SceneTables& tables);
 // all of its edges are convex. From outside, nothing hides its light from it then, and no shadow falls on it.
 bool is_convex(const SceneTables& tables, int8_t side, int threads);
 
+// Whether a scene's one mesh is a flat sheet: nothing hides its light from it then, from either side.
+bool is_flat(const SceneTables& tables);
+
 }  // namespace edgegrad

@@ -92,7 +92,7 @@ struct SceneView {
     const float* emission;              // (M, 3)
     const int32_t* emission_two_sided;  // (M)
 
-    bool convex;  // one convex body seen from outside: nothing hides light from it
+    bool convex;  // a flat sheet, or one convex body seen from outside: nothing hides light from it
 
     float environment[3];
     bool has_environment;

@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 import edgegrad
-from edgegrad.renderer import MAX_DERIVATIVE_DEPTH, engine_class
+from edgegrad.engines import engine_class
+from edgegrad.renderer import MAX_DERIVATIVE_DEPTH
 
 from .export import Export, export_camera, export_scene
 

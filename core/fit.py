@@ -12,10 +12,11 @@ import numpy as np
 from . import narrow_derivatives, parameters
 from ._check import number, whole
 from .bounces import MAX_DEPTH, Bounces
+from .engines import Progress, engine_class
 from .fit_run import ON_CANCEL, Callback, Run
 from .losses import Loss, Pyramid
 from .plan import plan
-from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Progress, Renderer, engine_class
+from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
 from .scene import Scene
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten

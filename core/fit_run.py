@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters
+from .engines import Progress
 from .losses import Loss
-from .renderer import Progress, Renderer
+from .renderer import Renderer
 from .scene import Scene
 from .targets import View
 from .unknowns import Unknown

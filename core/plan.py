@@ -13,10 +13,11 @@ from . import narrow_derivatives
 from ._check import whole
 from .bounces import MAX_DEPTH
 from .derivative_plan import NOT_COMPUTED, Term, missing, terms
+from .engines import engine_class
 from .motion import motion
 from .picture_plan import picture_plan
 from .primary_plan import missing_texel_borders
-from .renderer import MAX_DERIVATIVE_DEPTH, engine_class
+from .renderer import MAX_DERIVATIVE_DEPTH
 from .scene import Scene
 from .specular_plan import missing_specular
 from .table_derivatives import asked_tables, wanted_tables

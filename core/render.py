@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .bounces import Bounces
-from .renderer import TERMS, Progress, Renderer
+from .engines import Progress
+from .renderer import TERMS, Renderer
 from .scene import Scene
 
 _last: dict[tuple[str, int], Renderer] = {}  # at most one, by engine and threads

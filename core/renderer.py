@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +15,7 @@ from ._check import array, whole
 from .bounces import MAX_DEPTH, UNLIMITED, Bounces
 from .camera import Camera
 from .differentiable import indirect_obstacles, obstacles
+from .engines import Progress, engine_class
 from .learning import Gradient, Learning
 from .light import AreaLight
 from .material_table import LAMBERTIAN
@@ -25,7 +25,6 @@ from .placement import is_moved
 from .scene import Scene
 from .specular_plan import bends_rays
 from .table_derivatives import (
-    TableDerivative,
     Wanted,
     asked_tables,
     pull_back,
@@ -45,97 +44,9 @@ CONVEXITY_FACES = 20_000
 # Parameters that neither change textures nor are changed by them.
 _UNTEXTURED = ("camera.", "world.", "lights.")
 
-Progress = Callable[[float], None]
-
 
 class Cancelled(RuntimeError):
     """Raised by a progress callback to stop a render or a fit."""
-
-
-class EngineLike(Protocol):
-    """What the native and the reference engine have in common."""
-
-    narrow: bool  # it has derivatives of flat, diffuse, directly lit scenes alone
-
-    def __init__(self, tables: flat.Tables, threads: int) -> None: ...
-    def set_edges(self, edges: Edges) -> None: ...
-    def update(self, tables: flat.Tables) -> None: ...
-    def update_values(self, tables: flat.Tables) -> None: ...
-    def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: flat.Tables) -> None: ...
-    def render(
-        self,
-        tables: flat.Tables,
-        *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        progress: Progress | None,
-    ) -> NDArray[np.float32]: ...
-    def forward(
-        self,
-        tables: flat.Tables,
-        tangent: TableDerivative,
-        wanted: Wanted,
-        *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        terms: Collection[str],
-        progress: Progress | None,
-    ) -> NDArray[np.float32]: ...
-    def backward(
-        self,
-        tables: flat.Tables,
-        adjoint: NDArray[np.float32],
-        wanted: Wanted,
-        *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        terms: Collection[str],
-        progress: Progress | None,
-    ) -> TableDerivative: ...
-
-
-_warned_of_fallback = False
-
-
-def engine_class(name: str) -> type[EngineLike]:
-    """The engine of this name; "auto" is the native one, or the reference where that can't be loaded.
-
-    Raises
-    ------
-    ValueError
-        For an unknown name.
-    ImportError
-        If "native" is asked for and can't be loaded.
-    """
-    global _warned_of_fallback
-    if name not in ("auto", "native", "reference"):
-        raise ValueError(f"engine must be 'auto', 'native' or 'reference', not {name!r}")
-    if name != "reference":
-        try:
-            from . import native_engine
-
-            native_engine.embree_version()  # loads Embree: what is missing shows here
-            return native_engine.Engine
-        except (ImportError, RuntimeError) as error:
-            if name == "native":
-                raise ImportError(f"edgegrad's native engine can't be loaded: {error}") from error
-            if not _warned_of_fallback:
-                warnings.warn(
-                    f"edgegrad's native engine can't be loaded ({error}); using the reference engine, "
-                    "which gives the same results much more slowly",
-                    RuntimeWarning,
-                    stacklevel=3,
-                )
-                _warned_of_fallback = True
-    from .reference import Engine
-
-    return Engine
 
 
 class Renderer:

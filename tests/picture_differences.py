@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from edgegrad import Renderer, Scene, parameters
-from edgegrad.renderer import TERMS, engine_class
+from edgegrad.engines import engine_class
+from edgegrad.renderer import TERMS
 from tests import block_statistics
 from tests.block_statistics import ALARM, Agreement
 from tests.small_scenes import Floats, Moving, central_difference, need

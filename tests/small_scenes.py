@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 import edgegrad
 from edgegrad import parameters
-from edgegrad.renderer import Renderer, engine_class
+from edgegrad.engines import engine_class
+from edgegrad.renderer import Renderer
 
 Floats = NDArray[np.float64]
 Make = Callable[[float], edgegrad.Scene]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from edgegrad import Renderer, parameters
-from edgegrad.renderer import engine_class
+from edgegrad.engines import engine_class
 from tests.rich_scene import everything
 from tests.small_scenes import need
 from tests.table_values import WITHOUT

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import renderer
+from edgegrad import engines
 from edgegrad.table_derivatives import asked_tables, push_forward, wanted_tables
 
 native_engine = pytest.importorskip("edgegrad.native_engine", reason="the native module isn't built")
@@ -351,14 +351,14 @@ def test_a_missing_wheel_falls_back_with_one_warning(monkeypatch: pytest.MonkeyP
         raise ImportError("the package 'embreex', which brings the Embree library, is not installed")
 
     monkeypatch.setattr(native_engine, "embree_library", missing)
-    monkeypatch.setattr(renderer, "_warned_of_fallback", False)
+    monkeypatch.setattr(engines, "_warned_of_fallback", False)
     with pytest.raises(ImportError, match="embreex"):
-        renderer.engine_class("native")
+        engines.engine_class("native")
     with pytest.warns(RuntimeWarning, match="using the reference engine"):
-        assert renderer.engine_class("auto").__module__.startswith("edgegrad.reference")
+        assert engines.engine_class("auto").__module__.startswith("edgegrad.reference")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        renderer.engine_class("auto")
+        engines.engine_class("auto")
 
 
 def test_a_wrong_library_is_an_error() -> None:

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.renderer import Renderer, engine_class
+from edgegrad.engines import engine_class
+from edgegrad.renderer import Renderer
 from tests import peer_scenes
 from tests.block_statistics import ALARM, block_sums, compare, over_theta
 

@@ -10,6 +10,7 @@ import numpy as np
 from . import parameters
 from .curve_plan import light_curves, missing_curves, surface_curves
 from .differentiable import indirect_obstacles, obstacles
+from .held_light import HeldLight, held_light
 from .light import AreaLight, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
@@ -60,19 +61,23 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
     primary = primary_rules(scene, placed, edges, moves, wrt)
     specular = specular_rule(scene, moves, wrt, max_depth)
     why = primary.why if specular is None else (*primary.why, specular)
+    held = held_light(scene, moves, wrt) if max_depth >= 2 else HeldLight()
     made = {
-        "interior": _interior(scene, tables, wrt, max_depth),
+        "interior": _interior(scene, tables, wrt, max_depth, held),
         "primary": Term("primary", primary.computed or specular is not None, primary.edges, primary.of, why),
-        "shadow": _shadow(scene, placed, moves, edges, max_depth, mirrored_shadows(scene, moves, wrt, max_depth)),
+        "shadow": _shadow(scene, placed, moves, edges, max_depth, mirrored_shadows(scene, moves, wrt, max_depth), held),
         "indirect": _indirect(scene, placed, moves, edges, max_depth),
     }
     return tuple(made[name] for name in TERMS)
 
 
-def _interior(scene: Scene, tables: Tables, wrt: Sequence[str], max_depth: int) -> Term:
+def _interior(scene: Scene, tables: Tables, wrt: Sequence[str], max_depth: int, held: HeldLight) -> Term:
     if _looks_the_same(scene, wrt):
         alone = next(iter(scene.meshes))
         words = f"'{alone}' is alone, convex and under an even sky: it looks the same from everywhere"
+        return Term("interior", False, 0, 0, (words,))
+    if held.alone:
+        words = f"zero, since of what {', '.join(held.meshes)} light only the outline changes: the shadow term has it"
         return Term("interior", False, 0, 0, (words,))
     lit = [name for name in scene.meshes if _reflects(scene, name)]
     why, computed = [], False
@@ -135,7 +140,7 @@ def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[
 
 def _shadow(
     scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
-    mirrored: str | None,
+    mirrored: str | None, held: HeldLight,
 ) -> Term:
     total = sum(e.count for e in edges.values())
     zero = ""
@@ -160,6 +165,9 @@ def _shadow(
     if total - kept:
         why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
     why += [*([] if mirrored is None else [mirrored]), horizons, *curves]
+    if held.meshes:
+        why.append(f"besides: the outlines of {', '.join(held.meshes)}, as surfaces of {', '.join(held.materials)} see "
+                   "them: in sharp lobes the direction of light is held, and the interior has none of its motion")
     absent = [words for kind, words in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
     if not np.any(scene.world.color * scene.world.strength):
         absent.append("environment")

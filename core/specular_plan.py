@@ -54,14 +54,19 @@ def aimed_materials(scene: Scene) -> list[str]:
 
 
 def _may_be_aimed(leaf: Material) -> bool:
+    scatters = bool(flags(leaf) & (GLOSSY | REFRACTION)) and leaf.kind != "SHEEN"
+    return scatters and (sharp_lobe(leaf, _AIMED) or not {"roughness", "coat_roughness"}.isdisjoint(leaf.textures))
+
+
+def sharp_lobe(leaf: Material, widest: float) -> bool:
+    """Whether a shader has a lobe, not perfect, of an alpha up to `widest`, of a gloss over a diffuse base less."""
     if not flags(leaf) & (GLOSSY | REFRACTION) or leaf.kind == "SHEEN":
         return False
     principled = leaf.kind in ("PRINCIPLED", "DISNEY")
     strong = leaf.metallic + leaf.transmission >= 0.5 or not {"metallic", "transmission"}.isdisjoint(leaf.textures)
-    widest = _AIMED * (_WEAK_GLOSS if principled and not strong else 1.0)
+    widest *= _WEAK_GLOSS if principled and not strong else 1.0
     coat = principled and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
-    sharp = 0.0 < leaf.roughness**2 <= widest or (coat and 0.0 < leaf.coat_roughness**2 <= widest)
-    return sharp or not {"roughness", "coat_roughness"}.isdisjoint(leaf.textures)
+    return bool(0.0 < leaf.roughness**2 <= widest or (coat and 0.0 < leaf.coat_roughness**2 <= widest))
 
 
 def specular_rule(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "curve_terms.h"
+#include "scene/sharp_lobes.h"
 
 namespace edgegrad {
 
@@ -15,6 +16,8 @@ namespace {
 constexpr double kShadowShare = 2.0;
 // Indirect ones, each of which costs a path; and pieces of edges with cells of directions, by sample.
 constexpr double kIndirectShare = 1.0, kDirectionPieces = 0.03;
+// Of outlines of emissive meshes.
+constexpr double kOutlineShare = 1.0;
 // Cells of the picture, by sample that starts at the camera.
 constexpr double kPicturePieces = 0.1;
 
@@ -41,15 +44,9 @@ double scattered(const Candidates& pieces, double each, double samples) {
 bool any_aimed(const SceneView& scene, const SceneTables& tables, float aimed) {
     if (aimed >= kAimAtAll) return true;
     for (size_t k = 0; k < tables.leaf_kind.size(); ++k) {
-        if (!(tables.leaf_flags[k] & (kHasGlossy | kHasRefraction)) || tables.leaf_kind[k] == kSheen)
-            continue;
-        if (scene.textures.leaf_program) return aimed > 0.0f;
-        const float* row = tables.leaf_params.data() + kMaterialParams * k;
-        const bool principled = tables.leaf_kind[k] == kPrincipled || tables.leaf_kind[k] == kDisney;
-        const float widest =
-            principled && row[kMetallic] + row[kTransmission] < 0.5f ? kWeakGloss * aimed : aimed;
-        const auto sharp = [&](int place) { return row[place] > 0.0f && row[place] * row[place] <= widest; };
-        if (sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness))) return true;
+        const bool glossy = tables.leaf_flags[k] & (kHasGlossy | kHasRefraction);
+        if (glossy && tables.leaf_kind[k] != kSheen && scene.textures.leaf_program) return aimed > 0.0f;
+        if (has_sharp_lobe(tables, k, aimed)) return true;
     }
     return false;
 }
@@ -120,6 +117,16 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         // Directions to an image are its own samples', in no cell.
         if (scene.has_environment)
             add_shadows(kSkyBoundary, scene.sky.sampled ? 0.0 : kDirectionPieces * samples);
+    }
+    if (options.shadow && options.max_depth >= 2 && scene.face_held) {
+        const double samples = kOutlineShare * picture;
+        const bool chains = options.max_depth > 2;
+        const Candidates outlines = emitter_candidates(scene, edges);
+        if (outlines.size() > 0)
+            add(
+                kEmitterOutline, whole_picture(),
+                [&] { return over_picture(kPicturePieces * samples, chains); }, chains, 0.0, samples,
+                kOutlineShare, nullptr, std::make_shared<EdgeTree>(scene, edges.tables, outlines, true));
     }
     if (options.indirect && options.max_depth >= 3 && !scene.convex) {
         const double samples = kIndirectShare * picture;

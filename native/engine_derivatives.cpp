@@ -8,6 +8,7 @@
 #include "curve_terms.h"
 #include "drop_count.h"
 #include "engine.h"
+#include "interior_rules.h"
 #include "sampling_plan.h"
 #include "scene/prepared.h"
 #include "scene/shading_normals.h"
@@ -50,17 +51,6 @@ Asked asked_for(const Wanted& wanted) {
             wanted.moves_lights(),
             wanted.any("environment_rotation"),
             wanted.any("environment") || wanted.any("environment_pixels")};
-}
-
-// Whether shading can't change: a flat Lambertian convex body alone under a constant sky looks the same from
-// everywhere, however it moves and turns (core/derivative_plan.py has the rule in words).
-bool shading_is_constant(const SceneView& scene, const Wanted& wanted) {
-    if (!scene.convex || scene.lights.count > 0 || scene.sky.pixels || scene.textures.leaf_program)
-        return false;
-    const auto& spans = wanted.spans();
-    return std::all_of(spans.begin(), spans.end(), [](const auto& span) {
-        return span.first == "vertices" || span.first == "camera" || span.first == "instance_to_world";
-    });
 }
 
 // The options with a term's samples per pixel, of those that are counted by pixel.
@@ -114,7 +104,7 @@ struct Engine::DerivativeCall {
           tables(differentiable_tables(scene, e.tables_)),
           leaves(asked_leaves()),
           values_alone(wanted.values_alone(scene)) {
-        if (options.interior && !shading_is_constant(scene, wanted)) image_chunks = plan.chunks;
+        if (options.interior && !shading_is_constant(scene, e.tables_, wanted)) image_chunks = plan.chunks;
         if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
             const auto normals = e.normals();
             terms = boundary_terms(

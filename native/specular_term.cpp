@@ -31,6 +31,12 @@ float column(float* const (&v)[3], const float* const (&w)[3], int i) {
 
 }  // namespace
 
+bool may_be_specular(const SceneTables& t) {
+    for (size_t leaf = 0; leaf < t.leaf_flags.size(); ++leaf)
+        if (may_be_specular(t, leaf)) return true;
+    return false;
+}
+
 bool moves_chains(const SceneTables& t, const Wanted& wanted) {
     if (wanted.any("vertices") || wanted.any("normals") || wanted.any("camera") ||
         wanted.any("instance_to_world"))
@@ -61,13 +67,9 @@ std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Scene
     const bool lights = options.shadow && options.max_depth >= 3 && !scene.convex &&
                         (scene.lights.count > 0 || scene.has_environment) &&
                         (moves || wanted.moves_lights() || wanted.any("environment_rotation"));
-    if (!edges && !lights) return std::nullopt;
-    for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
-        if (may_be_specular(tables, leaf))
-            return SpecularTerm(scene, options,
-                                kept.regions.get(true, [&] { return surface_regions(tables); }), edges,
-                                lights);
-    return std::nullopt;
+    if (!(edges || lights) || !may_be_specular(tables)) return std::nullopt;
+    return SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }),
+                        edges, lights);
 }
 
 SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,

@@ -239,6 +239,11 @@ struct RawSegment {
         power = raw::select(flat, raw::splat(3.0f), raw::select(point, raw::splat(2.0f), 0.0f));
         return w;
     }
+    // Lanes of the mask stay as they are whatever moves.
+    EG_INLINE void hold(raw::Mask m) {
+        inverse_r = raw::select(m, raw::splat(0.0f), inverse_r);
+        inverse_m = raw::select(m, raw::splat(0.0f), inverse_m);
+    }
     EG_INLINE RawVec3 distance_adjoint(const RawVec3& g, raw::Float measure) const {
         return ((by_area - w * power) * measure + across(g, w)) * inverse_r;
     }
@@ -307,14 +312,14 @@ struct FaceSegmentBlock {
     }
 };
 
-// Towards a point that rides on a triangle.
-EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Float b2) {
+// Towards a point that rides on a triangle; of lanes that are `held` nothing changes.
+EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Float b2, Mask held = splat(0)) {
     const auto run = [&](RawTriangle& triangle, RawSegment& segment) {
         triangle.set(t, b1, b2);
         const RawVec3 y = values(t.p0) + triangle.e1 * b1 + triangle.e2 * b2;
         return segment.set(values(x), y, cross(triangle.e1, triangle.e2), raw::splat(0));
     };
-    if (!taped(nodes(x)) && !taped(t)) {
+    if ((!taped(nodes(x)) && !taped(t)) || !any(~held)) {
         RawTriangle triangle;
         RawSegment segment;
         return {constant3(run(triangle, segment)), splat(1.0f)};
@@ -322,6 +327,7 @@ EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Floa
     FaceSegmentBlock& block = current_tape->new_block<FaceSegmentBlock>();
     block.x = nodes(x);
     const RawVec3 w = run(block.triangle, block.segment);
+    if (any(held)) block.segment.hold(held);
     return {results(w, block.first), {raw::splat(1.0f), block.first + 3}};
 }
 

@@ -23,11 +23,11 @@ struct LightArrival {
     Float measure;  // relative
 };
 
-// From a face of a mesh.
+// From a face of a mesh; of lanes that are `held` the direction stays.
 EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
-                                     Vec3 x, Int ray_kind) {
+                                     Vec3 x, Int ray_kind, Mask held) {
     const Triangle t = gather_triangle(scene, select(active, face, splat(0)));
-    const Segment segment = segment_to(x, t, b1.value, b2.value);
+    const Segment segment = segment_to(x, t, b1.value, b2.value, held | ~active);
     LightArrival a;
     a.w = segment.w, a.measure = segment.measure;
     if (!scene.emission_varies) {

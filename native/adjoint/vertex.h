@@ -9,6 +9,7 @@
 // - the first hit, and every hit after a specular vertex, slides along its ray;
 // - every other vertex, and samples of lights, ride on their triangles at fixed places, and the measure
 //   |w.M|/r^2 that replaces a solid angle is differentiated with f (material form);
+// - the direction of what faces of meshes with many of them give by themselves stays (shading/held_light.h);
 // - directions to the environment turn with its image.
 // Nothing is traced. The adjoint of a vertex' position that its successor asks for is handed over by path.
 #pragma once
@@ -20,6 +21,7 @@
 #include "path/vertex_packet.h"
 #include "shading/bsdf/specular.h"
 #include "shading/environment.h"
+#include "shading/held_light.h"
 #include "shading/lambertian.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -68,9 +70,10 @@ struct Scattering {
     Mask light, sky, next;
     Mask last;      // of `next`: where nothing but the environment could be met
     Mask specular;  // not of `next`: the ray goes on from a perfect lobe, its value is next_value
+    Mask held;      // where the same ray brings light of a direction that stays besides
     Int light_visible_to;
-    Vec3 light_w, sky_w, next_w;
-    Vec3 light_value, sky_value, next_value;
+    Vec3 light_w, sky_w, next_w, held_w;
+    Vec3 light_value, sky_value, next_value, held_value;
 };
 
 // The same of a Lambertian surface that no normal map bends.
@@ -88,8 +91,10 @@ EG_INLINE Vec3 scattered_evenly(const SceneView& scene, const Lambertian& surfac
     return diffuse_reflection(surface.normal, surface.albedo, count, lights);
 }
 
+// The same of any surface, but for light that is held.
 template <typename Surface>
-EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask active, const Scattering& s) {
+EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, Mask active,
+                                const Scattering& s) {
     if constexpr (Surface::kSmooth)
         if (!surface.smooth) return scattered_evenly(scene, surface, active, s);
     Vec3 sum = zero3();
@@ -105,6 +110,17 @@ EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask ac
     return sum;
 }
 
+// And with that.
+template <typename Surface>
+EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask active, const Scattering& s) {
+    const Mask held = active & s.held;
+    if (any(held)) {
+        const Vec3 f = surface.evaluate(held, s.held_w).value;
+        return select(held, f * s.held_value, zero3()) + scattered_moving(scene, surface, active, s);
+    }
+    return scattered_moving(scene, surface, active, s);
+}
+
 // Light of the lights of the table that specular and camera rays meet on their way.
 EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
     Vec3 sum = zero3();
@@ -116,22 +132,45 @@ EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, 
     return sum;
 }
 
+// What the vertices where rays that go on have ended give by themselves, of surfaces of one constant
+// emission.
+EG_INLINE Vec3 given_by(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
+    const Int leaf = select(active, next_ints(memory, active, next, &Vertex::leaf), splat(0));
+    const raw::Float weight = next_floats(memory, active, next, &Vertex::emission_weight);
+    RawVec3 given;
+    const auto emission = [&](int c) {
+        return raw::gather(scene.leaf_params + kEmission + c, leaf * static_cast<int32_t>(kMaterialParams)) *
+               weight;
+    };
+    given.x = emission(0), given.y = emission(1), given.z = emission(2);
+    return constant3(given);
+}
+
 // The light that a vertex may scatter: of its emitter samples, and of the ray that goes on.
 inline Scattering light_sources(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
-                                Mask stays, Vec3 position, Vec3 incoming, Int next, bool geometry) {
+                                Mask stays, Vec3 position, Int material, Vec3 incoming, Int next,
+                                bool geometry) {
     Scattering s;
     const Int light_face = load(v.light_face), light_row = load(v.light_row);
     const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
     s.light = from_face | from_row;
     s.light_visible_to = load(v.light_visible_to);
     s.light_w = s.sky_w = load3(v.direction), s.light_value = s.sky_value = zero3();
+    s.held = splat(0);
+    // Behind perfect mirrors and smooth glass x slides with the chain: points of light ride (derivations, K).
+    Mask holds = splat(0);
+    if (geometry && scene.face_held)
+        holds = receives_held(
+            scene, stays & (~load(v.slides) | (load(v.kind) == splat(static_cast<int>(kCameraRay)))),
+            material);
     const auto take = [&](Mask m, const LightArrival& a) {
         s.light_w = select(m, a.w, s.light_w);
         s.light_value = select(m, a.radiance * load3(v.light_scale) * a.measure, s.light_value);
     };
     if (any(from_face))
-        take(from_face, light_of_face(scene, from_face, light_face, load(v.light_b1), load(v.light_b2),
-                                      position, load(v.kind)));
+        take(from_face,
+             light_of_face(scene, from_face, light_face, load(v.light_b1), load(v.light_b2), position,
+                           load(v.kind), holds_direction(scene, from_face & holds, light_face, material)));
     if (any(from_row))
         take(from_row,
              light_of_row(scene, from_row, light_row, load(v.light_kind), load3(v.light_offset), position));
@@ -160,10 +199,20 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
         const Mask surface = follows & (next >= 0) & (face >= 0);
         if (any(surface)) {
             Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
-            place_triangle(
-                scene, select(surface, next_ints(memory, surface, next, &Vertex::instance), splat(-1)), t);
+            const Int instance = next_ints(memory, surface, next, &Vertex::instance);
+            place_triangle(scene, select(surface, instance, splat(-1)), t);
+            // What the surface gives by itself is held, what it scatters rides on it.
+            Mask held = holds_direction(scene, surface & holds & (instance < 0), face, material);
+            if (any(held)) {
+                const Vec3 given = select(held, given_by(scene, memory, held, next), zero3());
+                const Vec3 rest = incoming - given;
+                s.held = held & (largest_component(rest) > 0.0f);
+                s.held_w = wi, s.held_value = given * load(v.next_scale);
+                s.next_value = select(s.held, rest * load(v.next_scale), s.next_value);
+                held &= ~s.held;
+            }
             const Segment y = segment_to(position, t, next_floats(memory, surface, next, &Vertex::b1),
-                                         next_floats(memory, surface, next, &Vertex::b2));
+                                         next_floats(memory, surface, next, &Vertex::b2), held | ~surface);
             s.next_w = select(surface, y.w, s.next_w);
             s.next_value = select(surface, s.next_value * y.measure, s.next_value);
         }
@@ -202,7 +251,7 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
     reflected = reflected + scattered(scene, surface, active, part);
     if (any(still)) {
         part.next = still;
-        part.light = part.sky = splat(0);
+        part.light = part.sky = part.held = splat(0);
         const Lambertian fixed{detach(surface.normal), surface.ng, surface.albedo, nullptr, true};
         reflected = reflected + scattered(scene, fixed, active, part);
     }
@@ -271,7 +320,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     const Mask emits = stays & (emission_weight > 0.0f);
     if (any(emits)) light = select(emits, leaf_emission(x, shader, point) * emission_weight, light);
 
-    const Scattering s = light_sources(scene, memory, v, stays, x.position, incoming, next, geometry);
+    const Scattering s =
+        light_sources(scene, memory, v, stays, x.position, x.material, incoming, next, geometry);
     Vec3 normal = point.normal;
     if (scene.all_flags & kHasNormalMap)
         normal = shading_normal(scene, stays & has(shader, kHasNormalMap), shader.leaf, point,

@@ -130,7 +130,7 @@ struct TopNodes {
 };
 
 EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSurface& surface, Mask active,
-                                        Int kinds, const Aim& aim, const PathIndex& random) {
+                                        Int kinds, const Aim& aim, const PathIndex& random, int candidates) {
     AimedPoint out;
     out.active = splat(0);
     out.edge = splat(0), out.instance = splat(-1);
@@ -146,13 +146,13 @@ EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSur
     active &= all > 0.0f;
     const Float rounding = 1e-6f * largest_component(aim.position);
     Float total = splat(0.0f), taken = total;
-    for (int k = 0; k < kAimedCandidates && any(active); ++k) {
+    for (int k = 0; k < candidates && any(active); ++k) {
         Float by_tree, by_place, by_weight, unused;
         const Int vertex = splat(kAimVertex + 8 + k);
         sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexDirection), by_tree, by_place);
         sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexChoice), by_weight, unused);
         // Candidates share the mass evenly.
-        const Float mark = (by_tree + static_cast<float>(k)) * (1.0f / kAimedCandidates) * all;
+        const Float mark = (by_tree + static_cast<float>(k)) * (1.0f / static_cast<float>(candidates)) * all;
         Int node = splat(-1);
         Float low = splat(0.0f), share = low;
         for (int j = 0; j < tree.top_count; ++j) {
@@ -198,7 +198,7 @@ EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSur
         out.towards = select(take, towards, out.towards);
         out.color = select(take, value, out.color);
     }
-    out.color = out.color * (total / max(taken * static_cast<float>(kAimedCandidates), 1e-38f));
+    out.color = out.color * (total / max(taken * static_cast<float>(candidates), 1e-38f));
     return out;
 }
 
@@ -259,7 +259,8 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
     Float choice, lobe;
     sobol_pair(walk.stream, walk.sample, vertex_pair(path.vertex, kVertexChoice), choice, lobe);
     const Aim aim = aim_at_lobes(surface, s.active, kinds, lobe, p.random);
-    const AimedPoint e = choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random);
+    const AimedPoint e =
+        choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, kAimedCandidates);
     s.active &= e.active;
     if (!any(s.active)) return queued;
 

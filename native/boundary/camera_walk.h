@@ -47,6 +47,7 @@ struct ScatteringPoint {
             s.weight = select(m, part.weight, s.weight);
             s.pdf = select(m, part.pdf, s.pdf);
             s.ray_kind = select(m, part.ray_kind, s.ray_kind);
+            s.specular = select(m, part.specular, s.specular);
         });
         return s;
     }
@@ -143,6 +144,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             p.direction = select(goes, next.wi, p.direction);
             p.bounces = add_bounce(p.bounces, goes, next.ray_kind);
             p.kind = select(goes, next.ray_kind, p.kind);
+            p.pdf = select(goes, select(next.specular, splat(0.0f), next.pdf), p.pdf);
             p.segment = p.segment - goes;
         }
         walking &= largest_component(p.throughput) > 0.0f;

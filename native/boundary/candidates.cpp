@@ -217,6 +217,39 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
     });
 }
 
+bool any_held(const SceneView& scene, int64_t edge) {
+    const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
+    return scene.face_held && std::any_of(scene.edge_faces + first, scene.edge_faces + last,
+                                          [&](uint32_t face) { return scene.face_held[face] != 0; });
+}
+
+Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
+    const SceneTables& tables = edges.tables;
+    const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
+        const auto m = static_cast<size_t>(mesh);
+        const int32_t* held = scene.face_held;
+        return !placed && std::any_of(held + tables.mesh_first_face[m], held + tables.mesh_first_face[m + 1],
+                                      [](int32_t h) { return h != 0; });
+    });
+    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
+        EdgeMassTask task = memory.task(edges, run, kSkyMass);
+        edges.kernels.edge_masses(scene, task);
+        for (int64_t k = 0; k < run.count; ++k) {
+            const int64_t edge = run.first + k;
+            if (task.flat[k] || !any_held(scene, edge)) continue;
+            // Between faces of different materials light begins as seen from all sides.
+            double mass = task.mass[k];
+            const uint32_t first = scene.edge_face_first[edge];
+            if (scene.edge_face_first[edge + 1] - first == 2 &&
+                scene.face_material[scene.edge_faces[first]] !=
+                    scene.face_material[scene.edge_faces[first + 1]])
+                mass = 3.14159265 * length(vertex(scene, scene.edge_vertices[2 * edge + 1]) -
+                                           vertex(scene, scene.edge_vertices[2 * edge]));
+            add(edge, 0.0, 1.0, mass, 0u);
+        }
+    });
+}
+
 Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, const Borders& borders) {
     Candidates out;
     out.direction_cells = direction_cells;

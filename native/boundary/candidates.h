@@ -59,6 +59,11 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
 // be the surface or the light.
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment);
 
+// Edges of emissive faces whose light holds its direction (shading/held_light.h), but for flat ones.
+Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges);
+// Whether a face of the edge is such.
+bool any_held(const SceneView& scene, int64_t edge);
+
 // Pieces of candidates by cells of directions: `direction_cells`^2 of each part between neighbouring borders,
 // which borders(k, u) gives of candidate k. `chains`: also of segments that the camera sees by way of other
 // surfaces.

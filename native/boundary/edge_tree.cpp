@@ -27,17 +27,19 @@ struct EdgeCone {
     Vector normal[2];  // else the outermost two, unit
 };
 
-EdgeCone edge_cone(const SceneView& scene, const SceneTables& tables, int64_t edge, int32_t instance) {
+EdgeCone edge_cone(const SceneView& scene, const SceneTables& tables, int64_t edge, int32_t instance,
+                   bool emitters) {
     const Placement place = Placement::of(scene, instance);
     EdgeCone cone{place(vertex(scene, scene.edge_vertices[2 * edge])), {}, {1.0, 0.0, 0.0}, -1.0, {}};
     cone.t = place(vertex(scene, scene.edge_vertices[2 * edge + 1])) - cone.a;
     const uint32_t first = scene.edge_face_first[edge];
     if (scene.edge_face_first[edge + 1] - first != 2) return cone;
-    // Two faces that let different shares pass hide light from all sides.
+    // Two faces that let different shares pass hide light from all sides, as those show it that give other
+    // light.
     const auto material = [&](uint32_t k) { return scene.face_material[scene.edge_faces[k]]; };
-    if ((scene.all_flags & kHasTransparency) &&
-        (material(first) != material(first + 1) || is_seam(tables, edge)))
-        return cone;
+    const bool differ = material(first) != material(first + 1);
+    if ((scene.all_flags & kHasTransparency) && (differ || is_seam(tables, edge))) return cone;
+    if (differ && emitters) return cone;
     Vector normal[2];
     for (uint32_t k = 0; k < 2; ++k) {
         const Vector third = place(vertex(scene, scene.edge_opposite[first + k])) - cone.a;
@@ -75,13 +77,14 @@ std::vector<int32_t> top_nodes(const std::vector<LightNode>& nodes) {
 
 }  // namespace
 
-EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Candidates& edges) {
+EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Candidates& edges,
+                   bool emitters) {
     std::vector<LightNode> leaves;
     for (int64_t k = 0; k < edges.size(); ++k) {
         const auto i = static_cast<size_t>(k);
         const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
         const int32_t edge = edges.edge[i], instance = edges.instance.empty() ? -1 : edges.instance[i];
-        const EdgeCone cone = edge_cone(scene, tables, edge, instance);
+        const EdgeCone cone = edge_cone(scene, tables, edge, instance, emitters);
         const auto parts = static_cast<int64_t>(std::max(1.0, std::round(kPieces * mass / edges.mass())));
         LightNode leaf{};
         put(leaf.axis, cone.axis);

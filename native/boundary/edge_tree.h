@@ -9,8 +9,9 @@ namespace edgegrad {
 
 class EdgeTree {
  public:
-    // Over candidate edges, the long ones cut into pieces.
-    EdgeTree(const SceneView& scene, const SceneTables& tables, const Candidates& edges);
+    // Over candidate edges, the long ones cut into pieces; `emitters`: of faces for the light that they give.
+    EdgeTree(const SceneView& scene, const SceneTables& tables, const Candidates& edges,
+             bool emitters = false);
 
     EdgeTreeView view() const {
         return {nodes_.data(), top_.data(), static_cast<int32_t>(top_.size()), pieces_.data()};

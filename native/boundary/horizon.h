@@ -122,7 +122,11 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     cut.active = light.active;
     cut.towards = light.w;
     cut.distance = light.r;
-    cut.y.face = select(light.active, light.face, splat(-1)), cut.y.b1 = light.b1, cut.y.b2 = light.b2;
+    // Light whose direction is held is cut off like that of the sky.
+    const Mask held = holds_direction(scene, light.active, light.face, s.x.material);
+    cut.distance = select(held, splat(__builtin_inff()), cut.distance);
+    cut.y.face = select(light.active & ~held, light.face, splat(-1)), cut.y.b1 = light.b1;
+    cut.y.b2 = light.b2;
     cut.y.row = select(light.active, light.row, splat(-1)), cut.y.kind = light.kind;
     const Mask disk = cut.active & (light.row >= 0) & (light.kind == splat(static_cast<int>(kDiskLight)));
     Mask moves = face_point_moves(scene, asked, cut.active, cut.face, cut.instance) |

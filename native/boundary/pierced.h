@@ -8,9 +8,10 @@
 // q the line's point at u, w any direction, x the first surface along it. y rides on j, and q is on both
 // planes: with g = sigma (t x w) = mu_i n_i + mu_j n_j,
 //   g . dq = mu_i n_i . m_i(q) + mu_j n_j . m_j(q)     (boundary/crossing_point.h).
-// What x doesn't see of j is on the side of i's plane that is away from x: sigma = sign((t x w) . h) with h
-// in j across the line, (n_i . h) (n_i . w) < 0. L(y) is what j gives by itself (the shadow term), or what it
-// scatters, which the path tracer finds (the indirect one).
+// Where j gives light whose direction is held (shading/held_light.h), lambda = 1 and dx takes the place of
+// dy. What x doesn't see of j is on the side of i's plane that is away from x: sigma = sign((t x w) . h) with
+// h in j across the line, (n_i . h) (n_i . w) < 0. L(y) is what j gives by itself (the shadow term), or what
+// it scatters, which the path tracer finds (the indirect one).
 #pragma once
 
 #include "boundary/crossing_point.h"
@@ -118,6 +119,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     Mask moves = face_point_moves(scene, asked, s.active, pair.hider, s.instance) |
                  face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, s.instance);
     if (asked.want_lights) moves |= s.active & (pair.row >= 0);
+    if (!scatters && scene.face_held) moves = s.active;  // x may be what moves
     s.active &= moves;
     if (!any(s.active)) return queued;
 
@@ -171,6 +173,8 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
                         select(s.active, lit.hit.instance, splat(-1)));
     s.x.mesh = lit.hit.mesh;
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    if (!scatters)
+        s.lambda = select(holds_direction(scene, s.active, pair.face, s.x.material), splat(1.0f), 0.0f);
     const Int kinds = scatters ? splat(kScatteredRays) : links.visible_to;
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, kinds, scatters);
     s.active = seen.active;
@@ -225,7 +229,8 @@ EG_INLINE void pierced_blocks(Mode& mode, const SceneView& scene, const Derivati
     Float mu, mu_y;
     part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
     plane_point_blocks(mode, scene, s.active, pair.hider, s.point, pair.hider_normal * mu, color);
-    const Vec3 g = pair.normal * mu_y - s.sweep;
+    const Vec3 g = pair.normal * mu_y - s.sweep * (1.0f - s.lambda);
+    if (any(s.active & (s.lambda > 0.0f))) lit_end_blocks(mode, scene, asked, s, -s.sweep * s.lambda);
     const Mask on_face = s.active & (pair.face >= 0);
     if (any(on_face)) plane_point_blocks(mode, scene, on_face, pair.face, s.point, g, color);
     far_end_blocks(mode, scene, asked, s.active, s.y, s.point, s.towards, splat(0.0f), g, color);

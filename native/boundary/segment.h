@@ -9,7 +9,8 @@
 // - x, if the camera sees it, is where its pixel's ray meets its moving surface: with c the velocity of that
 //   ray, D its direction and m(x) the velocity of the surface, dx = c + D n . (m - c)/(n . D). A vertex that
 //   is seen by way of other surfaces rides on its own, dx = m(x).
-// - y rides on its surface, on a light, or turns with the environment.
+// - y rides on its surface, on a light, or turns with the environment; or it is where the direction from x
+//   leads, lambda = 1.
 #pragma once
 
 #include "boundary/light_motion.h"
@@ -17,6 +18,7 @@
 #include "boundary/pieces.h"
 #include "path/camera_projection.h"
 #include "shading/environment.h"
+#include "shading/held_light.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -58,6 +60,13 @@ struct BoundarySegment {
 EG_INLINE void divide_segment(BoundarySegment& s) {
     const Mask finite = s.distance < __builtin_inff();
     s.lambda = select(finite, s.distance / max(s.distance + s.reach, 1e-30f), splat(1.0f));
+}
+
+// Where y gives light whose direction is held (shading/held_light.h), the segment moves with x alone.
+EG_INLINE void hold_far_end(const SceneView& scene, BoundarySegment& s) {
+    const Mask held = holds_direction(scene, s.active, s.y.face, s.x.material);
+    s.y.face = select(held, splat(-1), s.y.face);
+    s.lambda = select(held, splat(1.0f), s.lambda);
 }
 
 // Whether anything of the segment may move.

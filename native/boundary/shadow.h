@@ -157,6 +157,7 @@ EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTa
     s.slides = s.active & ~chained;
     meet_facing_disk(scene, s);
     divide_segment(s);
+    hold_far_end(scene, s);
     s.active &= segment_moves(scene, asked, s);
     if (!task.score && any(s.active & s.slides)) s.active &= ~s.slides | wanted(s);
     if (!any(s.active)) return s;

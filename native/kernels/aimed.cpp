@@ -4,6 +4,7 @@
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
 #include "boundary/aimed.h"
+#include "boundary/emitter_outline.h"
 #include "kernels/parts.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -11,6 +12,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 void add_aimed_kernels(KernelTable& table) {
     table.boundary[kAimedBoundary] = {lit_segments_forward<sample_aimed>,
                                       lit_segments_backward<sample_aimed>};
+    table.boundary[kEmitterOutline] = {emitter_outline_forward_kernel, emitter_outline_backward_kernel};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -2,7 +2,56 @@
 
 #include <algorithm>
 
+#include "scene/sharp_lobes.h"
+
 namespace edgegrad {
+
+namespace {
+
+// Emissive faces of a mesh, and the alpha of lobes, from which on light holds its direction.
+constexpr float kHeldAlpha = 0.25f;
+constexpr int kLeastHeldFaces = 8;
+
+}  // namespace
+
+// Which light is differentiated with its direction held (shading/held_light.h): of moving meshes of many
+// emissive faces, on surfaces of sharp lobes, where faces alone tell what hides and gives light
+// (core/held_light.py has the rule in words).
+void PreparedScene::hold_directions(const SceneTables& tables, const Asked& asked) {
+    if (!view_.lights.face_light || view_.emission_varies || view_.rays_differ || view_.lights.any_linked ||
+        (view_.all_flags & kHasTransparency))
+        return;
+    std::vector<int32_t> faces(tables.face_material.size(), 0),
+        materials(tables.material_first_leaf.size() - 1, 0);
+    bool gives = false, receives = false;
+    for (size_t mesh = 0; mesh < static_cast<size_t>(tables.visible_meshes); ++mesh) {
+        const auto& copies = tables.instance_mesh;
+        if (!asked.moving[mesh] ||
+            std::find(copies.begin(), copies.end(), static_cast<int32_t>(mesh)) != copies.end())
+            continue;
+        const int32_t first = tables.mesh_first_face[mesh], last = tables.mesh_first_face[mesh + 1];
+        const auto emits = [&](int32_t face) { return view_.lights.face_light[face] >= 0; };
+        int count = 0;
+        for (int32_t face = first; face < last; ++face) count += emits(face);
+        if (count < kLeastHeldFaces) continue;
+        gives = true;
+        for (int32_t face = first; face < last; ++face) faces[static_cast<size_t>(face)] = emits(face);
+    }
+    for (size_t m = 0; m < materials.size(); ++m) {
+        const auto first = static_cast<size_t>(tables.material_first_leaf[m]),
+                   last = static_cast<size_t>(tables.material_first_leaf[m + 1]);
+        for (size_t leaf = first; leaf < last; ++leaf)
+            if (!(view_.textures.leaf_program && view_.textures.leaf_program[leaf] >= 0) &&
+                has_sharp_lobe(tables, leaf, kHeldAlpha))
+                materials[m] = 1;
+        receives |= materials[m] != 0;
+    }
+    if (!gives || !receives) return;
+    face_held_ = std::move(faces);
+    material_held_ = std::move(materials);
+    view_.face_held = face_held_.data();
+    view_.material_held = material_held_.data();
+}
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
                              const Asked* asked, bool convex, std::shared_ptr<const LightList> lights)
@@ -83,6 +132,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.edge_count = static_cast<int32_t>(tables.edge_vertices.size() / 2);
     view_.camera = tables.camera;
     view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();
+    if (asked) hold_directions(tables, *asked);
 }
 
 }  // namespace edgegrad

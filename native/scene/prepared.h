@@ -18,9 +18,11 @@ class PreparedScene {
     const SceneView& view() const { return view_; }
 
  private:
+    void hold_directions(const SceneTables& tables, const Asked& asked);
+
     std::shared_ptr<const LightList> lights_;
     std::vector<BruteTriangle> brute_triangles_;
-    std::vector<int32_t> face_moving_;
+    std::vector<int32_t> face_moving_, face_held_, material_held_;
     SceneView view_{};
 };
 

@@ -61,6 +61,8 @@ struct SceneView {
     const int32_t* faces;            // (F, 3)
     const int32_t* face_material;    // (F)
     const int32_t* face_moving;      // (F) 1: its vertices are parameters
+    const int32_t* face_held;        // (F) 1: its light holds its direction (shading/held_light.h), or null
+    const int32_t* material_held;    // (M) 1: on surfaces of it
     const int32_t* mesh_first_face;  // by Embree's geomID
     int32_t mesh_count;              // that rays can hit; instances have the geomIDs from here on
     const int32_t* mesh_mask;        // (S) bits of the rays that meet a mesh

@@ -1,0 +1,64 @@
+#include "interior_rules.h"
+
+#include <algorithm>
+
+#include "specular_term.h"
+
+namespace edgegrad {
+namespace {
+
+bool asks_only(const Wanted& wanted, const std::vector<const char*>& names) {
+    const auto& spans = wanted.spans();
+    return std::all_of(spans.begin(), spans.end(), [&](const auto& span) {
+        return std::find(names.begin(), names.end(), span.first) != names.end();
+    });
+}
+
+// A flat Lambertian convex body alone under a constant sky looks the same from everywhere, however it moves
+// and turns.
+bool looks_the_same(const SceneView& scene, const Wanted& wanted) {
+    return scene.convex && scene.lights.count == 0 && !scene.sky.pixels && !scene.textures.leaf_program &&
+           asks_only(wanted, {"vertices", "camera", "instance_to_world"});
+}
+
+bool is_black(const SceneView& scene, int32_t material) {
+    for (int32_t leaf = scene.material_first_leaf[material]; leaf < scene.material_first_leaf[material + 1];
+         ++leaf) {
+        const float* color = scene.leaf_params + static_cast<ptrdiff_t>(leaf) * kMaterialParams + kBaseColor;
+        if (!(scene.leaf_flags[leaf] & kLambertian) || color[0] > 0.0f || color[1] > 0.0f ||
+            color[2] > 0.0f || (scene.textures.leaf_program && scene.textures.leaf_program[leaf] >= 0))
+            return false;
+    }
+    return true;
+}
+
+// Black meshes whose light holds its direction on all surfaces (shading/held_light.h) change nothing inside
+// of their outlines. Behind mirrors and smooth glass it doesn't.
+bool only_outlines_move(const SceneView& scene, const SceneTables& tables, const Wanted& wanted) {
+    if (!scene.face_held || !asks_only(wanted, {"vertices", "normals"}) || may_be_specular(tables))
+        return false;
+    std::vector<uint8_t> rides(tables.material_first_leaf.size() - 1);
+    for (size_t m = 0; m < rides.size(); ++m) {
+        const auto material = static_cast<int32_t>(m);
+        rides[m] = !scene.material_held[m] && !is_black(scene, material);
+    }
+    for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
+        const auto m = static_cast<size_t>(mesh);
+        const bool moves = wanted.moving()[m] != 0;
+        for (int32_t face = tables.mesh_first_face[m]; face < tables.mesh_first_face[m + 1]; ++face) {
+            const int32_t material = scene.face_material[face];
+            if (rides[static_cast<size_t>(material)]) return false;
+            const bool rests = scene.face_held[face] || scene.lights.face_light[face] < 0;
+            if (moves && !(rests && is_black(scene, material))) return false;
+        }
+    }
+    return true;
+}
+
+}  // namespace
+
+bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted) {
+    return looks_the_same(scene, wanted) || only_outlines_move(scene, tables, wanted);
+}
+
+}  // namespace edgegrad

@@ -62,7 +62,7 @@ class ChainWorkspace {
     ChainCrossings& view(const CameraSamples& camera) {
         if (memory_.empty()) {
             constexpr size_t row = kBlockPaths / 2 + 2 * kMaxWidth;
-            memory_.resize((7 * kMostChain + 34) * row);
+            memory_.resize((7 * kMostChain + 37) * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
                 p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
@@ -75,7 +75,7 @@ class ChainWorkspace {
             for (auto* v : {&c.b1, &c.b2})
                 for (float*& p : *v) take(p);
             take(c.edge), take(c.edge_instance), take(c.u), take(c.weight), take(c.seen);
-            for (auto* v : {&c.from, &c.jump, &c.by_point, &c.by_direction})
+            for (auto* v : {&c.from, &c.jump, &c.by_point, &c.by_direction, &c.direction})
                 for (float*& p : *v) take(p);
             for (float*& p : c.by_screen) take(p);
             for (float*& p : c.light_place) take(p);

@@ -15,6 +15,7 @@ import pytest
 import edgegrad
 from edgegrad.renderer import Renderer
 from tests import shapes
+from tests.benchmarks.scenes import displaced_sphere
 from tests.block_statistics import ALARM, compare
 from tests.picture_differences import agreement, check_agreement, check_transpose
 from tests.small_scenes import Floats, Make, along, box, camera, glowing, need, rectangle
@@ -175,6 +176,24 @@ def test_agrees_with_differences(case: str) -> None:
     # Between two mirrors the derivative itself changes much within the interval.
     noise = 0.6 if case.startswith("two mirrors") else 0.15
     check_agreement(along(*CASES[case]), noise=noise, terms=("interior", "primary"), **OPTIONS)
+
+
+def few_faces(theta: float) -> edgegrad.Scene:
+    """A ball of glass of 80 faces, whose normals send many rays into the faces that stand for them."""
+    shape = displaced_sphere(2, 0.0)
+    turned = shape["vertices"] + theta * (np.array([0.6, -0.4, 0.3]) + 0.5 * shape["vertices"][:, [1, 2, 0]])
+    body = edgegrad.Mesh(turned, shape["faces"].astype(np.int32), ("glass",), smoothing=shape["faces"].astype(np.int32))
+    return scene(camera((0, 0, 4.5), (0, 0, 0), 32, 0.6), {"body": body})
+
+
+def test_horizons_of_smooth_glass_agree_with_differences() -> None:
+    need("native")
+    check_agreement(along(few_faces, ["meshes.body.vertices"]), noise=0.15, **{**OPTIONS, "max_depth": 3, "seeds": 16})
+
+
+def test_horizons_of_smooth_glass_are_transposed() -> None:
+    need("native")
+    check_transpose(few_faces, ["meshes.body.vertices"], spp=16, seed=3, max_depth=3, terms=("primary",))
 
 
 @pytest.mark.parametrize("case", ["flat mirror: mirror moves", "round mirror: box moves", "glass: glass moves"])

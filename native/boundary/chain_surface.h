@@ -71,16 +71,18 @@ EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const C
 }
 
 // Where lanes that scatter go on, what it multiplies their light with, and whether there is such a direction.
+// `below`: it is on the wrong side of the face, which interpolated normals may lead to.
 EG_OUTLINE Mask scatter_chain(const ChainSurface& s, const ShadedSurface& surface, Mask scatters, Int fate,
-                              ChainRay& ray, Vec3& value) {
+                              ChainRay& ray, Vec3& value, Mask& below) {
     const Mask transmitted = (fate & kFateTransmits) != 0;
     const Specular next = scatter_specular(surface.bsdf, fate & kFateLobes, transmitted);
     value = next.value;
     if (surface.smooth)
         value = value * bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
     const Float side = dot(s.x.normal, next.wi);
-    const Mask fine =
-        scatters & select(transmitted, side < 0.0f, side > 0.0f) & (largest_component(value) > 0.0f);
+    const Mask shines = scatters & (largest_component(value) > 0.0f);
+    const Mask fine = shines & select(transmitted, side < 0.0f, side > 0.0f);
+    below = shines & ~fine;
     ray.origin = select(scatters, leave_surface(s.x, next.wi), ray.origin);
     ray.direction = select(scatters, next.wi, ray.direction);
     ray.from = select(scatters, s.x.position, ray.from);

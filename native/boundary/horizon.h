@@ -287,15 +287,9 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     const Vec3 n = cut.normal;
     const Mask near = cut.distance < __builtin_inff();
     const Float inverse = select(near, 1.0f / max(cut.distance, 1e-30f), splat(0.0f));
-    const Triangle t = placed_triangle(scene, select(cut.active, cut.face, splat(0)),
-                                       select(cut.active, cut.instance, splat(-1)))
-                           .triangle;
-    const Vec3 m = area_normal(t), e1 = t.p1 - t.p0, e2 = t.p2 - t.p0;
-    const Float size = 1.0f / max(dot(m, m), 1e-37f);
-    const Float along1 = dot(m, cross(cut.towards, e2)) * size,
-                along2 = dot(m, cross(e1, cut.towards)) * size;
-    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1 + along1,
-                      cut.b2 + along2, -n, cut.color);
+    const FaceStep step = step_on_face(scene, cut.active, cut.face, cut.instance, cut.towards);
+    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1 + step.b1,
+                      cut.b2 + step.b2, -n, cut.color);
     face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2,
                       n * (1.0f - inverse), cut.color);
     const Mask on_face = cut.active & (cut.y.face >= 0);

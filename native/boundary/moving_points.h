@@ -92,4 +92,17 @@ EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const Deriv
     mode.corner(moves, known, 2, local * b2, color);
 }
 
+// A step in a face's plane in its barycentrics.
+struct FaceStep {
+    Float b1, b2;
+};
+
+EG_INLINE FaceStep step_on_face(const SceneView& scene, Mask active, Int face, Int instance, Vec3 step) {
+    const Triangle t =
+        placed_triangle(scene, select(active, face, splat(0)), select(active, instance, splat(-1))).triangle;
+    const Vec3 m = area_normal(t), e1 = t.p1 - t.p0, e2 = t.p2 - t.p0;
+    const Float size = 1.0f / max(dot(m, m), 1e-37f);
+    return {dot(m, cross(step, e2)) * size, dot(m, cross(e1, step)) * size};
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -4,9 +4,11 @@
 // two neighbouring places on a line, the chains are compared, vertex by vertex; where they differ, the place
 // in between is found by bisection, and of the faces met there the edge that the ray touches. If both halves
 // of an interval have a difference, one of them is followed, with twice the weight: any number of crossings
-// within a segment are found in the mean. What lies between two neighbouring places and is seen from none of
-// them isn't. Edges of shadows are found in the same way, on the way from the chain's end to a place of a
-// light, which is picked at one of the two places: from where makes no difference, but for its density.
+// within a segment are found in the mean. Beside a place whose ray goes on may be one whose ray is sent into
+// the surface: what is in between is the horizon of the face, and the chain is that of the ray which goes on.
+// What lies between two neighbouring places and is seen from none of them isn't. Edges of shadows are found
+// in the same way, on the way from the chain's end to a place of a light, which is picked at one of the two
+// places: from where makes no difference, but for its density.
 #pragma once
 
 #include "boundary/pieces.h"
@@ -245,10 +247,16 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
             for (int j = 0; j < k; ++j) bent |= choices.fate[j][i] != kFatePasses;
             if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
             if (k > choices.lit[i] ? !task.lights : !task.edges) continue;
-            const TouchedEdge edge = touched_edge(scene, task, chain_p, chain_q, k, i);
-            if (edge.edge < 0) continue;
-            append_crossing(out, found++, i, task, at, s, p, choices, chain_p, k, edge,
-                            weight[i] * (common[i] > k ? 1.0f : 2.0f));
+            const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
+            // Where another face of the mesh sends the ray into itself, that is no horizon.
+            if (horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
+                            chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]))
+                continue;
+            TouchedEdge edge;
+            if (!horizon) edge = touched_edge(scene, task, chain_p, chain_q, k, i);
+            if (edge.edge < 0 && !horizon) continue;
+            append_crossing(out, found++, i, task, at, s, below ? q : p, choices, below ? chain_q : chain_p,
+                            k, edge, weight[i] * (common[i] > k ? 1.0f : 2.0f));
         }
     }
     return found;

@@ -31,14 +31,15 @@ struct ChainCrossings {
     int32_t *face[kMostChain], *mesh[kMostChain], *instance[kMostChain];
     int32_t *leaf[kMostChain], *fate[kMostChain];
     float *b1[kMostChain], *b2[kMostChain];
-    int32_t *edge, *edge_instance;
-    float* u;            // place along the edge
-    float* weight;       // of what was decided by chance, and of the scan lines
-    float* from[3];      // where the last ray comes from
-    int32_t* seen;       // whether the edge is seen from there
-    float* jump[3];      // L- - L+, with the chain's throughput
-    float* by_point[3];  // derivatives of -g by `from` and by the last ray's direction
+    int32_t *edge, *edge_instance;  // -1: the horizon of the last vertex' face
+    float* u;                       // place along the edge
+    float* weight;                  // of what was decided by chance, and of the scan lines
+    float* from[3];                 // where the last ray comes from
+    int32_t* seen;                  // whether the edge is seen from there
+    float* jump[3];                 // L- - L+, with the chain's throughput
+    float* by_point[3];             // derivatives of -g by `from` and by the last ray's direction
     float* by_direction[3];
+    float* direction[3];  // of the last ray, where it leaves a face along its horizon
     float* by_screen[2];  // of g by the place in the picture
     // Where the last ray goes to a light from the chain's last vertex (boundary/chain_light.h).
     int32_t* lit;

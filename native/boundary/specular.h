@@ -17,6 +17,7 @@
 // r = |e - p|.
 #pragma once
 
+#include "boundary/chain_horizon.h"
 #include "boundary/chain_shadow.h"
 #include "path/recorder.h"
 
@@ -41,6 +42,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     Vec3 from_normal = ray.direction;
     Int from_mesh = splat(0);
     const Int length = select(active, load(c.length + at), splat(0));
+    const Mask horizon = at_horizon(c, at, count);
     for (int level = 0; level < kMostChain; ++level) {
         const Mask here = active & (level < length);
         if (!any(here)) break;
@@ -80,8 +82,10 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         if (!any(scatters)) continue;
         const ShadedSurface surface = chain_bsdf(scene, scatters, s);
         Vec3 value;
-        const Mask goes_on = scatter_chain(s, surface, scatters, fate, ray, value);
-        fine &= goes_on | ~scatters;
+        Mask below;
+        const Mask goes_on = scatter_chain(s, surface, scatters, fate, ray, value, below);
+        // At a horizon rounding may decide.
+        fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
         put(v.samples, scatters, splat(-1));
         put(v.continues, scatters, splat(-1));
         put(v.specular, scatters, splat(-1));
@@ -109,7 +113,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
 EG_INLINE EdgeSample chain_edge(const SceneView& scene, const ChainCrossings& c, int at, int count, Vec3 from,
                                 Vec3 origin) {
     EdgeSample s;
-    s.active = first_lanes(count - at);
+    s.active = first_lanes(count - at) & (load(c.edge + at) >= 0);
     s.edge = select(s.active, load(c.edge + at), splat(0));
     s.instance = select(s.active, load(c.edge_instance + at), splat(-1));
     s.crossing = splat(0);
@@ -152,18 +156,10 @@ EG_INLINE void store_jump(ChainCrossings& c, int at, Mask m, Vec3 jump) {
 // Loads the surfaces at which lit crossings end, where `ray` has met them.
 EG_INLINE ChainSurface lit_surface(const SceneView& scene, const ChainCrossings& c, int at, Mask lit,
                                    const ChainRay& ray) {
-    const Int last = select(lit, load(c.length + at) - 1, splat(0));
-    Int face, mesh, instance, leaf;
-    Float b1, b2;
-    for (int i = 0; i < W; ++i) {
-        const int k = last[i];
-        face[i] = lit[i] ? c.face[k][at + i] : 0, mesh[i] = lit[i] ? c.mesh[k][at + i] : 0;
-        instance[i] = lit[i] ? c.instance[k][at + i] : -1, leaf[i] = lit[i] ? c.leaf[k][at + i] : 0;
-        b1[i] = lit[i] ? c.b1[k][at + i] : 0.0f, b2[i] = lit[i] ? c.b2[k][at + i] : 0.0f;
-    }
-    SurfacePoint x = surface_point(scene, lit, face, b1, b2, ray.direction, instance);
-    x.mesh = mesh;
-    return chain_surface(scene, x, texture_point(scene, x, -ray.direction, ray.kind), leaf);
+    const LastVertex v = last_vertex(c, at, lit);
+    SurfacePoint x = surface_point(scene, lit, v.face, v.b1, v.b2, ray.direction, v.instance);
+    x.mesh = v.mesh;
+    return chain_surface(scene, x, texture_point(scene, x, -ray.direction, ray.kind), v.leaf);
 }
 
 // The jumps of light at crossings with edges of shadows, and what the chains' ends move them by; lanes of
@@ -216,7 +212,9 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
             store(c.by_direction[k] + at, select(s.active, -part(s.normal), 0.0f));
             store(c.from[k] + at, select(s.active, part(ray.from), 0.0f));
         }
-        Mask seen = s.active;
+        const Mask horizon = fine & at_horizon(c, at, count);
+        Mask seen = s.active | horizon;
+        if (any(horizon)) queued = see_horizon(scene, c, at, horizon, ray, p, work, queued);
         if (any(lit & fine)) seen |= lit_sides(scene, c, at, count, lit & fine, ray, p.throughput);
         store(c.seen + at, seen);
         if (!any(s.active)) continue;
@@ -275,15 +273,17 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
         load3(from, c.from, at);
         EdgeSample s = chain_edge(scene, c, at, count, from, from);
         const Vec3 jump = load_jump(c, at);
-        s.active &= largest_component(jump) > 0.0f;
-        if (!any(s.active)) continue;
+        const Mask jumps = largest_component(jump) > 0.0f, horizon = jumps & at_horizon(c, at, count);
+        s.active &= jumps;
+        if (!any(s.active | horizon)) continue;
         Forward mode{scene, tangent};
         const Vec3 unit = {splat(1.0f), splat(0.0f), splat(0.0f)};
+        chain_horizon_blocks(mode, scene, tangent, c, at, horizon, unit);
         light_blocks(mode, scene, tangent, c, at, s, from, unit);
         const Float g = load(work.radiance[0] + at) + sweep(scene, tangent, s) + mode.value.x;
         const Vec3 value = jump * g;
         for (int i = 0; i < W; ++i) {
-            if (!s.active[i]) continue;
+            if (!s.active[i] && !horizon[i]) continue;
             const int32_t n = c.segment[at + i];
             splats.x[n] = c.x[at + i], splats.y[n] = c.y[at + i];
             splats.value[0][n] = value.x[i], splats.value[1][n] = value.y[i], splats.value[2][n] = value.z[i];
@@ -299,16 +299,18 @@ static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& 
         load3(from, c.from, at);
         EdgeSample s = chain_edge(scene, c, at, count, from, from);
         const Vec3 jump = load_jump(c, at);
-        s.active &= largest_component(jump) > 0.0f;
-        const Vec3 a = any(s.active)
-                           ? adjoint_at(scene.camera, s.active, select(s.active, load(c.x + at), 0.0f),
-                                        select(s.active, load(c.y + at), 0.0f), adjoint)
-                           : zero3();
-        const Float seed = select(s.active, dot(a, jump), 0.0f);
+        Mask jumps = largest_component(jump) > 0.0f;
+        jumps &= s.active | at_horizon(c, at, count);
+        const Vec3 a = any(jumps) ? adjoint_at(scene.camera, jumps, select(jumps, load(c.x + at), 0.0f),
+                                               select(jumps, load(c.y + at), 0.0f), adjoint)
+                                  : zero3();
+        const Float seed = select(jumps, dot(a, jump), 0.0f);
         store(seeds + at, seed);
-        s.active &= seed != 0.0f;
-        if (!any(s.active)) continue;
+        jumps &= seed != 0.0f;
+        s.active &= jumps;
+        if (!any(jumps)) continue;
         Backward mode{scene, gradient, a};
+        chain_horizon_blocks(mode, scene, gradient, c, at, jumps & at_horizon(c, at, count), jump);
         edge_blocks(mode, scene, gradient, s, jump);
         light_blocks(mode, scene, gradient, c, at, s, from, jump);
     }

@@ -17,7 +17,8 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // What a chain's vertices are told apart by, besides the numbers of regions (2 region + side).
-enum ChainKey : int32_t { kMissed = -1, kDead = -2, kBlocked = -3 };
+// Of rays that a surface sends nowhere: kBelow if into itself, past the horizon of its face.
+enum ChainKey : int32_t { kMissed = -1, kDead = -2, kBlocked = -3, kBelow = -4 };
 
 // A place of the picture and of the lens.
 struct PicturePoint {
@@ -109,7 +110,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
     ChainCount counted(limits, max_depth);
     Float near, far;
     ChainRay ray = chain_start(scene.camera, at, near, far);
-    Mask going = active, dead = splat(0), bent = dead;
+    Mask going = active, dead = splat(0), below = dead, bent = dead;
     for (int level = 0; level < kMostChain && any(going); ++level) {
         const Mask tracing = going & ~dead, to_light = level > choices.lit;
         Closest hit = intersect(scene, tracing, ray.origin, ray.direction, near, far, ignore_nothing(),
@@ -120,8 +121,10 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         SurfacePoint x = surface_point(scene, hit.hit, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
         x.mesh = hit.mesh;
         const Int region = gather(task.region, select(hit.hit, hit.face, splat(0)));
-        Int key = select(hit.hit, 2 * region + ((x.side < 0.0f) & 1),
-                         select(dead, splat(static_cast<int>(kDead)), splat(static_cast<int>(kMissed))));
+        Int key =
+            select(hit.hit, 2 * region + ((x.side < 0.0f) & 1),
+                   select(below, splat(static_cast<int>(kBelow)),
+                          select(dead, splat(static_cast<int>(kDead)), splat(static_cast<int>(kMissed)))));
         const Mask stops = hit.hit & to_light & ~may_have(scene, x, hit.hit & to_light, kHasTransparency);
         key = select(stops, splat(static_cast<int>(kBlocked)), key);
         chain.count = chain.count - going;
@@ -197,8 +200,10 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         if (any(scatters)) {
             const ShadedSurface surface = chain_bsdf(scene, scatters, s);
             Vec3 value;
-            const Mask fine = scatter_chain(s, surface, scatters, fate, ray, value);
+            Mask cut;
+            const Mask fine = scatter_chain(s, surface, scatters, fate, ray, value, cut);
             dead |= scatters & ~fine;
+            below |= cut;
             bent |= scatters;
         }
         if constexpr (kChoose) {

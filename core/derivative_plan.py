@@ -23,7 +23,7 @@ from .renderer import TERMS
 from .scene import Scene
 from .shadow_plan import horizon_rule, missing_shadows
 from .shape import convex
-from .specular_plan import aimed_materials, mirrored_shadows, specular_materials, specular_rule
+from .specular_plan import aimed_materials, mirrored_light, mirrored_shadows, specular_materials, specular_rule
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
@@ -66,7 +66,7 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
         "interior": _interior(scene, tables, wrt, max_depth, held),
         "primary": Term("primary", primary.computed or specular is not None, primary.edges, primary.of, why),
         "shadow": _shadow(scene, placed, moves, edges, max_depth, mirrored_shadows(scene, moves, wrt, max_depth), held),
-        "indirect": _indirect(scene, placed, moves, edges, max_depth),
+        "indirect": _indirect(scene, placed, moves, edges, max_depth, mirrored_light(scene, moves, wrt, max_depth)),
     }
     return tuple(made[name] for name in TERMS)
 
@@ -179,7 +179,8 @@ def _shadow(
 
 
 def _indirect(
-    scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int
+    scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
+    mirrored: str | None,
 ) -> Term:
     total = sum(e.count for e in edges.values())
     kept = total - sum(e.flat for e in edges.values())
@@ -187,7 +188,7 @@ def _indirect(
     zero = ""
     if max_depth < 3:
         zero = "light that surfaces pass on to each other is not rendered"
-    elif not moves.meshes and not moves.camera:
+    elif not moves.meshes and not moves.camera and mirrored is None:
         zero = "no vertex is a parameter and the camera stands still: what surfaces see of each other stays"
     elif not any(_reflects(scene, name) for name in scene.meshes):
         zero = "every surface is black: none passes light on"
@@ -199,10 +200,13 @@ def _indirect(
         return Term("indirect", False, 0, total, (zero,))
     if next(indirect_obstacles(scene), None) is not None:
         return Term("indirect", False, 0, total, (NOT_COMPUTED,))
+    if not moves.meshes and not moves.camera:
+        still = "what surfaces see of each other stays, but where it is seen by mirrors and smooth glass moves"
+        return Term("indirect", True, 0, total, (still, str(mirrored)))
     why = ["edges of all meshes: what they hide of one surface from another, at any bounce"]
     if total - kept:
         why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
-    why += curves
+    why += [*([] if mirrored is None else [mirrored]), *curves]
     aimed = aimed_materials(scene)
     if aimed:
         why.append(f"seen in sharp lobes ({', '.join(aimed)}) by samples that start at the camera, elsewhere at edges")

@@ -1,5 +1,5 @@
 """What the specular boundary of a scene consists of, in words: edges that the camera sees in mirrors and through glass,
-and those of shadows there.
+those of shadows there, and those between a surface seen there and others that light it.
 
 The native engine follows the same rules (``native/specular_term.cpp``).
 """
@@ -81,8 +81,17 @@ def mirrored_shadows(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
     """What is computed of edges of shadows seen in mirrors and through glass; None: there is nothing of the kind."""
     materials = specular_materials(scene)
     # By the camera's ray, the mirror's, and that of the light.
-    if not materials or max_depth < 3 or not (moves.any or bends_rays(scene, wrt)):
-        return None
+    return _seen_by(materials) if materials and max_depth > 2 and (moves.any or bends_rays(scene, wrt)) else None
+
+
+def mirrored_light(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:
+    """The same of edges between a surface seen in mirrors and through glass and others that light it."""
+    materials = specular_materials(scene)
+    moved = bool(moves.meshes or moves.camera) or bends_rays(scene, wrt)
+    return _seen_by(materials) if materials and max_depth > 3 and moved else None
+
+
+def _seen_by(materials: list[str]) -> str:
     return f"besides: those that the camera sees by mirrors and smooth glass ({', '.join(materials)})"
 
 

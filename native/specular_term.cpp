@@ -67,15 +67,17 @@ std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Scene
     const bool lights = options.shadow && options.max_depth >= 3 && !scene.convex &&
                         (scene.lights.count > 0 || scene.has_environment) &&
                         (moves || wanted.moves_lights() || wanted.any("environment_rotation"));
-    if (!(edges || lights) || !may_be_specular(tables)) return std::nullopt;
+    // One that a surface lights by another takes one more.
+    const bool surfaces = options.indirect && options.max_depth >= 4 && !scene.convex && moves;
+    if (!(edges || lights || surfaces) || !may_be_specular(tables)) return std::nullopt;
     return SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }),
-                        edges, lights);
+                        {edges, lights, surfaces});
 }
 
 SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
-                           std::shared_ptr<const SurfaceRegions> regions, bool edges, bool lights)
+                           std::shared_ptr<const SurfaceRegions> regions, Parts parts)
     : options_(options), regions_(std::move(regions)) {
-    scan_.edges = edges, scan_.lights = lights;
+    scan_.edges = parts.edges, scan_.lights = parts.lights, scan_.surfaces = parts.surfaces;
     const CameraView& c = scene.camera;
     const float margin = c.filter ? std::max(0.0f, c.filter[kFilterSize] - 0.5f) : 0.0f;
     scan_.low[0] = scan_.low[1] = -margin;

@@ -36,8 +36,11 @@ class SpecularTerm {
                   DroppedSamples& dropped) const;
 
  private:
+    struct Parts {
+        bool edges, lights, surfaces;  // as of a ScanTask
+    };
     SpecularTerm(const SceneView& scene, const RenderOptions& options,
-                 std::shared_ptr<const SurfaceRegions> regions, bool edges, bool lights);
+                 std::shared_ptr<const SurfaceRegions> regions, Parts parts);
     // What finding crossings and what jumps there leaves.
     struct Found {
         int count;

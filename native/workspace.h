@@ -62,7 +62,7 @@ class ChainWorkspace {
     ChainCrossings& view(const CameraSamples& camera) {
         if (memory_.empty()) {
             constexpr size_t row = kBlockPaths / 2 + 2 * kMaxWidth;
-            memory_.resize((7 * kMostChain + 37) * row);
+            memory_.resize((7 * kMostChain + 39) * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
                 p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
@@ -80,6 +80,7 @@ class ChainWorkspace {
             for (float*& p : c.by_screen) take(p);
             for (float*& p : c.light_place) take(p);
             take(c.lit), take(c.light_row), take(c.light_kind), take(c.light_face), take(c.light_blockers);
+            take(c.light_instance), take(c.light_scatters);
             take(c.light_visible_to), take(c.light_b1), take(c.light_b2), take(c.light_density);
         }
         view_.x = camera.x, view_.y = camera.y, view_.lens_u = camera.lens_u, view_.lens_v = camera.lens_v;

@@ -1,4 +1,5 @@
-"""Edges of shadows seen in perfect mirrors and through smooth glass against central differences, whatever moves.
+"""Edges of shadows, and between surfaces that light each other, seen in perfect mirrors and through smooth glass, against
+central differences, whatever moves.
 
 The mirrors and glasses hide no light from what they show, and pass none on: the camera alone sees them. In them lights
 aren't seen themselves.
@@ -27,7 +28,7 @@ def in_mirror(scene: edgegrad.Scene, theta: float = 0.0) -> edgegrad.Scene:
     """A mirror beside the scene, which moves and turns, and a camera that sees the scene there."""
     mirror = rectangle((0, 1.2, -1.5), (1.6, 0, 0), (0, 1.3, 0), "mirror")
     mirror.vertices = mirror.vertices + theta * np.array([[0, 0, 0.5], [0, 0, -0.2], [0, 0, 0.1], [0, 0, 0.8]])
-    scene.meshes["mirror"] = replace(mirror, visible_to=DIRECT)
+    scene.meshes["mirror"] = replace(mirror, visible_to=frozenset({"camera"}))
     scene.materials["mirror"] = MIRROR
     scene.camera = camera((0.4, 2.6, 2.2), (0.1, 0.9, -1.5), 40, 0.45)
     return scene
@@ -95,6 +96,25 @@ def veiled(theta: float) -> edgegrad.Scene:
     return scene
 
 
+def bounced(moving: str) -> Make:
+    """A wall that alone is lit, and lights what is seen in the mirror past a box; half of its light passes a veil."""
+
+    def make(theta: float) -> edgegrad.Scene:
+        scene = in_mirror(scene_under("point"), theta if moving == "mirror" else 0.0)
+        scene.meshes["wall"] = rectangle((1.5, 1.0, 0.2), (0, 0.9, 0), (0, 0, 0.9), "floor")
+        scene.lights = {"lamp": edgegrad.PointLight(np.array([0.9, 1.9, 0.1]), 90.0, receivers=("wall",),
+                                                    casts_shadow=False)}
+        if moving == "veil":
+            scene.materials["clay"] = edgegrad.Material(np.array([0.7, 0.3, 0.2]), alpha=0.6)
+        for name in {"veil": ["box"]}.get(moving, [moving]):
+            if name in ("box", "wall", "floor"):
+                mesh = scene.meshes[name]
+                mesh.vertices = mesh.vertices + theta * np.array([0.8, 0.4, 0.3])
+        return scene
+
+    return make
+
+
 BOX, FLOOR, SPIN = ["meshes.box.vertices"], ["meshes.floor.vertices"], np.array([0.4, 0.3, -0.2])
 CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}: box moves": (box_moves(light), BOX) for light in (*LIGHTS, "mesh", "sky", "sky image")},
@@ -116,21 +136,28 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "ball: ball moves under a rectangle": (through("ball", "rectangle", "glass"), ["meshes.glass.vertices"]),
     "ball: index under a sun": (through("ball", "sun", "ior"), ["materials.glass.ior"]),
     "veils: box moves under a point": (veiled, BOX),
+    "bounced: box moves": (bounced("box"), BOX),
+    "bounced: wall moves": (bounced("wall"), ["meshes.wall.vertices"]),
+    "bounced: floor moves": (bounced("floor"), FLOOR),
+    "bounced: mirror moves": (bounced("mirror"), ["meshes.mirror.vertices"]),
+    "bounced: veil moves": (bounced("veil"), BOX),
 }
 QUICK = ("point: box moves", "rectangle: box moves", "sky: box moves", "disk: floor moves", "point: mirror moves",
          "rectangle: light moves and turns", "mesh: light moves", "sky image: light turns",
-         "slab: index under a point", "ball: ball moves under a rectangle", "veils: box moves under a point")
+         "slab: index under a point", "ball: ball moves under a rectangle", "veils: box moves under a point",
+         "bounced: box moves", "bounced: wall moves")
 RUNS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
 
 
 def depth_of(name: str) -> int:
     """Segments of the longest path: to the glass, through it, to the lit point and to its light."""
-    return 4 if name.startswith(("slab", "ball")) else 3
+    return 4 if name.startswith(("slab", "ball", "bounced")) else 3
 
 
 def options_of(name: str) -> dict[str, int]:
     """Few samples, of many pixels: what is thinner than a quarter of one may be missed."""
-    return {"spp": 32, "reference_spp": 256, "seeds": 8, "max_depth": depth_of(name)}
+    few = {"spp": 128, "seeds": 16} if name.startswith("bounced") else {"spp": 32, "seeds": 8}
+    return {**few, "reference_spp": 256, "max_depth": depth_of(name)}
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -140,18 +167,20 @@ def test_agrees_with_differences(name: str) -> None:
     check_agreement(along(make, paths), **options_of(name))
 
 
-@pytest.mark.parametrize("name", ["point: box moves", "rectangle: box moves", "ball: box moves under a point"])
+@pytest.mark.parametrize("name", ["point: box moves", "rectangle: box moves", "ball: box moves under a point",
+                                  "bounced: box moves"])
 def test_differences_notice_a_missing_term(name: str) -> None:
     need_every_table()
     make, paths = CASES[name]
-    outcome = agreement(along(make, paths), terms=["interior", "primary", "indirect"], **options_of(name))
+    left = "shadow" if name.startswith("bounced") else "indirect"
+    outcome = agreement(along(make, paths), terms=["interior", "primary", left], **options_of(name))
     assert outcome.p_value < 1e-6
 
 
 @pytest.mark.parametrize("name", [run for run in RUNS if isinstance(run, str)])
 def test_modes_are_transposes(name: str) -> None:
     need_every_table()
-    check_transpose(*CASES[name], spp=8, max_depth=depth_of(name), seed=3, terms=["primary", "shadow"])
+    check_transpose(*CASES[name], spp=8, max_depth=depth_of(name), seed=3, terms=["primary", "shadow", "indirect"])
 
 
 def test_plan_tells_of_them() -> None:

@@ -1,16 +1,17 @@
-// Light that falls on the end x of a chain of mirrors and glass: one place y of a light, or a direction to
-// the sky, that is held while x moves.
+// Light that falls on the end x of a chain of mirrors and glass: one place y of a light or of a surface that
+// scatters light, or a direction to the sky, that is held while x moves.
 //
 // y is a fixed place in the frame of its light, as in the interior term (adjoint/light_arrival.h): what a
 // picture integrates over lights by samples at each x is, with dM the measure of those places,
 //   L(x) = int f |n_s . w| V(x, y) L_e |n_y . w|/|y - x|^2 dM(y),
-// and of what has no distance, by direction. So a jump of V alone is left, as x moves along a scan line, and
-// as the scene does.
+// and of what has no distance, by direction; of surfaces L_e is what they scatter to x. So a jump of V alone
+// is left, as x moves along a scan line, and as the scene does.
 #pragma once
 
 #include "boundary/camera_walk.h"
 #include "boundary/chain_surface.h"
 #include "boundary/light_motion.h"
+#include "boundary/lit_surface.h"
 #include "boundary/segment.h"
 #include "shading/environment_samples.h"
 #include "shading/light_radiance.h"
@@ -19,8 +20,10 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 struct ChainLight {
-    Int row, kind, face;  // of the light table, LightKind; an emissive face; both -1: the sky
-    Float b1, b2;         // place on the face
+    Int row, kind;       // of the light table, LightKind; -1: none
+    Int face, instance;  // or of a surface; -1: none. Neither: the sky
+    Mask scatters;       // light of a surface is what it scatters, else what it emits
+    Float b1, b2;        // place on the face
     // y; of distant ones the direction to them, of a disk that faces x its two coordinates.
     Vec3 place;
     Int blockers, visible_to;
@@ -36,13 +39,15 @@ struct ChainLight {
 EG_INLINE ChainLight no_chain_light() {
     const Int none = splat(-1);
     const Float zero = splat(0.0f);
-    return {none, splat(0), none, zero, zero, {zero, zero, splat(1.0f)}, splat(0), splat(0), splat(1.0f)};
+    return {none,     splat(0), none,       none, splat(0), zero, zero, {zero, zero, splat(1.0f)},
+            splat(0), splat(0), splat(1.0f)};
 }
 
 // Takes the lanes of a mask from another one.
 EG_INLINE void take(ChainLight& to, Mask m, const ChainLight& from) {
     to.row = select(m, from.row, to.row), to.kind = select(m, from.kind, to.kind);
-    to.face = select(m, from.face, to.face);
+    to.face = select(m, from.face, to.face), to.instance = select(m, from.instance, to.instance);
+    to.scatters = select(m, from.scatters, to.scatters);
     to.b1 = select(m, from.b1, to.b1), to.b2 = select(m, from.b2, to.b2);
     to.place = select(m, from.place, to.place);
     to.blockers = select(m, from.blockers, to.blockers);
@@ -77,7 +82,9 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     normal = select(on_row & (light.is(kRectangleLight) | light.is(kEllipseLight)), l.direction, normal);
     const Mask on_face = active & (light.face >= 0);
     if (any(on_face)) {
-        const Vec3 m = area_normal(gather_triangle(scene, select(on_face, light.face, splat(0))));
+        const Int face = select(on_face, light.face, splat(0));
+        const Vec3 m =
+            area_normal(placed_triangle(scene, face, select(on_face, light.instance, splat(-1))).triangle);
         normal = select(on_face, m * (1.0f / max(sqrt(dot(m, m)), 1e-37f)), normal);
     }
     const Mask distant = light.distant();
@@ -91,10 +98,10 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     return seen;
 }
 
-// What of it shines on x of a mesh, as rays of `kind` see it.
+// What of it shines on x of a mesh, as rays of `kind` see it; 1 of what surfaces scatter.
 EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
                            const ChainLightRay& seen, Int mesh, Int kind) {
-    Vec3 radiance = zero3();
+    Vec3 radiance = select(active & light.scatters, gray(splat(1.0f)), zero3());
     const Mask sky = active & light.sky();
     if (any(sky)) radiance = select(sky, environment_radiance(scene, seen.w), radiance);
     const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh);
@@ -104,7 +111,7 @@ EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight
         const Mask towards = on_row & (~flat | (dot(l.direction, seen.w) < 0.0f));
         radiance = select(towards, l.radiance * light_factor(l, seen.w), radiance);
     }
-    const Mask on_face = active & (light.face >= 0);
+    const Mask on_face = active & (light.face >= 0) & ~light.scatters;
     if (!any(on_face)) return radiance;
     const Int face = select(on_face, light.face, splat(0));
     const Int material = gather(scene.face_material, face);
@@ -156,15 +163,58 @@ EG_OUTLINE Mask choose_sky(const SceneView& scene, const ScatteringPoint& x, Mas
     return found;
 }
 
-// A light for x by the picture's own samples of lights, or the sky; lanes that found any.
-EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint& x, Mask active,
-                                   const Float (&random)[4], Float pick, ChainLight& light) {
+// The first surface that x sees in a direction of its BSDF; of those behind transparent ones, one by chance.
+EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x, Mask active, UInt stream,
+                               const Float (&random)[4], ChainLight& light) {
+    const BsdfSample s = x.sample(scene, active, random[0], random[1], random[2]);
+    Mask found = active & s.active & ~s.specular & (s.pdf > 0.0f);
+    const Vec3 start = leave_surface(x.x, s.wi);
+    PathIndex index;
+    index.pixel = splat(0);
+    index.sample = bits(splat(0));
+    index.stream = hash(stream ^ splat(0x3c6ef372u));
+    const Int all = splat(kScatteredRays);
+    const LitPoint y = find_lit_point(scene, found, start, -s.wi, ignore_nothing(),
+                                      {all, all, kDiffuseRay, splat(0)}, index);
+    found &= y.found;
+    Float density = s.pdf;
+    if (scene.all_flags & kHasTransparency) {
+        // What is let through is counted where the light is: the chance of having gone on is left.
+        const Vec3 through =
+            transmittance(scene, found, start, s.wi, y.hit.distance * 0.9999f, {all, kDiffuseRay});
+        found &= largest_component(through) > 0.0f;
+        density = density * (largest_component(through) / max(largest_component(y.through), 1e-30f));
+    }
+    if (!any(found)) return found;
+    ChainLight at = no_chain_light();
+    at.face = select(found, y.hit.face, splat(0)), at.instance = select(found, y.hit.instance, splat(-1));
+    at.b1 = y.hit.b1, at.b2 = y.hit.b2;
+    at.scatters = found;
+    at.place = interpolate(placed_triangle(scene, at.face, at.instance).triangle, at.b1, at.b2);
+    at.blockers = at.visible_to = all;
+    at.density = density * see_chain_light(scene, found, at, x.x.position).measure;
+    found &= at.density > 0.0f;
+    take(light, found, at);
+    return found;
+}
+
+// A light for x: of some kinds that there may be, one is picked in proportion to these.
+constexpr float kLightShare = 2.0f, kSkyShare = 2.0f, kSurfaceShare = 1.0f;
+
+// A light for x by the picture's own samples of lights, of the sky or of surfaces; lanes that found any.
+EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint& x, Mask by_lights,
+                                   Mask by_surfaces, UInt stream, const Float (&random)[4], Float pick,
+                                   ChainLight& light) {
     light = no_chain_light();
     const bool lights = scene.lights.count > 0, sky = scene.has_environment;
-    const float share = lights ? (sky ? 0.5f : 1.0f) : 0.0f;
+    const Float of_lights = select(by_lights, splat(lights ? kLightShare : 0.0f), 0.0f);
+    const Float of_sky = select(by_lights, splat(sky ? kSkyShare : 0.0f), 0.0f);
+    const Float of_surfaces = select(by_surfaces, splat(kSurfaceShare), 0.0f);
+    const Float all = of_lights + of_sky + of_surfaces, mark = pick * all;
+    const Mask by_light = mark < of_lights, by_sky = ~by_light & (mark < of_lights + of_sky);
+    const Mask by_surface = ~by_light & ~by_sky & (of_surfaces > 0.0f);
     Mask found = splat(0);
-    const Mask by_light = active & (pick < share), by_sky = active & ~by_light;
-    if (lights && any(by_light)) {
+    if (any(by_light)) {
         const LightSample s = sample_light(scene, by_light, x.x, x.both_sides, random[0], random[1]);
         const Mask at = by_light & s.active & s.casts_shadow;
         light.row = s.row, light.kind = s.kind, light.face = s.face;
@@ -182,22 +232,20 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
         }
         // What a sample weighs holds the measure of its place as seen from here.
         const ChainLightRay seen = see_chain_light(scene, at, light, x.x.position);
-        light.density = share * seen.measure / max(s.geometry, 1e-37f);
-        light.density = select(light.distant(), share / max(s.geometry, 1e-37f), light.density);
+        light.density = select(light.distant(), splat(1.0f), seen.measure) / max(s.geometry, 1e-37f);
         found |= at & (light.density > 0.0f);
     }
-    if (sky && any(by_sky)) {
-        const Mask at = choose_sky(scene, x, by_sky, random, light);
-        light.density = select(at, light.density * (1.0f - share), light.density);
-        found |= at;
-    }
+    if (any(by_sky)) found |= choose_sky(scene, x, by_sky, random, light);
+    if (any(by_surface)) found |= choose_surface(scene, x, by_surface, stream, random, light);
+    const Float share = select(by_light, of_lights, select(by_sky, of_sky, of_surfaces));
+    light.density = light.density * (share / max(all, 1e-30f));
     return found;
 }
 
 // What a light rides on.
 EG_INLINE FarEnd far_end(const SceneView& scene, const ChainLight& light) {
     FarEnd y = still_far_end();
-    y.face = light.face, y.b1 = light.b1, y.b2 = light.b2;
+    y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
     y.row = light.row, y.kind = light.kind;
     y.sky = light.sky() & splat(scene.sky.pixels ? -1 : 0);
     return y;

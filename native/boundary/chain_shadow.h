@@ -1,4 +1,5 @@
-// Edges of shadows that are seen through chains of mirrors and smooth glass.
+// Edges of shadows that are seen through chains of mirrors and smooth glass, and edges between surfaces seen
+// there and others that light them.
 //
 // The chain ends at x, a function of the place s in the picture and of theta, and y is a place of a light
 // (boundary/chain_light.h). The way from x to y touches the edge of direction t through e where
@@ -10,7 +11,8 @@
 //   dI = sum over crossings of T f |n_s . D| L_e |n_y . D|/|x - y|^2 /p sigma (-dg/dtheta) |g_k| /(g_x^2 +
 //   g_y^2),
 // sigma the side of the edge's faces, seen along D x t. Nothing is divided by r^2: hard and soft shadows are
-// one. -dg/dx = -lambda (D x t) is the seed of the chain's sweeps; where the light faces x, it moves y too.
+// one. Of a y on a surface L_e is what that scatters to x, a path of the picture. -dg/dx = -lambda (D x t) is
+// the seed of the chain's sweeps; where the light faces x, it moves y too.
 #pragma once
 
 #include "boundary/occluder.h"
@@ -23,6 +25,8 @@ EG_INLINE ChainLight load_light(const ChainCrossings& c, int at, Mask lit) {
     ChainLight l = no_chain_light();
     l.row = select(lit, load(c.light_row + at), l.row), l.kind = select(lit, load(c.light_kind + at), l.kind);
     l.face = select(lit, load(c.light_face + at), l.face);
+    l.instance = select(lit, load(c.light_instance + at), l.instance);
+    l.scatters = lit & load(c.light_scatters + at);
     l.b1 = select(lit, load(c.light_b1 + at), l.b1), l.b2 = select(lit, load(c.light_b2 + at), l.b2);
     const Vec3 place = {load(c.light_place[0] + at), load(c.light_place[1] + at),
                         load(c.light_place[2] + at)};
@@ -65,11 +69,11 @@ EG_INLINE void light_blocks(Mode& mode, const SceneView& scene, const Derivative
     far_end_blocks(mode, scene, asked, lit, way.y, x, way.light.w, way.light.distance, way.by_y, color);
 }
 
-// The jump at crossings from `at` on that are lit, of which `ray` arrived at x; their throughput excluded.
-// Sets -dg by x.
+// The jump at crossings from `at` on that are lit, but for the throughput of their chains and what surfaces y
+// scatter. `scatters`: x, met by rays of `kind`. Sets -dg by x.
 EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int at, EdgeSample s,
-                            const SurfacePoint& x, const ChainSurface& surface, Int kind, Vec3& jump,
-                            Vec3& by_x) {
+                            const ScatteringPoint& scatters, Int kind, Vec3& jump, Vec3& by_x) {
+    const SurfacePoint& x = scatters.x;
     Mask lit = s.active & x.active;
     const ChainLight light = load_light(c, at, lit);
     s.active = lit;
@@ -84,11 +88,10 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const Mask clear = transparent_occluder(scene, lit, s.edge);
     const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
     lit &= (sigma != 0.0f) & ~on_edge_face(scene, p, x);
-    const ScatteringPoint point = scattering_point(scene, lit, surface);
     const Vec3 w = way.light.w;
-    lit &= point.both_sides | (dot(x.normal, w) > 0.0f);
+    lit &= scatters.both_sides | (dot(x.normal, w) > 0.0f);
     if (!any(lit)) return lit;
-    Vec3 value = point.evaluate(scene, lit, w, light.visible_to) *
+    Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to) *
                  radiance_of(scene, lit, light, way.light, x.mesh, kind) *
                  (sigma * way.light.measure / light.density);
     lit &= largest_component(value) > 0.0f;

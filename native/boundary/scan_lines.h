@@ -168,6 +168,7 @@ EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask
     if (lit) level = choices.lit[i] + 1;  // what is passed on the way to the light is no part of the chain
     out.lit[n] = lit ? -1 : 0;
     out.light_row[n] = light.row[i], out.light_kind[n] = light.kind[i], out.light_face[n] = light.face[i];
+    out.light_instance[n] = light.instance[i], out.light_scatters[n] = light.scatters[i];
     out.light_blockers[n] = light.blockers[i], out.light_visible_to[n] = light.visible_to[i];
     out.light_b1[n] = light.b1[i], out.light_b2[n] = light.b2[i];
     out.light_place[0][n] = light.place.x[i], out.light_place[1][n] = light.place.y[i];
@@ -188,6 +189,20 @@ EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask
     }
     out.edge[n] = edge.edge, out.edge_instance[n] = edge.instance, out.u[n] = edge.u;
     out.weight[n] = weight / (probability * task.density);
+}
+
+// Lanes whose chain ends where some of the light of the chosen surface arrives. Of opaque scenes where the
+// way from one end to a surface that was found from the other is different, it is hidden.
+EG_OUTLINE Mask sees_surface(const SceneView& scene, const ChainChoices& choices, const SpecularChain& chain,
+                             Mask active) {
+    Mask asked = active & choices.light.scatters & (choices.lit < chain.count);
+    if (!(scene.all_flags & kHasTransparency) || !any(asked)) return splat(0);
+    Vec3 x = zero3();
+    for (int k = 0; k < kMostChain; ++k) x = select(asked & (choices.lit == k), chain.position[k], x);
+    const ChainLightRay way = see_chain_light(scene, asked, choices.light, x);
+    const Vec3 seen = transmittance(scene, asked, x + way.w * (way.distance * 1e-4f), way.w,
+                                    way.distance * 0.9998f, {choices.light.blockers, kDiffuseRay});
+    return asked & (largest_component(seen) > 0.0f);
 }
 
 // The crossings of a task's segments; their number.
@@ -215,6 +230,7 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
         for (int k = 0; k < kMostChain; ++k)
             common = select((k < chain_q.count) & (chain_q.key[k] == splat(static_cast<int>(kDead))),
                             splat(k), common);
+        const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, chain_q, active);
         Float weight = splat(1.0f);
         for (int step = 0; step < kHalvings; ++step) {
             const PicturePoint m = middle(p, q);
@@ -246,7 +262,7 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
             bool bent = false;
             for (int j = 0; j < k; ++j) bent |= choices.fate[j][i] != kFatePasses;
             if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
-            if (k > choices.lit[i] ? !task.lights : !task.edges) continue;
+            if (k <= choices.lit[i] && !task.edges) continue;
             const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
             // Where another face of the mesh sends the ray into itself, that is no horizon.
             if (horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
@@ -255,8 +271,9 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
             TouchedEdge edge;
             if (!horizon) edge = touched_edge(scene, task, chain_p, chain_q, k, i);
             if (edge.edge < 0 && !horizon) continue;
+            const bool twice = common[i] <= k || (lone[i] && k > choices.lit[i]);
             append_crossing(out, found++, i, task, at, s, below ? q : p, choices, below ? chain_q : chain_p,
-                            k, edge, weight[i] * (common[i] > k ? 1.0f : 2.0f));
+                            k, edge, weight[i] * (twice ? 2.0f : 1.0f));
         }
     }
     return found;

@@ -19,7 +19,9 @@ struct ScanTask {
     float density;                      // lines per pixel
     float length;                       // of a segment, pixels
     uint32_t seed;
-    bool edges, lights;  // whether edges that chains show, and those of shadows there, are asked for
+    // Whether edges that chains show are asked for, those of shadows there, and those between a surface that
+    // they show and others that light it.
+    bool edges, lights, surfaces;
 };
 
 // Crossings of scan lines with the picture of edges, one behind the other.
@@ -43,7 +45,8 @@ struct ChainCrossings {
     float* by_screen[2];  // of g by the place in the picture
     // Where the last ray goes to a light from the chain's last vertex (boundary/chain_light.h).
     int32_t* lit;
-    int32_t *light_row, *light_kind, *light_face, *light_blockers, *light_visible_to;
+    int32_t *light_row, *light_kind, *light_face, *light_instance, *light_scatters;
+    int32_t *light_blockers, *light_visible_to;
     float *light_b1, *light_b2, *light_place[3], *light_density;
 };
 

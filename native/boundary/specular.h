@@ -19,6 +19,7 @@
 
 #include "boundary/chain_horizon.h"
 #include "boundary/chain_shadow.h"
+#include "boundary/scattering_chain.h"
 #include "path/recorder.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -162,17 +163,49 @@ EG_INLINE ChainSurface lit_surface(const SceneView& scene, const ChainCrossings&
     return chain_surface(scene, x, texture_point(scene, x, -ray.direction, ray.kind), v.leaf);
 }
 
+// Appends what the surfaces of crossings [at, at + W) scatter past edges towards x, `p` being the path as it
+// arrives there; lanes that may be scattered so often.
+EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task, const ChainCrossings& c,
+                                int at, Mask active, const EdgeSample& s, const ScatteringPoint& x,
+                                const PathPacket& p, Workspace& work, int& queued) {
+    const ChainLight light = load_light(c, at, active);
+    const ChainLightRay way = see_chain_light(scene, active, light, x.x.position);
+    Int bounces = p.bounces & 0xffffff;
+    if (limits_matter(task)) {
+        const Vec3 all = x.evaluate(scene, active, way.w, splat(kScatteredRays));
+        const Vec3 soft = x.evaluate(scene, active, way.w, splat(1 << kDiffuseRay));
+        Float chance, unused;
+        sobol_pair(s.random.stream, s.random.sample, vertex_pair(splat(0), kVertexSurvival), chance, unused);
+        bounces = add_bounce(bounces, active, bounce_kind(x.x, way.w, all, soft, chance));
+        active &= within_limits(task.limits, bounces);
+    }
+    Closest y;
+    y.hit = active;
+    y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
+    y.mesh = mesh_of(scene, select(active, light.face, splat(0)));
+    y.distance = way.distance - s.view.distance;
+    queued = append_scattering(work, queued, active, lane_index() + at, s.point, way.w, y, zero3(),
+                               gray(splat(1.0f)), splat(0), p.segment + 1, bounces,
+                               splat(static_cast<int>(kDiffuseRay)));
+    return active;
+}
+
 // The jumps of light at crossings with edges of shadows, and what the chains' ends move them by; lanes of
 // those.
-EG_OUTLINE Mask lit_sides(const SceneView& scene, ChainCrossings& c, int at, int count, Mask lit,
-                          const ChainRay& ray, Vec3 throughput) {
-    const ChainSurface surface = lit_surface(scene, c, at, lit, ray);
-    const Vec3 x = surface.x.position;
+EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, ChainCrossings& c, int at,
+                          int count, Mask lit, const ChainRay& ray, const PathPacket& p, Workspace& work,
+                          int& queued) {
+    const ScatteringPoint end = scattering_point(scene, lit, lit_surface(scene, c, at, lit, ray));
+    const Vec3 x = end.x.position;
     EdgeSample s = chain_edge(scene, c, at, count, x, x);
+    s.random = path_index(side_paths(task), lane_index() + at);
     s.active &= lit;
     Vec3 jump = zero3(), by_x = zero3();
-    const Mask seen = shadow_jump(scene, c, at, s, surface.x, surface, ray.kind, jump, by_x);
-    jump = jump * throughput * load(c.weight + at);
+    Mask seen = shadow_jump(scene, c, at, s, end, ray.kind, jump, by_x);
+    const Mask surfaces = seen & load(c.light_scatters + at);
+    if (any(surfaces))
+        seen &= ~surfaces | append_surfaces(scene, task, c, at, surfaces, s, end, p, work, queued);
+    jump = jump * p.throughput * load(c.weight + at);
     for (int k = 0; k < 3; ++k) {
         const auto part = [k](const Vec3& v) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
         const auto put = [&](float* to, Float value) {
@@ -215,7 +248,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         const Mask horizon = fine & at_horizon(c, at, count);
         Mask seen = s.active | horizon;
         if (any(horizon)) queued = see_horizon(scene, c, at, horizon, ray, p, work, queued);
-        if (any(lit & fine)) seen |= lit_sides(scene, c, at, count, lit & fine, ray, p.throughput);
+        if (any(lit & fine)) seen |= lit_sides(scene, task, c, at, count, lit & fine, ray, p, work, queued);
         store(c.seen + at, seen);
         if (!any(s.active)) continue;
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
@@ -247,8 +280,9 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         load3(plus, work.radiance, at);
         load3(minus, work.radiance, count + at);
         const Mask lit = load(c.lit + at);
+        const Vec3 towards_x = select(lit & load(c.light_scatters + at), plus, gray(splat(1.0f)));
         store_jump(c, at, load(c.seen + at),
-                   select(lit, load_jump(c, at), (minus - plus) * load(c.weight + at)));
+                   select(lit, load_jump(c, at) * towards_x, (minus - plus) * load(c.weight + at)));
     }
 }
 

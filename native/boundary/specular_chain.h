@@ -148,7 +148,11 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         // surface that does nothing with their rays.
         const Mask passes_on = going & to_light;
         if constexpr (kChoose) choices.fate[level] = select(passes_on, splat(kFatePasses), splat(kFateEnds));
-        const Mask may_be_lit = task.lights ? going & bent & ~to_light & ~counted.p.final_ray : splat(0);
+        // A surface that lights this one takes a ray more than a light does.
+        const Mask ends_here = going & bent & ~to_light & ~counted.p.final_ray;
+        const Mask by_lights = task.lights ? ends_here : splat(0);
+        const Mask by_surfaces = task.surfaces ? ends_here & (counted.p.segment + 2 <= max_depth) : splat(0);
+        const Mask may_be_lit = by_lights | by_surfaces;
         if constexpr (kChoose)
             going &= passes_on | may_be_lit |
                      may_have(scene, x, going, kHasGlossy | kHasRefraction | kHasTransparency);
@@ -180,7 +184,8 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
                     chain_random(stream, kMostChain, 0), chain_random(stream, kMostChain, 1),
                     chain_random(stream, kMostChain, 2), chain_random(stream, kMostChain, 3)};
                 ChainLight light;
-                const Mask found = choose_chain_light(scene, scattering_point(scene, looks, s), looks, random,
+                const Mask found = choose_chain_light(scene, scattering_point(scene, looks, s),
+                                                      looks & by_lights, looks & by_surfaces, stream, random,
                                                       chain_random(stream, kMostChain + 1, 0), light);
                 choices.lit = select(found, splat(level), choices.lit);
                 take(choices.light, found, light);

@@ -1,5 +1,5 @@
-"""Edges of shadows, and between surfaces that light each other, seen in perfect mirrors and through smooth glass, against
-central differences, whatever moves.
+"""Edges of shadows, and between surfaces that light each other, seen in perfect mirrors and through smooth glass,
+against central differences, whatever moves.
 
 The mirrors and glasses hide no light from what they show, and pass none on: the camera alone sees them. In them lights
 aren't seen themselves.

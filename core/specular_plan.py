@@ -104,6 +104,10 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
            "surfaces, borders of spots without blend, and where faces of smooth-shaded meshes turn away from lights "
            "without size"
            + (f", and what chains of more than {_LONGEST} surfaces show" if max_depth > _LONGEST else ""))
+    clear = [name for name in specular_materials(scene)
+             if any(leaf.kind == "REFRACTION" and may_be_specular(leaf) for leaf in scene.leaves(name))]
+    if clear:
+        yield f"where Refraction shaders stop to let light through, since it is reflected totally ({', '.join(clear)})"
     shown = [name for name, light in scene.lights.items()
              if ((isinstance(light, PointLight) and light.radius > 0.0) or isinstance(light, AreaLight))
              and not {"glossy", "transmission"}.isdisjoint(light.visible_to)]

@@ -62,14 +62,14 @@ class ChainWorkspace {
     ChainCrossings& view(const CameraSamples& camera) {
         if (memory_.empty()) {
             constexpr size_t row = kBlockPaths / 2 + 2 * kMaxWidth;
-            memory_.resize((7 * kMostChain + 39) * row);
+            memory_.resize((7 * kMostChain + 40) * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
                 p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
                 next += row;
             };
             ChainCrossings& c = view_;
-            take(c.segment), take(c.horizontal), take(c.length);
+            take(c.segment), take(c.horizontal), take(c.length), take(c.parted);
             for (auto* v : {&c.face, &c.mesh, &c.instance, &c.leaf, &c.fate})
                 for (int32_t*& p : *v) take(p);
             for (auto* v : {&c.b1, &c.b2})

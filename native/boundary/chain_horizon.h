@@ -7,8 +7,11 @@
 //   g(s, theta) = D . n = 0,   -dg/dtheta = -n . dD + n . (m_F(p + D) - m_F(p)),
 // m_F the velocity of F's points, extended over its plane (derivations, H): D lies in it. L- = 0 there, and
 // L+ is what comes along D (boundary/specular.h).
+// Where two faces of one mesh meet, and only one of them sends its rays on, it is their edge that the ray to
+// them touches, as any other edge; what jumps is the same.
 #pragma once
 
+#include "boundary/edge_sample.h"
 #include "boundary/horizon.h"
 #include "boundary/specular_chain.h"
 
@@ -38,9 +41,9 @@ EG_INLINE Mask at_horizon(const ChainCrossings& c, int at, int count) {
     return first_lanes(count - at) & (load(c.edge + at) < 0);
 }
 
-// Queues the rays that go on, as the sides where g > 0, and sets -dg by them.
-EG_OUTLINE int see_horizon(const SceneView& scene, ChainCrossings& c, int at, Mask active,
-                           const ChainRay& ray, const PathPacket& p, Workspace& work, int queued) {
+// Sets -dg by the rays that go on.
+EG_INLINE void horizon_slopes(ChainCrossings& c, int at, Mask active, const ChainRay& ray,
+                              const PathPacket& p) {
     const Vec3 n = select(ray.kind == static_cast<int>(kTransmissionRay), -p.from_normal, p.from_normal);
     for (int k = 0; k < 3; ++k) {
         const auto put = [&](float* to, const Vec3& v) {
@@ -49,9 +52,22 @@ EG_OUTLINE int see_horizon(const SceneView& scene, ChainCrossings& c, int at, Ma
         put(c.by_point[k], zero3()), put(c.by_direction[k], -n);
         put(c.from[k], ray.from), put(c.direction[k], ray.direction);
     }
+}
+
+// Of faces that the edge of `s` parts, lanes in which the last vertex is on the side where g > 0.
+EG_INLINE Mask is_plus_side(const SceneView& scene, const ChainCrossings& c, int at, Mask parted,
+                            const EdgeSample& s) {
+    const LastVertex v = last_vertex(c, at, parted);
+    const Triangle t = placed_triangle(scene, v.face, v.instance).triangle;
+    return dot(s.normal, t.p0 + t.p1 + t.p2 - s.point * splat(3.0f)) > 0.0f;
+}
+
+// Queues the rays that go on, with the numbers `path`.
+EG_OUTLINE int see_onwards(const SceneView& scene, Mask active, const ChainRay& ray, const PathPacket& p,
+                           Int path, Workspace& work, int queued) {
     PathPacket side = p;
     side.active = active;
-    side.path = lane_index() + at;
+    side.path = path;
     side.origin = ray.origin, side.from = ray.from, side.direction = ray.direction;
     Closest none;
     none.hit = splat(0);

@@ -18,6 +18,10 @@ struct ChainRay {
     Vec3 origin, direction, from;
     Int kind;
 };
+EG_INLINE ChainRay select(Mask m, const ChainRay& a, const ChainRay& b) {
+    return {select(m, a.origin, b.origin), select(m, a.direction, b.direction), select(m, a.from, b.from),
+            select(m, a.kind, b.kind)};
+}
 
 // Perfect lobes that a surface may have: their values f |cos| at the view, zero of those that it hasn't.
 constexpr int kPerfectLobes = 4;

@@ -258,19 +258,20 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
         for (int i = 0; i < W; ++i) {
             const int k = level[i];
             if (!active[i] || k < 1) continue;
+            const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
+            // Where it is another face of the mesh that sends the ray into itself, that is due to their edge.
+            const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
+                                            chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]);
             // Seen directly, or through transparent surfaces alone: that is the primary boundary.
+            const int seen = parted ? k - 1 : k;
             bool bent = false;
-            for (int j = 0; j < k; ++j) bent |= choices.fate[j][i] != kFatePasses;
+            for (int j = 0; j < seen; ++j) bent |= choices.fate[j][i] != kFatePasses;
             if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
             if (k <= choices.lit[i] && !task.edges) continue;
-            const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
-            // Where another face of the mesh sends the ray into itself, that is no horizon.
-            if (horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
-                            chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]))
-                continue;
             TouchedEdge edge;
-            if (!horizon) edge = touched_edge(scene, task, chain_p, chain_q, k, i);
-            if (edge.edge < 0 && !horizon) continue;
+            if (!horizon || parted) edge = touched_edge(scene, task, chain_p, chain_q, seen, i);
+            if (edge.edge < 0 && (!horizon || parted)) continue;
+            out.parted[found] = parted ? -1 : 0;
             const bool twice = common[i] <= k || (lone[i] && k > choices.lit[i]);
             append_crossing(out, found++, i, task, at, s, below ? q : p, choices, below ? chain_q : chain_p,
                             k, edge, weight[i] * (twice ? 2.0f : 1.0f));

@@ -29,6 +29,9 @@ struct ChainCrossings {
     float *x, *y, *lens_u, *lens_v;  // where in the picture, and on the lens (CameraSamples)
     int32_t *segment, *horizontal;
     int32_t* length;  // vertices of the chain before the edge
+    // Whether the edge parts faces of one smooth mesh at the last vertex, one of which the chain leaves while
+    // the other sends it into itself.
+    int32_t* parted;
     // By vertex of the chain: where, which shader, and what becomes of the ray (boundary/specular_chain.h).
     int32_t *face[kMostChain], *mesh[kMostChain], *instance[kMostChain];
     int32_t *leaf[kMostChain], *fate[kMostChain];

@@ -25,15 +25,17 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Replays the chains of crossings [at, at + W) and records their vertices. Returns their last rays, of those
-// that end at a light the ones that met their last surfaces; `p` is the path's state along them.
+// that end at a light the ones that met their last surfaces; `p` is the path's state along them. Where an
+// edge parts two faces, `touching` is the ray before the last one, and the vertex in between isn't recorded.
 EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, const ChainCrossings& c,
-                              int at, int count, VertexMemory& vertices, ChainRay& ray, PathPacket& p) {
+                              int at, int count, VertexMemory& vertices, ChainRay& ray, ChainRay& touching,
+                              PathPacket& p) {
     const Mask active = first_lanes(count - at);
     PicturePoint place = {load(c.x + at), load(c.y + at), load(c.lens_u + at), load(c.lens_v + at)};
     place = {select(active, place.x, 0.0f), select(active, place.y, 0.0f), select(active, place.lens_u, 0.5f),
              select(active, place.lens_v, 0.5f)};
     Float near, far;
-    ray = chain_start(scene.camera, place, near, far);
+    ray = touching = chain_start(scene.camera, place, near, far);
     ChainCount counted(task.limits, task.max_depth);
     Mask fine = active;
     // Of surfaces that let light pass, those behind which the chain is scattered once more; `look_behind`
@@ -43,7 +45,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     Vec3 from_normal = ray.direction;
     Int from_mesh = splat(0);
     const Int length = select(active, load(c.length + at), splat(0));
-    const Mask horizon = at_horizon(c, at, count);
+    const Mask horizon = at_horizon(c, at, count), parted = active & load(c.parted + at);
     for (int level = 0; level < kMostChain; ++level) {
         const Mask here = active & (level < length);
         if (!any(here)) break;
@@ -71,8 +73,11 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         arrived.direction = ray.direction;
         arrived.from_mesh = from_mesh;
         arrived.kind = select(here, ray.kind, splat(0));
+        const Mask behind = parted & (length == level + 1), recorded = here & ~behind;
+        touching = select(behind, ray, touching);
+        arrived.active = recorded;
         Vertex& v = vertices.append<W>();
-        record_arrival(v, arrived, here, hit);
+        record_arrival(v, arrived, recorded, hit);
         put(v.leaf, here, s.shader.leaf);
         put(v.passes, passes, splat(-1));
 
@@ -87,12 +92,13 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const Mask goes_on = scatter_chain(s, surface, scatters, fate, ray, value, below);
         // At a horizon rounding may decide.
         fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
-        put(v.samples, scatters, splat(-1));
-        put(v.continues, scatters, splat(-1));
-        put(v.specular, scatters, splat(-1));
-        put(v.transmitted, scatters, (fate & kFateTransmits) != 0);
-        put(v.lobe, scatters, fate & kFateLobes);
-        put3(v.next_direction, scatters, ray.direction);
+        const Mask bends = scatters & recorded;
+        put(v.samples, bends, splat(-1));
+        put(v.continues, bends, splat(-1));
+        put(v.specular, bends, splat(-1));
+        put(v.transmitted, bends, (fate & kFateTransmits) != 0);
+        put(v.lobe, bends, fate & kFateLobes);
+        put3(v.next_direction, bends, ray.direction);
         throughput = select(scatters, throughput * passed * value * ((1.0f - s.share) * kept), throughput);
         passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
         from_normal = select(scatters, x.normal, from_normal);
@@ -102,6 +108,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         counted.p.vertex = counted.p.vertex + ((waiting + 1) & scatters);
         waiting = waiting & ~scatters;
     }
+    touching = select(parted, touching, ray);
     p = counted.p;
     p.throughput = throughput;
     p.from_normal = from_normal;
@@ -225,29 +232,36 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
     const ImageTask paths = side_paths(task);
     int queued = 0;
     for (int at = 0; at < count; at += W) {
-        ChainRay ray;
+        ChainRay onwards, ray;
         PathPacket p;
-        const Mask fine = record_chains(scene, task, c, at, count, vertices, ray, p);
+        const Mask fine = record_chains(scene, task, c, at, count, vertices, onwards, ray, p);
         EdgeSample s = chain_edge(scene, c, at, count, ray.from, ray.origin);
         const Mask lit = first_lanes(count - at) & load(c.lit + at);
         s.active &= fine & ~lit;
+        const Mask horizon = fine & at_horizon(c, at, count), parted = s.active & load(c.parted + at);
+        s.active &= ~parted;
         s.mask = ray_mask(p.kind);
         s.random = path_index(paths, lane_index() + at);
         Sides sides = visible_faces(scene, s);
         s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, task.limits.transparent);
+        Mask seen = s.active | parted;
         // -dg/dp = t x D and -dg/dD = -N, D being the recorded ray's.
         const Vec3 by_point = cross(s.tangent, ray.direction);
         for (int k = 0; k < 3; ++k) {
             const auto part = [k](const Vec3& v) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
-            store(c.by_point[k] + at, select(s.active, part(by_point), 0.0f));
-            store(c.by_direction[k] + at, select(s.active, -part(s.normal), 0.0f));
-            store(c.from[k] + at, select(s.active, part(ray.from), 0.0f));
+            store(c.by_point[k] + at, select(seen, part(by_point), 0.0f));
+            store(c.by_direction[k] + at, select(seen, -part(s.normal), 0.0f));
+            store(c.from[k] + at, select(seen, part(ray.from), 0.0f));
         }
-        const Mask horizon = fine & at_horizon(c, at, count);
-        Mask seen = s.active | horizon;
-        if (any(horizon)) queued = see_horizon(scene, c, at, horizon, ray, p, work, queued);
+        if (any(horizon)) horizon_slopes(c, at, horizon, ray, p);
+        if (any(horizon | parted)) {
+            const Mask plus = horizon | is_plus_side(scene, c, at, parted, s);
+            const Int path = lane_index() + at + select(plus, splat(0), splat(count));
+            queued = see_onwards(scene, horizon | parted, onwards, p, path, work, queued);
+        }
+        seen |= horizon;
         if (any(lit & fine)) seen |= lit_sides(scene, task, c, at, count, lit & fine, ray, p, work, queued);
         store(c.seen + at, seen);
         if (!any(s.active)) continue;

@@ -12,7 +12,7 @@ import argparse
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -67,12 +67,14 @@ def in_sky(cuts: int) -> edgegrad.Scene:
 def in_soft_shadow(cuts: int) -> edgegrad.Scene:
     """The sphere over a floor, under a rectangle light."""
     scene = in_sky(cuts)
-    scene.meshes["floor"] = rectangle((0.0, -1.25, 0.0), (0.0, 0.0, 3.0), (3.0, 0.0, 0.0), "floor")
-    scene.materials["floor"] = matte(0.8, 0.75, 0.7)
+    floor = rectangle((0.0, -1.25, 0.0), (0.0, 0.0, 3.0), (3.0, 0.0, 0.0), "floor")
     down = pose(turn(-0.5 * np.pi, 0.0, 0.0), 1.0, 3.5, 1.5)
-    scene.lights["lamp"] = edgegrad.AreaLight(down, np.array([1.5, 1.0]), "RECTANGLE", 300.0)
-    scene.world = edgegrad.World(np.zeros(3))
-    return scene
+    return replace(
+        scene, meshes={**scene.meshes, "floor": floor},
+        materials={**scene.materials, "floor": matte(0.8, 0.75, 0.7)},
+        lights={"lamp": edgegrad.AreaLight(down, np.array([1.5, 1.0]), "RECTANGLE", 300.0)},
+        world=edgegrad.World(np.zeros(3)),
+    )
 
 
 LIGHTS: dict[str, Callable[[int], edgegrad.Scene]] = {"even sky": in_sky, "rectangle": in_soft_shadow}

@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo test test-slow test-gui lint benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability sanitize sanitize-threads check-machine which-python clean
+.PHONY: help demo recover test test-slow test-gui lint benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability sanitize sanitize-threads check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -20,6 +20,7 @@ PACKAGE := pyproject.toml CMakeLists.txt $(SOURCES)
 
 help:
 	@echo "make demo        fit a real .blend to a Cycles picture, headless (about 5 minutes the first time)"
+	@echo "make recover     find again what was lost, from pictures: shapes, materials, lamps, textures, cameras"
 	@echo "make test        run the tests"
 	@echo "make test-slow   run the slow tests"
 	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0.zip"
@@ -35,6 +36,9 @@ help:
 
 demo: $(VENV)/installed
 	$(RUN) blend_examples/run_demo.py
+
+recover: $(VENV)/installed
+	$(RUN) blend_examples/recover.py
 
 test: $(VENV)/installed
 	$(RUN) -m pytest

@@ -164,7 +164,9 @@ def options_of(name: str) -> dict[str, int]:
 def test_agrees_with_differences(name: str) -> None:
     need_every_table()
     make, paths = CASES[name]
-    check_agreement(along(make, paths), **options_of(name))
+    # Of bounced light what shadows change is found by chance.
+    noise = 0.3 if name.startswith("bounced") else 0.25
+    check_agreement(along(make, paths), noise=noise, **options_of(name))
 
 
 @pytest.mark.parametrize("name", ["point: box moves", "rectangle: box moves", "ball: box moves under a point",

@@ -71,6 +71,13 @@ def veiled(theta: float) -> edgegrad.Scene:
     return scene
 
 
+def shining(theta: float) -> edgegrad.Scene:
+    """A sheet that gives light by itself, which the lamp doesn't hide."""
+    scene = moves(lambda: sheet_through("rectangle"), "sheet", (1.0, 0.2, 0.3))(theta)
+    scene.materials["sheet"] = glowing(0.5, True)
+    return scene
+
+
 def sheet_through_board() -> edgegrad.Scene:
     """The same with a board for the lamp, which passes on the light of a lamp that shines on nothing else."""
     scene = sheet_through("mesh")
@@ -87,6 +94,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "rectangle: light moves": (light_moves("rectangle"), POSE),
     "ellipse: light moves": (light_moves("ellipse"), POSE),
     "veiled: sheet moves": (veiled, SHEET),
+    "rectangle: sheet that shines moves": (shining, SHEET),
 }
 DEEP: dict[str, tuple[Make, list[str]]] = {
     "sheet moves in a board": (moves(sheet_through_board, "sheet", (1.0, 0.2, 0.3)), SHEET),

@@ -44,9 +44,10 @@ EG_INLINE PiercedPair pick_pierced(const SceneView& scene, const BoundaryTask& t
     pair.row = splat(-1);
     for (int i = 0; i < W; ++i) {
         const uint32_t* faces = scene.edge_faces + scene.edge_face_first[p.edge[i]];
+        // Lights of the table, which come second, are hidden and hide nothing.
         bool counts[2] = {false, true};
         for (int k = 0; k < 2; ++k)
-            if (!(faces[k] & kLightOfTable))
+            if (!((faces[0] | faces[1]) & kLightOfTable))
                 counts[k] = task.kind == kPiercedSurface ||
                             (scene.lights.face_light && scene.lights.face_light[faces[k]] >= 0);
         const int k = counts[0] && (!counts[1] || choice[i] < 0.5f) ? 0 : 1;

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
+from numpy.typing import NDArray
 
 from edgegrad import Renderer, Scene, parameters
 from tests.picture_differences import need_every_table
+from tests.small_scenes import Floats
 from tests.stability.soups import soups
 from tests.table_values import WITHOUT
 
@@ -40,9 +44,20 @@ def check(scene: Scene) -> None:
         assert np.isfinite(gradients[path]).all(), path
     parts = [gradients[path] * tangent[path] for path in paths]
     size = float(np.linalg.norm(image) * np.linalg.norm(adjoint)) + float(sum(np.abs(part).sum() for part in parts))
-    assert abs(float(np.vdot(image, adjoint)) - float(sum(part.sum() for part in parts))) <= ROUNDING * size
+    gap = abs(float(np.vdot(image, adjoint)) - float(sum(part.sum() for part in parts)))
+    assert gap <= ROUNDING * size or gap <= spread(scene, tangent, adjoint)
     nothing = renderer.render_backward(np.zeros_like(adjoint), paths, **OPTIONS)
     assert not any(nothing[path].any() for path in paths)
+
+
+def spread(scene: Scene, tangent: Mapping[str, Floats], adjoint: NDArray[np.float32]) -> float:
+    """What rounding of a scene's vertices changes: where corners' normals cancel within a face, it decides."""
+    sums = []
+    for _ in range(5):
+        for mesh in scene.meshes.values():
+            mesh.vertices = mesh.vertices * (1.0 + 1e-7)
+        sums.append(float(np.vdot(Renderer(scene).render_forward(tangent, **OPTIONS).astype(np.float64), adjoint)))
+    return float(np.ptp(sums))
 
 
 def of_scenes(count: int) -> settings:

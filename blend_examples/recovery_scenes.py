@@ -287,7 +287,7 @@ RECOVERIES: dict[str, Recovery] = {
         ("meshes.thing.vertices",),
         outline_error,
         0.4,
-        {"iterations": 100, "spp": 16, "max_depth": 3},
+        {"iterations": 100, "spp": 32, "max_depth": 3},
     ),
     "metal": Recovery(
         "base colour, metallic and roughness of a surface",

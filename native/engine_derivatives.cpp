@@ -9,6 +9,7 @@
 #include "drop_count.h"
 #include "engine.h"
 #include "interior_rules.h"
+#include "passed_leaves.h"
 #include "sampling_plan.h"
 #include "scene/prepared.h"
 #include "scene/shading_normals.h"
@@ -102,6 +103,7 @@ struct Engine::DerivativeCall {
           plan(scene.camera, of_term(options, learned, kInteriorTerm), kRecordedPaths),
           horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
           tables(differentiable_tables(scene, e.tables_)),
+          passed(passed_leaves(scene, e.tables_, wanted, geometry)),
           leaves(asked_leaves()),
           values_alone(wanted.values_alone(scene)) {
         if (options.interior && !shading_is_constant(scene, e.tables_, wanted)) image_chunks = plan.chunks;
@@ -128,6 +130,7 @@ struct Engine::DerivativeCall {
         sweep.camera_moves = wanted.any("camera");
         work.vertices->geometry = sweep.geometry;
         work.vertices->leaves = leaves;
+        work.vertices->passed.leaves = passed.empty() ? nullptr : passed.data();
         engine.kernels_.record(scene, task, work);
         AdjointWorkspace::release(work);
         return sweep;
@@ -197,7 +200,8 @@ struct Engine::DerivativeCall {
         return out;
     }
 
-    // Which shaders have derivatives, where nothing else does. Emission is seen from everywhere.
+    // Which shaders have derivatives, where nothing else does. Emission is seen from everywhere, and shadows
+    // of what lets light through are.
     AskedLeaves asked_leaves() const {
         const Wanted::Span span = wanted.span("leaf_params");
         AskedLeaves out;
@@ -206,6 +210,7 @@ struct Engine::DerivativeCall {
         const auto glows = [&](int32_t k) { return (scene.leaf_flags[k] & kHasEmission) != 0; };
         out.everywhere = wanted.spans().size() != 1 || !wanted.any("leaf_params");
         for (int32_t k = out.first; k < out.last; ++k) out.everywhere |= glows(k);
+        out.everywhere |= !passed.empty();
         return out;
     }
 
@@ -226,6 +231,7 @@ struct Engine::DerivativeCall {
     const SceneView& scene;
     const ImagePlan plan, horizon;
     const std::vector<NamedTable> tables;
+    const std::vector<int32_t> passed;  // PassedLeaf bits by leaf; empty: none
     const AskedLeaves leaves;
     const bool values_alone;
     std::vector<BoundaryTerm> terms;

@@ -74,6 +74,10 @@ EG_INLINE bool taped(const Triangle& t) {
     return taped(nodes(t.p0)) || taped(nodes(t.p1)) || taped(nodes(t.p2));
 }
 
+EG_INLINE PlacedTriangle detach(const PlacedTriangle& t) {
+    return {{detach(t.triangle.p0), detach(t.triangle.p1), detach(t.triangle.p2)}, detach(t.handed)};
+}
+
 struct RawTriangle {
     Nodes3 corner[3];
     RawVec3 e1, e2;

@@ -15,6 +15,7 @@
 #pragma once
 
 #include "adjoint/light_arrival.h"
+#include "adjoint/passed_surfaces.h"
 #include "adjoint/specular_block.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
@@ -69,6 +70,7 @@ EG_INLINE Vec3 turned_with_environment(const SceneView& scene, Vec3 w) {
 struct Scattering {
     Mask light, sky, next;
     Mask last;      // of `next`: where nothing but the environment could be met
+    Mask veiled;    // of `last`: behind surfaces that let light through
     Mask specular;  // not of `next`: the ray goes on from a perfect lobe, its value is next_value
     Mask held;      // where the same ray brings light of a direction that stays besides
     Int light_visible_to;
@@ -156,7 +158,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     s.light = from_face | from_row;
     s.light_visible_to = load(v.light_visible_to);
     s.light_w = s.sky_w = load3(v.direction), s.light_value = s.sky_value = zero3();
-    s.held = splat(0);
+    s.held = s.veiled = splat(0);
     // Behind perfect mirrors and smooth glass x slides with the chain: points of light ride (derivations, K).
     Mask holds = splat(0);
     if (geometry && scene.face_held)
@@ -220,6 +222,25 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     return s;
 }
 
+// The part of it that surfaces on the vertex' shadow rays let through.
+inline void pass_surfaces(const SceneView& scene, const VertexMemory& memory, const Vertex& v, Vec3 position,
+                          Scattering& s, bool geometry) {
+    const PassedMemory& passed = memory.passed;
+    const auto vertex = static_cast<int32_t>(&v - &memory.at<W>(0));
+    for (int64_t k = passed.first_of<W>(vertex); k < passed.count; ++k) {
+        const PassedPacket<W>& p = passed.at<W>(k);
+        if (p.vertex != vertex) break;
+        const Mask some = load(p.face) >= 0;
+        const auto dim = [&](Mask light, Vec3 w, Vec3& value) {
+            const Mask m = light & some;
+            if (any(m)) value = select(m, value * passed_share(scene, p, m, position, w, geometry), value);
+        };
+        if (p.ray == kRayToLight) dim(s.light, s.light_w, s.light_value);
+        if (p.ray == kRayToSky) dim(s.sky, s.sky_w, s.sky_value);
+        if (p.ray == kLastRay) dim(s.last, s.next_w, s.next_value), s.veiled |= s.last & some;
+    }
+}
+
 // What Lambertian vertices scatter of it.
 inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
                                     Mask active, const Lambertian& surface, const Scattering& s,
@@ -234,7 +255,7 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
         const Float scale = load(v.next_scale);
         const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
         const Mask at_last =
-            s.last & (last_scale.x == scale) & (last_scale.y == scale) & (last_scale.z == scale);
+            s.last & ~s.veiled & (last_scale.x == scale) & (last_scale.y == scale) & (last_scale.z == scale);
         const Mask missed_all = s.next & ~s.last & (incoming.x == sky.x) & (incoming.y == sky.y) &
                                 (incoming.z == sky.z) & ends_in_sky(memory, next);
         still = active & (at_last | missed_all);
@@ -262,10 +283,6 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
 EG_INLINE bool diffuse_alone(const SceneView& scene) {
     return (scene.common_flags & kLambertian) && !(scene.all_flags & kHasNormalMap) &&
            !scene.textures.leaf_program && !scene.textures.leaf_weight_program;
-}
-
-EG_INLINE PlacedTriangle detach(const PlacedTriangle& t) {
-    return {{detach(t.triangle.p0), detach(t.triangle.p1), detach(t.triangle.p2)}, detach(t.handed)};
 }
 
 // The light that leaves the vertices of a packet. `incoming` arrives by the ray that goes on; `geometry`:
@@ -320,8 +337,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     const Mask emits = stays & (emission_weight > 0.0f);
     if (any(emits)) light = select(emits, leaf_emission(x, shader, point) * emission_weight, light);
 
-    const Scattering s =
-        light_sources(scene, memory, v, stays, x.position, x.material, incoming, next, geometry);
+    Scattering s = light_sources(scene, memory, v, stays, x.position, x.material, incoming, next, geometry);
+    if (memory.passed.count > 0) pass_surfaces(scene, memory, v, x.position, s, geometry);
     Vec3 normal = point.normal;
     if (scene.all_flags & kHasNormalMap)
         normal = shading_normal(scene, stays & has(shader, kHasNormalMap), shader.leaf, point,

@@ -228,7 +228,7 @@ EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, Chai
 // Records the chains of `count` crossings, and estimates what jumps across their edges.
 static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                VertexMemory& vertices, ChainCrossings& c, int count) {
-    vertices.count = 0;
+    vertices.clear();
     const ImageTask paths = side_paths(task);
     int queued = 0;
     for (int at = 0; at < count; at += W) {

@@ -27,7 +27,7 @@ static void radiance_kernel(const SceneView& scene, const ImageTask& task, Works
 
 // The same paths, whose vertices are recorded in work.vertices.
 static void record_kernel(const SceneView& scene, const ImageTask& task, Workspace& work) {
-    work.vertices->count = 0;
+    work.vertices->clear();
     run_paths(scene, task, work, start_paths(scene, task, work));
 }
 

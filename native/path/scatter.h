@@ -41,6 +41,14 @@ EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 v
     }
 }
 
+// A vertex' rays that meet meshes of `mask`, and where to write down what they pass.
+EG_INLINE PassingRays shadow_rays(const Workspace& work, const Vertex* vertex, RecordedRay ray, Int mask) {
+    PassingRays rays{mask};
+    if (vertex && work.vertices->passed.leaves)
+        rays.record = {&work.vertices->passed, static_cast<int32_t>(vertex - &work.vertices->at<W>(0)), ray};
+    return rays;
+}
+
 // Light from a sample of the lights; `alone` where no ray will be traced that could find it too.
 template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
@@ -70,8 +78,8 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
         const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
         const Vec3 direction = select(s.distant, s.w, s.end - start);
         const Float far = select(s.distant, splat(__builtin_inff()), 0.99999f);
-        const Vec3 through =
-            transmittance(scene, s.active & s.casts_shadow, start, direction, far, {s.blockers});
+        const Vec3 through = transmittance(scene, s.active & s.casts_shadow, start, direction, far,
+                                           shadow_rays(work, vertex, kRayToLight, s.blockers));
         light = select(s.casts_shadow, light * through, light);
     }
     if (vertex) return record_light(*vertex, s, light);
@@ -97,8 +105,8 @@ EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const Pat
     if (!any(active)) return;
     if (!scene.convex) {
         const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
-        light = light *
-                transmittance(scene, active, start, s.w, splat(__builtin_inff()), {splat(1 << kShadowRay)});
+        light = light * transmittance(scene, active, start, s.w, splat(__builtin_inff()),
+                                      shadow_rays(work, vertex, kRayToSky, splat(1 << kShadowRay)));
     }
     if (vertex) {
         put3(vertex->sky_direction, active, s.w);
@@ -122,7 +130,7 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
     Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
     if (!scene.convex)
         through = transmittance(scene, active, leave_surface(x, s.wi), s.wi, splat(__builtin_inff()),
-                                {ray_mask(s.ray_kind)});
+                                shadow_rays(work, vertex, kLastRay, ray_mask(s.ray_kind)));
     const Float all = select(known, splat(1.0f), splat(0.0f));
     light = light * Vec3{through.x - all, through.y - all, through.z - all};
     if (vertex) return put3(vertex->last_scale, active, light);

@@ -9,6 +9,7 @@
 
 #include "adjoint/memory.h"
 #include "path/asked_leaves.h"
+#include "shading/passed_surfaces.h"
 
 namespace edgegrad {
 
@@ -63,7 +64,9 @@ struct VertexMemory {
     int64_t count = 0;
     bool geometry = true;  // positions or directions have derivatives
     AskedLeaves leaves;
+    PassedMemory passed;  // by the vertices' shadow rays
 
+    void clear() { count = passed.count = 0; }
     template <int N>
     VertexPacket<N>& at(int64_t k) const {
         return static_cast<VertexPacket<N>*>(packets.data())[k];

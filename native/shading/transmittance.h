@@ -2,7 +2,8 @@
 #pragma once
 
 #include "scene/rays.h"
-#include "shading/surface_shader.h"
+#include "shading/passed_recorder.h"
+#include "shading/surface_transmittance.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -12,6 +13,7 @@ struct PassingRays {
     RayKind kind = kShadowRay;  // as textures see them
     int most_passed = 1 << 30;  // surfaces; what is behind more isn't seen
     Ignored ignored = ignore_nothing();
+    PassedRecord record{};
 };
 
 // Context of a shadow query whose filter multiplies transmittances (Embree calls it once for each triangle
@@ -22,27 +24,8 @@ struct ShadowContext {
     int32_t left[W];  // surfaces that may still be passed
     float through[3][W];
     float direction[3][W];
+    PassedRecorder* recorder;  // null: nothing is recorded
 };
-
-// The share of each channel that passes a surface point: over its leaves, the weighted sum.
-EG_OUTLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint& x,
-                                      const TexturePoint& point) {
-    Vec3 sum = zero3();
-    const Int first = gather(scene.material_first_leaf, x.material);
-    const Int count = gather(scene.material_first_leaf + 1, x.material) - first;
-    for (Int k = splat(0); any(x.active & (k < count)); k = k + 1) {
-        const Mask here = x.active & (k < count);
-        const Int leaf = select(here, first + k, first);
-        SurfacePoint part = x;
-        part.active = here & ((gather(scene.leaf_flags, leaf) & static_cast<int32_t>(kHasTransparency)) != 0);
-        if (!any(part.active)) continue;
-        const Shader shader = leaf_shader(scene, part, leaf, point);
-        Vec3 color;
-        const Float share = passing_share(shader, color) * leaf_weight(scene, part.active, leaf, point);
-        sum = sum + select(part.active, color * share, zero3());
-    }
-    return sum;
-}
 
 static void filter_transparent(const embree::FilterArguments* args) {
     auto* context = reinterpret_cast<ShadowContext*>(args->context);
@@ -83,14 +66,20 @@ static void filter_transparent(const embree::FilterArguments* args) {
     for (int lane = 0; lane < W; ++lane) {
         if (!active[lane]) continue;
         const float t[3] = {through.x[lane], through.y[lane], through.z[lane]};
-        if (!(t[0] > 0.0f || t[1] > 0.0f || t[2] > 0.0f)) continue;  // opaque: the query ends here
+        PassedRecorder* const recorder = context->recorder;
+        const int32_t changes = recorder ? recorder->changes(scene, x.material[lane]) : 0;
+        const bool dark = !(t[0] > 0.0f || t[1] > 0.0f || t[2] > 0.0f);
+        if (dark && !(changes && recorder->goes_on(lane, changes))) continue;  // the query ends here
         if (context->left[lane]-- <= 0) continue;
-        for (int c = 0; c < 3; ++c) context->through[c][lane] *= t[c];
+        if (changes)
+            recorder->add(lane, face[lane], instance[lane], b1[lane], b2[lane]);
+        else
+            for (int c = 0; c < 3; ++c) context->through[c][lane] *= t[c];
         args->valid[slot[lane]] = 0;
     }
 }
 
-// What passes along rays within `far` times their direction's length.
+// What passes along rays within `far` times their direction's length, but for the surfaces that are recorded.
 EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
                               const PassingRays& rays) {
     const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
@@ -100,24 +89,30 @@ EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, 
     }
     if (!any(active)) return zero3();
     alignas(64) int32_t valid[W];
-    store(valid, active);
     Ray ray;
-    set_ray(ray, origin, direction, splat(0.0f), far, rays.mask);
     ShadowContext context;
     context.edges.scene = &scene;
     store(context.edges.edge, rays.ignored.edge);
     store(context.edges.instance, rays.ignored.instance);
     context.kind = rays.kind;
-    store(context.left, splat(rays.most_passed));
     store(context.direction[0], direction.x), store(context.direction[1], direction.y);
     store(context.direction[2], direction.z);
-    for (auto& channel : context.through) store(channel, splat(1.0f));
+    PassedRecorder recorder(rays.record);
+    context.recorder = rays.record.memory ? &recorder : nullptr;
     embree::QueryArguments args;
     args.context = &context.edges.base;
     args.flags |= embree::kInvokeArgumentFilter;
     args.filter = filter_transparent;
-    query_occluded(scene, valid, ray, args);
+    do {
+        store(valid, active);
+        set_ray(ray, origin, direction, splat(0.0f), far, rays.mask);
+        store(context.left, splat(rays.most_passed));
+        for (auto& channel : context.through) store(channel, splat(1.0f));
+        if (context.recorder) recorder.start();
+        query_occluded(scene, valid, ray, args);
+    } while (context.recorder && recorder.needs_room());
     const Mask open = active & ~(load(ray.tfar) < 0.0f);
+    if (context.recorder) recorder.keep(open);
     const Vec3 through = {load(context.through[0]), load(context.through[1]), load(context.through[2])};
     return select(open, through, zero3());
 }

@@ -1,0 +1,236 @@
+"""Light that reaches surfaces through transparent ones: its derivative by what they are and by where they are passed,
+against central differences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import deepcopy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import Image, Material, Mixture, parameters
+from edgegrad import expression as e
+from edgegrad._check import RAYS
+from tests.picture_differences import check_agreement, check_transpose, compare, need_every_table
+from tests.rich_scene import turn
+from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
+from tests.test_shadow_boundary import scene_under
+
+VIEW = camera((0, 1.6, 2.4), (0, 0, 0.1), 16)
+SKIES = ("sky", "sky image")
+UV = e.Attribute("UVMap")
+UNSEEN = frozenset(RAYS) - {"camera"}
+
+
+def sheet(height: float, material: str, size: float = 1.3, tilt: float = 0.2) -> edgegrad.Mesh:
+    """A sheet over the floor whose UV map fills the unit square; the camera doesn't see it."""
+    mesh = rectangle((0, height, 0), (0, tilt, size), (size, 0, 0), material)
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
+    return replace(mesh, attributes={"UVMap": corners[mesh.faces]}, visible_to=UNSEEN)
+
+
+def veiled(light: str, **materials: Material | Mixture) -> edgegrad.Scene:
+    """A floor under one sheet for each material "veil...", lit by one light."""
+    scene = scene_under(light)
+    scene.camera = VIEW
+    del scene.meshes["box"], scene.materials["clay"]
+    scene.materials.update(materials)
+    for k, name in enumerate(name for name in materials if name.startswith("veil")):
+        scene.meshes[name] = sheet(0.6 + 0.3 * k, name)
+    return scene
+
+
+def soft_mask(size: int = 8) -> Image:
+    """Alphas between 0.1 and 0.9."""
+    return Image(np.random.default_rng(7).uniform(0.1, 0.9, (size, size, 1)).astype(np.float32))
+
+
+def masked(light: str) -> edgegrad.Scene:
+    """A sheet that an image of alphas covers."""
+    alpha = e.ImageTexture("mask", UV, extension="EXTEND")
+    scene = veiled(light, veil=Material(np.array([0.7, 0.3, 0.2]), textures={"alpha": alpha}))
+    scene.images["mask"] = soft_mask()
+    return scene
+
+
+def waves(*amplitudes: float) -> e.Expression:
+    """A smooth alpha of waves across the sheet."""
+    x = [e.Math("SINE", e.Math("MULTIPLY", e.Channel(UV, k), 9.0)) for k in range(2)]
+    return e.Math("MULTIPLY_ADD", e.Math("MULTIPLY", x[0], x[1]), *(amplitudes or (0.4, 0.5)))
+
+
+def rippled(light: str) -> edgegrad.Scene:
+    return veiled(light, veil=Material(np.array([0.7, 0.3, 0.2]), textures={"alpha": waves()}))
+
+
+def changed(make: Callable[[], edgegrad.Scene], path: str, rate: float | Floats) -> tuple[Make, list[str]]:
+    """One parameter changes at a constant rate."""
+
+    def at(theta: float) -> edgegrad.Scene:
+        scene = deepcopy(make())
+        parameters.put(scene, path, np.asarray(parameters.get(scene, path), np.float64) + theta * np.asarray(rate))
+        return scene
+
+    return at, [path]
+
+
+def moved(make: Callable[[], edgegrad.Scene], name: str, rate: Floats) -> tuple[Make, list[str]]:
+    """A mesh moves and is sheared."""
+    scene = make()
+    vertices = scene.meshes[name].vertices
+    return changed(make, f"meshes.{name}.vertices", rate + 0.3 * (vertices - vertices.mean(axis=0))[:, [1, 2, 0]])
+
+
+CLEAR = Material(np.array([0.7, 0.3, 0.2]), alpha=0.4)
+GLASS = Material(np.array([0.9, 0.5, 0.2]), kind="TRANSPARENT")
+PARTS = {"glass": GLASS, "clay": matte(0.5, 0.3, 0.1)}
+HALF = Mixture(("glass", "clay"), np.array([0.6, 0.4]))
+TEXELS = 0.5 * np.random.default_rng(3).normal(size=(8, 8, 1))
+
+
+def one_material_twice() -> edgegrad.Scene:
+    """Both sheets change."""
+    scene = veiled("rectangle", veil=replace(CLEAR))
+    scene.meshes["other"] = sheet(1.1, "veil", 0.8, -0.3)
+    return scene
+
+
+def bounced() -> edgegrad.Scene:
+    """A floor that a wall lights, which a lamp behind a veil lights; all rays meet the veil."""
+    return edgegrad.Scene(
+        camera((0, 0.8, 2.0), (0, 0, 0), 16, 0.7),
+        {
+            "floor": rectangle((0, 0, 0), (0, 0, 1), (1, 0, 0), "floor"),
+            "wall": rectangle((0, 1.0, -1.0), (1, 0, 0), (0, 1, 0), "wall"),
+            "shelf": rectangle((0, 1.5, 0.1), (0, 0, 0.6), (1, 0, 0), "wall"),
+            "veil": replace(sheet(1.9, "veil", 1.0), visible_to=frozenset(RAYS)),
+        },
+        {"floor": matte(), "wall": matte(0.9, 0.8, 0.7), "veil": replace(CLEAR)},
+        {"lamp": edgegrad.PointLight(np.array([0.2, 2.4, 0.1]), 200.0)},
+    )  # fmt: skip
+
+
+def dozen() -> edgegrad.Scene:
+    """More sheets than a ray has room for at first."""
+    alpha = e.Math("MULTIPLY", waves(), 0.3)
+    scene = veiled("rectangle", veil=Material(np.array([0.7, 0.3, 0.2]), textures={"alpha": alpha}))
+    for k in range(11):
+        scene.meshes[f"veil{k}"] = sheet(0.7 + 0.1 * k, "veil", 1.3 - 0.05 * k, 0.02 * k)
+    return scene
+
+
+def under(light: str) -> tuple[Make, list[str]]:
+    return changed(lambda: veiled(light, veil=replace(CLEAR)), "materials.veil.alpha", 0.8)
+
+
+VALUES: dict[str, tuple[Make, list[str]]] = {
+    **{f"alpha under {light}": under(light)
+       for light in ("point", "sphere", "spot", "rectangle", "sun", "mesh", "sky", "sky image")},
+    "a colour": changed(lambda: veiled("rectangle", veil=replace(GLASS)), "materials.veil.base_color",
+                        np.array([-1.0, 0.5, 1.0])),
+    "one of two sheets": changed(lambda: veiled("rectangle", veil=replace(CLEAR), veil2=replace(GLASS)),
+                                 "materials.veil.alpha", 1.0),
+    "two sheets of a material": changed(one_material_twice, "materials.veil.alpha", 0.7),
+    "a weight": changed(lambda: veiled("sphere", **PARTS, veil=replace(HALF)), "materials.veil.weights",
+                        np.array([0.5, -0.5])),
+    "texels": changed(lambda: masked("rectangle"), "images.mask.pixels", TEXELS),
+    "texels under a sky": changed(lambda: masked("sky"), "images.mask.pixels", TEXELS),
+    "numbers of an expression": changed(lambda: rippled("sun"), "materials.veil.textures.alpha", 0.1),
+    "a dozen sheets": changed(dozen, "materials.veil.textures.alpha", 0.1),
+    "bounced light": changed(bounced, "materials.veil.alpha", 0.8),
+}
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_shadows_change_with_what_casts_them(name: str) -> None:
+    need_every_table()
+    check_agreement(along(*VALUES[name]), seeds=8, eps=0.1, max_depth=3 if "bounced" in name else 2)
+
+
+def light_turns() -> tuple[Make, list[str]]:
+    scene = rippled("rectangle")
+    to_world = np.array(scene.lights["lamp"].to_world)
+
+    def make(theta: float) -> edgegrad.Scene:
+        scene = rippled("rectangle")
+        turned = to_world.copy()
+        turned[:3, :3] = turn(0.5 * theta, 0.3 * theta, -0.4 * theta) @ to_world[:3, :3]
+        turned[:3, 3] += theta * np.array([0.5, 0.2, -0.3])
+        scene.lights["lamp"] = replace(scene.lights["lamp"], to_world=turned)
+        return scene
+
+    return make, ["lights.lamp.to_world"]
+
+
+def camera_moves() -> tuple[Make, list[str]]:
+    def make(theta: float) -> edgegrad.Scene:
+        scene = rippled("point")
+        to_world = np.array(scene.camera.to_world)
+        to_world[:3, 3] += theta * np.array([0.4, 0.3, -0.2])
+        scene.camera = replace(scene.camera, to_world=to_world)
+        return scene
+
+    return make, ["camera.to_world"]
+
+
+MOTIONS: dict[str, tuple[Make, list[str]]] = {
+    **{f"sheet moves under {light}": moved(lambda light=light: rippled(light), "veil", np.array([0.3, 0.4, -0.2]))
+       for light in ("point", "rectangle", "sun", "mesh", "sky", "sky image")},
+    "floor moves": moved(lambda: rippled("rectangle"), "floor", np.array([0.2, 0.5, 0.3])),
+    "light moves": changed(lambda: rippled("point"), "lights.lamp.position", np.array([0.8, -0.3, 0.6])),
+    "sun turns": changed(lambda: rippled("hard sun"), "lights.lamp.direction", np.array([0.2, 0.0, -0.3])),
+    "rectangle turns": light_turns(),
+    "camera moves": camera_moves(),
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+def test_shadows_change_with_where_they_are_cast(name: str) -> None:
+    need_every_table()
+    check_agreement(along(*MOTIONS[name]), seeds=16, max_depth=2)
+
+
+ONE_SIDED: dict[str, tuple[Callable[[], edgegrad.Scene], str, Floats]] = {
+    "an opaque sheet opens": (
+        lambda: veiled("rectangle", veil=matte(0.7, 0.3, 0.2)), "materials.veil.alpha", np.array(-1.0),
+    ),
+    "a sheet behind an opaque one": (
+        lambda: veiled("rectangle", veil=matte(0.7, 0.3, 0.2), veil2=replace(CLEAR)), "materials.veil.alpha",
+        np.array(-1.0),
+    ),
+    "a channel that nothing passes": (
+        lambda: veiled("sphere", veil=Material(np.array([0.8, 0.0, 0.5]), kind="TRANSPARENT")),
+        "materials.veil.base_color", np.array([0.0, 1.0, 0.0]),
+    ),
+    "an invisible sheet appears": (
+        lambda: veiled("sun", veil=Material(np.array([0.7, 0.3, 0.2]), alpha=0.0)), "materials.veil.alpha",
+        np.array(1.0),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ONE_SIDED)
+def test_the_ends_of_the_range_have_one_sided_derivatives(name: str) -> None:
+    """Behind what is opaque now there is light that would come through."""
+    need_every_table()
+    make, path, direction = ONE_SIDED[name]
+    found, exact, error = compare(deepcopy(make()), path, direction, 0.01, one_sided=True)
+    assert exact != 0.0
+    assert abs(found - exact) <= 4.0 * error + 2e-3 * abs(exact)
+
+
+@pytest.mark.parametrize("name", ["texels", "a weight", "bounced light"])
+def test_modes_are_transposes_by_value(name: str) -> None:
+    need_every_table()
+    make, paths = VALUES[name]
+    check_transpose(make, paths, spp=16, max_depth=4)
+
+
+@pytest.mark.parametrize("make", [lambda _: rippled("sky image"), lambda _: masked("mesh"), lambda _: dozen()])
+def test_modes_are_transposes_by_place(make: Make) -> None:
+    need_every_table()
+    paths = ["meshes.veil.vertices", "meshes.floor.vertices", "materials.floor.base_color", "camera.to_world"]
+    check_transpose(make, paths, spp=16, max_depth=3)

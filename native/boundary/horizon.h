@@ -266,9 +266,7 @@ EG_OUTLINE HorizonSample* sample_horizons(const SceneView& scene, const HorizonT
     int queued = 0;
     for (int at = 0; at < count; at += W)
         queued = sample_horizon(scene, task, asked, at, count, work, queued, samples[at / W]);
-    if (queued == 0) return samples;
-    work.hits.edges = &work.edges;
-    run_paths(scene, beyond_paths(task.image), work, queued);
+    run_appended(scene, beyond_paths(task.image), work, queued, count);
     for (int at = 0; at < count; at += W) {
         HorizonCut& cut = samples[at / W].beyond;
         if (!any(cut.active)) continue;

@@ -205,11 +205,7 @@ EG_OUTLINE PiercedSegment* trace_pierced(const SceneView& scene, const BoundaryT
     for (int at = 0; at < count; at += W)
         queued = sample_pierced(scene, task, asked, at, piece, work, queued, samples[at / W]);
     if (task.kind != kPiercedSurface) return samples;
-    for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * task.count);
-    if (queued > 0) {
-        work.hits.edges = &work.edges;
-        run_paths(scene, light_paths(task), work, queued);
-    }
+    run_appended(scene, light_paths(task), work, queued, count);
     for (int at = 0; at < count; at += W) {
         BoundarySegment& s = samples[at / W].segment;
         Vec3 light;

@@ -123,11 +123,7 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
         other.hit = splat(0);
         if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
     }
-    for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * 2 * task.count);
-    if (queued > 0) {
-        work.hits.edges = &work.edges;
-        run_paths(scene, side_paths(task), work, queued);
-    }
+    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
 }
 
 // L- - L+ of the samples from `at` on.

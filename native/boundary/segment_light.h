@@ -48,11 +48,7 @@ EG_INLINE BoundarySegment* trace_segments(const SceneView& scene, const Boundary
     int queued = 0;
     for (int at = 0; at < count; at += W)
         queued = sample(scene, task, asked, at, piece, work, queued, segments[at / W]);
-    for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * task.count);
-    if (queued > 0) {
-        work.hits.edges = &work.edges;
-        run_paths(scene, light_paths(task), work, queued);
-    }
+    run_appended(scene, light_paths(task), work, queued, count);
     for (int at = 0; at < count; at += W) {
         BoundarySegment& s = segments[at / W];
         Vec3 light;

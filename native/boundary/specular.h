@@ -286,9 +286,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         start(sides.plus, lane_index() + at, s.normal, slope);
         start(sides.minus, lane_index() + at + count, -s.normal, -slope);
     }
-    for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * 2 * count);
-    work.hits.edges = &work.edges;
-    if (queued > 0) run_paths(scene, paths, work, queued);
+    run_appended(scene, paths, work, queued, 2 * count);
     for (int at = 0; at < count; at += W) {
         Vec3 plus, minus;
         load3(plus, work.radiance, at);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "path/path_queue.h"
+#include "path/run.h"
 #include "scene/rays.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -96,6 +97,17 @@ EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, V
     Closest none = hit;
     none.hit = splat(0);
     return append_met(work, n, p, hit, aside, none);
+}
+
+// Follows the n paths that were appended to a queue; work.radiance then has the light of `paths` paths. Only
+// here are starts handed to the path tracer, which forgets them after the first surface: left behind where no
+// path was appended, they would be taken for those of the camera's next paths.
+EG_INLINE void run_appended(const SceneView& scene, const ImageTask& task, Workspace& work, int n,
+                            int64_t paths) {
+    for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * paths);
+    if (n == 0) return;
+    work.hits.edges = &work.edges;
+    run_paths(scene, task, work, n);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -339,10 +339,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
 
     Scattering s = light_sources(scene, memory, v, stays, x.position, x.material, incoming, next, geometry);
     if (memory.passed.count > 0) pass_surfaces(scene, memory, v, x.position, s, geometry);
-    Vec3 normal = point.normal;
-    if (scene.all_flags & kHasNormalMap)
-        normal = shading_normal(scene, stays & has(shader, kHasNormalMap), shader.leaf, point,
-                                shader.color(kNormalMap), shader.row[kNormalStrength]);
+    const Vec3 normal = shading_normal(scene, stays, shader, point);
     const Mask lambertian = stays & has(shader, kLambertian);
     Vec3 reflected = zero3();
     if (any(lambertian)) {

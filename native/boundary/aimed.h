@@ -231,79 +231,101 @@ EG_INLINE PathPacket start_walk(const SceneView& scene, Mask active, Int path, F
     return p;
 }
 
-// A sample of the term but for L(y), whose path is appended to the queue of `queued`; its new length.
-EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
-                            int at, PieceCursor& piece, Workspace& work, int queued, BoundarySegment& s) {
-    PieceSample p = sample_piece(scene, task, at, piece);
+// A path of the picture, by which a sample begins that starts at the camera.
+struct PicturePath {
+    PieceSample piece;
+    Float weight;  // of the sample
+    Int length;    // surfaces that scatter the path before x
+    Closest hit;   // the first
+    Vec3 first;
+    PathPacket path;
+};
+
+// The path of samples at `at`, which `longest` surfaces may scatter. Begins their segments.
+EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                       PieceCursor& piece, int longest, BoundarySegment& s) {
+    PicturePath w;
+    w.piece = sample_piece(scene, task, at, piece);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
     s.active = splat(0);
-    s.edge = p.edge, s.instance = p.instance;
+    s.edge = w.piece.edge, s.instance = w.piece.instance;
     s.y = still_far_end();
     Float probability, sx, sy;
-    const Int length = chain_length(p, task.max_depth - 3, probability), number = lane_index() + at;
-    const Float part = place_in_cell(scene, task, p, sx, sy);
-    Closest hit;
-    PathPacket path = start_walk(scene, p.active, number, sx, sy, p.random, hit);
-    const Vec3 first = path.origin + path.direction * hit.distance;
-    const ImageTask walks = camera_paths(task);
-    walk_camera_paths(scene, walks, path, hit, length + 1, task.aimed);
-    if (!any(path.active)) return queued;
-    const ScatteringPoint x = scattering_point(scene, walks, path, path.active, hit);
-    s.slides = length == 0;
-    const Int kinds = select(s.slides, aimed_kinds(x.shader, task.aimed), splat(kScatteredRays));
-    s.active = x.x.active & (kinds != 0);
-    if (!any(s.active)) return queued;
-    const AimedSurface surface(scene, x, s.active);
-    const PathIndex walk = path_index(walks, path.path);
-    Float choice, lobe;
-    sobol_pair(walk.stream, walk.sample, vertex_pair(path.vertex, kVertexChoice), choice, lobe);
-    const Aim aim = aim_at_lobes(surface, s.active, kinds, lobe, p.random);
-    const AimedPoint e =
-        choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, kAimedCandidates);
-    s.active &= e.active;
-    if (!any(s.active)) return queued;
+    w.length = chain_length(w.piece, longest, probability);
+    s.slides = w.length == 0;
+    w.weight = place_in_cell(scene, task, w.piece, sx, sy) * task.scale / probability;
+    w.path = start_walk(scene, w.piece.active, lane_index() + static_cast<int32_t>(at), sx, sy,
+                        w.piece.random, w.hit);
+    w.first = w.path.origin + w.path.direction * w.hit.distance;
+    return w;
+}
 
+// The edge that x's lobes see, one of `candidates`, as that of the segment and of its piece; its value.
+EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x, const AimedSurface& surface,
+                           Int kinds, const PathIndex& walk, Int vertex, int candidates, PieceSample& p,
+                           BoundarySegment& s) {
+    Float choice, lobe;
+    sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
+    const Aim aim = aim_at_lobes(surface, s.active, kinds, lobe, p.random);
+    const AimedPoint e = choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, candidates);
+    p.active = s.active &= e.active;
     p.edge = s.edge = e.edge;
     p.instance = s.instance = e.instance;
     p.a = e.a, p.t = e.t;
-    p.active = s.active;
     s.u = e.u;
     s.point = e.a + e.t * e.u;
     s.towards = e.towards;
     s.x = x.x;
     s.reach = e.reach;
-    const Vec3 across = cross(e.towards, e.t);  // t x w
+    return e.color;
+}
+
+// A sample of the term but for L(y), whose path is appended to the queue of `queued`; its new length.
+EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
+                            int at, PieceCursor& piece, Workspace& work, int queued, BoundarySegment& s) {
+    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 3, s);
+    PieceSample& p = begun.piece;
+    PathPacket& path = begun.path;
+    const ImageTask walks = camera_paths(task);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed);
+    if (!any(path.active)) return queued;
+    const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
+    const Int kinds = select(s.slides, aimed_kinds(x.shader, task.aimed), splat(kScatteredRays));
+    s.active = x.x.active & (kinds != 0);
+    if (!any(s.active)) return queued;
+    const AimedSurface surface(scene, x, s.active);
+    const PathIndex walk = path_index(walks, path.path);
+    const Vec3 value = aim_segment(task, x, surface, kinds, walk, path.vertex, kAimedCandidates, p, s);
+    if (!any(s.active)) return queued;
+
+    const Vec3 across = cross(s.towards, p.t);  // t x w
     // Of faces that let light pass the jump takes the place of the side.
     const Mask clear = transparent_occluder(scene, s.active, s.edge);
     const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
     s.sweep = across * sigma;
     s.active &= (sigma != 0.0f) & ~on_edge_face(scene, p, x.x);
     // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
-    s.active &= e.reach > 1e-5f * largest_component(s.point);
-    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, first), p.random);
+    s.active &= s.reach > 1e-5f * largest_component(s.point);
+    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
     if (scene.rays_differ)
         s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
     Int bounces = path.bounces & 0xffffff;
-    if (limits_matter(task) && any(s.active)) {
-        const Vec3 all = surface.evaluate(s.active, e.towards, kinds);
-        const Vec3 soft = surface.evaluate(s.active, e.towards, kinds & (1 << kDiffuseRay));
-        Float chance, unused;
-        sobol_pair(walk.stream, walk.sample, vertex_pair(path.vertex, kVertexSurvival), chance, unused);
-        bounces = add_bounce(bounces, s.active, bounce_kind(x.x, e.towards, all, soft, chance));
-        s.active &= within_limits(task.limits, bounces);
-    }
+    s.active &= scatters_within_limits(
+        task, s.active, x.x, s.towards, kinds, walk, path.vertex,
+        [&](Int some) EG_INLINE_LAMBDA { return surface.evaluate(s.active, s.towards, some); }, bounces);
     if (!any(s.active)) return queued;
 
     // What lies between x and the edge; then what is behind it.
-    const Vec3 start = leave_surface(x.x, e.towards);
+    const Vec3 start = leave_surface(x.x, s.towards);
     const Vec3 seen =
         transmittance(scene, s.active, start, s.point - start, splat(0.99999f),
                       {splat(kScatteredRays), kDiffuseRay, task.limits.transparent, {s.edge, s.instance}});
     s.active &= largest_component(seen) > 0.0f;
     if (!any(s.active)) return queued;
-    const LightSource y = find_source(scene, task, s, s.active, number, e.t, -e.towards);
+    const Int number = lane_index() + at;
+    const LightSource y = find_source(scene, task, s, s.active, number, p.t, -s.towards);
     s.active &= y.hit.hit;
     s.distance = y.distance;
     divide_segment(s);
@@ -312,7 +334,7 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
     s.active &= segment_moves(scene, asked, s);
     if (!any(s.active)) return queued;
 
-    s.color = path.throughput * e.color * seen * (x.shader.scale * (part * task.scale / probability));
+    s.color = path.throughput * value * seen * (x.shader.scale * begun.weight);
     // A slide is divided by |n . D| (boundary/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
     s.color = select(s.slides, s.color * (1.0f / facing), s.color);
@@ -320,7 +342,7 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
         s.color = select(
             clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
     return append_scattering(work, queued, s.active, number, s.point, s.towards, y.hit, y.aside, y.through,
-                             y.passed, length + 2, bounces, splat(static_cast<int>(kDiffuseRay)));
+                             y.passed, begun.length + 2, bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

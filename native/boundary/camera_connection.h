@@ -44,10 +44,7 @@ EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const Surface
 // `light_kinds`: bits 1 << RayKind of the scattering that the light is seen through.
 EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
                              const Shader& shader, Vec3 w, Int light_kinds) {
-    Vec3 normal = point.normal;
-    if (scene.all_flags & kHasNormalMap)
-        normal = shading_normal(scene, x.active & has(shader, kHasNormalMap), shader.leaf, point,
-                                shader.color(kNormalMap), shader.row[kNormalStrength]);
+    const Vec3 normal = shading_normal(scene, x.active, shader, point);
     const bool all_kinds = !any((light_kinds & kScatteredRays) != kScatteredRays);
     const auto evaluate = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
         return all_kinds ? surface.evaluate(m, w).value : surface.evaluate_for(light_kinds, m, w).value;

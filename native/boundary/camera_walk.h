@@ -84,10 +84,7 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice, unused);
     s.point = texture_point(scene, s.x, -p.direction, p.kind);
     s.shader = surface_shader(scene, s.x, s.point, choice);
-    s.normal = s.point.normal;
-    if (scene.all_flags & kHasNormalMap)
-        s.normal = shading_normal(scene, s.x.active & has(s.shader, kHasNormalMap), s.shader.leaf, s.point,
-                                  s.shader.color(kNormalMap), s.shader.row[kNormalStrength]);
+    s.normal = shading_normal(scene, s.x.active, s.shader, s.point);
     s.both_sides = scatters_on_both_sides(s.shader);
     return s;
 }

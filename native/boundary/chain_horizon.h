@@ -45,13 +45,8 @@ EG_INLINE Mask at_horizon(const ChainCrossings& c, int at, int count) {
 EG_INLINE void horizon_slopes(ChainCrossings& c, int at, Mask active, const ChainRay& ray,
                               const PathPacket& p) {
     const Vec3 n = select(ray.kind == static_cast<int>(kTransmissionRay), -p.from_normal, p.from_normal);
-    for (int k = 0; k < 3; ++k) {
-        const auto put = [&](float* to, const Vec3& v) {
-            store(to + at, select(active, k == 0 ? v.x : k == 1 ? v.y : v.z, load(to + at)));
-        };
-        put(c.by_point[k], zero3()), put(c.by_direction[k], -n);
-        put(c.from[k], ray.from), put(c.direction[k], ray.direction);
-    }
+    put3(c.by_point, at, active, zero3()), put3(c.by_direction, at, active, -n);
+    put3(c.from, at, active, ray.from), put3(c.direction, at, active, ray.direction);
 }
 
 // Of faces that the edge of `s` parts, lanes in which the last vertex is on the side where g > 0.

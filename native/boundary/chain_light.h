@@ -129,9 +129,7 @@ EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight
 EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, Mask active, const ChainSurface& s) {
     ScatteringPoint p{s.x, s.point, s.shader, s.point.normal, splat(0)};
     p.x.active = active;
-    if (scene.all_flags & kHasNormalMap)
-        p.normal = shading_normal(scene, active & has(s.shader, kHasNormalMap), s.shader.leaf, s.point,
-                                  s.shader.color(kNormalMap), s.shader.row[kNormalStrength]);
+    p.normal = shading_normal(scene, active, s.shader, s.point);
     p.both_sides = scatters_on_both_sides(s.shader);
     return p;
 }

@@ -67,10 +67,7 @@ EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint
 }
 
 EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const ChainSurface& s) {
-    Vec3 normal = s.point.normal;
-    if (scene.all_flags & kHasNormalMap)
-        normal = shading_normal(scene, active & has(s.shader, kHasNormalMap), s.shader.leaf, s.point,
-                                s.shader.color(kNormalMap), s.shader.row[kNormalStrength]);
+    const Vec3 normal = shading_normal(scene, active, s.shader, s.point);
     return shaded_surface(scene, active, s.x, s.point, s.shader, normal);
 }
 

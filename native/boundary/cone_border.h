@@ -23,7 +23,7 @@ struct ConeSample : BoundarySegment {  // its sweep is N/r
 };
 
 EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                         PieceCursor& piece, const DerivativeView& asked) {
+                                         PieceCursor& piece, const DerivativeView& asked, const float*) {
     constexpr float kTurn = 6.28318531f;
     ConeSample out;
     BoundarySegment& s = out;

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "boundary/aimed.h"
+#include "boundary/direct_samples.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -70,109 +71,51 @@ EG_INLINE ImageTask outline_paths(const BoundaryTask& task) {
     return sample_paths(task, 1, hash(task.seed ^ 0x2c1b3c6du));
 }
 
-// A sample of the term. `wanted`: lanes whose place in the picture counts.
-template <typename Wanted>
-EG_OUTLINE void sample_emitter_outline(const SceneView& scene, const BoundaryTask& task,
-                                       const DerivativeView& asked, int64_t at, PieceCursor& piece,
-                                       const Wanted& wanted, BoundarySegment& s) {
-    PieceSample p = sample_piece(scene, task, at, piece);
-    s.color = zero3();
-    s.view.sx = s.view.sy = splat(kNowhere);
-    s.active = splat(0);
-    s.edge = p.edge, s.instance = p.instance;
-    s.y = still_far_end();
+// A sample of the term (boundary/direct_samples.h).
+EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const BoundaryTask& task,
+                                                  int64_t at, PieceCursor& piece, const DerivativeView& asked,
+                                                  const float* adjoint) {
+    BoundarySegment s;
+    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
+    PieceSample& p = begun.piece;
+    PathPacket& path = begun.path;
     s.distance = splat(__builtin_inff());
-    Float probability, sx, sy;
-    const Int length = chain_length(p, task.max_depth - 2, probability);
-    const Int number = lane_index() + static_cast<int32_t>(at);
-    const Float part = place_in_cell(scene, task, p, sx, sy);
-    Closest hit;
-    PathPacket path = start_walk(scene, p.active, number, sx, sy, p.random, hit);
-    const Vec3 first = path.origin + path.direction * hit.distance;
     const ImageTask walks = outline_paths(task);
-    walk_camera_paths(scene, walks, path, hit, length + 1);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1);
     // Behind perfect mirrors and smooth glass points of light ride.
-    path.active &= (length == 0) | (path.pdf > 0.0f);
-    if (!any(path.active)) return;
-    const ScatteringPoint x = scattering_point(scene, walks, path, path.active, hit);
-    s.slides = length == 0;
+    path.active &= s.slides | (path.pdf > 0.0f);
+    if (!any(path.active)) return s;
+    const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     s.active = receives_held(scene, x.x.active, x.x.material);
-    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, first), p.random);
+    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
-    if (!task.score && any(s.active)) s.active &= wanted(s);
-    if (!any(s.active)) return;
+    if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
+    if (!any(s.active)) return s;
     const AimedSurface surface(scene, x, s.active);
     const PathIndex walk = path_index(walks, path.path);
-    Float choice, lobe;
-    sobol_pair(walk.stream, walk.sample, vertex_pair(path.vertex, kVertexChoice), choice, lobe);
-    const Int kinds = splat(kScatteredRays);
-    const Aim aim = aim_at_lobes(surface, s.active, kinds, lobe, p.random);
-    const AimedPoint e =
-        choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, kOutlineCandidates);
-    s.active &= e.active;
-    if (!any(s.active)) return;
+    const Vec3 value =
+        aim_segment(task, x, surface, splat(kScatteredRays), walk, path.vertex, kOutlineCandidates, p, s);
+    if (!any(s.active)) return s;
 
-    p.edge = s.edge = e.edge;
-    p.instance = s.instance = e.instance;
-    p.a = e.a, p.t = e.t;
-    p.active = s.active;
-    s.u = e.u;
-    s.point = e.a + e.t * e.u;
-    s.towards = e.towards;
-    s.x = x.x;
-    s.reach = e.reach;
-    s.sweep = cross(e.towards, e.t);  // t x w
-    const Vec3 jump = emission_jump(scene, p, s.active, s.sweep, e.towards);
+    s.sweep = cross(s.towards, p.t);  // t x w
+    const Vec3 jump = emission_jump(scene, p, s.active, s.sweep, s.towards);
     s.active &= (largest_component(jump) > 0.0f) & ~on_edge_face(scene, p, x.x);
     // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
-    s.active &= e.reach > 1e-5f * largest_component(s.point);
+    s.active &= s.reach > 1e-5f * largest_component(s.point);
     divide_segment(s);
     s.active &= segment_moves(scene, asked, s);
-    if (!any(s.active)) return;
+    if (!any(s.active)) return s;
 
-    const Vec3 start = leave_surface(x.x, e.towards) + terminator_lift(scene, x.x, x.normal, e.towards);
+    const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.normal, s.towards);
     const Vec3 seen =
         transmittance(scene, s.active, start, s.point - start, splat(0.99999f),
                       {splat(1 << kShadowRay), kShadowRay, task.limits.transparent, {s.edge, s.instance}});
-    s.color = path.throughput * e.color * seen * jump * (x.shader.scale * (part * task.scale / probability));
+    s.color = path.throughput * value * seen * jump * (x.shader.scale * begun.weight);
     // A slide is divided by |n . D| (boundary/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
     s.color = select(s.slides, s.color * (1.0f / facing), s.color);
     s.active &= ~(largest_component(s.color) == 0.0f);
-}
-
-static void emitter_outline_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace&,
-                                           const DerivativeView& tangent, Splats& splats) {
-    PieceCursor piece = first_piece(task);
-    for (int64_t at = 0; at < task.count; at += W) {
-        BoundarySegment s;
-        sample_emitter_outline(
-            scene, task, tangent, at, piece, [](const BoundarySegment&) { return splat(-1); }, s);
-        weigh(task, at, s);
-        Forward mode{scene, tangent};
-        if (any(s.active)) segment_blocks(mode, scene, tangent, s);
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
-    }
-}
-
-static void emitter_outline_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace&,
-                                            const float* adjoint, DerivativeView& gradient) {
-    const auto adjoint_of = [&](const BoundarySegment& s) EG_INLINE_LAMBDA {
-        return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
-    };
-    PieceCursor piece = first_piece(task);
-    for (int64_t at = 0; at < task.count; at += W) {
-        BoundarySegment s;
-        sample_emitter_outline(
-            scene, task, gradient, at, piece,
-            [&](const BoundarySegment& found) { return largest_component(adjoint_of(found)) > 0.0f; }, s);
-        weigh(task, at, s);
-        if (!any(s.active)) continue;
-        const Vec3 a = adjoint_of(s);
-        record_worth(task, at, s.active, s.color, a, sweep_of(s));
-        Backward mode{scene, gradient, a};
-        segment_blocks(mode, scene, gradient, s);
-    }
+    return s;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -321,8 +321,7 @@ static void horizon_forward_kernel(const SceneView& scene, const HorizonTask& ta
         Forward mode{scene, tangent};
         horizon_blocks(mode, scene, tangent, samples[at / W].light);
         horizon_blocks(mode, scene, tangent, samples[at / W].beyond);
-        store(work.radiance[0] + at, mode.value.x), store(work.radiance[1] + at, mode.value.y);
-        store(work.radiance[2] + at, mode.value.z);
+        store3(work.radiance, at, mode.value);
     }
 }
 

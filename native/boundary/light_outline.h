@@ -59,7 +59,7 @@ EG_INLINE Mask outline_point(const LightRow& l, Int kind, Float u, Vec3 origin, 
 }
 
 EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                        PieceCursor& piece, const DerivativeView& asked) {
+                                        PieceCursor& piece, const DerivativeView& asked, const float*) {
     OutlineSample s;
     const PieceSample p = sample_piece(scene, task, at, piece);
     const CameraView& camera = scene.camera;
@@ -120,9 +120,12 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     mode.camera(turns, ray, s.color);
 }
 
+// What a motion of the outline across the ray sweeps, per unit and color.
+EG_INLINE Float sweep_of(const OutlineSample& s) { return s.weight * sqrt(dot(s.normal, s.normal)); }
+
 // Leaves out samples without a finite size, and writes the sizes of those of a first pass.
 EG_INLINE void weigh(const BoundaryTask& task, int64_t at, OutlineSample& s) {
-    const Float size = size_of(s.color) * s.weight * sqrt(dot(s.normal, s.normal));
+    const Float size = size_of(s.color) * sweep_of(s);
     s.active = keep_finite(task, at, s.active, splat(-1), splat(-1), size);
     if (!task.score) return;
     for (int i = 0; i < W && at + i < task.count; ++i)

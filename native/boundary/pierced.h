@@ -31,8 +31,7 @@ struct PiercedPair {
     Float weight;  // by the probability of the choice
 };
 
-struct PiercedSegment {
-    BoundarySegment segment;
+struct PiercedSegment : BoundarySegment {
     PiercedPair pair;
 };
 
@@ -101,8 +100,7 @@ EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair,
 
 // A sample but for the light that y scatters, whose path is appended to the queue; its new length.
 EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
-                              int at, PieceCursor& piece, Workspace& work, int queued, PiercedSegment& out) {
-    BoundarySegment& s = out.segment;
+                              int at, PieceCursor& piece, Workspace& work, int queued, PiercedSegment& s) {
     const PieceSample p = sample_piece(scene, task, at, piece);
     const bool scatters = task.kind == kPiercedSurface;
     s.color = zero3();
@@ -114,7 +112,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     s.point = p.a + p.t * s.u;
     s.distance = s.lambda = splat(0.0f);
     s.y = still_far_end();
-    const PiercedPair& pair = out.pair = pick_pierced(scene, task, p);
+    const PiercedPair& pair = s.pair = pick_pierced(scene, task, p);
     s.y.face = pair.face, s.y.row = pair.row;
     s.y.kind = kind_of_rows(scene.lights, pair.row);
     Mask moves = face_point_moves(scene, asked, s.active, pair.hider, s.instance) |
@@ -194,34 +192,11 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
                              splat(0), length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 
-// All samples of a task.
-EG_OUTLINE PiercedSegment* trace_pierced(const SceneView& scene, const BoundaryTask& task,
-                                         const DerivativeView& asked, Workspace& work) {
-    const int count = static_cast<int>(task.count);
-    const size_t packets = static_cast<size_t>((count + W - 1) / W);
-    auto* samples = static_cast<PiercedSegment*>(work.segments->grow(packets * sizeof(PiercedSegment), 0));
-    PieceCursor piece = first_piece(task);
-    int queued = 0;
-    for (int at = 0; at < count; at += W)
-        queued = sample_pierced(scene, task, asked, at, piece, work, queued, samples[at / W]);
-    if (task.kind != kPiercedSurface) return samples;
-    run_appended(scene, light_paths(task), work, queued, count);
-    for (int at = 0; at < count; at += W) {
-        BoundarySegment& s = samples[at / W].segment;
-        Vec3 light;
-        load3(light, work.radiance, at);
-        s.color = s.color * light;
-        s.active &= ~(largest_component(s.color) <= 0.0f);
-    }
-    return samples;
-}
-
 // sweep . (dq - dy), times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void pierced_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                              const PiercedSegment& sample) {
-    const BoundarySegment& s = sample.segment;
-    const PiercedPair& pair = sample.pair;
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                             const PiercedSegment& s) {
+    const PiercedPair& pair = s.pair;
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     Float mu, mu_y;
     part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
@@ -231,31 +206,6 @@ EG_INLINE void pierced_blocks(Mode& mode, const SceneView& scene, const Derivati
     const Mask on_face = s.active & (pair.face >= 0);
     if (any(on_face)) plane_point_blocks(mode, scene, on_face, pair.face, s.point, g, color);
     far_end_blocks(mode, scene, asked, s.active, s.y, s.point, s.towards, splat(0.0f), g, color);
-}
-
-static void pierced_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                   const DerivativeView& tangent, Splats& splats) {
-    PiercedSegment* samples = trace_pierced(scene, task, tangent, work);
-    for (int at = 0; at < static_cast<int>(task.count); at += W) {
-        BoundarySegment& s = samples[at / W].segment;
-        weigh(task, at, s);
-        Forward mode{scene, tangent};
-        if (any(s.active)) pierced_blocks(mode, scene, tangent, samples[at / W]);
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
-    }
-}
-
-static void pierced_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                    const float* adjoint, DerivativeView& gradient) {
-    PiercedSegment* samples = trace_pierced(scene, task, gradient, work);
-    for (int at = 0; at < static_cast<int>(task.count); at += W) {
-        BoundarySegment& s = samples[at / W].segment;
-        weigh(task, at, s);
-        if (!any(s.active)) continue;
-        const Vec3 a = adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
-        Backward mode{scene, gradient, a};
-        pierced_blocks(mode, scene, gradient, samples[at / W]);
-    }
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

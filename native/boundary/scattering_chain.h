@@ -69,10 +69,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     const SurfacePoint x = chain_point(scene, walking, c);
     const TexturePoint from = texture_point(scene, x, wi, kind);
     const Shader shader = surface_shader(scene, x, from, choice);
-    Vec3 normal = from.normal;
-    if (scene.all_flags & kHasNormalMap)
-        normal = shading_normal(scene, x.active & has(shader, kHasNormalMap), shader.leaf, from,
-                                shader.color(kNormalMap), shader.row[kNormalStrength]);
+    const Vec3 normal = shading_normal(scene, x.active, shader, from);
     const Mask lambertian = x.active & has(shader, kLambertian), others = x.active & ~lambertian;
     Vec3 wo = x.normal;
     Float pdf = splat(0.0f);
@@ -155,6 +152,20 @@ EG_INLINE Int chain_length(const PieceSample& p, int most, Float& probability) {
 EG_INLINE bool limits_matter(const BoundaryTask& task) {
     const int most = task.max_depth - 2;
     return task.limits.diffuse < most || task.limits.glossy < most || task.limits.transmission < most;
+}
+
+// Whether paths that lobes of `kinds` scatter at x, the vertex of these random numbers, towards w may go on;
+// then counts the bounce. evaluate(kinds): the lobes' value.
+template <typename Value>
+EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, const SurfacePoint& x, Vec3 w,
+                                      Int kinds, const PathIndex& random, Int vertex, const Value& evaluate,
+                                      Int& bounces) {
+    if (!limits_matter(task) || !any(active)) return active;
+    Float choice, unused;
+    sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexSurvival), choice, unused);
+    const Vec3 all = evaluate(kinds), diffuse = evaluate(kinds & (1 << kDiffuseRay));
+    bounces = add_bounce(bounces, active, bounce_kind(x, w, all, diffuse, choice));
+    return active & within_limits(task.limits, bounces);
 }
 
 // How the camera sees the light that x scatters.

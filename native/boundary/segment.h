@@ -124,8 +124,8 @@ EG_INLINE void lit_end_blocks(Mode& mode, const SceneView& scene, const Derivati
 
 // The velocities of all ends, for what `asked` names.
 template <typename Mode>
-EG_INLINE void segment_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                              const BoundarySegment& s) {
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                             const BoundarySegment& s) {
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
     const Vec3 color = select(s.slides, s.color * -nd, s.color);
     edge_point_blocks(mode, scene, asked, s.active, s.edge, s.instance, s.u, s.sweep, color);

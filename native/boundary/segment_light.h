@@ -2,6 +2,7 @@
 // towards the edge, which the path tracer of pictures finds.
 #pragma once
 
+#include "boundary/direct_samples.h"
 #include "boundary/edge_sample.h"
 #include "boundary/light_source.h"
 #include "boundary/segment.h"
@@ -38,16 +39,17 @@ EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& t
 }
 
 // Samples of an estimator but for L(y), whose path each appends to a queue; then L(y) of all of them.
-template <auto sample>
-EG_INLINE BoundarySegment* trace_segments(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                          const DerivativeView& asked) {
+template <auto sample, typename Segment>
+EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                  const DerivativeView& asked) {
     const int count = static_cast<int>(task.count);
     const size_t packets = static_cast<size_t>((count + W - 1) / W);
-    auto* segments = static_cast<BoundarySegment*>(work.segments->grow(packets * sizeof(BoundarySegment), 0));
+    auto* segments = static_cast<Segment*>(work.segments->grow(packets * sizeof(Segment), 0));
     PieceCursor piece = first_piece(task);
     int queued = 0;
     for (int at = 0; at < count; at += W)
         queued = sample(scene, task, asked, at, piece, work, queued, segments[at / W]);
+    if (task.kind == kPiercedLight) return segments;  // what lights give is known
     run_appended(scene, light_paths(task), work, queued, count);
     for (int at = 0; at < count; at += W) {
         BoundarySegment& s = segments[at / W];
@@ -61,32 +63,20 @@ EG_INLINE BoundarySegment* trace_segments(const SceneView& scene, const Boundary
 
 // Both modes of an estimator. sample(scene, task, asked, at, piece, work, queued, segment): a packet's
 // segments but for L(y), whose paths it appends to the queue of `queued`; its new length.
-template <auto sample>
+template <auto sample, typename Segment = BoundarySegment>
 static void lit_segments_forward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                  const DerivativeView& tangent, Splats& splats) {
-    BoundarySegment* segments = trace_segments<sample>(scene, task, work, tangent);
-    for (int at = 0; at < static_cast<int>(task.count); at += W) {
-        BoundarySegment& s = segments[at / W];
-        weigh(task, at, s);
-        Forward mode{scene, tangent};
-        if (any(s.active)) segment_blocks(mode, scene, tangent, s);
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
-    }
+    Segment* segments = trace_segments<sample, Segment>(scene, task, work, tangent);
+    for (int at = 0; at < static_cast<int>(task.count); at += W)
+        add_to_picture(scene, task, at, tangent, segments[at / W], splats);
 }
 
-template <auto sample>
+template <auto sample, typename Segment = BoundarySegment>
 static void lit_segments_backward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                   const float* adjoint, DerivativeView& gradient) {
-    BoundarySegment* segments = trace_segments<sample>(scene, task, work, gradient);
-    for (int at = 0; at < static_cast<int>(task.count); at += W) {
-        BoundarySegment& s = segments[at / W];
-        weigh(task, at, s);
-        if (!any(s.active)) continue;
-        const Vec3 a = adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
-        record_worth(task, at, s.active, s.color, a, sweep_of(s));
-        Backward mode{scene, gradient, a};
-        segment_blocks(mode, scene, gradient, s);
-    }
+    Segment* segments = trace_segments<sample, Segment>(scene, task, work, gradient);
+    for (int at = 0; at < static_cast<int>(task.count); at += W)
+        add_to_gradient(scene, task, at, adjoint, segments[at / W], gradient);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "boundary/camera_connection.h"
+#include "boundary/direct_samples.h"
 #include "boundary/lit_surface.h"
 #include "boundary/occluder.h"
 #include "boundary/scattering_chain.h"
@@ -107,10 +108,9 @@ EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, c
     return light.sample.radiance * light.geometry * transmittance(scene, s.active, s.point, end, far, rays);
 }
 
-template <typename Wanted>
-EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                        PieceCursor& piece, const DerivativeView& asked,
-                                        const Wanted& wanted) {
+EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                         PieceCursor& piece, const DerivativeView& asked,
+                                         const float* adjoint) {
     BoundarySegment s;
     PieceSample p = sample_piece(scene, task, at, piece);
     s.active = p.active;
@@ -159,7 +159,8 @@ EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTa
     divide_segment(s);
     hold_far_end(scene, s);
     s.active &= segment_moves(scene, asked, s);
-    if (!task.score && any(s.active & s.slides)) s.active &= ~s.slides | wanted(s);
+    if (!task.score && any(s.active & s.slides))
+        s.active &= ~s.slides | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
     Vec3 color = lit.through * light_at_edge(scene, task, s, light) *
@@ -175,38 +176,6 @@ EG_INLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTa
     s.color = color * seen.weight;
     s.active = seen.active & ~(largest_component(s.color) == 0.0f);
     return s;
-}
-
-static void shadow_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace&,
-                                  const DerivativeView& tangent, Splats& splats) {
-    PieceCursor piece = first_piece(task);
-    for (int64_t at = 0; at < task.count; at += W) {
-        BoundarySegment s =
-            sample_shadow(scene, task, at, piece, tangent, [](const BoundarySegment&) { return splat(-1); });
-        weigh(task, at, s);
-        Forward mode{scene, tangent};
-        if (any(s.active)) segment_blocks(mode, scene, tangent, s);
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
-    }
-}
-
-static void shadow_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace&,
-                                   const float* adjoint, DerivativeView& gradient) {
-    const auto adjoint_of = [&](const BoundarySegment& s) EG_INLINE_LAMBDA {
-        return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
-    };
-    PieceCursor piece = first_piece(task);
-    for (int64_t at = 0; at < task.count; at += W) {
-        BoundarySegment s = sample_shadow(
-            scene, task, at, piece, gradient,
-            [&](const BoundarySegment& found) { return largest_component(adjoint_of(found)) > 0.0f; });
-        weigh(task, at, s);
-        if (!any(s.active)) continue;
-        const Vec3 a = adjoint_of(s);
-        record_worth(task, at, s.active, s.color, a, sweep_of(s));
-        Backward mode{scene, gradient, a};
-        segment_blocks(mode, scene, gradient, s);
-    }
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

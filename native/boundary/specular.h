@@ -153,12 +153,12 @@ EG_INLINE EdgeSample chain_edge(const SceneView& scene, const ChainCrossings& c,
 }
 
 EG_INLINE Vec3 load_jump(const ChainCrossings& c, int at) {
-    return {load(c.jump[0] + at), load(c.jump[1] + at), load(c.jump[2] + at)};
+    Vec3 jump;
+    load3(jump, c.jump, at);
+    return jump;
 }
 EG_INLINE void store_jump(ChainCrossings& c, int at, Mask m, Vec3 jump) {
-    store(c.jump[0] + at, select(m, jump.x, 0.0f));
-    store(c.jump[1] + at, select(m, jump.y, 0.0f));
-    store(c.jump[2] + at, select(m, jump.z, 0.0f));
+    store3(c.jump, at, select(m, jump, zero3()));
 }
 
 // Loads the surfaces at which lit crossings end, where `ray` has met them.
@@ -178,14 +178,9 @@ EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task
     const ChainLight light = load_light(c, at, active);
     const ChainLightRay way = see_chain_light(scene, active, light, x.x.position);
     Int bounces = p.bounces & 0xffffff;
-    if (limits_matter(task)) {
-        const Vec3 all = x.evaluate(scene, active, way.w, splat(kScatteredRays));
-        const Vec3 soft = x.evaluate(scene, active, way.w, splat(1 << kDiffuseRay));
-        Float chance, unused;
-        sobol_pair(s.random.stream, s.random.sample, vertex_pair(splat(0), kVertexSurvival), chance, unused);
-        bounces = add_bounce(bounces, active, bounce_kind(x.x, way.w, all, soft, chance));
-        active &= within_limits(task.limits, bounces);
-    }
+    active = scatters_within_limits(
+        task, active, x.x, way.w, splat(kScatteredRays), s.random, splat(0),
+        [&](Int kinds) EG_INLINE_LAMBDA { return x.evaluate(scene, active, way.w, kinds); }, bounces);
     Closest y;
     y.hit = active;
     y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
@@ -213,15 +208,8 @@ EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, Chai
     if (any(surfaces))
         seen &= ~surfaces | append_surfaces(scene, task, c, at, surfaces, s, end, p, work, queued);
     jump = jump * p.throughput * load(c.weight + at);
-    for (int k = 0; k < 3; ++k) {
-        const auto part = [k](const Vec3& v) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
-        const auto put = [&](float* to, Float value) {
-            store(to, select(lit, select(seen, value, 0.0f), load(to)));
-        };
-        put(c.by_point[k] + at, part(by_x)), put(c.by_direction[k] + at, splat(0.0f));
-        put(c.jump[k] + at, part(jump));
-        store(c.from[k] + at, select(lit, part(x), load(c.from[k] + at)));
-    }
+    put3(c.by_point, at, lit, select(seen, by_x, zero3())), put3(c.by_direction, at, lit, zero3());
+    put3(c.jump, at, lit, select(seen, jump, zero3())), put3(c.from, at, lit, x);
     return seen;
 }
 
@@ -248,13 +236,9 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         if (any(s.active)) behind = look_behind(scene, s, task.limits.transparent);
         Mask seen = s.active | parted;
         // -dg/dp = t x D and -dg/dD = -N, D being the recorded ray's.
-        const Vec3 by_point = cross(s.tangent, ray.direction);
-        for (int k = 0; k < 3; ++k) {
-            const auto part = [k](const Vec3& v) { return k == 0 ? v.x : k == 1 ? v.y : v.z; };
-            store(c.by_point[k] + at, select(seen, part(by_point), 0.0f));
-            store(c.by_direction[k] + at, select(seen, -part(s.normal), 0.0f));
-            store(c.from[k] + at, select(seen, part(ray.from), 0.0f));
-        }
+        store3(c.by_point, at, select(seen, cross(s.tangent, ray.direction), zero3()));
+        store3(c.by_direction, at, select(seen, -s.normal, zero3()));
+        store3(c.from, at, select(seen, ray.from, zero3()));
         if (any(horizon)) horizon_slopes(c, at, horizon, ray, p);
         if (any(horizon | parted)) {
             const Mask plus = horizon | is_plus_side(scene, c, at, parted, s);

@@ -12,7 +12,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 void add_aimed_kernels(KernelTable& table) {
     table.boundary[kAimedBoundary] = {lit_segments_forward<sample_aimed>,
                                       lit_segments_backward<sample_aimed>};
-    table.boundary[kEmitterOutline] = {emitter_outline_forward_kernel, emitter_outline_backward_kernel};
+    table.boundary[kEmitterOutline] = {direct_forward<sample_emitter_outline>,
+                                       direct_backward<sample_emitter_outline>};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -6,7 +6,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_derivative_kernels(KernelTable& table) {
-    table.boundary[kShadowBoundary] = {shadow_forward_kernel, shadow_backward_kernel};
+    table.boundary[kShadowBoundary] = {direct_forward<sample_shadow>, direct_backward<sample_shadow>};
     table.boundary[kSkyBoundary] = table.boundary[kShadowBoundary];
     table.boundary[kConeBorder] = {direct_forward<sample_cone_border>, direct_backward<sample_cone_border>};
 }

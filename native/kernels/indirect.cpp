@@ -8,7 +8,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 void add_indirect_kernels(KernelTable& table) {
     table.boundary[kIndirectBoundary] = {lit_segments_forward<sample_indirect>,
                                          lit_segments_backward<sample_indirect>};
-    table.boundary[kPiercedLight] = {pierced_forward_kernel, pierced_backward_kernel};
+    table.boundary[kPiercedLight] = {lit_segments_forward<sample_pierced, PiercedSegment>,
+                                     lit_segments_backward<sample_pierced, PiercedSegment>};
     table.boundary[kPiercedSurface] = table.boundary[kPiercedLight];
 }
 

@@ -65,6 +65,15 @@ EG_INLINE Float way_so_far(const PathPacket& p) {
 EG_INLINE void load3(Vec3& v, float* const p[3], int at) {
     v = {load(p[0] + at), load(p[1] + at), load(p[2] + at)};
 }
+EG_INLINE void store3(float* const p[3], int at, Vec3 v) {
+    store(p[0] + at, v.x), store(p[1] + at, v.y), store(p[2] + at, v.z);
+}
+// Values of the lanes of a mask.
+EG_INLINE void put3(float* const p[3], int at, Mask m, Vec3 v) {
+    Vec3 others;
+    load3(others, p, at);
+    store3(p, at, select(m, v, others));
+}
 EG_INLINE void append3(float* const p[3], int n, Mask m, Vec3 v) {
     append(p[0], n, m, v.x);
     append(p[1], n, m, v.y);

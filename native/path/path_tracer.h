@@ -172,10 +172,7 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
 EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                          const SurfacePoint& x, const TexturePoint& point, const Shader& shader,
                          const PathIndex& index, Float lobe_u, int alive, Vertex* vertex) {
-    Vec3 normal = point.normal;
-    if (scene.all_flags & kHasNormalMap)
-        normal = shading_normal(scene, x.active & has(shader, kHasNormalMap), shader.leaf, point,
-                                shader.color(kNormalMap), shader.row[kNormalStrength]);
+    const Vec3 normal = shading_normal(scene, x.active, shader, point);
     const Mask lambertian = p.active & has(shader, kLambertian);
     if (any(lambertian)) {
         Vec3 albedo = shader.color(kBaseColor);

@@ -103,6 +103,14 @@ EG_INLINE Shader surface_shader(const SceneView& scene, const SurfacePoint& x, c
 
 EG_INLINE Mask has(const Shader& s, int32_t flag) { return (s.flags & flag) != 0; }
 
+// The normal that a shader's normal map gives.
+EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, const Shader& s,
+                              const TexturePoint& point) {
+    if (!(scene.all_flags & kHasNormalMap)) return point.normal;
+    return shading_normal(scene, active & has(s, kHasNormalMap), s.leaf, point, s.color(kNormalMap),
+                          s.row[kNormalStrength]);
+}
+
 // The share of light that passes a shader's surface unscattered; `color` filters it.
 EG_INLINE Float passing_share(const Shader& s, Vec3& color) {
     const Mask clear = s.kind == splat(static_cast<int>(kTransparent));

@@ -16,7 +16,7 @@ from edgegrad import expression as e
 from edgegrad._check import RAYS
 from tests.picture_differences import check_agreement, check_transpose, compare, need_every_table
 from tests.rich_scene import turn
-from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
+from tests.small_scenes import Floats, Make, along, camera, glowing, matte, rectangle
 from tests.test_shadow_boundary import scene_under
 
 VIEW = camera((0, 1.6, 2.4), (0, 0, 0.1), 16)
@@ -176,8 +176,68 @@ def camera_moves() -> tuple[Make, list[str]]:
     return make, ["camera.to_world"]
 
 
+def in_metal() -> edgegrad.Scene:
+    """A floor of rough metal, which scatters rays that no surface ends into the sky behind the sheet."""
+    scene = rippled("sky")
+    scene.materials["floor"] = Material(np.array([0.8, 0.7, 0.6]), kind="GLOSSY", roughness=0.6)
+    return scene
+
+
+def in_a_mirror() -> edgegrad.Scene:
+    """A black sheet of waves before a glowing wall, both behind the camera."""
+    veil = replace(rectangle((0, 0, 2.5), (0, 7, 0), (7, 0, 0), "veil"), attributes=sheet(0.0, "veil").attributes)
+    return edgegrad.Scene(
+        camera((0.2, 0.1, 1.5), size=16),
+        {
+            "mirror": rectangle((0, 0, -1.0), (3, 0, 0.2), (0, 3, 0.1), "mirror"),
+            "veil": veil,
+            "wall": rectangle((0, 0, 3.5), (0, 9, 0), (9, 0, 0), "wall"),
+        },
+        {
+            "mirror": Material(np.full(3, 0.9), kind="GLOSSY", roughness=0.0),
+            "veil": Material(np.zeros(3), textures={"alpha": waves()}),
+            "wall": glowing(1.0),
+        },
+    )
+
+
+def between() -> edgegrad.Scene:
+    """A floor that a bright wall lights through a sheet of waves."""
+    scene = bounced()
+    del scene.meshes["veil"]
+    scene.meshes["shelf"].vertices = scene.meshes["shelf"].vertices + np.array([0.0, 0.6, -0.3])
+    scene.meshes["veil"] = sheet(0.5, "veil", 0.9)
+    scene.materials["veil"] = Material(np.array([0.7, 0.3, 0.2]), textures={"alpha": waves()})
+    scene.lights["lamp"] = edgegrad.PointLight(np.array([0.2, 2.4, -0.7]), 200.0)
+    return scene
+
+
+DRIFT = np.array([0.3, 0.4, -0.2])
+SCATTERED: dict[str, tuple[Make, list[str]]] = {
+    "seen in metal": moved(in_metal, "veil", DRIFT),
+    "metal moves": moved(in_metal, "floor", DRIFT),
+    "seen in a mirror": moved(in_a_mirror, "mirror", DRIFT),
+    "between surfaces": moved(between, "veil", DRIFT),
+}
+
+
+@pytest.mark.parametrize("name", SCATTERED)
+def test_paths_change_with_where_they_pass(name: str) -> None:
+    """Rays that surfaces scatter go through sheets by chance."""
+    need_every_table()
+    depth = 3 if name.startswith("between") else 2
+    check_agreement(along(*SCATTERED[name]), eps=0.04, spp=128, max_depth=depth)
+
+
+@pytest.mark.parametrize("make", [in_metal, in_a_mirror, between])
+def test_modes_are_transposes_along_paths(make: Callable[[], edgegrad.Scene]) -> None:
+    need_every_table()
+    paths = [f"meshes.{name}.vertices" for name in make().meshes]
+    check_transpose(lambda _: make(), [*paths, "camera.to_world"], spp=16, max_depth=4)
+
+
 MOTIONS: dict[str, tuple[Make, list[str]]] = {
-    **{f"sheet moves under {light}": moved(lambda light=light: rippled(light), "veil", np.array([0.3, 0.4, -0.2]))
+    **{f"sheet moves under {light}": moved(lambda light=light: rippled(light), "veil", DRIFT)
        for light in ("point", "rectangle", "sun", "mesh", "sky", "sky image")},
     "floor moves": moved(lambda: rippled("rectangle"), "floor", np.array([0.2, 0.5, 0.3])),
     "light moves": changed(lambda: rippled("point"), "lights.lamp.position", np.array([0.8, -0.3, 0.6])),

@@ -115,6 +115,10 @@ EG_INLINE void seed3(Tape& tape, const Nodes3& to, Mask m, const RawVec3& value)
     tape.seed(to.z, raw::select(m, value.z, 0.0f));
 }
 
+EG_INLINE RawVec3 derivatives(const Tape& tape, const Vec3& of) {
+    return {tape.derivative(of.x.node), tape.derivative(of.y.node), tape.derivative(of.z.node)};
+}
+
 void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const float* adjoint) {
     const int paths = task.image->pixel_count * task.image->samples;
     for (int k = 0; k < paths && !task.seeded; ++k)
@@ -138,12 +142,15 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
                   }
                   tape.backward();
                   if (!task.geometry) return;
-                  // Surfaces that a path only went through hand nothing back: its ray is that of the vertex
-                  // before.
-                  scatter3(task.position, path, scattered, tape.derivative(in.from.x.node),
-                           tape.derivative(in.from.y.node), tape.derivative(in.from.z.node));
-                  scatter3(task.direction, path, scattered, tape.derivative(in.direction.x.node),
-                           tape.derivative(in.direction.y.node), tape.derivative(in.direction.z.node));
+                  RawVec3 position = derivatives(tape, in.from), direction = derivatives(tape, in.direction);
+                  const Mask passes = active & load(v.passes);
+                  if (any(passes)) {
+                      // The ray through a surface is that of the vertex behind it.
+                      position = position + select(passes, gather_raw3(task.position, path), raw_zero3());
+                      direction = direction + select(passes, gather_raw3(task.direction, path), raw_zero3());
+                  }
+                  scatter3(task.position, path, active, position.x, position.y, position.z);
+                  scatter3(task.direction, path, active, direction.x, direction.y, direction.z);
               });
 }
 
@@ -211,8 +218,8 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         const Mask active = load(v.active), scattered = active & ~load(v.passes), lost = load(v.lost);
         if (any(lost)) forget_place(task, lost, load(v.path));
         const Int path = select(active, load(v.path), splat(0));
-        seed3(tape, part.from, scattered, gather_raw3(task.position, path));
-        seed3(tape, part.direction, scattered & load(v.slides), gather_raw3(task.direction, path));
+        seed3(tape, part.from, active, gather_raw3(task.position, path));
+        seed3(tape, part.direction, active & load(v.slides), gather_raw3(task.direction, path));
         tape.forward();
         add_change(tape, v, active, path, part.light, radiance);
         const auto hand_on = [&](float* const(&to)[3], Mask m, const Nodes3& of) {

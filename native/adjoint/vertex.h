@@ -9,6 +9,7 @@
 // - the first hit, and every hit after a specular vertex, slides along its ray;
 // - every other vertex, and samples of lights, ride on their triangles at fixed places, and the measure
 //   |w.M|/r^2 that replaces a solid angle is differentiated with f (material form);
+// - surfaces that let a ray through are met where it goes from one such place to the next;
 // - the direction of what faces of meshes with many of them give by themselves stays (shading/held_light.h);
 // - directions to the environment turn with its image.
 // Nothing is traced. The adjoint of a vertex' position that its successor asks for is handed over by path.
@@ -285,6 +286,22 @@ EG_INLINE bool diffuse_alone(const SceneView& scene) {
            !scene.textures.leaf_program && !scene.textures.leaf_weight_program;
 }
 
+// The way of rays that surfaces let through: from the vertex that scattered them to the next that does, which
+// rides on its triangle, or along their direction w to the environment.
+inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask through, Int next, Vec3 from,
+                        Vec3 w) {
+    const Int face = next_ints(memory, through, next, &Vertex::face);
+    const Mask surface = through & (face >= 0);
+    Vec3 way = turned_with_environment(scene, w);
+    if (!any(surface)) return way;
+    Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
+    const Int instance = next_ints(memory, surface, next, &Vertex::instance);
+    place_triangle(scene, select(surface, instance, splat(-1)), t);
+    const Vec3 y = interpolate(t, constant(next_floats(memory, surface, next, &Vertex::b1)),
+                               constant(next_floats(memory, surface, next, &Vertex::b2)));
+    return select(surface, y - from, way);
+}
+
 // The light that leaves the vertices of a packet. `incoming` arrives by the ray that goes on; `geometry`:
 // positions and directions have derivatives.
 inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
@@ -314,7 +331,16 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     x.mesh = load(v.mesh);
     Vec3 view = -recorded;
     if (geometry) {
-        move_met_point(x, t.triangle, slides, arrival.from, direction);
+        Mask slid = slides;
+        Vec3 way = direction;
+        if ((scene.all_flags & kHasTransparency) && scene.textures.leaf_program) {
+            const Mask through = hit & load(v.passes) & ~slides & (next >= 0);
+            if (any(through)) {
+                way = select(through, way_through(scene, memory, through, next, arrival.from, recorded), way);
+                slid |= through;
+            }
+        }
+        move_met_point(x, t.triangle, slid, arrival.from, way);
         if (!diffuse_alone(scene)) view = unit(select(slides, -direction, arrival.from - x.position));
     }
     out.position = x.position;

@@ -272,14 +272,48 @@ ONE_SIDED: dict[str, tuple[Callable[[], edgegrad.Scene], str, Floats]] = {
 }
 
 
+def pane(alpha: float, material: str = "veil") -> edgegrad.Scene:
+    """A pane that the camera sees before a wall, both lit."""
+    scene = edgegrad.Scene(
+        camera((0.2, 0.1, 3.0), size=16),
+        {
+            "pane": rectangle((0, 0, 0), (0.7, 0.05, 0.1), (-0.05, 0.6, 0.15), material),
+            "wall": rectangle((0, 0, -1.0), (2, 0, 0), (0, 2, 0), "wall"),
+        },
+        {"veil": Material(np.array([0.7, 0.3, 0.2]), np.full(3, 0.1), alpha=alpha), "wall": matte(0.9, 0.8, 0.7)},
+        {"lamp": edgegrad.PointLight(np.array([1.0, 1.5, 3.0]), 200.0)},
+    )
+    texels = np.where(np.random.default_rng(5).uniform(size=(6, 6, 1)) < 0.5, 0.0, 1.0)
+    scene.images["mask"] = Image(texels.astype(np.float32))
+    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
+    scene.meshes["pane"] = replace(scene.meshes["pane"], attributes={"UVMap": corners[scene.meshes["pane"].faces]})
+    alphas = e.ImageTexture("mask", UV, extension="EXTEND")
+    scene.materials["cut"] = Material(np.array([0.7, 0.3, 0.2]), textures={"alpha": alphas})
+    return scene
+
+
+ONE_SIDED.update({
+    "a pane opens": (lambda: pane(1.0), "materials.veil.alpha", np.array(-1.0)),
+    "a pane appears": (lambda: pane(0.0), "materials.veil.alpha", np.array(1.0)),
+    "a stencil": (lambda: pane(0.5, "cut"), "images.mask.pixels", 1.0 - 2.0 * pane(0.5, "cut").images["mask"].pixels),
+})  # fmt: skip
+
+
 @pytest.mark.parametrize("name", ONE_SIDED)
 def test_the_ends_of_the_range_have_one_sided_derivatives(name: str) -> None:
     """Behind what is opaque now there is light that would come through."""
     need_every_table()
     make, path, direction = ONE_SIDED[name]
-    found, exact, error = compare(deepcopy(make()), path, direction, 0.01, one_sided=True)
+    found, exact, error = compare(deepcopy(make()), path, direction, 0.01, one_sided=True, spp=256)
     assert exact != 0.0
     assert abs(found - exact) <= 4.0 * error + 2e-3 * abs(exact)
+
+
+@pytest.mark.parametrize("name", ["a sheet behind an opaque one", "a pane opens", "a stencil"])
+def test_modes_are_transposes_at_the_ends(name: str) -> None:
+    need_every_table()
+    make, path, _ = ONE_SIDED[name]
+    check_transpose(lambda _: make(), [path, "materials.floor.base_color"][: 1 + ("floor" in make().materials)], spp=16)
 
 
 @pytest.mark.parametrize("name", ["texels", "a weight", "bounced light"])

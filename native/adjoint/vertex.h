@@ -397,12 +397,21 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     light = light + reflected * shader.scale;
 
     if (scene.all_flags & kHasTransparency) {
-        // Whether a path goes through was decided with the share that is passed.
+        // Whether a path goes through was decided with the share that is passed, or at the ends of its range
+        // with a chance of its own.
         Vec3 color;
         const Float share = passing_share(shader, color);
         const Mask partly = hit & has(shader, kHasTransparency);
-        light = select(partly & stays, light * relative(1.0f - share), light);
-        light = select(passes, incoming * color * (shader.scale * relative(share)), light);
+        Float through = relative(share), rest = relative(1.0f - share);
+        const Mask ends =
+            partly & ((share <= 0.0f) | (share >= 1.0f)) & share_ends_change(memory.passed, leaf);
+        if (any(ends)) {
+            const Float chance = chance_at_ends(detach(share));
+            through = select(ends, share / chance, through);
+            rest = select(ends, (1.0f - share) / (1.0f - chance), rest);
+        }
+        light = select(partly & stays, light * rest, light);
+        light = select(passes, incoming * color * (shader.scale * through), light);
     }
     out.light = select(hit, light + out.light, out.light);
     return out;

@@ -147,15 +147,24 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
     if (any(lit)) add_radiance(work, p, lit, p.throughput * light);
 }
 
-// Lets part of the paths pass a surface that isn't opaque, and takes them out of x.
+// Lets part of the paths pass a surface that isn't opaque, and takes them out of x. What the others weigh is
+// the shader's scale.
 EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p, SurfacePoint& x,
-                           const Shader& shader, const PathIndex& index, int alive, Vertex* vertex) {
+                           Shader& shader, const PathIndex& index, int alive, Vertex* vertex) {
     const Mask may = x.active & has(shader, kHasTransparency);
     if (!any(may)) return alive;
     Float u, unused;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), unused, u);
     Vec3 color;
-    p.active = may & (u < passing_share(shader, color));
+    const Float share = passing_share(shader, color);
+    Mask ends = splat(0);
+    Float chance = share;
+    if (vertex) {
+        ends =
+            may & ((share <= 0.0f) | (share >= 1.0f)) & share_ends_change(work.vertices->passed, shader.leaf);
+        chance = select(ends, chance_at_ends(share), share);
+    }
+    p.active = may & (u < chance);
     x.active &= ~p.active;
     if (vertex) put(vertex->passes, p.active, splat(-1));
     if (work.values) record_passing(*work.values, p.active, color);
@@ -163,6 +172,10 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
     p.active &= bounce_count(p.bounces, kind) < task.limits.transparent;
     p.bounces = add_bounce(p.bounces, p.active, kind);
     p.throughput = p.throughput * color * shader.scale;
+    if (any(ends)) {
+        p.throughput = p.throughput * select(ends, share / chance, splat(1.0f));
+        shader.scale = shader.scale * select(ends, (1.0f - share) / (1.0f - chance), splat(1.0f));
+    }
     p.origin = leave_surface(x, p.direction);
     p.vertex = p.vertex + 1;
     return append_paths(work.paths, alive, p);
@@ -235,7 +248,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         if (vertex || any(bends) || scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
-        const Shader shader = surface_shader(scene, x, point, choice_u);
+        Shader shader = surface_shader(scene, x, point, choice_u);
         if (const AskedLeaves* leaves = asked_leaves(work))
             p.touched |= hit & (shader.leaf >= leaves->first) & (shader.leaf < leaves->last);
         if (vertex) {

@@ -33,7 +33,7 @@ class PassedRecorder {
         return bits;
     }
     // Whether a ray that an opaque surface would end goes on: behind a second one nothing has a derivative.
-    bool goes_on(int lane, int32_t changes) { return changes & kDarkChanges && dark_[lane]++ == 0; }
+    bool goes_on(int lane, int32_t changes) { return changes & kEndsChange && dark_[lane]++ == 0; }
     // Queries run in Embree, where memory that can't be had can't be told of: room is made before them.
     void add(int lane, int32_t face, int32_t instance, float b1, float b2) {
         const int32_t level = count_[lane]++;

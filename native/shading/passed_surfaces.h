@@ -14,9 +14,9 @@ namespace edgegrad {
 // Shadow rays of a vertex: towards a sample of the lights, of the environment's image, and a path's last ray.
 enum RecordedRay : int32_t { kRayToLight, kRayToSky, kLastRay };
 
-// Bits of a shader: its share may have a derivative, and has one even where nothing is let through. Rays of
-// derivatives go on behind the first such surface.
-enum PassedLeaf : int32_t { kShareChanges = 1, kDarkChanges = 2 };
+// Bits of a shader: its share may have a derivative, and has one even where all or nothing is let through.
+// Rays of derivatives go on behind the first opaque one of such surfaces.
+enum PassedLeaf : int32_t { kShareChanges = 1, kEndsChange = 2 };
 
 // One surface of each ray, in any order.
 template <int N>

@@ -1,6 +1,7 @@
 // The transparent share of a surface point.
 #pragma once
 
+#include "shading/passed_surfaces.h"
 #include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -24,5 +25,14 @@ EG_OUTLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint
     }
     return sum;
 }
+
+// Where a share has a derivative even if all or nothing is let through.
+EG_INLINE Mask share_ends_change(const PassedMemory& passed, Int leaf) {
+    return passed.leaves ? (gather(passed.leaves, leaf) & static_cast<int32_t>(kEndsChange)) != 0 : splat(0);
+}
+
+// The chance with which paths go through a surface that lets all or nothing through, where that may change:
+// of four, three take what there is, and one what there may be.
+EG_INLINE Float chance_at_ends(Float share) { return select(share > 0.5f, splat(0.75f), splat(0.25f)); }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -106,7 +106,8 @@ struct Engine::DerivativeCall {
           passed(passed_leaves(scene, e.tables_, wanted, geometry)),
           leaves(asked_leaves()),
           values_alone(wanted.values_alone(scene)) {
-        if (options.interior && !shading_is_constant(scene, e.tables_, wanted)) image_chunks = plan.chunks;
+        if (options.interior && !shading_is_constant(scene, e.tables_, wanted, options.max_depth))
+            image_chunks = plan.chunks;
         if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
             const auto normals = e.normals();
             terms = boundary_terms(

@@ -55,10 +55,41 @@ bool only_outlines_move(const SceneView& scene, const SceneTables& tables, const
     return true;
 }
 
+// Whether a material neither scatters light nor lets it pass; `shines`: it may emit, the same all over.
+bool is_plain(const SceneView& scene, int32_t material, bool black, bool shines) {
+    for (int32_t leaf = scene.material_first_leaf[material]; leaf < scene.material_first_leaf[material + 1];
+         ++leaf) {
+        const bool textured = scene.textures.leaf_program && scene.textures.leaf_program[leaf] >= 0;
+        if (textured ||
+            (scene.leaf_flags[leaf] & (shines ? kHasTransparency : kHasTransparency | kHasEmission)))
+            return false;
+    }
+    return !black || is_black(scene, material);
+}
+
+// What moves is black and gives no light, or all is black, as where only light seen directly is rendered. Its
+// outlines alone then change the picture.
+bool nothing_shaded_moves(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
+                          int max_depth) {
+    if (!asks_only(wanted, {"vertices", "normals"})) return false;
+    bool direct = true;  // or nothing is lit
+    const auto materials = static_cast<int32_t>(tables.material_first_leaf.size()) - 1;
+    for (int32_t material = 0; material < materials && max_depth >= 2; ++material)
+        direct &= is_black(scene, material);
+    for (size_t mesh = 0; mesh < wanted.moving().size(); ++mesh) {
+        if (!wanted.moving()[mesh]) continue;
+        for (int32_t face = tables.mesh_first_face[mesh]; face < tables.mesh_first_face[mesh + 1]; ++face)
+            if (!is_plain(scene, scene.face_material[face], !direct, direct)) return false;
+    }
+    return true;
+}
+
 }  // namespace
 
-bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted) {
-    return looks_the_same(scene, wanted) || only_outlines_move(scene, tables, wanted);
+bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
+                         int max_depth) {
+    return looks_the_same(scene, wanted) || only_outlines_move(scene, tables, wanted) ||
+           nothing_shaded_moves(scene, tables, wanted, max_depth);
 }
 
 }  // namespace edgegrad

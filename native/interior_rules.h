@@ -8,6 +8,7 @@
 namespace edgegrad {
 
 // Whether nothing that is asked for changes any shading.
-bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted);
+bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
+                         int max_depth);
 
 }  // namespace edgegrad

@@ -92,10 +92,19 @@ def test_what_is_skipped_is_zero(rule: str) -> None:
     assert largest(scene, wrt, name, depth) == pytest.approx(0.0, abs=1e-12)
 
 
+def over_clay() -> Scene:
+    """A black box that glows over a floor which it lights."""
+    scene = with_floor(box())
+    scene.materials["lamp"] = edgegrad.Material(np.zeros(3), emission=np.ones(3))
+    scene.meshes["object"].materials = ("lamp",)
+    return scene
+
+
 NOT_ZERO: dict[str, tuple[Scene, list[str], str]] = {
     "moving edges": (box(), [VERTICES], "primary"),
     "moving shading": (box(), [VERTICES], "interior"),
     "moving colours": (box(), ["materials.clay.base_color"], "interior"),
+    "the light of a moving lamp": (over_clay(), [VERTICES], "interior"),
     "a shadow on the floor": (with_floor(box()), [VERTICES], "shadow"),
     "a shadow on a moving floor": (with_floor(box()), ["meshes.floor.vertices"], "shadow"),
     "its own shadow": (bent(), [VERTICES], "shadow"),

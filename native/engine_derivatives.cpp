@@ -130,11 +130,18 @@ struct Engine::DerivativeCall {
         sweep.geometry = geometry;
         sweep.camera_moves = wanted.any("camera");
         work.vertices->geometry = sweep.geometry;
+        work.vertices->misses = misses_change();
         work.vertices->leaves = leaves;
         work.vertices->passed.leaves = passed.empty() ? nullptr : passed.data();
         engine.kernels_.record(scene, task, work);
         AdjointWorkspace::release(work);
         return sweep;
+    }
+
+    // Whether rays that meet nothing bring what has a derivative: by itself, or since they turn.
+    bool misses_change() const {
+        return scene.lights.sized_count + scene.lights.sized_distant > 0 || scene.sky.pixels ||
+               wanted.any("environment");
     }
 
     // The horizon term's part of a task of its paths.

@@ -63,6 +63,7 @@ struct VertexMemory {
     TapeBuffer packets;
     int64_t count = 0;
     bool geometry = true;  // positions or directions have derivatives
+    bool misses = true;    // so has what rays bring that meet nothing
     AskedLeaves leaves;
     PassedMemory passed;  // by the vertices' shadow rays
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/material_params.h"
+#include "texture/opcodes.h"
+
 namespace edgegrad {
 namespace {
 
@@ -70,6 +73,51 @@ bool attributes_differ(const SceneTables& t, const uint32_t (&face)[2], const in
     return false;
 }
 
+// Whether what the material lets through reads its normal: of its shading (not `smooth`: where that jumps),
+// or its triangles' own.
+bool lets_through_by_normal(const SceneTables& t, int32_t material, bool smooth) {
+    const TextureTables& x = t.textures;
+    if (x.program_first.size() <= 1) return false;
+    const auto reads = [&](int32_t program) {
+        if (program < 0) return false;
+        const auto* first = x.program_first.data() + program;
+        return std::any_of(x.code.data() + first[0], x.code.data() + first[1],
+                           [&](const TextureInstruction& i) {
+                               return i.op == static_cast<int32_t>(TextureOp::TRUE_NORMAL) ||
+                                      (!smooth && i.op == static_cast<int32_t>(TextureOp::NORMAL));
+                           });
+    };
+    for (int32_t leaf = t.material_first_leaf[static_cast<size_t>(material)];
+         leaf < t.material_first_leaf[static_cast<size_t>(material) + 1]; ++leaf) {
+        const auto k = static_cast<size_t>(leaf);
+        if ((t.leaf_flags[k] & kHasTransparency) &&
+            (reads(x.leaf_program[k]) || reads(x.leaf_weight_program[k])))
+            return true;
+    }
+    return false;
+}
+
+// Whether two faces lie in one plane, or are one the other's back.
+bool in_one_plane(const SceneTables& t, const uint32_t (&face)[2]) {
+    double n[2][3];
+    for (int k = 0; k < 2; ++k) {
+        const float* p[3];
+        for (size_t c = 0; c < 3; ++c)
+            p[c] = &t.vertices[3 * static_cast<size_t>(t.faces[3 * size_t{face[k]} + c])];
+        double a[3], b[3];
+        for (int c = 0; c < 3; ++c) a[c] = double{p[1][c]} - p[0][c], b[c] = double{p[2][c]} - p[0][c];
+        for (int c = 0; c < 3; ++c)
+            n[k][c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+    }
+    double across = 0.0, size[2] = {};
+    for (int c = 0; c < 3; ++c) {
+        const double s = n[0][(c + 1) % 3] * n[1][(c + 2) % 3] - n[0][(c + 2) % 3] * n[1][(c + 1) % 3];
+        across += s * s;
+        for (int k = 0; k < 2; ++k) size[k] += n[k][c] * n[k][c];
+    }
+    return across <= double{kSame} * kSame * size[0] * size[1];
+}
+
 }  // namespace
 
 bool is_seam(const SceneTables& t, int64_t edge) {
@@ -81,6 +129,16 @@ bool is_seam(const SceneTables& t, int64_t edge) {
     const bool reads = reads_attributes(t, t.face_material[face[0]], slope);
     if (slope) return true;  // tangents are constant on a face
     if (t.corner_normal.empty() && !reads) return false;
+    if (reads) {
+        const auto is_smooth = [&t](uint32_t f) {
+            const auto at = 3 * size_t{f};
+            return !t.corner_normal.empty() && t.corner_normal[at] >= 0 && t.corner_normal[at + 1] >= 0 &&
+                   t.corner_normal[at + 2] >= 0;
+        };
+        const bool smooth = is_smooth(face[0]) && is_smooth(face[1]);
+        if (lets_through_by_normal(t, t.face_material[face[0]], smooth) && !in_one_plane(t, face))
+            return true;
+    }
     for (size_t end = 0; end < 2; ++end) {
         const float* p = &t.vertices[3 * size_t{t.edge_vertices[2 * e + end]}];
         const int corner[2] = {nearest_corner(t, face[0], p), nearest_corner(t, face[1], p)};

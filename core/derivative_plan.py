@@ -17,6 +17,7 @@ from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
 from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import STRENGTH, Motion
+from .passed_surfaces import changing_shares, missing_shares
 from .placement import placed_meshes
 from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .renderer import TERMS
@@ -63,7 +64,7 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
     why = primary.why if specular is None else (*primary.why, specular)
     held = held_light(scene, moves, wrt) if max_depth >= 2 else HeldLight()
     made = {
-        "interior": _interior(scene, tables, wrt, max_depth, held),
+        "interior": _interior(scene, tables, wrt, moves, max_depth, held),
         "primary": Term("primary", primary.computed or specular is not None, primary.edges, primary.of, why),
         "shadow": _shadow(scene, placed, moves, edges, max_depth, mirrored_shadows(scene, moves, wrt, max_depth), held),
         "indirect": _indirect(scene, placed, moves, edges, max_depth, mirrored_light(scene, moves, wrt, max_depth)),
@@ -71,7 +72,9 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
     return tuple(made[name] for name in TERMS)
 
 
-def _interior(scene: Scene, tables: Tables, wrt: Sequence[str], max_depth: int, held: HeldLight) -> Term:
+def _interior(
+    scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_depth: int, held: HeldLight
+) -> Term:
     if _looks_the_same(scene, wrt):
         alone = next(iter(scene.meshes))
         words = f"'{alone}' is alone, convex and under an even sky: it looks the same from everywhere"
@@ -94,6 +97,9 @@ def _interior(scene: Scene, tables: Tables, wrt: Sequence[str], max_depth: int, 
             zero, words = _revalued(scene, path, lit, max_depth)
         computed |= not zero
         why.append(words)
+    shares = changing_shares(scene, wrt, moves)
+    if computed and shares is not None:
+        why.append(shares)
     return Term("interior", computed, 0, 0, tuple(why))
 
 
@@ -234,6 +240,7 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
     yield from missing_shadows(scene, moves)
+    yield from missing_shares(scene, moves)
     smooth = specular_materials(scene)
     if smooth and max_depth > 2:
         yield ("reflected and refracted boundary: edges that other surfaces than the camera see in mirrors and smooth "
@@ -263,7 +270,9 @@ def _reflects(scene: Scene, mesh_name: str) -> bool:
 
 def _varies(scene: Scene, mesh_name: str) -> bool:
     """Whether the mesh's own radiance differs from place to place."""
-    return any(not {"emission", "alpha"}.isdisjoint(leaf.textures) for leaf in _leaves(scene, mesh_name))
+    mixed = any(scene.materials[name].textures for name in scene.meshes[mesh_name].used_materials
+                if isinstance(scene.materials[name], Mixture))
+    return mixed or any(not {"emission", "alpha"}.isdisjoint(leaf.textures) for leaf in _leaves(scene, mesh_name))
 
 
 def _single(scene: Scene) -> bool:

@@ -157,7 +157,7 @@ def missing_texel_borders(scene: Scene, wrt: Sequence[str]) -> Iterator[str]:
             slid[f"{collection}.{name}"] = _jumps_inside(scene, scene.meshes[name])
         elif field.startswith(parameters.TEXTURES):
             texture = scene.materials[name].textures[field.removeprefix(parameters.TEXTURES)]
-            slid[f"{collection}.{name}"] = _is_stepped(texture)
+            slid[f"{collection}.{name}"] = is_stepped(texture)
     found = [name for name, stepped in slid.items() if stepped]
     if found:
         yield (f"the borders of texels of images without interpolation, where {', '.join(found)} may "
@@ -165,9 +165,10 @@ def missing_texel_borders(scene: Scene, wrt: Sequence[str]) -> Iterator[str]:
 
 
 def _jumps_inside(scene: Scene, mesh: Mesh) -> bool:
-    return any(_is_stepped(texture) for slot in mesh.materials
+    return any(is_stepped(texture) for slot in mesh.materials
                for part in [scene.materials[slot], *scene.leaves(slot)] for texture in part.textures.values())
 
 
-def _is_stepped(texture: Expression) -> bool:
+def is_stepped(texture: Expression) -> bool:
+    """Whether an image without interpolation is a part of it."""
     return any(isinstance(node, ImageTexture) and node.interpolation == "CLOSEST" for node in nodes_of(texture))

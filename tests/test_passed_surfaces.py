@@ -15,7 +15,7 @@ from edgegrad import Image, Material, Mixture, parameters
 from edgegrad import expression as e
 from edgegrad._check import RAYS
 from tests.picture_differences import check_agreement, check_transpose, compare, need_every_table
-from tests.rich_scene import turn
+from tests.rich_scene import pose, turn
 from tests.small_scenes import Floats, Make, along, camera, glowing, matte, rectangle
 from tests.test_shadow_boundary import scene_under
 
@@ -236,12 +236,36 @@ def test_modes_are_transposes_along_paths(make: Callable[[], edgegrad.Scene]) ->
     check_transpose(lambda _: make(), [*paths, "camera.to_world"], spp=16, max_depth=4)
 
 
+def facets() -> edgegrad.Scene:
+    """A bent sheet of two flat facets that let light through by its angle."""
+    scene = veiled("point", veil=Material(np.array([0.7, 0.3, 0.2]), textures={"alpha": e.LayerWeight("FACING", 0.5)}))
+    x, z = np.tile([-1.3, 0.0, 1.3], 2), np.repeat([-1.3, 1.3], 3)
+    vertices = np.stack([x, 0.65 + 0.4 * (x == 0.0) + 0.04 * z, z], axis=1)
+    faces = np.array([[0, 3, 4], [0, 4, 1], [1, 4, 5], [1, 5, 2]], np.int32)
+    scene.meshes["veil"] = edgegrad.Mesh(vertices, faces, ("veil",), visible_to=UNSEEN)
+    return scene
+
+
+def copies() -> edgegrad.Scene:
+    """The sheet of waves twice, both turned and stretched, one of them mirrored."""
+    scene = rippled("rectangle")
+    poses = np.stack([pose(turn(0.1, 0.3, 0.05) @ np.diag([0.6, 1.0, 0.7]), -0.4, 0.0, 0.1),
+                      pose(turn(-0.1, 0.7, 0.1) @ np.diag([-0.5, 1.0, 0.6]), 0.5, 0.4, -0.2)])  # fmt: skip
+    scene.meshes["veil"].instances = poses
+    return scene
+
+
+SHIFT = np.zeros((2, 4, 4))
+SHIFT[:, :3] = np.random.default_rng(2).normal(size=(2, 3, 4)) * 0.3
 MOTIONS: dict[str, tuple[Make, list[str]]] = {
     **{f"sheet moves under {light}": moved(lambda light=light: rippled(light), "veil", DRIFT)
        for light in ("point", "rectangle", "sun", "mesh", "sky", "sky image")},
     "floor moves": moved(lambda: rippled("rectangle"), "floor", np.array([0.2, 0.5, 0.3])),
     "light moves": changed(lambda: rippled("point"), "lights.lamp.position", np.array([0.8, -0.3, 0.6])),
     "sun turns": changed(lambda: rippled("hard sun"), "lights.lamp.direction", np.array([0.2, 0.0, -0.3])),
+    "facets move": moved(facets, "veil", DRIFT),
+    "copies move": moved(copies, "veil", DRIFT),
+    "copies are placed anew": changed(copies, "meshes.veil.instances", SHIFT),
     "rectangle turns": light_turns(),
     "camera moves": camera_moves(),
 }
@@ -328,3 +352,33 @@ def test_modes_are_transposes_by_place(make: Make) -> None:
     need_every_table()
     paths = ["meshes.veil.vertices", "meshes.floor.vertices", "materials.floor.base_color", "camera.to_world"]
     check_transpose(make, paths, spp=16, max_depth=3)
+
+
+CHANGING: dict[str, tuple[edgegrad.Scene, list[str], bool]] = {
+    "an alpha": (veiled("sun", veil=replace(CLEAR)), ["materials.veil.alpha"], True),
+    "an opaque one's": (veiled("sun", veil=matte()), ["materials.veil.alpha"], True),
+    "what it scatters": (veiled("sun", veil=replace(CLEAR)), ["materials.veil.base_color"], False),
+    "a constant one's place": (veiled("sun", veil=replace(CLEAR)), ["meshes.veil.vertices"], False),
+    "a textured one's place": (rippled("sun"), ["meshes.veil.vertices"], True),
+    "what it lights": (rippled("sun"), ["meshes.floor.vertices"], True),
+    "texels": (masked("sun"), ["images.mask.pixels"], True),
+    "a weight": (veiled("sun", **PARTS, veil=replace(HALF)), ["materials.veil.weights"], True),
+    "a part's colour": (veiled("sun", **PARTS, veil=replace(HALF)), ["materials.glass.base_color"], True),
+    "another part's": (veiled("sun", **PARTS, veil=replace(HALF)), ["materials.clay.base_color"], False),
+}
+
+
+@pytest.mark.parametrize("name", CHANGING)
+def test_plans_name_what_lets_through_other_light(name: str) -> None:
+    scene, wrt, changes = CHANGING[name]
+    made = edgegrad.plan(scene, wrt, max_depth=2)
+    assert any("what veil let through changes" in words for words in made.terms[0].why) == changes
+    assert made.missing == ()
+
+
+def test_plans_name_shadows_of_texels_without_interpolation() -> None:
+    scene = masked("point")
+    sharp = e.ImageTexture("mask", UV, interpolation="CLOSEST", extension="EXTEND")
+    scene.materials["veil"].textures = {"alpha": sharp}
+    assert any("in what veil let through" in words for words in edgegrad.plan(scene, ["lights.lamp.position"]).missing)
+    assert edgegrad.plan(scene, ["lights.lamp.power"]).missing == ()

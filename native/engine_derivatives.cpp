@@ -7,6 +7,7 @@
 #include "boundary_terms.h"
 #include "curve_terms.h"
 #include "drop_count.h"
+#include "edge_on_term.h"
 #include "engine.h"
 #include "interior_rules.h"
 #include "passed_leaves.h"
@@ -114,6 +115,9 @@ struct Engine::DerivativeCall {
                 scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_, lights, e.kept_},
                 options, asked, e.guided_, e.aimed_, learned);
         }
+        if (image_chunks > 0 && geometry)
+            edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, asked, e.threads_);
+        if (edge_on) boundary_chunks += edge_on->chunks();
         if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
         specular =
             SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), wanted, e.kept_);
@@ -122,9 +126,9 @@ struct Engine::DerivativeCall {
             for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
     }
 
-    // Renders a task's paths with their vertices; the task of sweeps over them.
-    AdjointTask record(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
-                       const DifferentiableTables& of) const {
+    // A sweep over paths whose vertices are then recorded.
+    AdjointTask recording(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
+                          const DifferentiableTables& of) const {
         AdjointTask sweep = adjoint.task(task, work);
         sweep.tables = &of;
         sweep.geometry = geometry;
@@ -133,7 +137,15 @@ struct Engine::DerivativeCall {
         work.vertices->misses = misses_change();
         work.vertices->leaves = leaves;
         work.vertices->passed.leaves = passed.empty() ? nullptr : passed.data();
+        return sweep;
+    }
+
+    // Renders a task's paths with their vertices; the task of sweeps over them.
+    AdjointTask record(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
+                       const DifferentiableTables& of) const {
+        const AdjointTask sweep = recording(task, work, adjoint, of);
         engine.kernels_.record(scene, task, work);
+        if (edge_on) edge_on->weigh(engine.kernels_, scene, task.pixel_count * task.samples, work);
         AdjointWorkspace::release(work);
         return sweep;
     }
@@ -174,6 +186,7 @@ struct Engine::DerivativeCall {
         std::fill_n(learned.taken, kDerivativeTerms, 0.0);
         if (image_chunks > 0)
             learned.taken[kInteriorTerm] = static_cast<double>(plan.pixels) * plan.options.samples;
+        if (edge_on) learned.taken[kInteriorTerm] += static_cast<double>(edge_on->total());
         if (horizon_chunks > 0)
             learned.taken[kShadowTerm] = static_cast<double>(horizon.pixels) * horizon.options.samples;
         if (specular) learned.taken[kPrimaryTerm] += static_cast<double>(specular->total());
@@ -244,6 +257,7 @@ struct Engine::DerivativeCall {
     const bool values_alone;
     std::vector<BoundaryTerm> terms;
     std::optional<SpecularTerm> specular;
+    std::optional<EdgeOnTerm> edge_on;
     int64_t image_chunks = 0, horizon_chunks = 0, boundary_chunks = 0;
     mutable DropCount dropped;           // by the interior term
     mutable DropCount dropped_horizons;  // by the horizon term
@@ -359,6 +373,16 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             });
         }
     }
+    if (call.edge_on)
+        add_samples(call.edge_on->total(), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
+            DroppedSamples lost;
+            Workspace& w = work[thread].view();
+            const ImageTask image = EdgeOnTerm::image(count);
+            AdjointTask sweep = call.recording(image, w, adjoint_work[thread], tables);
+            sweep.dropped = &lost;
+            call.edge_on->forward(kernels_, scene, sweep, first, w, out);
+            call.dropped.add(lost);
+        });
     if (call.specular) {
         std::vector<ChainWorkspace> chains(static_cast<size_t>(threads_));
         add_samples(call.specular->total(), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
@@ -425,6 +449,19 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             call.dropped_chains.add(lost);
         }
     };
+    const auto add_edge_on = [&](size_t thread, int64_t group, const GradientGroups::View& gradient) {
+        const EdgeOnTerm& term = *call.edge_on;
+        for (int64_t chunk = group; chunk < term.chunks() && !stop; chunk += count, ++done) {
+            const int64_t first = chunk * kBoundaryChunk;
+            DroppedSamples lost;
+            Workspace& w = work[thread].view();
+            const ImageTask image = EdgeOnTerm::image(std::min(kBoundaryChunk, term.total() - first));
+            AdjointTask sweep = call.recording(image, w, adjoint_work[thread], gradient.tables);
+            sweep.dropped = &lost;
+            term.backward(kernels_, scene, sweep, first, w, adjoint);
+            call.dropped.add(lost);
+        }
+    };
     parallel_for(threads_, count, report, [&](int thread, int64_t group) {
         const GradientGroups::View gradient = groups.view(group);
         Workspace& w = work[static_cast<size_t>(thread)].view();
@@ -454,6 +491,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
                 call.dropped_horizons.add(lost);
             });
         }
+        if (call.edge_on) add_edge_on(static_cast<size_t>(thread), group, gradient);
         add_pass(thread, group, 0, gradient);
         if (call.specular) add_specular(static_cast<size_t>(thread), group, gradient);
     });

@@ -203,6 +203,10 @@ constexpr float kAimAtAll = 1e3f;
 // The gloss over a diffuse base is weak, and worth it only where it is sharper by this.
 constexpr float kWeakGloss = 0.25f;
 
+// Camera samples by the area of faces that are seen edge-on (path/edge_on_task.h).
+struct EdgeOnFaces;
+struct EdgeOnTask;
+
 // Paths of the picture at whose vertices the faces' own planes cut off light (boundary/horizon.h).
 struct HorizonTask {
     ImageTask image;
@@ -293,6 +297,9 @@ struct KernelTable {
     void (*radiance)(const SceneView&, const ImageTask&, Workspace&, float* image);
     // Renders a task's paths and records their vertices, for:
     void (*record)(const SceneView&, const ImageTask&, Workspace&);
+    // Weighs so many recorded paths against those by area, and records the latter, already weighed.
+    void (*weigh_edge_on)(const SceneView&, const EdgeOnFaces&, int32_t paths, bool by_area, Workspace&);
+    void (*record_edge_on)(const SceneView&, const EdgeOnTask&, Workspace&);
     void (*path_backward)(const SceneView&, const AdjointTask&, const float* adjoint);
     void (*path_forward)(const SceneView&, const AdjointTask&, float* const radiance[3]);
     // The same for derivatives by colours and strengths, where nothing moves.

@@ -6,6 +6,7 @@
 #include "boundary/picture_frame.h"
 #include "boundary/placed_vertex.h"
 #include "boundary/seams.h"
+#include "boundary/z_order.h"
 #include "kernels.h"
 #include "parallel.h"
 
@@ -23,20 +24,14 @@ constexpr double kMostPlaces = 512.0;
 constexpr int64_t kEdgeBlock = 1 << 13;
 
 // Where candidates are listed: silhouettes, borders and sharp creases first, then blunt ones, each by tiles
-// of the picture along a Z-order curve (Morton 1966). Neighbours on the list then are of one kind and place,
+// of the picture along a Z-order curve. Neighbours on the list then are of one kind and place,
 // so that systematic samples are spread evenly and a guide can tell of each by its neighbours.
 constexpr uint32_t kTileBits = 6, kTiles = 1u << (2 * kTileBits), kPlaces = 2 * kTiles;
 constexpr double kBlunt = 0.5;
 
 uint32_t place_of(const CameraView& camera, const PictureFrame::Piece& piece, double weight) {
-    const auto tile = [](double x, int32_t size) {
-        return static_cast<uint32_t>(std::clamp(x / size, 0.0, 0.999) * (1u << kTileBits));
-    };
-    const uint32_t x = tile(piece.x, camera.width), y = tile(piece.y, camera.height);
-    uint32_t place = weight < kBlunt ? kTiles : 0u;
-    for (uint32_t k = 0; k < kTileBits; ++k)
-        place |= ((x >> k & 1u) << (2 * k)) | ((y >> k & 1u) << (2 * k + 1));
-    return place;
+    return z_order(piece.x / camera.width, piece.y / camera.height, kTileBits) +
+           (weight < kBlunt ? kTiles : 0u);
 }
 
 // Edges of one mesh, where one instance places them.

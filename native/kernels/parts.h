@@ -12,6 +12,7 @@ void add_aimed_kernels(KernelTable& table);
 void add_outline_kernels(KernelTable& table);
 void add_path_kernels(KernelTable& table);
 void add_derivative_kernels(KernelTable& table);
+void add_edge_on_kernels(KernelTable& table);
 void add_horizon_kernels(KernelTable& table);
 void add_indirect_kernels(KernelTable& table);
 void add_primary_kernels(KernelTable& table);

@@ -17,6 +17,7 @@ const KernelTable& kernel_table() {
         add_aimed_kernels(table);
         add_path_kernels(table);
         add_derivative_kernels(table);
+        add_edge_on_kernels(table);
         add_horizon_kernels(table);
         add_indirect_kernels(table);
         add_outline_kernels(table);

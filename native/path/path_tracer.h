@@ -41,16 +41,9 @@ EG_INLINE Closest load_hits(const HitQueue& hits, int at, Mask hit) {
 EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspace& work) {
     const CameraView& camera = scene.camera;
     const int count = task.pixel_count * task.samples;
-    PathPacket p;
-    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
-    p.pdf = splat(0.0f);
-    p.segment = splat(1);
-    p.vertex = p.bounces = splat(0);
-    p.kind = splat(static_cast<int>(kCameraRay));
-    p.both_sides = p.from_mesh = splat(0);
+    PathPacket p = camera_paths(task.max_depth);
     const AskedLeaves* leaves = asked_leaves(work);
     p.touched = splat(leaves && leaves->everywhere ? -1 : 0);
-    p.final_ray = splat(task.max_depth <= 1 ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
         p.path = lane_index() + at;

@@ -59,19 +59,14 @@ EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Clos
 EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
                            const Closest& hit, Vec3 aside, const Closest& other, Vec3 throughput, Int passed,
                            int max_depth) {
-    PathPacket p;
+    PathPacket p = camera_paths(max_depth);
     p.active = active;
     p.path = path;
     p.origin = p.from = origin;
     p.direction = p.from_normal = direction;
     p.throughput = throughput;
-    p.pdf = splat(0.0f);
-    p.segment = splat(1);
     p.vertex = passed;
     p.bounces = passed << 24;  // the fourth count (path/path_queue.h)
-    p.both_sides = p.from_mesh = p.touched = splat(0);
-    p.kind = splat(static_cast<int>(kCameraRay));
-    p.final_ray = splat(max_depth <= 1 ? -1 : 0);
     return append_met(work, n, p, hit, aside, other);
 }
 

@@ -1,0 +1,23 @@
+// Places of the picture along a Z-order curve (Morton 1966): what is near on it is near in the picture, so
+// that systematic samples along a list in its order are spread evenly.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+namespace edgegrad {
+
+// The tile of (x, y), both from 0 to 1 over the picture, of 2^bits x 2^bits; what is outside is at its
+// border.
+inline uint32_t z_order(double x, double y, uint32_t bits) {
+    const auto tile = [bits](double at) {
+        return static_cast<uint32_t>(std::clamp(at, 0.0, 0.999) * (1u << bits));
+    };
+    const uint32_t column = tile(x), row = tile(y);
+    uint32_t place = 0;
+    for (uint32_t k = 0; k < bits; ++k)
+        place |= ((column >> k & 1u) << (2 * k)) | ((row >> k & 1u) << (2 * k + 1));
+    return place;
+}
+
+}  // namespace edgegrad

@@ -14,6 +14,7 @@ import edgegrad
 from edgegrad import Image, Material, Mixture, parameters
 from edgegrad import expression as e
 from edgegrad._check import RAYS
+from tests import shapes
 from tests.picture_differences import check_agreement, check_transpose, compare, need_every_table
 from tests.rich_scene import pose, turn
 from tests.small_scenes import Floats, Make, along, camera, glowing, matte, rectangle
@@ -255,6 +256,16 @@ def copies() -> edgegrad.Scene:
     return scene
 
 
+def lifted() -> edgegrad.Scene:
+    """A smooth-shaded ball whose shadow rays start above it, under the sheet of waves."""
+    scene = rippled("rectangle")
+    vertices, faces = shapes.ball(1, 0.45)
+    ball = edgegrad.Mesh(vertices + np.array([0, 0.1, 0]), faces, ("floor",), smoothing=faces, terminator_offset=1.0)
+    scene.meshes = {"ball": ball, "veil": scene.meshes["veil"]}
+    scene.camera = camera((0, 1.6, 1.6), (0, 0.1, 0), 16, 0.6)
+    return scene
+
+
 SHIFT = np.zeros((2, 4, 4))
 SHIFT[:, :3] = np.random.default_rng(2).normal(size=(2, 3, 4)) * 0.3
 MOTIONS: dict[str, tuple[Make, list[str]]] = {
@@ -263,6 +274,7 @@ MOTIONS: dict[str, tuple[Make, list[str]]] = {
     "floor moves": moved(lambda: rippled("rectangle"), "floor", np.array([0.2, 0.5, 0.3])),
     "light moves": changed(lambda: rippled("point"), "lights.lamp.position", np.array([0.8, -0.3, 0.6])),
     "sun turns": changed(lambda: rippled("hard sun"), "lights.lamp.direction", np.array([0.2, 0.0, -0.3])),
+    "sheet moves over a ball": moved(lifted, "veil", DRIFT),
     "facets move": moved(facets, "veil", DRIFT),
     "copies move": moved(copies, "veil", DRIFT),
     "copies are placed anew": changed(copies, "meshes.veil.instances", SHIFT),

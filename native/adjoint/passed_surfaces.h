@@ -12,9 +12,10 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// t of the surfaces of a packet, on rays from `from` along the unit vectors w.
+// t of the surfaces of a packet, on rays from `from` along the unit vectors w; of lanes that are `near`, to
+// the points y, and so along another vector where the shadow terminator's offset lifts their start.
 inline Vec3 passed_share(const SceneView& scene, const PassedPacket<W>& p, Mask active, Vec3 from, Vec3 w,
-                         bool geometry) {
+                         Mask near, Vec3 y, bool geometry) {
     const Int face = select(active, load(p.face), splat(0));
     if (!scene.textures.leaf_program) {
         // It is the same everywhere.
@@ -27,6 +28,11 @@ inline Vec3 passed_share(const SceneView& scene, const PassedPacket<W>& p, Mask 
     const PlacedTriangle t = placed_triangle(scene, face, instance);
     SurfacePoint c =
         surface_point(scene, active, face, detach(t), load(p.b1), load(p.b2), detach(w), instance);
+    if (scene.any_terminator && any(near)) {
+        const RawVec3 way = values(y) - values(c.position);
+        const Vec3 turned = constant3(way * finite_inverse(raw::sqrt(dot(way, way))) - values(w));
+        w = select(near, w + turned, w);
+    }
     if (geometry) move_met_point(c, t.triangle, active, from, w);
     return surface_transmittance(scene, c, texture_point(scene, c, -w, splat(static_cast<int>(kShadowRay))));
 }

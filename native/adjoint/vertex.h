@@ -232,13 +232,21 @@ inline void pass_surfaces(const SceneView& scene, const VertexMemory& memory, co
         const PassedPacket<W>& p = passed.at<W>(k);
         if (p.vertex != vertex) break;
         const Mask some = load(p.face) >= 0;
-        const auto dim = [&](Mask light, Vec3 w, Vec3& value) {
+        const auto dim = [&](Mask light, Vec3 w, Vec3& value, Mask near, Vec3 y) {
             const Mask m = light & some;
-            if (any(m)) value = select(m, value * passed_share(scene, p, m, position, w, geometry), value);
+            if (any(m))
+                value = select(m, value * passed_share(scene, p, m, position, w, near, y, geometry), value);
         };
-        if (p.ray == kRayToLight) dim(s.light, s.light_w, s.light_value);
-        if (p.ray == kRayToSky) dim(s.sky, s.sky_w, s.sky_value);
-        if (p.ray == kLastRay) dim(s.last, s.next_w, s.next_value), s.veiled |= s.last & some;
+        if (p.ray == kRayToLight) {
+            const Int kind = load(v.light_kind);
+            const Mask distant =
+                (load(v.light_row) >= 0) & ((kind == splat(static_cast<int>(kDirectionLight))) |
+                                            (kind == splat(static_cast<int>(kConeLight))));
+            dim(s.light, s.light_w, s.light_value, ~distant, detach(position) + load3(v.light_offset));
+        }
+        if (p.ray == kRayToSky) dim(s.sky, s.sky_w, s.sky_value, splat(0), zero3());
+        if (p.ray == kLastRay)
+            dim(s.last, s.next_w, s.next_value, splat(0), zero3()), s.veiled |= s.last & some;
     }
 }
 

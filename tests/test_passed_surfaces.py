@@ -148,7 +148,8 @@ VALUES: dict[str, tuple[Make, list[str]]] = {
 @pytest.mark.parametrize("name", VALUES)
 def test_shadows_change_with_what_casts_them(name: str) -> None:
     need_every_table()
-    check_agreement(along(*VALUES[name]), seeds=8, eps=0.1, max_depth=3 if "bounced" in name else 2)
+    check_agreement(along(*VALUES[name]), seeds=8, spp=32, reference_spp=128, eps=0.1,
+                    max_depth=3 if "bounced" in name else 2)
 
 
 def light_turns() -> tuple[Make, list[str]]:
@@ -286,7 +287,7 @@ MOTIONS: dict[str, tuple[Make, list[str]]] = {
 @pytest.mark.parametrize("name", MOTIONS)
 def test_shadows_change_with_where_they_are_cast(name: str) -> None:
     need_every_table()
-    check_agreement(along(*MOTIONS[name]), seeds=16, max_depth=2)
+    check_agreement(along(*MOTIONS[name]), seeds=8, reference_spp=256, max_depth=2)
 
 
 ONE_SIDED: dict[str, tuple[Callable[[], edgegrad.Scene], str, Floats]] = {

@@ -395,3 +395,15 @@ def test_plans_name_shadows_of_texels_without_interpolation() -> None:
     scene.materials["veil"].textures = {"alpha": sharp}
     assert any("in what veil let through" in words for words in edgegrad.plan(scene, ["lights.lamp.position"]).missing)
     assert edgegrad.plan(scene, ["lights.lamp.power"]).missing == ()
+
+
+@pytest.mark.parametrize(("depth", "seen"), [(1, 0.0), (2, 1.0), (3, 1.0)])
+def test_a_veil_before_an_even_sky(depth: int, seen: float) -> None:
+    """What paths meet behind a surface that they pass counts even if it is nothing: dL/dalpha = sky (albedo - 1)."""
+    need_every_table()
+    albedo, sky = np.array([0.7, 0.3, 0.2]), 1.5
+    veil = rectangle((0, 0, 0), (0, 4, 0), (4, 0, 0), "veil")
+    material = Material(albedo, alpha=0.4, specular_ior_level=0.0)
+    scene = edgegrad.Scene(camera(size=8), {"veil": veil}, {"veil": material}, world=edgegrad.World(np.ones(3), sky))
+    found = edgegrad.Renderer(scene).render_forward({"materials.veil.alpha": 1.0}, spp=64, max_depth=depth)
+    np.testing.assert_allclose(found.mean(axis=(0, 1)), sky * (seen * albedo - 1.0), rtol=0.02)

@@ -204,9 +204,9 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
 }
 
 // Whether rays that meet nothing matter to a derivative: by what they bring, or what it is worth to the
-// surface that scattered it. (A quarter of tri_black's seconds went to empty packets.)
+// surface that scattered it or let it through. (A quarter of tri_black's seconds went to empty packets.)
 EG_INLINE bool misses_count(const SceneView& scene, const VertexMemory& vertices, const PathPacket& p) {
-    return vertices.misses || (scene.has_environment && any(p.active & (p.segment > 1)));
+    return vertices.misses || (scene.has_environment && any(p.active & (p.vertex > 0)));
 }
 
 // One segment: shades the hits of the queue's `count` paths; the number of those that go on.

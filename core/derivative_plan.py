@@ -29,6 +29,8 @@ from .table_derivatives import wanted_tables
 from .tables import Tables
 
 NOT_COMPUTED = "not computed in this scene, see below"
+# Derivatives by these alone sample the lobes that they shape (native/shading/bsdf/favoured_lobes.h).
+_WIDTHS = ("roughness", "coat_roughness")
 _LIGHTS = ((AreaLight, "area lights"), (PointLight, "point lights"), (SpotLight, "spots"), (SunLight, "suns"))
 
 
@@ -100,6 +102,9 @@ def _interior(
     shares = changing_shares(scene, wrt, moves)
     if computed and shares is not None:
         why.append(shares)
+    if computed and all(path.startswith("materials.") and path.rpartition(".")[2] in _WIDTHS for path in wrt):
+        why.append("only how wide lobes are is asked for: these lobes get most of the samples, and more where the "
+                   "derivative is large")  # fmt: skip
     return Term("interior", computed, 0, 0, tuple(why))
 
 

@@ -14,6 +14,7 @@
 #include "sampling_plan.h"
 #include "scene/prepared.h"
 #include "scene/shading_normals.h"
+#include "shading/bsdf/lobe.h"
 #include "specular_term.h"
 #include "workspace.h"
 
@@ -43,6 +44,17 @@ std::vector<uint8_t> lights_alone(const SceneTables& tables, const Wanted& wante
     for (size_t k = 0; k < rows.size(); ++k)
         rows[k] = wanted.any("light_params", k * kLightParams, (k + 1) * kLightParams);
     return rows;
+}
+
+// Where nothing but how wide lobes of shaders are is asked for: these lobes (bits).
+int32_t lobes_alone(const Wanted& wanted) {
+    if (wanted.spans().size() != 1 || !wanted.any("leaf_params")) return 0;
+    constexpr uint64_t rough = Wanted::columns(kRoughness, kRoughness + 1),
+                       coat = Wanted::columns(kCoatRoughness, kCoatRoughness + 1);
+    const uint64_t columns = wanted.span("leaf_params").columns;
+    if ((columns & ~(rough | coat)) != 0) return 0;
+    return ((columns & rough) ? 1 << kMirrorLobe | 1 << kInterfaceLobe : 0) |
+           ((columns & coat) ? 1 << kCoatLobe : 0);
 }
 
 // What boundary terms see of the tables' derivatives.
@@ -101,7 +113,7 @@ struct Engine::DerivativeCall {
           lights(e.lights_for(wanted)),
           prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), lights),
           scene(prepared.view()),
-          plan(scene.camera, of_term(options, learned, kInteriorTerm), kRecordedPaths),
+          plan(interior_plan(of_term(options, learned, kInteriorTerm))),
           horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
           tables(differentiable_tables(scene, e.tables_)),
           passed(passed_leaves(scene, e.tables_, wanted, geometry)),
@@ -232,7 +244,20 @@ struct Engine::DerivativeCall {
         out.everywhere = wanted.spans().size() != 1 || !wanted.any("leaf_params");
         for (int32_t k = out.first; k < out.last; ++k) out.everywhere |= glows(k);
         out.everywhere |= !passed.empty();
+        out.lobes = lobes_alone(wanted);
         return out;
+    }
+
+    // Derivatives by strengths and colours are pictures: they, and what is asked for beside, have their
+    // numbers.
+    ImagePlan interior_plan(const RenderOptions& options) const {
+        constexpr uint64_t values =
+            Wanted::columns(kBaseColor, kBaseColor + 3) | Wanted::columns(kEmission, kEmission + 3);
+        const bool pictures =
+            wanted.any("light_params") || wanted.any("environment") ||
+            (wanted.any("leaf_params") && (wanted.span("leaf_params").columns & values) != 0);
+        const ImagePlan own(scene.camera, options, kRecordedPaths);
+        return pictures ? own : own.sharing();
     }
 
     // What boundary terms read or write; null where it is not asked for.

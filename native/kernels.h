@@ -75,6 +75,9 @@ struct ImageTask {
     int32_t width;        // of the window
     BounceLimits limits;
     bool one_stream;  // all pixels have the random numbers of the first: the two sides of edges
+    // Not negative: pixels that are close together share a sequence (path/stream.h), of which each takes so
+    // many bits of numbers.
+    int32_t sample_bits = -1;
 };
 
 // Samples of a derivative that are left out because they have no finite value: how many, and the first.
@@ -236,6 +239,7 @@ struct BsdfTask {
     const int32_t *material, *from_inside;
     const float *normal, *true_normal, *tangent, *wo, *wi;
     const float* random[3];
+    int32_t favoured = 0;  // lobes (bits), as for the last rays of derivatives by how wide they are
 };
 struct BsdfResult {
     float *value, *pdf, *emission, *sample_wi, *sample_weight, *sample_pdf;

@@ -20,6 +20,13 @@ struct ImagePlan {
           per_chunk(std::max(1, paths / options.samples)),
           chunks((pixels + per_chunk - 1) / per_chunk) {}
 
+    // The same with random numbers that neighbouring pixels share.
+    ImagePlan sharing() const {
+        ImagePlan p = *this;
+        for (p.sample_bits = 0; p.sample_bits < 31 && 1 << p.sample_bits < options.samples;) ++p.sample_bits;
+        return p;
+    }
+
     // The tasks of a chunk: one, unless a single pixel has more samples than a task holds.
     template <typename F>
     void for_each_task(int64_t chunk, const F& run) const {
@@ -36,6 +43,7 @@ struct ImagePlan {
         task.skipped_row = camera.full_width - camera.width;
         task.skipped_all = camera.window_y * camera.full_width + camera.window_x;
         task.weight = 1.0f / static_cast<float>(options.samples);
+        task.sample_bits = sample_bits;
         for (int sample = 0; sample < options.samples; sample += paths) {
             task.first_sample = sample;
             task.samples = std::min(paths, options.samples - sample);
@@ -55,6 +63,7 @@ struct ImagePlan {
     int paths;  // of a task at most
     int per_chunk;
     int64_t chunks;
+    int32_t sample_bits = -1;
 };
 
 }  // namespace edgegrad

@@ -43,8 +43,12 @@ def direction(cosine: float, turns: float = 0.0) -> F32:
 
 def bsdfs(materials: Material | Sequence[Material], wo: ArrayLike, wi: ArrayLike = UP, random: ArrayLike = 0.5, *,
           which: ArrayLike = 0, inside: ArrayLike = False, normal: ArrayLike = UP, true_normal: ArrayLike = UP,
-          tangent: ArrayLike = (1.0, 0.0, 0.0), instruction_set: str | None = None) -> Bsdfs:  # fmt: skip
-    """All arguments are broadcast to the points: directions as (n, 3), `random` as (3, n): lobe, u and v."""
+          tangent: ArrayLike = (1.0, 0.0, 0.0), instruction_set: str | None = None,
+          favoured: int = 0) -> Bsdfs:  # fmt: skip
+    """All arguments are broadcast to the points: directions as (n, 3), `random` as (3, n): lobe, u and v.
+
+    Of `favoured` lobes (bits of shading/bsdf/lobe.h) samples are as for derivatives by how wide they are.
+    """
     leaves = [materials] if isinstance(materials, Material) else list(materials)
     for leaf in leaves:
         leaf.validate("tested")
@@ -68,7 +72,8 @@ def bsdfs(materials: Material | Sequence[Material], wo: ArrayLike, wi: ArrayLike
         material=integers(which), from_inside=integers(inside), wo=vectors(wo), wi=vectors(wi),
         normal=vectors(normal), true_normal=vectors(true_normal), tangent=vectors(tangent),
         random=np.ascontiguousarray(np.broadcast_to(random, (3, n))))  # fmt: skip
-    out: dict[str, Any] = _native.evaluate_bsdfs(table, points, instruction_set or _native.instruction_sets()[0])
+    out: dict[str, Any] = _native.evaluate_bsdfs(
+        table, points, instruction_set or _native.instruction_sets()[0], favoured)  # fmt: skip
     for key in ("sample_active", "sample_specular", "sample_transmitted"):
         out[key] = out[key] != 0
     return Bsdfs(**out)

@@ -9,6 +9,7 @@ namespace edgegrad {
 struct AskedLeaves {
     bool everywhere = true;
     int32_t first = 0, last = 0;
+    int32_t lobes = 0;  // of those (bits): all that is asked for is how wide these lobes are
 };
 
 }  // namespace edgegrad

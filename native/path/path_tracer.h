@@ -14,6 +14,7 @@
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
 #include "path/value_recorder.h"
+#include "shading/bsdf/favoured_lobes.h"
 #include "shading/emission.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -197,7 +198,12 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
     PathPacket part = p;
     part.active = p.active & ~lambertian;
     if (any(part.active)) {
-        const ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
+        ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
+        if (vertex && work.vertices->leaves.lobes) {
+            const AskedLeaves& leaves = work.vertices->leaves;
+            favour(surface.bsdf, part.active & (shader.leaf >= leaves.first) & (shader.leaf < leaves.last),
+                   leaves.lobes, next_is_final(task, p, splat(static_cast<int>(kGlossyRay))));
+        }
         alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
     }
     return alive;

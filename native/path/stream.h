@@ -22,12 +22,41 @@ struct PathIndex {
     UInt stream;  // random numbers of the pixel
 };
 
+// Bits of x with a zero behind each.
+EG_INLINE UInt spread_bits(UInt x) {
+    x = (x | (x << 4)) & 0x0f0f0f0fu;
+    x = (x | (x << 2)) & 0x33333333u;
+    return (x | (x << 1)) & 0x55555555u;
+}
+
+// Random numbers of pixels whose derivatives are summed up: each takes its samples from one sequence, in the
+// order of a curve that fills a square (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte
+// Carlo Sampling Error via Hierarchical Ordering of Pixels"). Every aligned 2^k of a scrambled Sobol'
+// sequence are well spread: a pixel's samples are as before, and those of neighbours fill what they leave.
+// Pixels have no more nor less noise, but what is summed over them has: of roughness_env's derivative at 4
+// samples, sums of 8 x 8 pixels have 1/6 of the variance.
+EG_INLINE void share_numbers(const ImageTask& task, PathIndex& index) {
+    const int full = task.width + task.skipped_row;
+    const Int rows = quotient(index.pixel + task.column, task.width);
+    const UInt row = bits(rows + (task.row + task.skipped_all / full));
+    const UInt column = bits(index.pixel - rows * task.width + (task.column + task.skipped_all % full));
+    const int bits_a_side = (32 - task.sample_bits) / 2 < 8 ? (32 - task.sample_bits) / 2 : 8;
+    const uint32_t within = (1u << bits_a_side) - 1u;
+    const UInt place = spread_bits(column & within) | (spread_bits(row & within) << 1);
+    index.sample = index.sample + (place << task.sample_bits);
+    index.stream = pixel_stream(task.seed, ((row >> bits_a_side) << 16) | (column >> bits_a_side));
+}
+
 EG_INLINE PathIndex path_index(const ImageTask& task, Int path) {
     PathIndex index;
     index.pixel = quotient(path, task.samples);
     index.sample = bits(path - index.pixel * task.samples + task.first_sample);
     if (task.one_stream) {
         index.stream = splat(hash(task.seed));
+        return index;
+    }
+    if (task.sample_bits >= 0) {
+        share_numbers(task, index);
         return index;
     }
     // A pixel's random numbers are those that it has in the full picture: a crop is a part of it.

@@ -77,9 +77,11 @@ class Points {
     const std::vector<float> rows, normal, true_normal, tangent, wo, wi, random;
 };
 
-nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& instruction_set) {
+nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& instruction_set,
+                  int32_t favoured) {
     const Points p(materials, points);
-    const BsdfTask task = p.task();
+    BsdfTask task = p.task();
+    task.favoured = favoured;
     const size_t n = p.count();
     Output<float> value(n, 3), pdf(n), emission(n, 3), sample_wi(n, 3), weight(n, 3), sample_pdf(n);
     Output<int32_t> active(n), specular(n), transmitted(n), ray_kind(n);
@@ -130,7 +132,7 @@ nb::object forward(nb::handle materials, nb::handle points, nb::handle tangents,
 }  // namespace
 
 void bind_bsdfs(nb::module_& m) {
-    m.def("evaluate_bsdfs", &evaluate, "materials"_a, "points"_a, "instruction_set"_a,
+    m.def("evaluate_bsdfs", &evaluate, "materials"_a, "points"_a, "instruction_set"_a, "favoured"_a = 0,
           "Evaluates and samples BSDFs at points.");
     m.def("bsdfs_backward", &backward, "materials"_a, "points"_a, "adjoint"_a, "instruction_set"_a,
           "Gradients of BSDFs' values and emissions.");

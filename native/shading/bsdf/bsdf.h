@@ -16,7 +16,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 EG_INLINE Mask is_kind(Int kind, ShaderKind k) { return kind == splat(static_cast<int>(k)); }
 
-// The local frame of mirrors; `anisotropic` lanes have x along their tangents, turned about z.
+// The local frame of mirrors; `anisotropic` lanes have x along their tangents, and mirrors turned about z.
 EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Vec3 tangent, Float turns) {
     f.z = valid_mirror_normal(f.normal, f.ng, f.wo);
     basis(f.z, f.x, f.y);
@@ -27,10 +27,14 @@ EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Vec3 tangent, Float turns) 
         Float s, c;
         sincos_turn(fract(turns), s, c);
         const Mask known = anisotropic & (length > 1e-10f);
-        f.x = select(known, x * c + y * s, f.x);
-        f.y = select(known, y * c - x * s, f.y);
+        f.x = select(known, x, f.x);
+        f.y = select(known, y, f.y);
+        f.turn_cosine = select(known, c, splat(1.0f));
+        f.turn_sine = select(known, s, splat(0.0f));
+        f.any_turned = true;
     }
     f.view = to_local(f, f.wo);
+    f.turned_view = turned(f, f.view);
 }
 
 // Shares of the lobes instead of albedos.
@@ -124,7 +128,8 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
         const Vec3 h = between * (1.0f / max(sqrt(dot(between, between)), 1e-20f));
         const Float half = dot(h, f.view);
         if (f.any_lobe[kMirrorLobe])
-            add(sum, above, evaluate_reflection(f.mirror, f.view, w, h, half), f.probability[kMirrorLobe]);
+            add(sum, above, evaluate_reflection(f.mirror, f.turned_view, turned(f, w), turned(f, h), half),
+                f.probability[kMirrorLobe]);
         if (f.any_lobe[kCoatLobe])
             add(sum, above, evaluate_reflection(f.coat, f.view, w, h, half), f.probability[kCoatLobe]);
         if (f.any_lobe[kInterfaceLobe])
@@ -146,13 +151,15 @@ struct Direction {
     Int lobe;
 };
 
-EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, Mask picked, Float u, Float v,
+// The coat's frame isn't turned.
+EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask picked, Float u, Float v,
                              Direction& d) {
-    const Vec3 h = sample_reflection(r, f.view, u, v);
-    const Float cosine = dot(h, f.view);
+    const Vec3 view = coat ? f.view : f.turned_view;
+    const Vec3 h = sample_reflection(r, view, u, v);
+    const Float cosine = dot(h, view);
     const Mask smooth = picked & is_smooth(r.ggx);
-    const Vec3 w = h * (2.0f * cosine) - f.view;
-    d.wi = select(picked, to_world(f, w), d.wi);
+    const Vec3 w = h * (2.0f * cosine) - view;
+    d.wi = select(picked, to_world(f, coat ? w : turned_back(f, w)), d.wi);
     d.perfect |= smooth;
     if (any(smooth)) d.value = select(smooth, reflectance(r, cosine), d.value);
     d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
@@ -193,10 +200,10 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
                 d.transmitted |= picked;
                 break;
             case kMirrorLobe:
-                sample_mirror(f, f.mirror, picked, u, v, d);
+                sample_mirror(f, f.mirror, false, picked, u, v, d);
                 break;
             case kCoatLobe:
-                sample_mirror(f, f.coat, picked, u, v, d);
+                sample_mirror(f, f.coat, true, picked, u, v, d);
                 break;
             case kSheenLobe:
                 d.wi = select(picked, sample_sheen(f.sheen, f.normal, u, v), d.wi);

@@ -54,8 +54,9 @@ EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view,
     const Float density = select(rough, ggx_density(g.ggx, h), 0.0f);
     const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
     return {s.reflected * (density / (4.0f * max(view.z, 1e-20f) * both)),
-            s.reflect_probability * detach(density) /
-                (2.0f * max(detach(view.z) + detach(g.ggx.stretched), 1e-20f))};
+            score_pdf(g.ggx, view, splat(1.0f), h,
+                      s.reflect_probability * detach(density) /
+                          (2.0f * max(detach(view.z) + detach(g.ggx.stretched), 1e-20f)))};
 }
 
 EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
@@ -73,8 +74,9 @@ EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
     const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
     // The visible normals' density is 2 D (h.view) / (view.z + stretched).
     return {s.transmitted * (density / (max(view.z, 1e-20f) * both)),
-            (1.0f - s.reflect_probability) * 2.0f * detach(density) /
-                max(detach(view.z) + detach(g.ggx.stretched), 1e-20f)};
+            score_pdf(g.ggx, view, splat(1.0f), h,
+                      (1.0f - s.reflect_probability) * 2.0f * detach(density) /
+                          max(detach(view.z) + detach(g.ggx.stretched), 1e-20f))};
 }
 
 struct InterfaceSample {

@@ -3,6 +3,7 @@
 
 #include "kernels.h"
 #include "shading/bsdf/bsdf.h"
+#include "shading/bsdf/favoured_lobes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -32,7 +33,8 @@ EG_INLINE BsdfPoints load_points(const BsdfTask& task, int64_t first) {
 inline void bsdf_kernel(const BsdfTask& task, const BsdfResult& result) {
     for (int64_t first = 0; first < task.count; first += W) {
         const int left = static_cast<int>(task.count - first < W ? task.count - first : W);
-        const auto [active, at, f, wi] = load_points(task, first);
+        auto [active, at, f, wi] = load_points(task, first);
+        if (task.favoured) favour(f, active, task.favoured, active);
         const auto number = [&, at = at](const float* values) { return gather(values + first, at); };
         const auto write = [&](float* out, int stride, Float value) {
             for (int i = 0; i < left; ++i) out[stride * (first + i)] = value[i];

@@ -4,7 +4,7 @@
 // Vectors are in the local frame, whose z is the shading normal.
 #pragma once
 
-#include "simd/elementary.h"
+#include "shading/bsdf/score_density.h"
 #include "simd/vector.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -18,6 +18,7 @@ struct Ggx {
     Float stretched;  // |(ax x, ay y, z)| of the view
     Float masking;    // Smith's lambda of the view
     Float bound;      // of sampled reflections
+    Mask by_score;    // sampled for the derivative by roughness (shading/bsdf/score_density.h)
 };
 
 EG_INLINE Float ggx_lambda(const Ggx& g, Vec3 w) {
@@ -35,6 +36,7 @@ EG_INLINE Ggx make_ggx(Float ax, Float ay, Vec3 view) {
     const Float a = detach(min(ax, ay)), a2 = a * a;
     const Float s = 1.0f + sqrt(v.x * v.x + v.y * v.y), s2 = s * s;
     g.bound = (1.0f - a2) * s2 / (s2 + a2 * v.z * v.z);
+    g.by_score = splat(0);
     return g;
 }
 
@@ -48,8 +50,11 @@ EG_INLINE Float ggx_density(const Ggx& g, Vec3 h) {
     return 0.318309886f / (area * r * r);
 }
 
+EG_OUTLINE Float score_places(const Ggx& g, Float u) { return select(g.by_score, score_place(u), u); }
+
 // A visible normal; `bound` 1: any of them, g.bound: most of those whose reflection goes below are left out.
 EG_INLINE Vec3 sample_normal(const Ggx& g, Vec3 view, Float bound, Float u, Float v) {
+    if (any(g.by_score)) u = score_places(g, u);
     const Float scale = 1.0f / max(g.stretched, 1e-20f);
     const Vec3 stretched = {g.ax * view.x * scale, g.ay * view.y * scale, view.z * scale};
     const Float low = bound * stretched.z;
@@ -66,6 +71,22 @@ EG_INLINE Vec3 sample_normal(const Ggx& g, Vec3 view, Float bound, Float u, Floa
 // Density of `sample_normal`'s reflections: D / (2 (bound z + stretched)).
 EG_INLINE Float reflection_pdf(const Ggx& g, Vec3 view, Float density) {
     return detach(density) / (2.0f * max(g.bound * detach(view.z) + detach(g.stretched), 1e-20f));
+}
+
+// Density of the u of `sample_normal`'s h, the height of the point on the sphere that h, stretched, mirrors
+// the view to. By itself, so that it has nothing in common with what pictures compute: their bits would
+// change.
+EG_OUTLINE Float score_factor(const Ggx& g, Vec3 view, Float bound, Vec3 h) {
+    const Vec3 n = detach(h), v = detach(view);
+    const Float x = n.x / max(detach(g.ax), 1e-10f), y = n.y / max(detach(g.ay), 1e-10f);
+    const Float scale = 1.0f / max(detach(g.stretched), 1e-20f), low = bound * v.z * scale;
+    const Float z = (2.0f * dot(n, v) * n.z / max(x * x + y * y + n.z * n.z, 1e-20f) - v.z) * scale;
+    return select(g.by_score, score_density(1.0f - (z + low) / (1.0f + low)), 1.0f);
+}
+
+// A density of `sample_normal`'s h with what `by_score` changes of it.
+EG_INLINE Float score_pdf(const Ggx& g, Vec3 view, Float bound, Vec3 h, Float pdf) {
+    return any(g.by_score) ? pdf * score_factor(g, view, bound, h) : pdf;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

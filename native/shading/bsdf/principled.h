@@ -131,7 +131,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
     Albedo albedo{};
     if (mirrors) {
         const Float aspect = sqrt(1.0f - 0.9f * saturate(v.anisotropy));
-        const Ggx ggx = make_ggx(min(alpha / aspect, splat(1.0f)), alpha * aspect, f.view);
+        const Ggx ggx = make_ggx(min(alpha / aspect, splat(1.0f)), alpha * aspect, f.turned_view);
         f.mirror.ggx = select_ggx(m, ggx, f.mirror.ggx);
         // Cycles looks up the roughness of the clamped alphas.
         albedo = reflection_albedo(sqrt(sqrt(ggx.ax * ggx.ay)), cosine);

@@ -52,7 +52,7 @@ EG_INLINE Scattered evaluate_reflection(const Reflection& r, Vec3 view, Vec3 w, 
     Float both = 1.0f + r.ggx.masking + masking;
     if (any(r.separable)) both = both + select(r.separable, r.ggx.masking * masking, 0.0f);
     return {reflectance(r, cosine) * (density / (4.0f * max(view.z, 1e-20f) * both)),
-            reflection_pdf(r.ggx, view, density)};
+            score_pdf(r.ggx, view, r.ggx.bound, h, reflection_pdf(r.ggx, view, density))};
 }
 
 // The mirror's normal for a sample.

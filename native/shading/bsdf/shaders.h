@@ -8,8 +8,9 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 EG_INLINE Ggx select_ggx(Mask m, const Ggx& a, const Ggx& b) {
-    return {select(m, a.ax, b.ax), select(m, a.ay, b.ay), select(m, a.stretched, b.stretched),
-            select(m, a.masking, b.masking), select(m, a.bound, b.bound)};
+    return {
+        select(m, a.ax, b.ax),           select(m, a.ay, b.ay),       select(m, a.stretched, b.stretched),
+        select(m, a.masking, b.masking), select(m, a.bound, b.bound), (a.by_score & m) | (b.by_score & ~m)};
 }
 EG_INLINE Sheen select_sheen(Mask m, const Sheen& a, const Sheen& b) {
     return {select(m, a.weight, b.weight), select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.a, b.a),
@@ -50,7 +51,7 @@ EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
     const Float a = clamp(v.anisotropy, splat(-0.99f), splat(0.99f));
     const Float narrow = 1.0f - abs(a);
     const Float less = alpha * narrow, more = min(alpha / narrow, splat(1.0f));
-    const Ggx ggx = make_ggx(select(a < 0.0f, more, less), select(a < 0.0f, less, more), f.view);
+    const Ggx ggx = make_ggx(select(a < 0.0f, more, less), select(a < 0.0f, less, more), f.turned_view);
     f.mirror.ggx = select_ggx(m, ggx, f.mirror.ggx);
     Vec3 weight = v.base_color;
     const Mask multiscatter = m & has_flag(flags, kMultiscatter);

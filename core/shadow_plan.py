@@ -16,7 +16,7 @@ from .scene import Scene
 def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str]:
     """Whether faces that are shaded with other normals than their own may cut off other light than before, in words.
 
-    The native engine follows the same rule (horizons_move in engine_derivatives.cpp).
+    The native engine follows the same rule (horizons_move in derivative_call.cpp).
     """
     bent = [name for name in scene.meshes if _is_bent(scene, name)]
     if not bent:

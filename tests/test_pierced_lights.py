@@ -104,8 +104,9 @@ DEEP: dict[str, tuple[Make, list[str]]] = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_pierced_lights_agree_with_central_differences(name: str) -> None:
+    """Rare samples where the sheet touches the lamp (derivations, 0.6) make noise; without either term p is 0 still."""
     need_every_table()
-    check_agreement(along(*CASES[name]), spp=128)
+    check_agreement(along(*CASES[name]), spp=128, noise=0.35)
 
 
 @pytest.mark.parametrize("name", DEEP)

@@ -36,10 +36,6 @@ void EdgeOnTerm::record(const KernelTable& kernels, const SceneView& scene, int6
     task.cumulative = list_.cumulative.data();
     task.pieces = static_cast<int64_t>(list_.piece_face.size());
     task.first = first, task.count = count, task.total = list_.total;
-    const double place =
-        static_cast<double>(first) / static_cast<double>(list_.total) * list_.cumulative.back();
-    task.first_piece = std::upper_bound(list_.cumulative.begin(), list_.cumulative.end() - 1, place) -
-                       list_.cumulative.begin() - 1;
     task.paths.pixel_count = task.paths.width = 1;
     task.paths.first_sample = static_cast<int32_t>(first);
     task.paths.samples = static_cast<int32_t>(count);

@@ -115,8 +115,8 @@ EG_INLINE void seed3(Tape& tape, const Nodes3& to, Mask m, const RawVec3& value)
     tape.seed(to.z, raw::select(m, value.z, 0.0f));
 }
 
-EG_INLINE RawVec3 derivatives(const Tape& tape, const Vec3& of) {
-    return {tape.derivative(of.x.node), tape.derivative(of.y.node), tape.derivative(of.z.node)};
+EG_INLINE RawVec3 derivatives(const Tape& tape, const Nodes3& of) {
+    return {tape.derivative(of.x), tape.derivative(of.y), tape.derivative(of.z)};
 }
 
 void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const float* adjoint) {
@@ -142,7 +142,8 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
                   }
                   tape.backward();
                   if (!task.geometry) return;
-                  RawVec3 position = derivatives(tape, in.from), direction = derivatives(tape, in.direction);
+                  RawVec3 position = derivatives(tape, nodes(in.from)),
+                          direction = derivatives(tape, nodes(in.direction));
                   const Mask passes = active & load(v.passes);
                   if (any(passes)) {
                       // The ray through a surface is that of the vertex behind it.
@@ -223,7 +224,8 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
         tape.forward();
         add_change(tape, v, active, path, part.light, radiance);
         const auto hand_on = [&](float* const(&to)[3], Mask m, const Nodes3& of) {
-            scatter3(to, path, m, tape.derivative(of.x), tape.derivative(of.y), tape.derivative(of.z));
+            const RawVec3 d = derivatives(tape, of);
+            scatter3(to, path, m, d.x, d.y, d.z);
         };
         hand_on(task.position, scattered, part.position);
         hand_on(task.direction, scattered & load(v.specular), part.next_direction);

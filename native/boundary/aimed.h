@@ -203,31 +203,20 @@ EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSur
 }
 
 // A task's samples as paths of the picture.
-EG_INLINE ImageTask camera_paths(const BoundaryTask& task) {
+EG_INLINE ImageTask aimed_paths(const BoundaryTask& task) {
     return sample_paths(task, 1, hash(task.seed ^ 0x1b873593u));
 }
 
 // Those paths on their way, and what they meet first.
-EG_INLINE PathPacket start_walk(const SceneView& scene, Mask active, Int path, Float sx, Float sy,
-                                const PathIndex& random, Closest& hit) {
-    const CameraView& camera = scene.camera;
+EG_INLINE PathPacket start_walk(const SceneView& scene, const BoundaryTask& task, Mask active, Int path,
+                                Float sx, Float sy, const PathIndex& random, Closest& hit) {
     Float lens_u = splat(0.5f), lens_v = lens_u;
-    if (camera.aperture_radius > 0.0f) sobol_pair(random.stream, random.sample, kPairLens, lens_u, lens_v);
-    const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
-    const Float length = sqrt(dot(ray.direction, ray.direction));
-    PathPacket p;
+    if (scene.camera.aperture_radius > 0.0f)
+        sobol_pair(random.stream, random.sample, kPairLens, lens_u, lens_v);
+    PathPacket p = first_segment(task.max_depth);
     p.active = active;
     p.path = path;
-    p.origin = p.from = ray.origin;
-    p.direction = p.from_normal = ray.direction * (1.0f / length);
-    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
-    p.pdf = splat(0.0f);
-    p.segment = splat(1);
-    p.vertex = p.bounces = splat(0);
-    p.kind = splat(static_cast<int>(kCameraRay));
-    p.both_sides = p.from_mesh = p.touched = p.final_ray = splat(0);
-    hit = intersect(scene, active, p.origin, p.direction, length * camera.clip_start,
-                    length * camera.clip_end, ignore_nothing(), embree::kIncoherent, splat(1 << kCameraRay));
+    hit = trace_first(scene, p, sx, sy, lens_u, lens_v, embree::kIncoherent);
     return p;
 }
 
@@ -255,7 +244,7 @@ EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTas
     w.length = chain_length(w.piece, longest, probability);
     s.slides = w.length == 0;
     w.weight = place_in_cell(scene, task, w.piece, sx, sy) * task.scale / probability;
-    w.path = start_walk(scene, w.piece.active, lane_index() + static_cast<int32_t>(at), sx, sy,
+    w.path = start_walk(scene, task, w.piece.active, lane_index() + static_cast<int32_t>(at), sx, sy,
                         w.piece.random, w.hit);
     w.first = w.path.origin + w.path.direction * w.hit.distance;
     return w;
@@ -287,7 +276,7 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
     PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 3, s);
     PieceSample& p = begun.piece;
     PathPacket& path = begun.path;
-    const ImageTask walks = camera_paths(task);
+    const ImageTask walks = aimed_paths(task);
     walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed);
     if (!any(path.active)) return queued;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
@@ -324,8 +313,7 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
                       {splat(kScatteredRays), kDiffuseRay, task.limits.transparent, {s.edge, s.instance}});
     s.active &= largest_component(seen) > 0.0f;
     if (!any(s.active)) return queued;
-    const Int number = lane_index() + at;
-    const LightSource y = find_source(scene, task, s, s.active, number, p.t, -s.towards);
+    const LightSource y = find_source(scene, task, s, s.active, path.path, p.t, -s.towards);
     s.active &= y.hit.hit;
     s.distance = y.distance;
     divide_segment(s);
@@ -341,7 +329,7 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
     if (any(clear & s.active))
         s.color = select(
             clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
-    return append_scattering(work, queued, s.active, number, s.point, s.towards, y.hit, y.aside, y.through,
+    return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside, y.through,
                              y.passed, begun.length + 2, bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "path/stream.h"
+#include "sampling/systematic.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -64,16 +65,6 @@ struct PieceCursor {
     int64_t piece = 0, share = 0;
 };
 
-// Last entry of ascending cumulated values that isn't above `place`.
-EG_INLINE int64_t last_below(const double* cumulative, int64_t count, double place) {
-    int64_t low = 0, high = count;
-    while (high - low > 1) {
-        const int64_t mid = (low + high) / 2;
-        (cumulative[mid] <= place ? low : high) = mid;
-    }
-    return low;
-}
-
 // Samples [task.first + at, …): number k lies in the k-th of `total` equal parts of the mass, or of the
 // guide, which goes through the mass at another speed.
 EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& task, int64_t at,
@@ -91,21 +82,18 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
     for (int i = 0; i < W; ++i) {
         const int64_t k = at + i;
         s.active[i] = k < task.count ? -1 : 0;
-        const uint32_t number = static_cast<uint32_t>(task.first + k);
-        s.random.sample[i] = number;
+        s.random.sample[i] = static_cast<uint32_t>(task.first + k);
         if (k >= task.count) continue;
-        const double jitter =
-            static_cast<double>(hash(number ^ hash(task.seed ^ 0x51ed270bu)) >> 8) * 5.9604645e-8;
-        double place = (static_cast<double>(task.first + k) + jitter) * step, density = 1.0 / step;
+        double place = systematic_place(task.first + k, task.seed) * step, density = 1.0 / step;
         if (task.guide) {
             int64_t& j = cursor.share;
-            while (j + 1 < task.shares && task.guide[j + 1] <= place) ++j;
+            go_to(task.guide, task.shares, place, j);
             const double part = task.guide[j + 1] - task.guide[j];
             place = (static_cast<double>(j) + (place - task.guide[j]) / part) * share;
             density *= part / share;
         }
         int64_t& piece = cursor.piece;
-        while (piece + 1 < task.pieces && task.cumulative[piece + 1] <= place) ++piece;
+        go_to(task.cumulative, task.pieces, place, piece);
         const double length = task.cumulative[piece + 1] - task.cumulative[piece];
         const double tau = (place - task.cumulative[piece]) / length;
         s.edge[i] = task.edge[piece];

@@ -18,9 +18,11 @@
 #include "film/splat.h"
 #include "path/camera_projection.h"
 #include "path/edge_on_task.h"
+#include "path/first_rays.h"
 #include "path/run.h"
 #include "path/start.h"
 #include "path/stream.h"
+#include "sampling/systematic.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -88,12 +90,13 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
 static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task, Workspace& work) {
     work.vertices->clear();
     const CameraView& camera = scene.camera;
-    const double step = task.cumulative[task.pieces] / static_cast<double>(task.total);
-    int64_t piece = task.first_piece;
+    const double mass = task.cumulative[task.pieces], step = mass / static_cast<double>(task.total);
+    int64_t piece = last_below(task.cumulative, task.pieces,
+                               static_cast<double>(task.first) / static_cast<double>(task.total) * mass);
     int queued = 0;
     const int count = static_cast<int>(task.count);
     for (int at = 0; at < count; at += W) {
-        PathPacket p = camera_paths(task.paths.max_depth);
+        PathPacket p = first_segment(task.paths.max_depth);
         p.touched = splat(-1);
         p.active = first_lanes(count - at);
         p.path = lane_index() + at;
@@ -101,11 +104,8 @@ static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task
         // Sample k lies in the k-th of `total` equal parts of the mass.
         Int number = splat(0);
         for (int i = 0; i < W && at + i < count; ++i) {
-            const int64_t k = task.first + at + i;
-            const uint32_t bits = hash(static_cast<uint32_t>(k) ^ hash(task.paths.seed ^ 0x51ed270bu));
-            const double place =
-                (static_cast<double>(k) + static_cast<double>(bits >> 8) * 5.9604645e-8) * step;
-            while (piece + 1 < task.pieces && task.cumulative[piece + 1] <= place) ++piece;
+            go_to(task.cumulative, task.pieces, systematic_place(task.first + at + i, task.paths.seed) * step,
+                  piece);
             number[i] = static_cast<int32_t>(piece);
         }
         Float u, v, lens_u = splat(0.5f), lens_v = lens_u;
@@ -131,15 +131,9 @@ static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task
             // Where nothing is asked, nothing is traced.
             p.active &= largest_component(a) > 0.0f;
         }
-        const CameraRay ray = camera_ray(camera, view.sx, view.sy, lens_u, lens_v);
-        const Float length = sqrt(dot(ray.direction, ray.direction));
-        p.origin = p.from = ray.origin;
-        p.direction = p.from_normal = ray.direction * (1.0f / length);
         if (any(p.active)) {
             const Int face = gather(task.face, number), instance = gather(task.instance, number);
-            const Closest hit =
-                intersect(scene, p.active, p.origin, p.direction, length * camera.clip_start,
-                          length * camera.clip_end, ignore_nothing(), embree::kCoherent, ray_mask(p.kind));
+            const Closest hit = trace_first(scene, p, view.sx, view.sy, lens_u, lens_v, embree::kCoherent);
             p.active &= hit.hit & (hit.face == face) & (hit.instance == instance);
             Closest none = hit;
             none.hit = splat(0);

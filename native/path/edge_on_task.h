@@ -22,8 +22,7 @@ struct EdgeOnTask {
     const double* cumulative;        // (pieces + 1) mass
     int64_t pieces;
     int64_t first, count, total;
-    int64_t first_piece;  // or one before that of the first sample
-    ImageTask paths;      // a sample is a path of it
+    ImageTask paths;  // a sample is a path of it
     // Gradients: the picture's adjoint, and where a sample's is written (count, 3); null: forward mode.
     const float* adjoint;
     float* seen_adjoint;

@@ -26,19 +26,6 @@ struct PathPacket {
     Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
 
-// Paths on their first ray, which it is left to set, and whether what it meets counts as touched.
-EG_INLINE PathPacket camera_paths(int max_depth) {
-    PathPacket p;
-    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
-    p.pdf = splat(0.0f);
-    p.segment = splat(1);
-    p.vertex = p.bounces = splat(0);
-    p.kind = splat(static_cast<int>(kCameraRay));
-    p.both_sides = p.from_mesh = p.touched = splat(0);
-    p.final_ray = splat(max_depth <= 1 ? -1 : 0);
-    return p;
-}
-
 constexpr int kVertexBits = 11, kSegmentBits = 11;
 
 EG_INLINE Int pack_state(const PathPacket& p) {

@@ -10,6 +10,7 @@
 #pragma once
 
 #include "path/edge_step.h"
+#include "path/first_rays.h"
 #include "path/recorder.h"
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
@@ -42,7 +43,7 @@ EG_INLINE Closest load_hits(const HitQueue& hits, int at, Mask hit) {
 EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspace& work) {
     const CameraView& camera = scene.camera;
     const int count = task.pixel_count * task.samples;
-    PathPacket p = camera_paths(task.max_depth);
+    PathPacket p = first_segment(task.max_depth);
     const AskedLeaves* leaves = asked_leaves(work);
     p.touched = splat(leaves && leaves->everywhere ? -1 : 0);
     for (int at = 0; at < count; at += W) {
@@ -59,14 +60,7 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
             store(work.camera.x + at, sx), store(work.camera.y + at, sy);
             store(work.camera.lens_u + at, lens_u), store(work.camera.lens_v + at, lens_v);
         }
-        const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
-        const Float length = sqrt(dot(ray.direction, ray.direction));
-        p.origin = p.from = ray.origin;
-        p.direction = p.from_normal = ray.direction * (1.0f / length);
-        const Closest hit =
-            intersect(scene, p.active, p.origin, p.direction, length * camera.clip_start,
-                      length * camera.clip_end, ignore_nothing(), embree::kCoherent, ray_mask(p.kind));
-        store_hits(work.hits, at, hit);
+        store_hits(work.hits, at, trace_first(scene, p, sx, sy, lens_u, lens_v, embree::kCoherent));
         append_paths(work.paths, at, p);
         for (int c = 0; c < 3; ++c) store(work.radiance[c] + at, splat(0.0f));
     }
@@ -201,8 +195,8 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
         if (vertex && work.vertices->leaves.lobes) {
             const AskedLeaves& leaves = work.vertices->leaves;
-            favour(surface.bsdf, part.active & (shader.leaf >= leaves.first) & (shader.leaf < leaves.last),
-                   leaves.lobes, next_is_final(task, p, splat(static_cast<int>(kGlossyRay))));
+            favour(surface.bsdf, part.active & asks(leaves, shader.leaf), leaves.lobes,
+                   next_is_final(task, p, splat(static_cast<int>(kGlossyRay))));
         }
         alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
     }
@@ -255,8 +249,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         Shader shader = surface_shader(scene, x, point, choice_u);
-        if (const AskedLeaves* leaves = asked_leaves(work))
-            p.touched |= hit & (shader.leaf >= leaves->first) & (shader.leaf < leaves->last);
+        if (const AskedLeaves* leaves = asked_leaves(work)) p.touched |= hit & asks(*leaves, shader.leaf);
         if (vertex) {
             put(vertex->leaf, hit, shader.leaf);
             put(vertex->scale, hit, shader.scale);

@@ -15,6 +15,10 @@ EG_INLINE const AskedLeaves* asked_leaves(const Workspace& work) {
     return work.vertices ? &work.vertices->leaves : work.values ? &work.values->leaves : nullptr;
 }
 
+EG_INLINE Mask asks(const AskedLeaves& leaves, Int leaf) {
+    return (leaf >= leaves.first) & (leaf < leaves.last);
+}
+
 // Values of the lanes of a mask.
 EG_INLINE void put(float* field, Mask m, Float a) { store(field, select(m, a, load(field))); }
 EG_INLINE void put(int32_t* field, Mask m, Int a) { store(field, select(m, a, load(field))); }

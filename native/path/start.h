@@ -1,6 +1,7 @@
 // Paths that start at given first hits, not at the camera's.
 #pragma once
 
+#include "path/first_rays.h"
 #include "path/path_queue.h"
 #include "path/run.h"
 #include "scene/rays.h"
@@ -59,7 +60,7 @@ EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Clos
 EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
                            const Closest& hit, Vec3 aside, const Closest& other, Vec3 throughput, Int passed,
                            int max_depth) {
-    PathPacket p = camera_paths(max_depth);
+    PathPacket p = first_segment(max_depth);
     p.active = active;
     p.path = path;
     p.origin = p.from = origin;

@@ -1,0 +1,35 @@
+// Paths on their first ray, from the camera.
+#pragma once
+
+#include "path/camera_rays.h"
+#include "path/path_queue.h"
+#include "scene/rays.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Such paths, which it is left to set: which they are, their rays, and whether what these meet is touched.
+EG_INLINE PathPacket first_segment(int max_depth) {
+    PathPacket p;
+    p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    p.pdf = splat(0.0f);
+    p.segment = splat(1);
+    p.vertex = p.bounces = splat(0);
+    p.kind = splat(static_cast<int>(kCameraRay));
+    p.both_sides = p.from_mesh = p.touched = splat(0);
+    p.final_ray = splat(max_depth <= 1 ? -1 : 0);
+    return p;
+}
+
+// Sends them through (sx, sy) of the picture and a point of the lens; what they meet.
+EG_INLINE Closest trace_first(const SceneView& scene, PathPacket& p, Float sx, Float sy, Float lens_u,
+                              Float lens_v, embree::QueryFlag coherence) {
+    const CameraView& camera = scene.camera;
+    const CameraRay ray = camera_ray(camera, sx, sy, lens_u, lens_v);
+    const Float length = sqrt(dot(ray.direction, ray.direction));
+    p.origin = p.from = ray.origin;
+    p.direction = p.from_normal = ray.direction * (1.0f / length);
+    return intersect(scene, p.active, p.origin, p.direction, length * camera.clip_start,
+                     length * camera.clip_end, ignore_nothing(), coherence, ray_mask(p.kind));
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

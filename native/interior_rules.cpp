@@ -55,31 +55,29 @@ bool only_outlines_move(const SceneView& scene, const SceneTables& tables, const
     return true;
 }
 
-// Whether a material neither scatters light nor lets it pass; `shines`: it may emit, the same all over.
-bool is_plain(const SceneView& scene, int32_t material, bool black, bool shines) {
-    for (int32_t leaf = scene.material_first_leaf[material]; leaf < scene.material_first_leaf[material + 1];
-         ++leaf) {
-        const bool textured = scene.textures.leaf_program && scene.textures.leaf_program[leaf] >= 0;
-        if (textured ||
-            (scene.leaf_flags[leaf] & (shines ? kHasTransparency : kHasTransparency | kHasEmission)))
-            return false;
-    }
-    return !black || is_black(scene, material);
-}
-
 // What moves is black and gives no light, or all is black, as where only light seen directly is rendered. Its
 // outlines alone then change the picture.
 bool nothing_shaded_moves(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
                           int max_depth) {
     if (!asks_only(wanted, {"vertices", "normals"})) return false;
-    bool direct = true;  // or nothing is lit
-    const auto materials = static_cast<int32_t>(tables.material_first_leaf.size()) - 1;
-    for (int32_t material = 0; material < materials && max_depth >= 2; ++material)
-        direct &= is_black(scene, material);
+    std::vector<uint8_t> black(tables.material_first_leaf.size() - 1);
+    for (size_t m = 0; m < black.size(); ++m) black[m] = is_black(scene, static_cast<int32_t>(m));
+    const bool lit = max_depth >= 2 && std::find(black.begin(), black.end(), 0) != black.end();
+    // Of a moving shader: that lets light pass, differs from place to place, or lights others.
+    const auto matters = [&](int32_t leaf) {
+        return (scene.leaf_flags[leaf] & (kHasTransparency | (lit ? kHasEmission : 0))) ||
+               (scene.textures.leaf_program && scene.textures.leaf_program[leaf] >= 0);
+    };
+    std::vector<uint8_t> stays(black.size());
+    for (size_t m = 0; m < stays.size(); ++m) {
+        stays[m] = !lit || black[m];
+        for (int32_t leaf = scene.material_first_leaf[m]; leaf < scene.material_first_leaf[m + 1]; ++leaf)
+            stays[m] &= !matters(leaf);
+    }
     for (size_t mesh = 0; mesh < wanted.moving().size(); ++mesh) {
         if (!wanted.moving()[mesh]) continue;
         for (int32_t face = tables.mesh_first_face[mesh]; face < tables.mesh_first_face[mesh + 1]; ++face)
-            if (!is_plain(scene, scene.face_material[face], !direct, direct)) return false;
+            if (!stays[static_cast<size_t>(scene.face_material[face])]) return false;
     }
     return true;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/material_params.h"
+#include "scene/vector.h"
 #include "texture/opcodes.h"
 
 namespace edgegrad {
@@ -99,23 +100,16 @@ bool lets_through_by_normal(const SceneTables& t, int32_t material, bool smooth)
 
 // Whether two faces lie in one plane, or are one the other's back.
 bool in_one_plane(const SceneTables& t, const uint32_t (&face)[2]) {
-    double n[2][3];
+    Vector n[2];
     for (int k = 0; k < 2; ++k) {
-        const float* p[3];
-        for (size_t c = 0; c < 3; ++c)
-            p[c] = &t.vertices[3 * static_cast<size_t>(t.faces[3 * size_t{face[k]} + c])];
-        double a[3], b[3];
-        for (int c = 0; c < 3; ++c) a[c] = double{p[1][c]} - p[0][c], b[c] = double{p[2][c]} - p[0][c];
-        for (int c = 0; c < 3; ++c)
-            n[k][c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+        const auto corner = [&](size_t c) {
+            const float* p = &t.vertices[3 * static_cast<size_t>(t.faces[3 * size_t{face[k]} + c])];
+            return Vector{p[0], p[1], p[2]};
+        };
+        n[k] = cross(corner(1) - corner(0), corner(2) - corner(0));
     }
-    double across = 0.0, size[2] = {};
-    for (int c = 0; c < 3; ++c) {
-        const double s = n[0][(c + 1) % 3] * n[1][(c + 2) % 3] - n[0][(c + 2) % 3] * n[1][(c + 1) % 3];
-        across += s * s;
-        for (int k = 0; k < 2; ++k) size[k] += n[k][c] * n[k][c];
-    }
-    return across <= double{kSame} * kSame * size[0] * size[1];
+    const Vector across = cross(n[0], n[1]);
+    return dot(across, across) <= double{kSame} * kSame * dot(n[0], n[0]) * dot(n[1], n[1]);
 }
 
 }  // namespace

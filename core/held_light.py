@@ -42,7 +42,7 @@ class HeldLight:
 
 def held_light(scene: Scene, moves: Motion, wrt: Sequence[str]) -> HeldLight:
     """Which light is, as the meshes of `moves` move with the parameters `wrt`."""
-    used = {name for mesh in scene.meshes.values() for name in mesh.used_materials}
+    used = scene.used_materials
     leaves = {name: scene.leaves(name) for name in scene.materials}
     clear = any(flags(leaf) & TRANSPARENCY for parts in leaves.values() for leaf in parts)
     linked = any(light.receivers is not None or light.blockers is not None or not light.casts_shadow

@@ -19,7 +19,7 @@ def changing_shares(scene: Scene, wrt: Sequence[str], moves: Motion) -> str | No
     The native engine follows the same rule (native/passed_leaves.cpp).
     """
     found = []
-    for name in _used(scene):
+    for name in scene.used_materials:
         shares = list(_shares(scene, name, wrt))
         textured = any(textures for _, textures in shares)
         if any(paths & set(wrt) for paths, _ in shares) or (textured and moves.any):
@@ -34,14 +34,10 @@ def missing_shares(scene: Scene, moves: Motion) -> Iterator[str]:
     def stepped(name: str) -> bool:
         return any(is_stepped(texture) for _, textures in _shares(scene, name) for texture in textures)
 
-    found = [name for name in _used(scene) if stepped(name)]
+    found = [name for name in scene.used_materials if stepped(name)]
     if found and moves.any:
         yield (f"shadows of the borders that an image without interpolation draws in what {', '.join(found)} let "
                "through: they are no edges")
-
-
-def _used(scene: Scene) -> list[str]:
-    return list(dict.fromkeys(name for mesh in scene.meshes.values() for name in mesh.used_materials))
 
 
 def _shares(scene: Scene, name: str, wrt: Sequence[str] = ()) -> Iterator[tuple[set[str], list[Expression]]]:

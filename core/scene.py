@@ -95,6 +95,12 @@ class Scene:
             return [material]
         return [part for key in material.parts if isinstance(part := self.materials[key], Material)]
 
+    @property
+    def used_materials(self) -> list[str]:
+        """Names of the materials that faces of some mesh have, in the order of `materials`."""
+        used = {name for mesh in self.meshes.values() for name in mesh.used_materials}
+        return [name for name in self.materials if name in used]
+
     def emits(self, mesh_name: str) -> bool:
         """Whether a face of the mesh may give light of its own."""
         return any("emission" in leaf.textures or bool(np.any(leaf.emission > 0.0))

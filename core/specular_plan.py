@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from . import parameters
 from .light import AreaLight, PointLight
 from .material import Material, Mixture
@@ -31,13 +29,7 @@ _LONGEST = 16
 
 def specular_materials(scene: Scene) -> list[str]:
     """Names of the materials of some mesh that may be perfect mirrors or smooth glass somewhere."""
-    return [name for name in _used(scene) if any(may_be_specular(leaf) for leaf in scene.leaves(name))]
-
-
-def _used(scene: Scene) -> list[str]:
-    used = {mesh.materials[k] for mesh in scene.meshes.values()
-            for k in ([0] if mesh.face_material is None else np.unique(mesh.face_material))}
-    return [name for name in scene.materials if name in used]
+    return [name for name in scene.used_materials if any(may_be_specular(leaf) for leaf in scene.leaves(name))]
 
 
 def may_be_specular(leaf: Material) -> bool:
@@ -50,7 +42,7 @@ def may_be_specular(leaf: Material) -> bool:
 
 def aimed_materials(scene: Scene) -> list[str]:
     """Names of the materials of some mesh in whose sharp lobes edges are found by samples that start at the camera."""
-    return [name for name in _used(scene) if any(_may_be_aimed(leaf) for leaf in scene.leaves(name))]
+    return [name for name in scene.used_materials if any(_may_be_aimed(leaf) for leaf in scene.leaves(name))]
 
 
 def _may_be_aimed(leaf: Material) -> bool:

@@ -1,4 +1,4 @@
-// Which lobes of a surface are sampled where only how wide some are is asked for (derivations, L).
+// Which lobes of a surface are sampled where only how wide some are is asked for (derivations, M).
 //
 // The picture picks lobes by their albedos, so that a dielectric's gloss over a diffuse base gets one sample
 // of twenty. The derivative by its roughness comes from the gloss alone, but for little. And as the score of

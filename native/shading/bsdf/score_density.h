@@ -1,4 +1,4 @@
-// GGX normals for the derivative by roughness, not for the picture (derivations, L).
+// GGX normals for the derivative by roughness, not for the picture (derivations, M).
 //
 // The score d log D / d log(alpha) of a normal is 2 (2u - 1) where the surface is seen from above, u the
 // number that `sample_normal` turns into the normal's slope: negative in the middle of a lobe, positive

@@ -64,6 +64,24 @@ def check_transpose(make: Callable[[float], Scene], paths: Sequence[str], **opti
     assert scale > 0.0
 
 
+def check_equal_bits(make: Callable[[float], Scene], paths: Sequence[str], **options: Any) -> None:
+    """Both modes give the same bits again, and for any number of threads."""
+    scene = make(0.0)
+    rng = np.random.default_rng(1)
+    adjoint = rng.standard_normal((*scene.camera.size, 3)).astype(np.float32)
+    tangents = {path: rng.standard_normal(np.shape(parameters.get(scene, path))) for path in paths}
+    first = None
+    for threads in (1, 2, 3):
+        renderer = Renderer(scene, threads=threads)
+        for _ in range(2):
+            gradient = renderer.render_backward(adjoint, paths, **options)
+            results = [*(gradient[path] for path in paths), renderer.render_forward(tangents, **options)]
+            if first is None:
+                first = results
+            for result, wanted in zip(results, first, strict=True):
+                np.testing.assert_array_equal(result, wanted)
+
+
 def compare(
     scene: Scene, path: str, direction: Any, step: float, *, one_sided: bool = False, seeds: int = 6, spp: int = 64,
     max_depth: int = 2,

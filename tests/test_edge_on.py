@@ -12,7 +12,7 @@ import edgegrad
 from edgegrad import Renderer
 from tests import shapes
 from tests.block_statistics import block_sums
-from tests.picture_differences import check_agreement, check_transpose, need_every_table
+from tests.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.rich_scene import turn
 from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
 from tests.test_pierced_lights import sheet_through
@@ -138,13 +138,4 @@ def test_noise_does_not_grow_as_a_sheet_turns_edge_on() -> None:
 def test_bits_do_not_depend_on_threads() -> None:
     need_every_table()
     make, paths, _ = CASES["lens, wide filter"]
-    scene, tangent = along(make, paths)(0.0)
-    adjoint = np.random.default_rng(5).normal(size=(*scene.camera.size, 3)).astype(np.float32)
-    results = []
-    for threads in (1, 2, 3):
-        renderer = Renderer(scene, threads=threads)
-        forward = renderer.render_forward(tangent, spp=64, terms=("interior",))
-        results.append((forward, renderer.render_backward(adjoint, paths, spp=64, terms=("interior",))[paths[0]]))
-    for other in results[1:]:
-        for a, b in zip(results[0], other, strict=True):
-            np.testing.assert_array_equal(a, b)
+    check_equal_bits(make, paths, spp=64, terms=("interior",))

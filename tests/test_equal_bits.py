@@ -6,11 +6,8 @@ number of threads, so that such a leak changes bits here.
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-import edgegrad
-from edgegrad import Renderer
 from tests import (
     test_emitter_outline,
     test_horizon,
@@ -20,7 +17,7 @@ from tests import (
     test_shadow_boundary,
     test_specular_boundary,
 )
-from tests.picture_differences import need_every_table
+from tests.picture_differences import check_equal_bits, need_every_table
 from tests.small_scenes import Make
 
 DEPTH = 5
@@ -46,19 +43,4 @@ CASES = cases()
 @pytest.mark.parametrize("name", list(CASES))
 def test_bits_are_equal(name: str) -> None:
     need_every_table()
-    make, paths = CASES[name]
-    scene = make(0.0)
-    rng = np.random.default_rng(1)
-    adjoint = rng.standard_normal((*scene.camera.size, 3)).astype(np.float32)
-    tangents = {path: rng.standard_normal(np.shape(edgegrad.parameters.get(scene, path))) for path in paths}
-    options = {"spp": 4, "max_depth": DEPTH, "seed": 3}
-    first = None
-    for threads in (1, 2, 3):
-        renderer = Renderer(scene, threads=threads)
-        for _ in range(2):
-            gradient = renderer.render_backward(adjoint, paths, **options)
-            results = [*(gradient[path] for path in paths), renderer.render_forward(tangents, **options)]
-            if first is None:
-                first = results
-            for result, wanted in zip(results, first, strict=True):
-                np.testing.assert_array_equal(result, wanted)
+    check_equal_bits(*CASES[name], spp=4, max_depth=DEPTH, seed=3)

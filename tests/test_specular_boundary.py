@@ -17,7 +17,7 @@ from edgegrad.renderer import Renderer
 from tests import shapes
 from tests.benchmarks.scenes import displaced_sphere
 from tests.block_statistics import ALARM, compare
-from tests.picture_differences import agreement, check_agreement, check_transpose
+from tests.picture_differences import agreement, check_agreement, check_equal_bits, check_transpose
 from tests.small_scenes import Floats, Make, along, box, camera, glowing, need, rectangle
 
 DEPTH = 7
@@ -230,9 +230,7 @@ def test_modes_are_transposes(case: str) -> None:
 def test_same_bits_for_any_number_of_threads() -> None:
     need("native")
     make, paths = CASES["glass: glass moves"]
-    made, tangent = along(make, paths)(0.0)
-    one, two = (Renderer(made, threads=n).render_forward(tangent, spp=8, max_depth=DEPTH) for n in (1, 2))
-    assert np.array_equal(one, two)
+    check_equal_bits(make, paths, spp=8, max_depth=DEPTH)
 
 
 def test_plan_tells_of_it() -> None:

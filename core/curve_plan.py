@@ -25,9 +25,9 @@ def outlines(scene: Scene, lights: Collection[str], camera: bool) -> str:
     return f"besides edges: the outlines of {', '.join(seen)}" if seen else ""
 
 
-def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
-    """What the shadow term has of them: sentences."""
-    for one, other in _moving_pairs(placed, moves):
+def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
+    """What the shadow term has of them: sentences. `held`: light moves over all of them (contact.py)."""
+    for one, other in _moving_pairs(placed, moves, held):
         if scene.emits(one) or scene.emits(other):
             yield (f"besides edges: what '{one}' and '{other}' hide of the light of each other where they may pass "
                    "through each other")
@@ -40,9 +40,9 @@ def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Ite
         yield f"besides edges: the borders of the cones of {', '.join(hard)}, which have no blend"
 
 
-def surface_curves(placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
+def surface_curves(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
     """The same of the indirect term."""
-    for one, other in _moving_pairs(placed, moves):
+    for one, other in _moving_pairs(placed, moves, held):
         yield f"besides edges: the lines where '{one}' and '{other}' may pass through each other"
 
 
@@ -76,8 +76,9 @@ def _turns_by_ray(scene: Scene, light: Light) -> bool:
     return scene.camera.kind == "ORTHOGRAPHIC" and isinstance(light, PointLight | SpotLight) and not light.sphere
 
 
-def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion) -> list[tuple[str, str]]:
-    return [(one, other) for one, other in crossing_pairs(placed) if one in moves.meshes or other in moves.meshes]
+def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> list[tuple[str, str]]:
+    return [(one, other) for one, other in crossing_pairs(placed)
+            if held or one in moves.meshes or other in moves.meshes]
 
 
 def _moving_against(placed: Mapping[str, Mesh], moves: Motion, light: str) -> list[str]:

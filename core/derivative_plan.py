@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import parameters
+from .contact import touching_meshes
 from .curve_plan import light_curves, missing_curves, surface_curves
 from .differentiable import indirect_obstacles, obstacles
 from .held_light import HeldLight, held_light
@@ -23,7 +24,7 @@ from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .renderer import TERMS
 from .scene import Scene
 from .shadow_plan import horizon_rule, missing_shadows
-from .shape import convex
+from .shape import close_pairs, convex
 from .specular_plan import aimed_materials, mirrored_light, mirrored_shadows, specular_materials, specular_rule
 from .table_derivatives import wanted_tables
 from .tables import Tables
@@ -65,18 +66,22 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
     specular = specular_rule(scene, moves, wrt, max_depth)
     why = primary.why if specular is None else (*primary.why, specular)
     held = held_light(scene, moves, wrt) if max_depth >= 2 else HeldLight()
+    touching = touching_meshes(scene, moves, held, max_depth)
     made = {
-        "interior": _interior(scene, tables, wrt, moves, max_depth, held),
+        "interior": _interior(scene, tables, wrt, moves, max_depth, held, close_pairs(placed, touching)),
         "primary": Term("primary", primary.computed or specular is not None, primary.edges, primary.of, why),
-        "shadow": _shadow(scene, placed, moves, edges, max_depth, mirrored_shadows(scene, moves, wrt, max_depth), held),
-        "indirect": _indirect(scene, placed, moves, edges, max_depth, mirrored_light(scene, moves, wrt, max_depth)),
+        "shadow": _shadow(scene, placed, moves, edges, max_depth, mirrored_shadows(scene, moves, wrt, max_depth), held,
+                          tuple(light_curves(scene, placed, moves, bool(touching)))),
+        "indirect": _indirect(scene, placed, moves, edges, max_depth, mirrored_light(scene, moves, wrt, max_depth),
+                              tuple(surface_curves(placed, moves, bool(touching)))),
     }
     return tuple(made[name] for name in TERMS)
 
 
 def _interior(
-    scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_depth: int, held: HeldLight
-) -> Term:
+    scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_depth: int, held: HeldLight,
+    close: list[tuple[str, str]],
+) -> Term:  # fmt: skip
     if _looks_the_same(scene, wrt):
         alone = next(iter(scene.meshes))
         words = f"'{alone}' is alone, convex and under an even sky: it looks the same from everywhere"
@@ -102,6 +107,9 @@ def _interior(
     shares = changing_shares(scene, wrt, moves)
     if computed and shares is not None:
         why.append(shares)
+    if computed and close:
+        names = ", ".join(f"'{one}' and '{other}'" for one, other in close)
+        why.append(f"between {names} light keeps its direction where they nearly touch: noise stays finite there")
     if computed and all(path.startswith("materials.") and path.rpartition(".")[2] in _WIDTHS for path in wrt):
         why.append("only how wide lobes are is asked for: these lobes get most of the samples, and more where the "
                    "derivative is large")  # fmt: skip
@@ -151,7 +159,7 @@ def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[
 
 def _shadow(
     scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
-    mirrored: str | None, held: HeldLight,
+    mirrored: str | None, held: HeldLight, curves: tuple[str, ...],
 ) -> Term:
     total = sum(e.count for e in edges.values())
     zero = ""
@@ -167,7 +175,6 @@ def _shadow(
         still = "no shadow moves, but where it is seen by mirrors and smooth glass does"
         return Term("shadow", True, 0, total, (still, str(mirrored)))
     cut, horizons = horizon_rule(scene, moves, max_depth)
-    curves = tuple(light_curves(scene, placed, moves))
     if len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
         alone = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
         return Term("shadow", cut or bool(curves), 0, total, (alone, *((horizons,) if cut else ()), *curves))
@@ -191,11 +198,10 @@ def _shadow(
 
 def _indirect(
     scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
-    mirrored: str | None,
+    mirrored: str | None, curves: tuple[str, ...],
 ) -> Term:
     total = sum(e.count for e in edges.values())
     kept = total - sum(e.flat for e in edges.values())
-    curves = tuple(surface_curves(placed, moves))
     zero = ""
     if max_depth < 3:
         zero = "light that surfaces pass on to each other is not rendered"

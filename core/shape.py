@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from itertools import combinations
 
 import numpy as np
@@ -63,6 +63,20 @@ def crossing_pairs(placed: Mapping[str, Mesh]) -> list[tuple[str, str]]:
     """Names of meshes that may pass through each other; instances are not looked at."""
     alone = [name for name in placed if placed[name].instances is None]
     return [(one, other) for one, other in combinations(alone, 2) if pierces(placed[one], placed[other])]
+
+
+def close_pairs(placed: Mapping[str, Mesh], pairs: Collection[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Those of some pairs of meshes whose bounding boxes meet, in the order of `placed`, without instances."""
+    return [(one, other) for one, other in combinations(placed, 2)
+            if {(one, other), (other, one)} & set(pairs) and _boxes_meet(placed[one], placed[other])]
+
+
+def _boxes_meet(a: Mesh, b: Mesh) -> bool:
+    if a.instances is not None or b.instances is not None:
+        return False
+    (low_a, high_a), (low_b, high_b) = ((m.vertices.min(axis=0), m.vertices.max(axis=0)) for m in (a, b))
+    slack = TOLERANCE * float(np.linalg.norm(np.maximum(high_a, high_b) - np.minimum(low_a, low_b)))
+    return bool((low_a <= high_b + slack).all() and (low_b <= high_a + slack).all())
 
 
 def _one_sided(sheet: Mesh, other: Mesh, slack: float) -> bool:

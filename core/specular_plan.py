@@ -37,7 +37,11 @@ def may_be_specular(leaf: Material) -> bool:
     if not flags(leaf) & (GLOSSY | REFRACTION):
         return False
     coat = leaf.kind == "PRINCIPLED" and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
-    return bool(leaf.textures) or leaf.roughness < _SMOOTH or (coat and leaf.coat_roughness < _SMOOTH)
+    return _may_be_smooth(leaf, "roughness") or (coat and _may_be_smooth(leaf, "coat_roughness"))
+
+
+def _may_be_smooth(leaf: Material, field: str) -> bool:
+    return field in leaf.textures or getattr(leaf, field) < _SMOOTH
 
 
 def aimed_materials(scene: Scene) -> list[str]:

@@ -29,14 +29,16 @@ void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOpti
     const bool lights = options.shadow && scene.lights.count > 0;
     const bool surfaces = options.indirect && options.max_depth >= 3;
     const bool meshes = any_mesh_moves(asked);
-    if (!(lights && (meshes || asked.lights)) && !(surfaces && meshes)) return;
-    // A camera that moves alone moves none of them over what they are cut out of.
+    // Held light moves over all of them (scene/contact.h).
+    const bool held = scene.mesh_contact;
+    if (!held && !(lights && (meshes || asked.lights)) && !(surfaces && meshes)) return;
+    // Else a camera that moves alone moves none of them over what they are cut out of.
     Asked moving = asked;
-    moving.camera = false;
+    moving.camera = held;
     Crossings crossings;
-    if (meshes && (surfaces || scene.lights.face_light))
+    if ((meshes || held) && (surfaces || (lights && scene.lights.face_light)))
         crossings =
-            seen && !scene.rays_differ
+            seen && !scene.rays_differ && !held
                 ? moving_ones(edges.tables, asked, *seen)
                 : find_crossings(edges.tables, moving, kScatteredRays | 1 << kShadowRay, edges.threads);
     const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "specular_term.h"
+#include "scene/sharp_lobes.h"
 
 namespace edgegrad {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/camera_row.h"
+#include "scene/sharp_lobes.h"
 
 namespace edgegrad {
 namespace {
@@ -14,28 +15,11 @@ constexpr float kSegment = 0.25f;
 // Lines per pixel, of each direction, and sample of the picture: a segment costs about what a sample does.
 constexpr double kLines = 0.25;
 
-// Whether a shader may be a perfect mirror, or glass that is perfectly smooth. (Textures may say so
-// anywhere.)
-bool may_be_specular(const SceneTables& t, size_t leaf) {
-    if (!(t.leaf_flags[leaf] & (kHasGlossy | kHasRefraction))) return false;
-    const float* row = t.leaf_params.data() + leaf * kMaterialParams;
-    if (leaf < t.textures.leaf_program.size() && t.textures.leaf_program[leaf] >= 0) return true;
-    constexpr float kSmooth = 4e-3f;  // its fourth power is beyond what is taken for smooth
-    const bool coat = t.leaf_kind[leaf] == kPrincipled && row[kCoatWeight] > 0.0f;
-    return row[kRoughness] < kSmooth || (coat && row[kCoatRoughness] < kSmooth);
-}
-
 float column(float* const (&v)[3], const float* const (&w)[3], int i) {
     return v[0][i] * w[0][i] + v[1][i] * w[1][i] + v[2][i] * w[2][i];
 }
 
 }  // namespace
-
-bool may_be_specular(const SceneTables& t) {
-    for (size_t leaf = 0; leaf < t.leaf_flags.size(); ++leaf)
-        if (may_be_specular(t, leaf)) return true;
-    return false;
-}
 
 bool moves_chains(const SceneTables& t, const Wanted& wanted) {
     if (wanted.any("vertices") || wanted.any("normals") || wanted.any("camera") ||

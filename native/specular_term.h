@@ -10,8 +10,6 @@
 
 namespace edgegrad {
 
-// Whether some surface may be a perfect mirror or smooth glass.
-bool may_be_specular(const SceneTables& tables);
 // Whether what is asked for moves edges, or bends rays on their way.
 bool moves_chains(const SceneTables& tables, const Wanted& wanted);
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from edgegrad import Renderer, Scene, parameters
 from edgegrad.engines import engine_class
@@ -70,14 +71,14 @@ def check_equal_bits(make: Callable[[float], Scene], paths: Sequence[str], **opt
     rng = np.random.default_rng(1)
     adjoint = rng.standard_normal((*scene.camera.size, 3)).astype(np.float32)
     tangents = {path: rng.standard_normal(np.shape(parameters.get(scene, path))) for path in paths}
-    first = None
+    first: list[NDArray[Any]] = []
     for threads in (1, 2, 3):
         renderer = Renderer(scene, threads=threads)
         for _ in range(2):
             gradient = renderer.render_backward(adjoint, paths, **options)
-            results = [*(gradient[path] for path in paths), renderer.render_forward(tangents, **options)]
-            if first is None:
-                first = results
+            results: list[NDArray[Any]] = [gradient[path] for path in paths]
+            results.append(renderer.render_forward(tangents, **options))
+            first = first or results
             for result, wanted in zip(results, first, strict=True):
                 np.testing.assert_array_equal(result, wanted)
 

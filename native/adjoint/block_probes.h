@@ -4,6 +4,7 @@
 
 #include "adjoint/blocks.h"
 #include "adjoint/scene_probe_packet.h"
+#include "adjoint/segment_block.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -29,7 +30,7 @@ EG_INLINE void probe_met_point(const SceneView& scene, SceneProbePacket& p) {
         surface_point(scene, p.active, p.index, t, b1, b2, detach(direction), p.instance);
     SurfacePoint x = surface_point(scene, p.active, p.index, {constant_triangle(f), detach(t.handed)},
                                    detach(b1), detach(b2), detach(direction), p.instance);
-    move_met_point(x, f, slides, from, direction);
+    move_met_point(x, f, all_of(slides), from, direction);
     p.put(0, beside(plain.position, x.position));
     p.put(3, beside(plain.normal, x.normal));
     p.output[6] = beside(b1, x.b1), p.output[7] = beside(b2, x.b2);
@@ -43,7 +44,7 @@ EG_INLINE void probe_segments(const SceneView& scene, SceneProbePacket& p) {
         return log(abs(dot(w, m)) / square);
     };
     const Triangle t = gather_triangle(scene, p.index);
-    const Segment face = segment_to(p.a, t, raw::splat(0.3f), raw::splat(0.2f));
+    const Segment face = segment_to(p.a, t, raw::splat(0.3f), raw::splat(0.2f), far_motion(p.active));
     Vec3 w;
     const Float measure = plain(interpolate(t, splat(0.3f), splat(0.2f)) - p.a, area_normal(t), w);
     p.put(0, beside(w, face.w));

@@ -68,6 +68,9 @@ EG_INLINE raw::Float finite_inverse(raw::Float a) {
     return raw::select(fine, 1.0f / raw::select(fine, a, 1.0f), 0.0f);
 }
 
+// The share 1 in the lanes of a mask.
+EG_INLINE raw::Float all_of(raw::Mask m) { return raw::select(m, raw::splat(1.0f), 0.0f); }
+
 // ---- Triangles: the blocks M (a point at fixed barycentrics) and N (the area normal) ----
 
 EG_INLINE bool taped(const Triangle& t) {
@@ -113,13 +116,14 @@ struct RawTriangle {
 //
 // It rides on its triangle, or slides: it stays on its ray from + t direction, whose velocity c there makes
 // it move with  c + direction n.(m - c) / (n.direction),  m the triangle's own (derivations, section 1); then
-// its barycentrics change with  grad(b).(its velocity - m).  Results: position, unit normal, barycentrics.
+// its barycentrics change with  grad(b).(its velocity - m).  Or it does both by shares (scene/contact.h).
+// Results: position, unit normal, barycentrics.
 struct MetPoint {
     static constexpr int kResults = 8;
     int32_t first;
     Nodes3 from, direction;
     RawTriangle triangle;
-    raw::Mask slides;
+    raw::Float slides;     // the share of the slide
     RawVec3 d, n;          // of the ray; the unit normal along e1 x e2
     raw::Float t;          // the ray's parameter
     raw::Float inverse;    // 1 / (n . d)
@@ -133,16 +137,16 @@ struct MetPoint {
     void backward(raw::Float* a) const {
         const RawVec3 position = read(a, first), normal = read(a, first + 3);
         const raw::Float b1 = a[first + 6], b2 = a[first + 7];
-        const raw::Mask by_place = nonzero(position) | (((b1 != 0.0f) | (b2 != 0.0f)) & slides);
+        const raw::Mask some = slides > 0.0f;
+        const raw::Mask by_place = nonzero(position) | (((b1 != 0.0f) | (b2 != 0.0f)) & some);
         const raw::Mask live = by_place | nonzero(normal);
         if (!raw::any(live)) return;
         RawVec3 point = position;
-        if (raw::any(by_place & slides)) {
+        if (raw::any(by_place & some)) {
             const RawVec3 places = gradient1() * b1 + gradient2() * b2;
             const RawVec3 g = position + places;
-            const RawVec3 of_plane = n * (dot(g, d) * inverse);
-            const RawVec3 of_ray = select(slides, g - of_plane, raw_zero3());
-            point = select(slides, of_plane - places, position);
+            const RawVec3 of_ray = select(some, (g - n * (dot(g, d) * inverse)) * slides, raw_zero3());
+            point = position - of_ray;
             add(a, from, by_place, of_ray);
             add(a, direction, by_place, of_ray * t);
         }
@@ -152,11 +156,14 @@ struct MetPoint {
         RawVec3 m, area_normal;
         raw::Mask live = triangle.forward(a, m, area_normal);
         RawVec3 position = m;
-        if (raw::any(slides)) {
+        const raw::Mask some = slides > 0.0f;
+        if (raw::any(some)) {
             const RawVec3 start = read(a, from), turn = read(a, direction), c = start + turn * t;
-            live |= slides & (nonzero(start) | nonzero(turn));
-            position = select(slides, c + d * (dot(n, m - c) * inverse), m);
-            const RawVec3 relative = position - m;
+            live |= some & (nonzero(start) | nonzero(turn));
+            const RawVec3 behind = m - c;
+            const RawVec3 relative =
+                select(some, (d * (dot(n, behind) * inverse) - behind) * slides, raw_zero3());
+            position = m + relative;
             a[first + 6] = raw::select(live, dot(gradient1(), relative), 0.0f);
             a[first + 7] = raw::select(live, dot(gradient2(), relative), 0.0f);
         }
@@ -165,9 +172,11 @@ struct MetPoint {
     }
 };
 
-// Gives a surface point of constants its derivatives: `t` is its triangle, seen along the ray from `from`.
-EG_INLINE void move_met_point(SurfacePoint& x, const Triangle& t, Mask slides, Vec3 from, Vec3 direction) {
-    const bool by_ray = any(slides) && (taped(nodes(from)) || taped(nodes(direction)));
+// Gives a surface point of constants its derivatives: `t` is its triangle, seen along the ray from `from`, of
+// whose slide it takes the share `slides`.
+EG_INLINE void move_met_point(SurfacePoint& x, const Triangle& t, raw::Float slides, Vec3 from,
+                              Vec3 direction) {
+    const bool by_ray = raw::any(slides > 0.0f) && (taped(nodes(from)) || taped(nodes(direction)));
     if (!taped(t) && !by_ray) return;
     MetPoint& block = current_tape->new_block<MetPoint>();
     const int32_t first = block.first;
@@ -183,7 +192,7 @@ EG_INLINE void move_met_point(SurfacePoint& x, const Triangle& t, Mask slides, V
     block.inverse = finite_inverse(dot(block.n, block.d));
     x.position = results(values(x.position), first);
     x.normal = results(values(x.normal), first + 3);
-    if (by_ray || any(slides)) x.b1.node = first + 6, x.b2.node = first + 7;
+    if (by_ray || raw::any(slides > 0.0f)) x.b1.node = first + 6, x.b2.node = first + 7;
 }
 
 // ---- Unit vectors ----
@@ -213,126 +222,6 @@ EG_INLINE Vec3 unit(Vec3 v) {
     Unit& block = current_tape->new_block<Unit>();
     block.of = nodes(v), block.n = n, block.inverse = inverse;
     return results(n, block.first);
-}
-
-// ---- Segments ----
-
-// The segment from x to y: its unit direction w, and the measure |w.M| / r^2 (M the area normal of the
-// surface at y; none, of points: 1 / r^2) by its own value, which is 1.
-struct Segment {
-    Vec3 w;
-    Float measure;
-};
-
-// What the adjoints of w and of the measure are to d = y - x and to M:  log |w.M|/r^2 = log |d.M| - 3 log r.
-struct RawSegment {
-    RawVec3 w, by_area;  // M / (w.M)
-    raw::Float inverse_r;
-    raw::Float inverse_m;  // 1 / (w.M); 0 where the measure doesn't change
-    raw::Float power;      // of r in the measure
-
-    EG_INLINE RawVec3 set(const RawVec3& from, const RawVec3& to, const RawVec3& m, raw::Mask point) {
-        const RawVec3 d = to - from;
-        const raw::Float square = dot(d, d);
-        inverse_r = finite_inverse(raw::sqrt(square));
-        w = d * inverse_r;
-        const raw::Float facing = dot(w, m);
-        const raw::Mask flat = ~point & (raw::abs(facing) * (inverse_r * inverse_r) > 1e-37f);
-        inverse_m = raw::select(flat, finite_inverse(facing), 0.0f);
-        by_area = m * inverse_m;
-        power = raw::select(flat, raw::splat(3.0f), raw::select(point, raw::splat(2.0f), 0.0f));
-        return w;
-    }
-    // Lanes of the mask stay as they are whatever moves.
-    EG_INLINE void hold(raw::Mask m) {
-        inverse_r = raw::select(m, raw::splat(0.0f), inverse_r);
-        inverse_m = raw::select(m, raw::splat(0.0f), inverse_m);
-    }
-    EG_INLINE RawVec3 distance_adjoint(const RawVec3& g, raw::Float measure) const {
-        return ((by_area - w * power) * measure + across(g, w)) * inverse_r;
-    }
-    EG_INLINE RawVec3 area_adjoint(raw::Float measure) const { return w * (measure * inverse_m); }
-    EG_INLINE void forward(const RawVec3& d, const RawVec3& m, raw::Mask live, raw::Float* a,
-                           int32_t first) const {
-        write(a, first, live, across(d, w) * inverse_r);
-        const raw::Float measure = dot(by_area - w * power, d) * inverse_r + dot(w, m) * inverse_m;
-        a[first + 3] = raw::select(live, measure, 0.0f);
-    }
-};
-
-struct SegmentBlock {
-    static constexpr int kResults = 4;
-    int32_t first;
-    Nodes3 x, y, m;
-    RawSegment segment;
-
-    void backward(raw::Float* a) const {
-        const RawVec3 turn = read(a, first);
-        const raw::Float measure = a[first + 3];
-        const raw::Mask live = nonzero(turn) | (measure != 0.0f);
-        const RawVec3 g = segment.distance_adjoint(turn, measure);
-        add(a, y, live, g);
-        add(a, x, live, raw_zero3() - g);
-        add(a, m, live, segment.area_adjoint(measure));
-    }
-    void forward(raw::Float* a) const {
-        const RawVec3 from = read(a, x), to = read(a, y), area = read(a, m);
-        segment.forward(to - from, area, nonzero(from) | nonzero(to) | nonzero(area), a, first);
-    }
-};
-
-// Towards a point of a light's shape with the area normal m; `point`: it is without size.
-EG_INLINE Segment segment_to(Vec3 x, Vec3 y, Vec3 m, Mask point) {
-    if (!taped(nodes(x)) && !taped(nodes(y)) && !taped(nodes(m))) {
-        RawSegment s;
-        return {constant3(s.set(values(x), values(y), values(m), point)), splat(1.0f)};
-    }
-    SegmentBlock& block = current_tape->new_block<SegmentBlock>();
-    block.x = nodes(x), block.y = nodes(y), block.m = nodes(m);
-    const RawVec3 w = block.segment.set(values(x), values(y), values(m), point);
-    return {results(w, block.first), {raw::splat(1.0f), block.first + 3}};
-}
-
-struct FaceSegmentBlock {
-    static constexpr int kResults = 4;
-    int32_t first;
-    Nodes3 x;
-    RawTriangle triangle;
-    RawSegment segment;
-
-    void backward(raw::Float* a) const {
-        const RawVec3 turn = read(a, first);
-        const raw::Float measure = a[first + 3];
-        const raw::Mask live = nonzero(turn) | (measure != 0.0f);
-        const RawVec3 g = segment.distance_adjoint(turn, measure);
-        add(a, x, live, raw_zero3() - g);
-        triangle.backward(a, live, g, segment.area_adjoint(measure));
-    }
-    void forward(raw::Float* a) const {
-        RawVec3 y, m;
-        const RawVec3 from = read(a, x);
-        const raw::Mask live = nonzero(from) | triangle.forward(a, y, m);
-        segment.forward(y - from, m, live, a, first);
-    }
-};
-
-// Towards a point that rides on a triangle; of lanes that are `held` nothing changes.
-EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Float b2, Mask held = splat(0)) {
-    const auto run = [&](RawTriangle& triangle, RawSegment& segment) {
-        triangle.set(t, b1, b2);
-        const RawVec3 y = values(t.p0) + triangle.e1 * b1 + triangle.e2 * b2;
-        return segment.set(values(x), y, cross(triangle.e1, triangle.e2), raw::splat(0));
-    };
-    if ((!taped(nodes(x)) && !taped(t)) || !any(~held)) {
-        RawTriangle triangle;
-        RawSegment segment;
-        return {constant3(run(triangle, segment)), splat(1.0f)};
-    }
-    FaceSegmentBlock& block = current_tape->new_block<FaceSegmentBlock>();
-    block.x = nodes(x);
-    const RawVec3 w = run(block.triangle, block.segment);
-    if (any(held)) block.segment.hold(held);
-    return {results(w, block.first), {raw::splat(1.0f), block.first + 3}};
 }
 
 // ---- Diffuse reflection ----

@@ -6,7 +6,7 @@
 // divided by its own value, since the sample's density is a constant.
 #pragma once
 
-#include "adjoint/blocks.h"
+#include "adjoint/segment_block.h"
 #include "shading/emission.h"
 #include "shading/light_rows.h"
 
@@ -23,11 +23,10 @@ struct LightArrival {
     Float measure;  // relative
 };
 
-// From a face of a mesh; of lanes that are `held` the direction stays.
-EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
-                                     Vec3 x, Int ray_kind, Mask held) {
-    const Triangle t = gather_triangle(scene, select(active, face, splat(0)));
-    const Segment segment = segment_to(x, t, b1.value, b2.value, held | ~active);
+// From a face of a mesh.
+EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const Triangle& t, Int face,
+                                     Float b1, Float b2, Vec3 x, Int ray_kind, const FarMotion& motion) {
+    const Segment segment = segment_to(x, t, b1.value, b2.value, motion);
     LightArrival a;
     a.w = segment.w, a.measure = segment.measure;
     if (!scene.emission_varies) {

@@ -33,7 +33,7 @@ inline Vec3 passed_share(const SceneView& scene, const PassedPacket<W>& p, Mask 
         const Vec3 turned = constant3(way * finite_inverse(raw::sqrt(dot(way, way))) - values(w));
         w = select(near, w + turned, w);
     }
-    if (geometry) move_met_point(c, t.triangle, active, from, w);
+    if (geometry) move_met_point(c, t.triangle, all_of(active), from, w);
     return surface_transmittance(scene, c, texture_point(scene, c, -w, splat(static_cast<int>(kShadowRay))));
 }
 

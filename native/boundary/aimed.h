@@ -240,6 +240,7 @@ EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTas
     s.active = splat(0);
     s.edge = w.piece.edge, s.instance = w.piece.instance;
     s.y = still_far_end();
+    s.held.length = splat(0);
     Float probability, sx, sy;
     w.length = chain_length(w.piece, longest, probability);
     s.slides = w.length == 0;
@@ -277,7 +278,8 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
     PieceSample& p = begun.piece;
     PathPacket& path = begun.path;
     const ImageTask walks = aimed_paths(task);
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed);
+    if (scene.mesh_contact) begin_held_chain(scene, path.active, begun.length, s.held);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.held);
     if (!any(path.active)) return queued;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     const Int kinds = select(s.slides, aimed_kinds(x.shader, task.aimed), splat(kScatteredRays));
@@ -319,6 +321,7 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
     divide_segment(s);
     s.y.face = select(s.active, y.hit.face, splat(-1));
     s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
+    hold_contact(scene, begun.length, s);
     s.active &= segment_moves(scene, asked, s);
     if (!any(s.active)) return queued;
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "boundary/aimed_lobes.h"
+#include "boundary/held_chain.h"
 #include "path/path_tracer.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -92,9 +93,9 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
 // Follows paths from their first hits to the surfaces on which their segments with the numbers `target` end;
 // lanes that don't get there, or aren't scattered there, become inactive. Surfaces that let light pass are
 // passed by chance. `aimed`, if above 0: from the camera's surface only by the aimed estimator's lobes, and
-// nowhere by perfect ones.
+// nowhere by perfect ones. `held`: the surfaces on their way, where light is held.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
-                                  Int target, float aimed = 0.0f) {
+                                  Int target, float aimed = 0.0f, HeldChain* held = nullptr) {
     const bool clear = scene.all_flags & kHasTransparency;
     Mask walking = p.active & hit.hit, arrived = splat(0);
     while (true) {
@@ -151,6 +152,13 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             intersect(scene, walking, p.origin, p.direction, splat(0.0f), splat(__builtin_inff()),
                       ignore_nothing(), embree::kIncoherent, ray_mask(p.kind));
         walking &= met.hit;
+        if (held && scene.mesh_contact && any(walking & (held->length > 0))) {
+            // Nothing lets rays pass, so that all have met as many surfaces.
+            SurfacePoint next = surface_point(scene, walking, met.face, met.b1, met.b2, p.direction,
+                                              select(walking, met.instance, splat(-1)));
+            next.mesh = select(walking, met.mesh, splat(0));
+            hold_next(scene, walking & (held->length > 0), p.segment - 2, s.x, next, *held);
+        }
         hit.face = select(walking, met.face, hit.face), hit.mesh = select(walking, met.mesh, hit.mesh);
         hit.instance = select(walking, met.instance, hit.instance);
         hit.b1 = select(walking, met.b1, hit.b1), hit.b2 = select(walking, met.b2, hit.b2);

@@ -93,15 +93,15 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
         s.reach = select(disk, way_to_disk, s.reach);
         s.active &= ~disk | (s.reach > 0.0f);
     }
-    Mask moves = face_point_moves(scene, asked, s.active, s.x.face, s.x.instance);
+    Mask moves = lit_end_moves(scene, asked, s.active, s.x, s.slides);
     if (asked.want_lights) moves |= s.active;
-    if (asked.want_camera) moves |= s.active & s.slides;
     s.active &= moves;
     if (!any(s.active)) return out;
     s.sweep = normal * (1.0f / max(s.reach, 1e-30f));
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, o, length, links.visible_to, false);
     s.active = seen.active;
     s.view = seen.view;
+    s.held = seen.held;
     turn_to(s.x, -s.view.direction);
     s.color = seen.weight * lit.through * l.radiance *
               (area * sine * (p.u1 - p.u0) * (kTurn * task.scale) / (p.density * probability));

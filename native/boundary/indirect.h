@@ -65,12 +65,14 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
                         select(s.active, lit.hit.instance, splat(-1)));
     s.x.mesh = lit.hit.mesh;
     s.active = s.x.active;
+    hold_contact(scene, length, s);
     s.active &= segment_moves(scene, asked, s);
     if (!any(s.active)) return queued;
 
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, scattered, true);
     s.active = seen.active;
     s.view = seen.view;
+    s.held = seen.held;
     turn_to(s.x, -s.view.direction);
     s.color = seen.weight * lit.through * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     if (any(clear & s.active))

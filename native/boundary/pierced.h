@@ -9,9 +9,10 @@
 // planes: with g = sigma (t x w) = mu_i n_i + mu_j n_j,
 //   g . dq = mu_i n_i . m_i(q) + mu_j n_j . m_j(q)     (boundary/crossing_point.h).
 // Where j gives light whose direction is held (shading/held_light.h), lambda = 1 and dx takes the place of
-// dy. What x doesn't see of j is on the side of i's plane that is away from x: sigma = sign((t x w) . h) with
-// h in j across the line, (n_i . h) (n_i . w) < 0. L(y) is what j gives by itself (the shadow term), or what
-// it scatters, which the path tracer finds (the indirect one).
+// dy; near x it does by a share (scene/contact.h). What x doesn't see of j is on the side of i's plane that
+// is away from x: sigma = sign((t x w) . h) with h in j across the line, (n_i . h) (n_i . w) < 0. L(y) is
+// what j gives by itself (the shadow term), or what it scatters, which the path tracer finds (the indirect
+// one).
 #pragma once
 
 #include "boundary/crossing_point.h"
@@ -118,7 +119,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     Mask moves = face_point_moves(scene, asked, s.active, pair.hider, s.instance) |
                  face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, s.instance);
     if (asked.want_lights) moves |= s.active & (pair.row >= 0);
-    if (!scatters && scene.face_held) moves = s.active;  // x may be what moves
+    if (scene.mesh_contact || (!scatters && scene.face_held)) moves = s.active;  // x may be what moves
     s.active &= moves;
     if (!any(s.active)) return queued;
 
@@ -174,10 +175,12 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
     if (!scatters)
         s.lambda = select(holds_direction(scene, s.active, pair.face, s.x.material), splat(1.0f), 0.0f);
+    hold_contact(scene, length, s);
     const Int kinds = scatters ? splat(kScatteredRays) : links.visible_to;
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, kinds, scatters);
     s.active = seen.active;
     s.view = seen.view;
+    s.held = seen.held;
     turn_to(s.x, -s.view.direction);
     s.color = seen.weight * lit.through * light *
               ((p.u1 - p.u0) * task.scale / (density * probability * p.density));

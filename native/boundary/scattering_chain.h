@@ -11,6 +11,7 @@
 
 #include "boundary/camera_connection.h"
 #include "boundary/lit_surface.h"
+#include "boundary/segment.h"
 #include "path/path_queue.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -172,8 +173,9 @@ EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, con
 struct SeenLight {
     Mask active;
     Projection view;
-    Vec3 weight;  // W(x); where the camera sees x itself, but for |n . D|
-    Int bounces;  // of x and of the surfaces before it, counts by kind
+    Vec3 weight;     // W(x); where the camera sees x itself, but for |n . D|
+    Int bounces;     // of x and of the surfaces before it, counts by kind
+    HeldChain held;  // where light is held
 };
 
 // Light that arrives along w at x, of the kinds `light_kinds` of scattering, is followed over `length` more
@@ -184,14 +186,22 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     const bool limited = limits_matter(task);
     Chain chain{x, w, {splat(1.0f), splat(1.0f), splat(1.0f)}, splat(0)};
     chain.at.hit = active;
+    SeenLight seen;
+    if (scene.mesh_contact) begin_held_chain(scene, active, length, seen.held);
     for (int k = 0;; ++k) {
         const Mask walking = chain.at.hit & (length > k);
         if (!any(walking)) break;
+        const bool holds = scene.mesh_contact && any(walking & (seen.held.length > k));
+        SurfacePoint before;
+        if (holds) before = chain_point(scene, walking, chain);
         const Int seers = select(length == k + 1, splat(1 << kCameraRay), splat(kScatteredRays));
         extend(scene, walking, chain, p.random, splat((k + 1) * kChainVertex),
                k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on));
+        if (holds) {
+            const Mask held = walking & chain.at.hit & (seen.held.length > k);
+            hold_next(scene, held, length - (k + 1), chain_point(scene, held, chain), before, seen.held);
+        }
     }
-    SeenLight seen;
     SurfacePoint end = chain_point(scene, chain.at.hit, chain);
     seen.view = place_in_picture(scene, end.active, end.position, p.random);
     end.active &= seen.view.active;

@@ -8,11 +8,13 @@
 // How the ends move:
 // - x, if the camera sees it, is where its pixel's ray meets its moving surface: with c the velocity of that
 //   ray, D its direction and m(x) the velocity of the surface, dx = c + D n . (m - c)/(n . D). A vertex that
-//   is seen by way of other surfaces rides on its own, dx = m(x).
+//   is seen by way of other surfaces rides on its own, dx = m(x), or near the camera's surface slides along
+//   the ray from there by a share.
 // - y rides on its surface, on a light, or turns with the environment; or it is where the direction from x
 //   leads, lambda = 1.
 #pragma once
 
+#include "boundary/held_chain.h"
 #include "boundary/light_motion.h"
 #include "boundary/moving_points.h"
 #include "boundary/pieces.h"
@@ -51,6 +53,7 @@ struct BoundarySegment {
     SurfacePoint x;  // its normal on the side from which it is seen
     Mask slides;     // x is seen by the camera, as `view` says; else it rides on its surface
     Projection view;
+    HeldChain held;  // where light is held
     FarEnd y;
     // Everything but sweep, velocities and, where x slides, |n . D|: the slide is divided by it.
     Vec3 color;
@@ -69,12 +72,34 @@ EG_INLINE void hold_far_end(const SceneView& scene, BoundarySegment& s) {
     s.lambda = select(held, splat(1.0f), s.lambda);
 }
 
+// Where y is near x, the segment moves with x by a share (scene/contact.h), for the first surfaces of paths.
+EG_INLINE void hold_contact(const SceneView& scene, Int length, BoundarySegment& s) {
+    if (!scene.mesh_contact) return;
+    const Mask held = s.active & (length < scene.held_surfaces) & (s.y.face >= 0);
+    const Int face = select(held, s.y.face, splat(0));
+    const Mask near = may_touch(scene, held, s.x.mesh, mesh_of(scene, face));
+    if (!any(near)) return;
+    const Triangle t = placed_triangle(scene, face, select(near, s.y.instance, splat(-1))).triangle;
+    const Contact c = contact(near, s.x.position, s.x.normal, t, interpolate(t, s.y.b1, s.y.b2));
+    s.lambda = s.lambda + (1.0f - s.lambda) * c.share;
+}
+
+// Whether x may move: on its surface, with the camera that sees it, or with a surface that does.
+EG_INLINE Mask lit_end_moves(const SceneView& scene, const DerivativeView& asked, Mask active,
+                             const SurfacePoint& x, Mask slides) {
+    Mask moves = face_point_moves(scene, asked, active, x.face, x.instance);
+    if (asked.want_camera) moves |= active & slides;
+    if (scene.mesh_contact)
+        moves |= active & ~slides &
+                 ((gather(scene.mesh_contact, select(active, x.mesh, splat(0))) & kContactTo) != 0);
+    return moves;
+}
+
 // Whether anything of the segment may move.
 EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& asked, const BoundarySegment& s) {
     Mask moves = edge_point_moves(scene, asked, s.active, s.edge, s.instance) |
-                 face_point_moves(scene, asked, s.active, s.x.face, s.x.instance) |
+                 lit_end_moves(scene, asked, s.active, s.x, s.slides) |
                  face_point_moves(scene, asked, s.active & (s.y.face >= 0), s.y.face, s.y.instance);
-    if (asked.want_camera) moves |= s.active & s.slides;
     if (asked.want_lights) moves |= s.active & (s.y.row >= 0);
     if (asked.want_rotation) moves |= s.active & s.y.sky;
     return moves;
@@ -112,8 +137,10 @@ EG_INLINE void lit_end_blocks(Mode& mode, const SceneView& scene, const Derivati
                               const BoundarySegment& s, Vec3 g) {
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
     const Vec3 along = s.x.normal * -dot(g, s.view.across_of);
-    face_point_blocks(mode, scene, asked, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2,
-                      select(s.slides, along, g), s.color);
+    Vec3 to_face = select(s.slides, along, g);
+    if (scene.mesh_contact && any(s.active & (s.held.length > 0)))
+        to_face = held_chain_blocks(mode, scene, asked, s.active, s.held, s.x, s.view, g, to_face, s.color);
+    face_point_blocks(mode, scene, asked, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2, to_face, s.color);
     const Mask seen = s.active & s.slides;
     if (asked.want_camera && any(seen)) {
         Float row[kCameraFloats];

@@ -158,6 +158,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     meet_facing_disk(scene, s);
     divide_segment(s);
     hold_far_end(scene, s);
+    hold_contact(scene, length, s);
     s.active &= segment_moves(scene, asked, s);
     if (!task.score && any(s.active & s.slides))
         s.active &= ~s.slides | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
@@ -173,6 +174,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     const Int kinds = task.kind == kSkyBoundary ? splat(scene.environment_mask) : light.sample.visible_to;
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false);
     s.view = seen.view;
+    s.held = seen.held;
     s.color = color * seen.weight;
     s.active = seen.active & ~(largest_component(s.color) == 0.0f);
     return s;

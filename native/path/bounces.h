@@ -8,7 +8,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Where a ray towards w leaves the surface.
 EG_INLINE Vec3 leave_surface(const SurfacePoint& x, Vec3 w) {
-    return x.start + x.normal * select(dot(x.normal, w) < 0.0f, -x.offset, x.offset);
+    return x.position + x.normal * select(dot(x.normal, w) < 0.0f, -x.offset, x.offset);
 }
 
 EG_INLINE Int limit(const BounceLimits& limits, Int kind) {

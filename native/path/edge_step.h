@@ -77,7 +77,7 @@ EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Works
     // Rays leave in front of both faces, also those that pass below the plane between them.
     SurfacePoint both = x;
     both.normal = normal;
-    both.start = x.position + normal * x.offset;
+    both.position = x.position + normal * x.offset;
     both.offset = splat(0.0f);
     return scatter(scene, task, work, p, both, surface, index, lobe_u, alive, nullptr);
 }

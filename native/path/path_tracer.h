@@ -240,7 +240,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         if (work.hits.edges) {
             Vec3 step;
             load3(step, work.hits.edges->aside, at);
-            x.start = select(hit, x.start + step, x.start);
+            x.position = select(hit, x.position + step, x.position);
             bends = hit & (load(work.hits.edges->other + at) >= 0);
         }
         const PathIndex index = path_index(task, p.path);
@@ -253,6 +253,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         if (vertex) {
             put(vertex->leaf, hit, shader.leaf);
             put(vertex->scale, hit, shader.scale);
+            record_contact(scene, *vertex, p, x);
             keep_touched(*work.vertices, *vertex, p.touched);
         }
         if (work.values)

@@ -3,6 +3,7 @@
 
 #include "path/path_queue.h"
 #include "path/vertex_packet.h"
+#include "scene/contact.h"
 #include "shading/bsdf/sample.h"
 #include "shading/lights.h"
 
@@ -53,6 +54,18 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
     store(v.light_face, splat(-1));
     store(v.light_row, splat(-1));
     set(v.scale, p.active, splat(1.0f));
+}
+
+// Whether the direction in which the surface before sees x is held.
+EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacket& p, const SurfacePoint& x) {
+    if (!scene.mesh_contact) return;
+    store(v.holds, x.active & (p.segment <= scene.held_surfaces));
+    const Mask held = (p.segment >= 2) & (p.segment <= scene.held_surfaces + 1) & (p.pdf > 0.0f);
+    const Mask near = may_touch(scene, x.active & held, p.from_mesh, x.mesh);
+    if (!any(near)) return;
+    const Contact c = contact(near, p.from, p.from_normal, x.triangle, x.position);
+    set(v.held, near, c.share);
+    set3(v.drift, near, c.drift);
 }
 
 // Leaves lanes out whose light has no derivative; the latest packet altogether where all are such. It may

@@ -23,20 +23,6 @@ EG_INLINE ImageTask sample_paths(const BoundaryTask& task, int sets, uint32_t se
     return paths;
 }
 
-// The mesh that a face belongs to.
-EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
-    Int mesh;
-    for (int i = 0; i < W; ++i) {
-        int low = 0, high = scene.mesh_count;
-        while (high - low > 1) {
-            const int mid = (low + high) / 2;
-            (scene.mesh_first_face[mid] <= face[i] ? low : high) = mid;
-        }
-        mesh[i] = low;
-    }
-    return mesh;
-}
-
 // Appends paths whose rays have met `hit` to a queue of n; its new length. Rays leave them a step `aside`,
 // and where `other` has a face, the radiance there is taken off.
 EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Closest& hit, Vec3 aside,

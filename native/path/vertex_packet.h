@@ -29,6 +29,10 @@ struct alignas(64) VertexPacket {
     Floats near, far;  // distances from the vertex before that it went, surfaces passed or not; infinite: it
                        // met nothing
     Ints from_mesh;    // of the vertex before
+    // Whether light is held here; how much the direction from the vertex before is, and what moves the
+    // measure then (scene/contact.h).
+    Ints holds;
+    Floats held, drift[3];
 
     // The shader that was picked among the material's, and what it does.
     Ints leaf;

@@ -90,7 +90,6 @@ struct SurfacePoint {
     Int face;
     Float b1, b2;  // barycentrics of p1, p2
     Vec3 position;
-    Vec3 start;      // where rays leave it: its position, or (beside an edge) a step aside of it
     Vec3 normal;     // unit, on the viewer's side
     Float side;      // +1: the viewer is in front (counter-clockwise side), -1: behind
     Float length_m;  // |M|
@@ -122,7 +121,7 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
     s.triangle = t.triangle;
     s.mesh = splat(0);
     s.instance = instance;
-    s.position = s.start = interpolate(s.triangle, b1, b2);
+    s.position = interpolate(s.triangle, b1, b2);
     const Vec3 m = area_normal(s.triangle);
     s.length_m = sqrt(dot(m, m));
     s.active = active & (s.length_m > 0.0f);
@@ -138,6 +137,20 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
     const Int known = select(active, face, splat(0));
     return surface_point(scene, active, known, placed_triangle(scene, known, instance), b1, b2, view,
                          instance);
+}
+
+// The mesh that a face belongs to.
+EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
+    Int mesh;
+    for (int i = 0; i < W; ++i) {
+        int low = 0, high = scene.mesh_count;
+        while (high - low > 1) {
+            const int mid = (low + high) / 2;
+            (scene.mesh_first_face[mid] <= face[i] ? low : high) = mid;
+        }
+        mesh[i] = low;
+    }
+    return mesh;
 }
 
 // The corner normals of faces, interpolated; `smooth` is where a face of an active lane has all three.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "scene/contact_meshes.h"
 #include "scene/sharp_lobes.h"
 
 namespace edgegrad {
@@ -132,7 +133,13 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.edge_count = static_cast<int32_t>(tables.edge_vertices.size() / 2);
     view_.camera = tables.camera;
     view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();
-    if (asked) hold_directions(tables, *asked);
+    if (!asked) return;
+    hold_directions(tables, *asked);
+    mesh_contact_ = contact_meshes(tables, view_, *asked);
+    if (mesh_contact_.empty()) return;
+    view_.mesh_contact = mesh_contact_.data();
+    // Behind perfect lobes points ride.
+    view_.held_surfaces = may_be_specular(tables) ? 1 : kHeldSurfaces;
 }
 
 }  // namespace edgegrad

@@ -22,7 +22,7 @@ class PreparedScene {
 
     std::shared_ptr<const LightList> lights_;
     std::vector<BruteTriangle> brute_triangles_;
-    std::vector<int32_t> face_moving_, face_held_, material_held_;
+    std::vector<int32_t> face_moving_, face_held_, material_held_, mesh_contact_;
     SceneView view_{};
 };
 

@@ -153,7 +153,7 @@ EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Ve
 }
 
 // Where rays leave a surface: off along its normal, further than rounding can be wrong.
-EG_INLINE Vec3 leave_surface(const SurfacePoint& x) { return x.start + x.normal * x.offset; }
+EG_INLINE Vec3 leave_surface(const SurfacePoint& x) { return x.position + x.normal * x.offset; }
 
 // Whether something is hit within `far` times the direction's length.
 EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,

@@ -1,7 +1,8 @@
-// Which shaders have lobes so sharp that what lights them is looked for along those.
+// Which shaders have lobes so sharp that what lights them is looked for along those, or perfect ones.
 #pragma once
 
 #include "kernels.h"
+#include "scene/leaf_programs.h"
 #include "scene/tables.h"
 
 namespace edgegrad {
@@ -16,6 +17,24 @@ inline bool has_sharp_lobe(const SceneTables& tables, size_t leaf, float widest)
     if (principled && row[kMetallic] + row[kTransmission] < 0.5f) widest *= kWeakGloss;
     const auto sharp = [&](int place) { return row[place] > 0.0f && row[place] * row[place] <= widest; };
     return sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness));
+}
+
+// Whether a shader may be a perfect mirror, or glass that is perfectly smooth. (Textures of roughness may say
+// so anywhere.)
+inline bool may_be_specular(const SceneTables& tables, size_t leaf) {
+    if (!(tables.leaf_flags[leaf] & (kHasGlossy | kHasRefraction))) return false;
+    const float* row = tables.leaf_params.data() + leaf * kMaterialParams;
+    constexpr float kSmooth = 4e-3f;  // its fourth power is beyond what is taken for smooth
+    const auto smooth = [&](int place) { return row[place] < kSmooth || is_textured(tables, leaf, place); };
+    const bool coat = tables.leaf_kind[leaf] == kPrincipled &&
+                      (row[kCoatWeight] > 0.0f || is_textured(tables, leaf, kCoatWeight));
+    return smooth(kRoughness) || (coat && smooth(kCoatRoughness));
+}
+
+inline bool may_be_specular(const SceneTables& tables) {
+    for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
+        if (may_be_specular(tables, leaf)) return true;
+    return false;
 }
 
 }  // namespace edgegrad

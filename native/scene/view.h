@@ -51,6 +51,11 @@ static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 // of the light table.
 constexpr uint32_t kLightOfTable = 1u << 31;
 
+// Of meshes (scene/contact.h): light from near surfaces may be held on them; light from them may be.
+constexpr int32_t kContactFrom = 1, kContactTo = 2;
+// Surfaces of a path, from the camera on, on which it is.
+constexpr int32_t kHeldSurfaces = 4;
+
 struct SceneView {
     const embree::Api* api;
     embree::SceneHandle bvh;
@@ -64,6 +69,8 @@ struct SceneView {
     const int32_t* face_held;        // (F) 1: its light holds its direction (shading/held_light.h), or null
     const int32_t* material_held;    // (M) 1: on surfaces of it
     const int32_t* mesh_first_face;  // by Embree's geomID
+    const int32_t* mesh_contact;     // (S) those bits, or null: nothing moves, or no light is held so
+    int32_t held_surfaces;           // of a path from the camera on, that light is held on
     int32_t mesh_count;              // that rays can hit; instances have the geomIDs from here on
     const int32_t* mesh_mask;        // (S) bits of the rays that meet a mesh
     bool rays_differ;                // some mesh isn't met by all rays

@@ -1,0 +1,199 @@
+// The light that falls on a recorded vertex, as a function of the scene: of its emitter samples, and of the
+// ray that goes on. What moves of it is in adjoint/vertex.h.
+#pragma once
+
+#include "adjoint/light_arrival.h"
+#include "adjoint/passed_surfaces.h"
+#include "path/vertex_packet.h"
+#include "scene/contact.h"
+#include "shading/environment.h"
+#include "shading/held_light.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+using Vertex = VertexPacket<W>;
+
+EG_INLINE Vec3 load3(const float (&field)[3][W]) { return {load(field[0]), load(field[1]), load(field[2])}; }
+
+// Of the vertices where the rays that go on have ended, a field.
+EG_INLINE Int next_ints(const VertexMemory& memory, Mask active, Int next,
+                        const Vertex::Ints Vertex::* field) {
+    return raw::gather(memory.at<W>(0).*field, select(active, next, splat(0)));
+}
+EG_INLINE raw::Float next_floats(const VertexMemory& memory, Mask active, Int next,
+                                 const Vertex::Floats Vertex::* field) {
+    return raw::gather(memory.at<W>(0).*field, select(active, next, splat(0)));
+}
+
+EG_INLINE RawVec3 next_drift(const VertexMemory& memory, Mask active, Int next) {
+    const auto& drift = memory.at<W>(0).drift;
+    const Int at = select(active, next, splat(0));
+    const auto part = [&](int c) { return raw::select(active, raw::gather(drift[c], at), 0.0f); };
+    return {part(0), part(1), part(2)};
+}
+
+// Whether the rays that go on have met nothing.
+EG_INLINE Mask ends_in_sky(const VertexMemory& memory, Int next) {
+    const Mask some = next >= 0;
+    return some & (next_ints(memory, some, next, &Vertex::face) < 0);
+}
+
+// The direction w (a constant) as it turns with the environment's image.
+EG_INLINE Vec3 turned_with_environment(const SceneView& scene, Vec3 w) {
+    Vec3 in_image = rotated(scene.environment_rotation, w);
+    return rotated_back(scene.environment_rotation, detach(in_image));
+}
+
+// Directions in which a vertex scatters light, and what the light of each is multiplied with, f |cos| left
+// out.
+struct Scattering {
+    Mask light, sky, next;
+    Mask last;      // of `next`: where nothing but the environment could be met
+    Mask veiled;    // of `last`: behind surfaces that let light through
+    Mask specular;  // not of `next`: the ray goes on from a perfect lobe, its value is next_value
+    Mask held;      // where the same ray brings light of a direction that stays besides
+    Int light_visible_to;
+    Vec3 light_w, sky_w, next_w, held_w;
+    Vec3 light_value, sky_value, next_value, held_value;
+};
+
+// What the vertices where rays that go on have ended give by themselves, of surfaces of one constant
+// emission.
+EG_INLINE Vec3 given_by(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
+    const Int leaf = select(active, next_ints(memory, active, next, &Vertex::leaf), splat(0));
+    const raw::Float weight = next_floats(memory, active, next, &Vertex::emission_weight);
+    RawVec3 given;
+    const auto emission = [&](int c) {
+        return raw::gather(scene.leaf_params + kEmission + c, leaf * static_cast<int32_t>(kMaterialParams)) *
+               weight;
+    };
+    given.x = emission(0), given.y = emission(1), given.z = emission(2);
+    return constant3(given);
+}
+
+// How the points of light's faces move that the samples of vertices x found.
+EG_INLINE FarMotion light_motion(const SceneView& scene, Mask active, const Vertex& v, const SurfacePoint& x,
+                                 const Triangle& t, Mask held, bool geometry) {
+    FarMotion motion = far_motion(active & ~held);
+    if (!geometry || !scene.mesh_contact) return motion;
+    const Mask near = may_touch(scene, active & load(v.holds), x.mesh, mesh_of(scene, load(v.light_face)));
+    if (!any(near)) return motion;
+    const Triangle still = {detach(t.p0), detach(t.p1), detach(t.p2)};
+    const Contact c = contact(near, detach(x.position), detach(x.normal), still,
+                              interpolate(still, load(v.light_b1), load(v.light_b2)));
+    motion.rides = motion.rides - c.share.value;
+    motion.drift = values(c.drift);
+    return motion;
+}
+
+// The light that a vertex x may scatter: of its emitter samples, and of the ray that goes on.
+inline Scattering light_sources(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
+                                Mask stays, const SurfacePoint& x, Vec3 incoming, Int next, bool geometry) {
+    const Vec3 position = x.position;
+    const Int material = x.material;
+    Scattering s;
+    const Int light_face = load(v.light_face), light_row = load(v.light_row);
+    const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
+    s.light = from_face | from_row;
+    s.light_visible_to = load(v.light_visible_to);
+    s.light_w = s.sky_w = load3(v.direction), s.light_value = s.sky_value = zero3();
+    s.held = s.veiled = splat(0);
+    // Behind perfect mirrors and smooth glass x slides with the chain: points of light ride (derivations, K).
+    Mask holds = splat(0);
+    if (geometry && scene.face_held)
+        holds = receives_held(
+            scene, stays & (~load(v.slides) | (load(v.kind) == splat(static_cast<int>(kCameraRay)))),
+            material);
+    const auto take = [&](Mask m, const LightArrival& a) {
+        s.light_w = select(m, a.w, s.light_w);
+        s.light_value = select(m, a.radiance * load3(v.light_scale) * a.measure, s.light_value);
+    };
+    if (any(from_face)) {
+        const Triangle t = gather_triangle(scene, select(from_face, light_face, splat(0)));
+        const Mask held = holds_direction(scene, from_face & holds, light_face, material);
+        take(from_face,
+             light_of_face(scene, from_face, t, light_face, load(v.light_b1), load(v.light_b2), position,
+                           load(v.kind), light_motion(scene, from_face, v, x, t, held, geometry)));
+    }
+    if (any(from_row))
+        take(from_row,
+             light_of_row(scene, from_row, light_row, load(v.light_kind), load3(v.light_offset), position));
+    const Vec3 sky_scale = load3(v.sky_scale);
+    s.sky = stays & (largest_component(sky_scale) > 0.0f);
+    if (any(s.sky)) {
+        s.sky_w = turned_with_environment(scene, load3(v.sky_direction));
+        s.sky_value = environment_radiance(scene, s.sky_w) * sky_scale;
+    }
+
+    // The ray that goes on.
+    const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
+    const Mask continues = stays & load(v.continues), follows = continues & ~load(v.specular);
+    s.specular = continues & load(v.specular);
+    s.last = stays & (largest_component(last_scale) > 0.0f);
+    s.next = follows | s.last;
+    s.next_w = wi;
+    s.next_value = incoming * load(v.next_scale);
+    if (scene.has_environment && any(s.next)) {
+        s.next_w = select(s.last | ends_in_sky(memory, next), turned_with_environment(scene, wi), wi);
+        if (any(s.last))
+            s.next_value = select(s.last, environment_radiance(scene, s.next_w) * last_scale, s.next_value);
+    }
+    if (geometry && any(follows)) {
+        const Int face = next_ints(memory, follows, next, &Vertex::face);
+        const Mask surface = follows & (next >= 0) & (face >= 0);
+        if (any(surface)) {
+            Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
+            const Int instance = next_ints(memory, surface, next, &Vertex::instance);
+            place_triangle(scene, select(surface, instance, splat(-1)), t);
+            // What the surface gives by itself is held, what it scatters rides on it.
+            Mask held = holds_direction(scene, surface & holds & (instance < 0), face, material);
+            if (any(held)) {
+                const Vec3 given = select(held, given_by(scene, memory, held, next), zero3());
+                const Vec3 rest = incoming - given;
+                s.held = held & (largest_component(rest) > 0.0f);
+                s.held_w = wi, s.held_value = given * load(v.next_scale);
+                s.next_value = select(s.held, rest * load(v.next_scale), s.next_value);
+                held &= ~s.held;
+            }
+            FarMotion motion = far_motion(surface & ~held);
+            if (scene.mesh_contact) {
+                motion.rides = motion.rides - next_floats(memory, surface, next, &Vertex::held);
+                motion.drift = next_drift(memory, surface, next);
+            }
+            const Segment y = segment_to(position, t, next_floats(memory, surface, next, &Vertex::b1),
+                                         next_floats(memory, surface, next, &Vertex::b2), motion);
+            s.next_w = select(surface, y.w, s.next_w);
+            s.next_value = select(surface, s.next_value * y.measure, s.next_value);
+        }
+    }
+    return s;
+}
+
+// The part of it that surfaces on the vertex' shadow rays let through.
+inline void pass_surfaces(const SceneView& scene, const VertexMemory& memory, const Vertex& v, Vec3 position,
+                          Scattering& s, bool geometry) {
+    const PassedMemory& passed = memory.passed;
+    const auto vertex = static_cast<int32_t>(&v - &memory.at<W>(0));
+    for (int64_t k = passed.first_of<W>(vertex); k < passed.count; ++k) {
+        const PassedPacket<W>& p = passed.at<W>(k);
+        if (p.vertex != vertex) break;
+        const Mask some = load(p.face) >= 0;
+        const auto dim = [&](Mask light, Vec3 w, Vec3& value, Mask near, Vec3 y) {
+            const Mask m = light & some;
+            if (any(m))
+                value = select(m, value * passed_share(scene, p, m, position, w, near, y, geometry), value);
+        };
+        if (p.ray == kRayToLight) {
+            const Int kind = load(v.light_kind);
+            const Mask distant =
+                (load(v.light_row) >= 0) & ((kind == splat(static_cast<int>(kDirectionLight))) |
+                                            (kind == splat(static_cast<int>(kConeLight))));
+            dim(s.light, s.light_w, s.light_value, ~distant, detach(position) + load3(v.light_offset));
+        }
+        if (p.ray == kRayToSky) dim(s.sky, s.sky_w, s.sky_value, splat(0), zero3());
+        if (p.ray == kLastRay)
+            dim(s.last, s.next_w, s.next_value, splat(0), zero3()), s.veiled |= s.last & some;
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

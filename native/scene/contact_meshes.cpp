@@ -1,0 +1,94 @@
+#include "scene/contact_meshes.h"
+
+#include <algorithm>
+
+#include "scene/leaf_programs.h"
+#include "scene/sharp_lobes.h"
+#include "scene/vector.h"
+
+namespace edgegrad {
+namespace {
+
+// Whether what a shader's textures give may jump within a face.
+bool jumps(const SceneTables& tables, size_t leaf) {
+    const TextureTables& t = tables.textures;
+    return any_step(tables, leaf, [&t](const TextureInstruction& step) {
+        switch (static_cast<TextureOp>(step.op)) {
+            case TextureOp::IMAGE:
+                return t.images[static_cast<size_t>(step.data)].interpolation == kImageClosest;
+            case TextureOp::LOOKUP:
+                return t.tables[static_cast<size_t>(step.data)].interpolate == 0;
+            case TextureOp::LESS_THAN:
+            case TextureOp::GREATER_THAN:
+            case TextureOp::EQUAL:
+            case TextureOp::SELECT:
+            case TextureOp::SIGN:
+            case TextureOp::FLOOR:
+            case TextureOp::CEIL:
+            case TextureOp::MODULO:
+            case TextureOp::ARCTAN2:
+            case TextureOp::RGB_TO_HSV:
+            case TextureOp::RGB_TO_HSL:
+            case TextureOp::CHECKER:
+            case TextureOp::BRICK:
+            case TextureOp::WHITE_NOISE:
+            case TextureOp::VORONOI:
+                return true;
+            default:
+                return false;
+        }
+    });
+}
+
+int32_t flags_of(const SceneTables& tables, size_t material) {
+    int32_t flags = kContactFrom | kContactTo;
+    const auto first = static_cast<size_t>(tables.material_first_leaf[material]),
+               last = static_cast<size_t>(tables.material_first_leaf[material + 1]);
+    for (size_t leaf = first; leaf < last; ++leaf) {
+        if (jumps(tables, leaf)) flags &= ~kContactTo;
+        if ((tables.leaf_flags[leaf] & kHasNormalMap) || may_be_specular(tables, leaf)) flags = 0;
+    }
+    return flags;
+}
+
+// Whether the normals of a face's corners are its own.
+bool is_flat(const SceneTables& tables, size_t face) {
+    if (tables.corner_normal.empty()) return true;
+    const int32_t* corners = &tables.corner_normal[3 * face];
+    if (std::any_of(corners, corners + 3, [](int32_t c) { return c < 0; })) return true;
+    const auto row = [](const std::vector<float>& rows, auto k) {
+        const float* p = &rows[3 * static_cast<size_t>(k)];
+        return Vector{p[0], p[1], p[2]};
+    };
+    const auto corner = [&](size_t c) { return row(tables.vertices, tables.faces[3 * face + c]); };
+    const Vector m = cross(corner(1) - corner(0), corner(2) - corner(0));
+    return std::all_of(corners, corners + 3, [&](int32_t c) {
+        const Vector n = row(tables.normals, c), lean = cross(n, m);
+        return dot(lean, lean) <= 1e-12 * dot(n, n) * dot(m, m);
+    });
+}
+
+}  // namespace
+
+std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view, const Asked& asked) {
+    const bool moves =
+        asked.camera || asked.instances ||
+        std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
+    if (!moves || view.face_held || (view.all_flags & kHasTransparency)) return {};
+    std::vector<int32_t> materials(tables.material_first_leaf.size() - 1);
+    for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
+    std::vector<int32_t> meshes(static_cast<size_t>(tables.visible_meshes), 0);
+    int32_t any = 0;
+    for (size_t mesh = 0; mesh < meshes.size(); ++mesh) {
+        const auto first = static_cast<size_t>(tables.mesh_first_face[mesh]),
+                   last = static_cast<size_t>(tables.mesh_first_face[mesh + 1]);
+        int32_t flags = first < last ? kContactFrom | kContactTo : 0;
+        for (size_t face = first; face < last && flags; ++face)
+            flags &= is_flat(tables, face) ? materials[static_cast<size_t>(tables.face_material[face])] : 0;
+        meshes[mesh] = flags;
+        any |= flags;
+    }
+    return any == (kContactFrom | kContactTo) ? meshes : std::vector<int32_t>{};
+}
+
+}  // namespace edgegrad

@@ -121,7 +121,7 @@ CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
 def test_motion_at_contact_agrees_with_central_differences(name: str) -> None:
     need_every_table()
     make, paths, options = CASES[name]
-    check_agreement(along(make, paths), noise=0.2, **options)
+    check_agreement(along(make, paths), **options)
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -18,7 +18,9 @@
 // Squared error of pixels, held by riding, 16 samples, with kReach 1, 2, 3, 4 (medians;
 // tests/test_contact.py): a glowing wall slides .031, .024, .022, .022, a matte one .027, .024, .023, .022,
 // the floor .0063, .0037, .0035, .0034, a block .12, .11, .11, .13, the camera .094, .064, .066, .076.
-// Riding, it doesn't fall with the number of samples.
+// Riding, it doesn't fall with the number of samples. Where nothing touches, light that is held far off
+// loses: of 50 scenes (shadows and inter-reflection in the tests) one 1.3, 2.6, 4.1 times with 1, 2, 3, all
+// of them .99, .97, .95 in the mean.
 #pragma once
 
 #include "scene/geometry.h"
@@ -42,7 +44,7 @@ EG_INLINE Mask may_touch(const SceneView& scene, Mask active, Int from, Int to) 
 
 // Of light from the point y of a triangle to x on a face of that normal.
 EG_OUTLINE Contact contact(Mask active, Vec3 x, Vec3 normal, const Triangle& t, Vec3 y) {
-    constexpr float kReach = 3.0f, kSlack = 1e-5f, kRounding = 1e-6f;
+    constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f;
     const Vec3 m = area_normal(t), way = y - x;
     const Float twice_area = sqrt(dot(m, m)), r = sqrt(dot(way, way));
     const Vec3 n = m * (1.0f / max(twice_area, 1e-37f)), w = way * (1.0f / max(r, 1e-30f));

@@ -83,6 +83,23 @@ def test_they_have_less_noise_than_samples_of_the_picture(path: str) -> None:
     assert abs(favoured.mean() - even.mean()) < 4.0 * np.sqrt((favoured.var() + even.var()) / len(even))
 
 
+def test_what_they_count_for_is_their_density() -> None:
+    """To a hundredth: the mean over many samples of the picture's lobes, and of favoured ones."""
+    need_every_table()
+    renderer = Renderer(ball(coat_weight=0.0))
+
+    def means(*besides: str) -> NDArray[np.float64]:
+        adjoint = np.ones((16, 24, 3), np.float32)
+        wrt = [ROUGHNESS, *besides]
+        return np.array([float(renderer.render_backward(adjoint, wrt, spp=512, max_depth=2, seed=k)[ROUGHNESS])
+                         for k in range(8)])
+
+    favoured, even = means(), means("materials.clay.base_color")
+    error = np.sqrt((favoured.var(ddof=1) + even.var(ddof=1)) / len(even))
+    assert error < 0.01 * abs(even.mean())
+    assert abs(favoured.mean() - even.mean()) < 4.0 * error
+
+
 def test_the_plan_says_it() -> None:
     def words(*wrt: str) -> str:
         return str(plan(ball(), list(wrt)))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edgegrad import AreaLight, Image, Material, PointLight, Renderer, Scene
+from edgegrad import AreaLight, Image, Material, Mesh, PointLight, Renderer, Scene
 from edgegrad import expression as e
 from tests.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
@@ -38,6 +38,19 @@ def painted() -> Scene:
         mesh = scene.meshes[name]
         mesh.attributes["UVMap"] = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)[mesh.faces]
         scene.materials[name] = Material(kind="PRINCIPLED", roughness=0.5, textures={"base_color": paint})
+    return scene
+
+
+def beside_a_column() -> Scene:
+    """A smooth-shaded column on a floor."""
+    scene = corner()
+    turn_of = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    ring = 0.2 * np.stack([np.cos(turn_of), np.zeros(24), np.sin(turn_of)], axis=1)
+    k, n = np.arange(24), (np.arange(24) + 1) % 24
+    faces = np.concatenate([np.stack([k, k + 24, n + 24], 1), np.stack([k, n + 24, n], 1)]).astype(np.int32)
+    column = Mesh(np.concatenate([ring, ring + [0.0, 0.5, 0.0]]), faces, ("wall",), smoothing=faces)
+    scene.meshes = {"floor": scene.meshes["floor"], "wall": column}
+    scene.camera = camera((0.0, 1.2, 0.6), (0.0, 0.0, 0.3), 16, 0.3)
     return scene
 
 
@@ -106,6 +119,7 @@ CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
     "glowing wall slides": (moves(lambda: corner(glow=3.0), 1.0, 0.0, 0.15), WALL, {"max_depth": 2}),
     "wall slides": (moves(corner, 1.0, 0.0, 0.15), WALL, {"max_depth": 5}),
     "painted wall slides": (moves(painted, 1.0, 0.0, 0.15), WALL, {"max_depth": 4}),
+    "smooth column slides": (moves(beside_a_column, 1.0, 0.0, 0.4), WALL, {"max_depth": 4}),
     "floor slides": (moves(corner, 0.5, 0.0, -1.0, name="floor"), FLOOR, {"max_depth": 4}),
     "block moves": (moves(with_block, 1.0, 0.0, 0.4), WALL, {"max_depth": 4}),
     "floor slides behind a bar": (moves(behind_bar, 0.6, 0.2, -0.5, name="floor"), FLOOR, {"max_depth": 2}),
@@ -136,7 +150,8 @@ def test_bits_are_equal() -> None:
     check_equal_bits(CASES["block moves"][0], WALL, spp=4, max_depth=5)
 
 
-@pytest.mark.parametrize("name", ["glowing wall slides", "wall slides", "painted wall slides", "camera moves"])
+@pytest.mark.parametrize(
+    "name", ["glowing wall slides", "wall slides", "painted wall slides", "smooth column slides", "camera moves"])
 def test_more_samples_bring_less_noise(name: str) -> None:
     """Rates of 1/r have no variance: with points that ride, 16 times the samples have errors as large."""
     need_every_table()

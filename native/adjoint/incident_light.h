@@ -79,7 +79,7 @@ EG_INLINE FarMotion light_motion(const SceneView& scene, Mask active, const Vert
     const Mask near = may_touch(scene, active & load(v.holds), x.mesh, mesh_of(scene, load(v.light_face)));
     if (!any(near)) return motion;
     const Triangle still = {detach(t.p0), detach(t.p1), detach(t.p2)};
-    const Contact c = contact(near, detach(x.position), detach(x.normal), still,
+    const Contact c = contact(scene, near, x.mesh, detach(x.position), detach(x.normal), still,
                               interpolate(still, load(v.light_b1), load(v.light_b2)));
     motion.rides = motion.rides - c.share.value;
     motion.drift = values(c.drift);

@@ -30,7 +30,8 @@ struct HeldChain {
 EG_INLINE void hold_next(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
                          const SurfacePoint& next, HeldChain& chain) {
     const Mask near = may_touch(scene, active, from.mesh, next.mesh);
-    const Float share = contact(near, from.position, from.normal, next.triangle, next.position).share;
+    const Float share =
+        contact(scene, near, from.mesh, from.position, from.normal, next.triangle, next.position).share;
     const Vec3 way = next.position - from.position;
     const Vec3 w = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
     for (int i = 0; i < kHeldSurfaces; ++i) {

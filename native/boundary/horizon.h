@@ -7,7 +7,8 @@
 // the distance r, and m_F the velocity of F's points, extended over its plane (derivations, H),
 //   dI = int dphi f |n_s . w| L(w) n . (dy - m_F(y))/r,
 // phi the angle about n: x's own motion within the plane drops out, and m_F(y)/r is that of x + w but for
-// (1 - 1/r) of that of x. Of light at infinity dy/r is the velocity of its direction. Of surfaces that pass
+// (1 - 1/r) of that of x. Of light at infinity dy/r is the velocity of its direction; of light that is held
+// by a share b (scene/contact.h) n . (dy - m_F(y))/r has (1 - b)/r in the place of 1/r. Of surfaces that pass
 // light on to their backs f jumps: f above less f below. On flat faces f |n_s . w| vanishes.
 //
 // Points x are those of the camera's paths, at any vertex (boundary/camera_walk.h): the light of the
@@ -33,6 +34,7 @@ struct HorizonCut {
     Vec3 position, normal;
     Vec3 towards;    // w
     Float distance;  // r, infinite of distant lights and the environment
+    Float rides;     // 1 - b
     FarEnd y;
     Vec3 color;  // everything but n . (dy - m_F)/r
     // Lights that face x turn as it moves: lanes in which the camera sees x, and how.
@@ -92,6 +94,7 @@ EG_INLINE HorizonCut empty_cut(const SurfacePoint& x) {
     cut.position = x.position, cut.normal = x.normal;
     cut.y = still_far_end();
     cut.color = zero3();
+    cut.rides = splat(1.0f);
     return cut;
 }
 
@@ -128,6 +131,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     cut.y.face = select(light.active & ~held, light.face, splat(-1)), cut.y.b1 = light.b1;
     cut.y.b2 = light.b2;
     cut.y.row = select(light.active, light.row, splat(-1)), cut.y.kind = light.kind;
+    cut.rides = 1.0f - held_share(scene, cut.active, p.segment - 1, s.x, cut.y);
     const Mask disk = cut.active & (light.row >= 0) & (light.kind == splat(static_cast<int>(kDiskLight)));
     Mask moves = face_point_moves(scene, asked, cut.active, cut.face, cut.instance) |
                  face_point_moves(scene, asked, cut.active & (cut.y.face >= 0), cut.y.face, cut.y.instance);
@@ -208,6 +212,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     cut.distance = select(met, y.distance, splat(__builtin_inff()));
     cut.y.face = select(met, y.hit.face, splat(-1)), cut.y.instance = y.hit.instance;
     cut.y.b1 = y.hit.b1, cut.y.b2 = y.hit.b2;
+    cut.rides = 1.0f - held_share(scene, met, p.segment - 1, s.x, cut.y);
     cut.y.sky = open & splat(scene.sky.pixels ? -1 : 0);
     cut.color = f * p.throughput * (1.0f / max(density, 1e-30f));
     if (any(open))
@@ -284,7 +289,7 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     if (!any(cut.active)) return;
     const Vec3 n = cut.normal;
     const Mask near = cut.distance < __builtin_inff();
-    const Float inverse = select(near, 1.0f / max(cut.distance, 1e-30f), splat(0.0f));
+    const Float inverse = select(near, cut.rides / max(cut.distance, 1e-30f), splat(0.0f));
     const FaceStep step = step_on_face(scene, cut.active, cut.face, cut.instance, cut.towards);
     face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1 + step.b1,
                       cut.b2 + step.b2, -n, cut.color);

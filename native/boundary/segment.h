@@ -72,16 +72,22 @@ EG_INLINE void hold_far_end(const SceneView& scene, BoundarySegment& s) {
     s.lambda = select(held, splat(1.0f), s.lambda);
 }
 
+// The share of y's motion that x takes along, after `length` surfaces that the camera sees it by.
+EG_INLINE Float held_share(const SceneView& scene, Mask active, Int length, const SurfacePoint& x,
+                           const FarEnd& y) {
+    if (!scene.mesh_contact) return splat(0.0f);
+    const Mask held = active & (length < scene.held_surfaces) & (y.face >= 0);
+    const Int face = select(held, y.face, splat(0));
+    const Mask near = may_touch(scene, held, x.mesh, mesh_of(scene, face));
+    if (!any(near)) return splat(0.0f);
+    const Triangle t = placed_triangle(scene, face, select(near, y.instance, splat(-1))).triangle;
+    return contact(scene, near, x.mesh, x.position, x.normal, t, interpolate(t, y.b1, y.b2)).share;
+}
+
 // Where y is near x, the segment moves with x by a share (scene/contact.h), for the first surfaces of paths.
 EG_INLINE void hold_contact(const SceneView& scene, Int length, BoundarySegment& s) {
     if (!scene.mesh_contact) return;
-    const Mask held = s.active & (length < scene.held_surfaces) & (s.y.face >= 0);
-    const Int face = select(held, s.y.face, splat(0));
-    const Mask near = may_touch(scene, held, s.x.mesh, mesh_of(scene, face));
-    if (!any(near)) return;
-    const Triangle t = placed_triangle(scene, face, select(near, s.y.instance, splat(-1))).triangle;
-    const Contact c = contact(near, s.x.position, s.x.normal, t, interpolate(t, s.y.b1, s.y.b2));
-    s.lambda = s.lambda + (1.0f - s.lambda) * c.share;
+    s.lambda = s.lambda + (1.0f - s.lambda) * held_share(scene, s.active, length, s.x, s.y);
 }
 
 // Whether x may move: on its surface, with the camera that sees it, or with a surface that does.

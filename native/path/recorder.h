@@ -63,7 +63,7 @@ EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacke
     const Mask held = (p.segment >= 2) & (p.segment <= scene.held_surfaces + 1) & (p.pdf > 0.0f);
     const Mask near = may_touch(scene, x.active & held, p.from_mesh, x.mesh);
     if (!any(near)) return;
-    const Contact c = contact(near, p.from, p.from_normal, x.triangle, x.position);
+    const Contact c = contact(scene, near, p.from_mesh, p.from, p.from_normal, x.triangle, x.position);
     set(v.held, near, c.share);
     set3(v.drift, near, c.drift);
 }

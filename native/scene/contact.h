@@ -12,7 +12,9 @@
 // over segments that move with (1 - b) as much of y and with the rest of x (boundary/segment.h).
 //
 // Borders that lie in x's own plane don't count: light from there arrives along x's horizon, where |n_x . w|
-// vanishes (so x is flat). Of all borders of the triangle that do, rho is the distance to the nearest, and
+// vanishes. (Where n_x isn't the face's own normal it doesn't: there they count, and the horizon moves over y
+// as much as that rides, boundary/horizon.h.) Of all borders of the triangle that do, rho is the distance to
+// the nearest, and
 // b = 1 - s^2 (3 - 2 s), s = min(r/(kReach rho), 1), so that no border needs samples of its own.
 //
 // Squared error of pixels, held by riding, 16 samples, with kReach 1, 2, 3, 4 (medians;
@@ -42,12 +44,14 @@ EG_INLINE Mask may_touch(const SceneView& scene, Mask active, Int from, Int to) 
     return active & ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
 }
 
-// Of light from the point y of a triangle to x on a face of that normal.
-EG_OUTLINE Contact contact(Mask active, Vec3 x, Vec3 normal, const Triangle& t, Vec3 y) {
+// Of light from the point y of a triangle to x on a face, of a mesh, of that normal.
+EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int mesh, Vec3 x, Vec3 normal,
+                           const Triangle& t, Vec3 y) {
     constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f;
     const Vec3 m = area_normal(t), way = y - x;
     const Float twice_area = sqrt(dot(m, m)), r = sqrt(dot(way, way));
     const Vec3 n = m * (1.0f / max(twice_area, 1e-37f)), w = way * (1.0f / max(r, 1e-30f));
+    const Mask bent = (gather(scene.mesh_contact, select(active, mesh, splat(0))) & kContactBent) != 0;
     const Float in_plane = kSlack * sqrt(twice_area) + kRounding * largest_component(x);
     const Vec3 corner[3] = {t.p0, t.p1, t.p2};
     Float rho = splat(__builtin_inff());
@@ -56,7 +60,7 @@ EG_OUTLINE Contact contact(Mask active, Vec3 x, Vec3 normal, const Triangle& t, 
         const Vec3 a = corner[k], e = corner[(k + 1) % 3] - a, across = cross(n, e);
         const Vec3 in = across * (1.0f / max(sqrt(dot(across, across)), 1e-37f));
         const Float above = dot(normal, a - x), other = dot(normal, a + e - x), distance = dot(in, y - a);
-        const Mask nearer = ((abs(above) > in_plane) | (abs(other) > in_plane)) & (distance < rho);
+        const Mask nearer = (bent | (abs(above) > in_plane) | (abs(other) > in_plane)) & (distance < rho);
         rho = select(nearer, distance, rho);
         inward = select(nearer, in, inward);
     }

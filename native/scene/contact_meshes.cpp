@@ -46,7 +46,8 @@ int32_t flags_of(const SceneTables& tables, size_t material) {
                last = static_cast<size_t>(tables.material_first_leaf[material + 1]);
     for (size_t leaf = first; leaf < last; ++leaf) {
         if (jumps(tables, leaf)) flags &= ~kContactTo;
-        if ((tables.leaf_flags[leaf] & kHasNormalMap) || may_be_specular(tables, leaf)) flags = 0;
+        if (tables.leaf_flags[leaf] & kHasNormalMap) flags |= kContactBent;
+        if (may_be_specular(tables, leaf)) return 0;
     }
     return flags;
 }
@@ -77,18 +78,25 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
     if (!moves || view.face_held || (view.all_flags & kHasTransparency)) return {};
     std::vector<int32_t> materials(tables.material_first_leaf.size() - 1);
     for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
+    // Disks face the points that they light, which at horizons ride (boundary/horizon.h).
+    const bool disks = view.lights.kinds & (1 << kDiskLight);
     std::vector<int32_t> meshes(static_cast<size_t>(tables.visible_meshes), 0);
     int32_t any = 0;
     for (size_t mesh = 0; mesh < meshes.size(); ++mesh) {
         const auto first = static_cast<size_t>(tables.mesh_first_face[mesh]),
                    last = static_cast<size_t>(tables.mesh_first_face[mesh + 1]);
         int32_t flags = first < last ? kContactFrom | kContactTo : 0;
-        for (size_t face = first; face < last && flags; ++face)
-            flags &= is_flat(tables, face) ? materials[static_cast<size_t>(tables.face_material[face])] : 0;
+        bool bent = false;
+        for (size_t face = first; face < last && flags; ++face) {
+            const int32_t material = materials[static_cast<size_t>(tables.face_material[face])];
+            bent = bent || (material & kContactBent) || !is_flat(tables, face);
+            flags &= material;
+        }
+        if (bent) flags = disks ? 0 : flags | kContactBent;
         meshes[mesh] = flags;
         any |= flags;
     }
-    return any == (kContactFrom | kContactTo) ? meshes : std::vector<int32_t>{};
+    return (any & kContactFrom) && (any & kContactTo) ? meshes : std::vector<int32_t>{};
 }
 
 }  // namespace edgegrad

@@ -51,8 +51,9 @@ static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 // of the light table.
 constexpr uint32_t kLightOfTable = 1u << 31;
 
-// Of meshes (scene/contact.h): light from near surfaces may be held on them; light from them may be.
-constexpr int32_t kContactFrom = 1, kContactTo = 2;
+// Of meshes (scene/contact.h): light from near surfaces may be held on them; light from them may be; not all
+// of their normals are those of their faces.
+constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4;
 // Surfaces of a path, from the camera on, on which it is.
 constexpr int32_t kHeldSurfaces = 4;
 

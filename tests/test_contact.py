@@ -42,12 +42,12 @@ def painted() -> Scene:
 
 
 def beside_a_column() -> Scene:
-    """A smooth-shaded column on a floor."""
+    """A smooth-shaded column of six sides on a floor."""
     scene = corner()
-    turn_of = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
-    ring = 0.2 * np.stack([np.cos(turn_of), np.zeros(24), np.sin(turn_of)], axis=1)
-    k, n = np.arange(24), (np.arange(24) + 1) % 24
-    faces = np.concatenate([np.stack([k, k + 24, n + 24], 1), np.stack([k, n + 24, n], 1)]).astype(np.int32)
+    turn_of = np.linspace(0.0, 2.0 * np.pi, 6, endpoint=False)
+    ring = 0.2 * np.stack([np.cos(turn_of), np.zeros(6), np.sin(turn_of)], axis=1)
+    k, n = np.arange(6), (np.arange(6) + 1) % 6
+    faces = np.concatenate([np.stack([k, k + 6, n + 6], 1), np.stack([k, n + 6, n], 1)]).astype(np.int32)
     column = Mesh(np.concatenate([ring, ring + [0.0, 0.5, 0.0]]), faces, ("wall",), smoothing=faces)
     scene.meshes = {"floor": scene.meshes["floor"], "wall": column}
     scene.camera = camera((0.0, 1.2, 0.6), (0.0, 0.0, 0.3), 16, 0.3)
@@ -135,7 +135,9 @@ CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
 def test_motion_at_contact_agrees_with_central_differences(name: str) -> None:
     need_every_table()
     make, paths, options = CASES[name]
-    check_agreement(along(make, paths), **options)
+    # Horizons on so few sides are seen by these alone.
+    more = {"spp": 128, "seeds": 64} if name == "smooth column slides" else {}
+    check_agreement(along(make, paths), **options, **more)
 
 
 @pytest.mark.parametrize("name", CASES)

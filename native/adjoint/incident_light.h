@@ -5,7 +5,6 @@
 #include "adjoint/light_arrival.h"
 #include "adjoint/passed_surfaces.h"
 #include "path/vertex_packet.h"
-#include "scene/contact.h"
 #include "shading/environment.h"
 #include "shading/held_light.h"
 
@@ -71,26 +70,19 @@ EG_INLINE Vec3 given_by(const SceneView& scene, const VertexMemory& memory, Mask
     return constant3(given);
 }
 
-// How the points of light's faces move that the samples of vertices x found.
-EG_INLINE FarMotion light_motion(const SceneView& scene, Mask active, const Vertex& v, const SurfacePoint& x,
-                                 const Triangle& t, Mask held, bool geometry) {
-    FarMotion motion = far_motion(active & ~held);
-    if (!geometry || !scene.mesh_contact) return motion;
-    const Mask near = may_touch(scene, active & load(v.holds), x.mesh, mesh_of(scene, load(v.light_face)));
-    if (!any(near)) return motion;
-    const Triangle still = {detach(t.p0), detach(t.p1), detach(t.p2)};
-    const Contact c = contact(scene, near, x.mesh, detach(x.position), detach(x.normal), still,
-                              interpolate(still, load(v.light_b1), load(v.light_b2)));
-    motion.rides = motion.rides - c.share.value;
-    motion.drift = values(c.drift);
+// How the points of light's faces move that emitter samples found.
+EG_INLINE FarMotion light_motion(const SceneView& scene, const Vertex& v, Mask rides) {
+    FarMotion motion = far_motion(rides);
+    if (!scene.mesh_contact) return motion;
+    motion.rides = motion.rides - raw::load(v.light_held);
+    motion.drift = {raw::load(v.light_drift[0]), raw::load(v.light_drift[1]), raw::load(v.light_drift[2])};
     return motion;
 }
 
-// The light that a vertex x may scatter: of its emitter samples, and of the ray that goes on.
+// The light that a vertex may scatter: of its emitter samples, and of the ray that goes on.
 inline Scattering light_sources(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
-                                Mask stays, const SurfacePoint& x, Vec3 incoming, Int next, bool geometry) {
-    const Vec3 position = x.position;
-    const Int material = x.material;
+                                Mask stays, Vec3 position, Int material, Vec3 incoming, Int next,
+                                bool geometry) {
     Scattering s;
     const Int light_face = load(v.light_face), light_row = load(v.light_row);
     const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
@@ -111,9 +103,8 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     if (any(from_face)) {
         const Triangle t = gather_triangle(scene, select(from_face, light_face, splat(0)));
         const Mask held = holds_direction(scene, from_face & holds, light_face, material);
-        take(from_face,
-             light_of_face(scene, from_face, t, light_face, load(v.light_b1), load(v.light_b2), position,
-                           load(v.kind), light_motion(scene, from_face, v, x, t, held, geometry)));
+        take(from_face, light_of_face(scene, from_face, t, light_face, load(v.light_b1), load(v.light_b2),
+                                      position, load(v.kind), light_motion(scene, v, from_face & ~held)));
     }
     if (any(from_row))
         take(from_row,

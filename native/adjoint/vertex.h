@@ -214,7 +214,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     const Mask emits = stays & (emission_weight > 0.0f);
     if (any(emits)) light = select(emits, leaf_emission(x, shader, point) * emission_weight, light);
 
-    Scattering s = light_sources(scene, memory, v, stays, x, incoming, next, geometry);
+    Scattering s = light_sources(scene, memory, v, stays, x.position, x.material, incoming, next, geometry);
     if (memory.passed.count > 0) pass_surfaces(scene, memory, v, x.position, s, geometry);
     const Vec3 normal = shading_normal(scene, stays, shader, point);
     const Mask lambertian = stays & has(shader, kLambertian);

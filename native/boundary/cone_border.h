@@ -101,7 +101,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, o, length, links.visible_to, false);
     s.active = seen.active;
     s.view = seen.view;
-    s.held = seen.held;
+    if (scene.mesh_contact) s.held = seen.held;
     turn_to(s.x, -s.view.direction);
     s.color = seen.weight * lit.through * l.radiance *
               (area * sine * (p.u1 - p.u0) * (kTurn * task.scale) / (p.density * probability));

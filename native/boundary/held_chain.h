@@ -1,4 +1,4 @@
-// How points move that surfaces hold on which light is held (scene/contact.h): x = x_k slides along the ray
+// How points move whose light is held (scene/contact.h): x = x_k slides along the ray
 // from x_(k-1) by a share b_k and rides on its surface by the rest, and so does x_(k-1), down to x_1, which
 // slides along the camera's ray,
 //   dx_k = (1 - b_k) m(x_k) + b_k (dx_(k-1) + w n . (m(x_k) - dx_(k-1))/(n . w)).

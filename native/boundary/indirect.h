@@ -72,7 +72,7 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, scattered, true);
     s.active = seen.active;
     s.view = seen.view;
-    s.held = seen.held;
+    if (scene.mesh_contact) s.held = seen.held;
     turn_to(s.x, -s.view.direction);
     s.color = seen.weight * lit.through * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     if (any(clear & s.active))

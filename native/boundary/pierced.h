@@ -180,7 +180,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, kinds, scatters);
     s.active = seen.active;
     s.view = seen.view;
-    s.held = seen.held;
+    if (scene.mesh_contact) s.held = seen.held;
     turn_to(s.x, -s.view.direction);
     s.color = seen.weight * lit.through * light *
               ((p.u1 - p.u0) * task.scale / (density * probability * p.density));

@@ -174,7 +174,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     const Int kinds = task.kind == kSkyBoundary ? splat(scene.environment_mask) : light.sample.visible_to;
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false);
     s.view = seen.view;
-    s.held = seen.held;
+    if (scene.mesh_contact) s.held = seen.held;
     s.color = color * seen.weight;
     s.active = seen.active & ~(largest_component(s.color) == 0.0f);
     return s;

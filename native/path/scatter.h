@@ -82,7 +82,10 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
                                            shadow_rays(work, vertex, kRayToLight, s.blockers));
         light = select(s.casts_shadow, light * through, light);
     }
-    if (vertex) return record_light(*vertex, s, light);
+    if (vertex) {
+        record_light_contact(scene, *vertex, p, x, s);
+        return record_light(*vertex, s, light);
+    }
     if (work.values) return record_received(scene, *work.values, s, light);
     add_radiance(work, p, s.active, p.throughput * light);
 }

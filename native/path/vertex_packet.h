@@ -29,9 +29,7 @@ struct alignas(64) VertexPacket {
     Floats near, far;  // distances from the vertex before that it went, surfaces passed or not; infinite: it
                        // met nothing
     Ints from_mesh;    // of the vertex before
-    // Whether light is held here; how much the direction from the vertex before is, and what moves the
-    // measure then (scene/contact.h).
-    Ints holds;
+    // How much the direction from there is held, and what moves the measure then (scene/contact.h).
     Floats held, drift[3];
 
     // The shader that was picked among the material's, and what it does.
@@ -47,6 +45,7 @@ struct alignas(64) VertexPacket {
     Ints light_visible_to;
     Floats light_b1, light_b2, light_offset[3];
     Floats light_scale[3];
+    Floats light_held, light_drift[3];  // of a face, as `held` and `drift`
     // From a sample of the environment's image, along sky_direction: radiance * f |cos| * sky_scale.
     Floats sky_direction[3], sky_scale[3];
 

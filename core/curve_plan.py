@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry_table import area_light_mesh
-from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight, is_disk
 from .light_table import LEAST_BLEND
 from .mesh import Mesh
 from .motion import Motion
@@ -73,7 +73,7 @@ def _has_outline(light: Light) -> bool:
 
 def _turns_by_ray(scene: Scene, light: Light) -> bool:
     """Whether each of the camera's rays sees a disk of its own."""
-    return scene.camera.kind == "ORTHOGRAPHIC" and isinstance(light, PointLight | SpotLight) and not light.sphere
+    return scene.camera.kind == "ORTHOGRAPHIC" and is_disk(light)
 
 
 def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> list[tuple[str, str]]:

@@ -44,12 +44,11 @@ def held_light(scene: Scene, moves: Motion, wrt: Sequence[str]) -> HeldLight:
     """Which light is, as the meshes of `moves` move with the parameters `wrt`."""
     used = scene.used_materials
     leaves = {name: scene.leaves(name) for name in scene.materials}
-    clear = any(flags(leaf) & TRANSPARENCY for parts in leaves.values() for leaf in parts)
     linked = any(light.receivers is not None or light.blockers is not None or not light.casts_shadow
                  for light in scene.lights.values())
     partly = any(not set(RAYS) <= mesh.visible_to for mesh in scene.meshes.values())
     uneven = any(_glows(parts) and not _glows_evenly(parts) for parts in leaves.values())
-    if clear or linked or partly or uneven:
+    if lets_light_pass(scene) or linked or partly or uneven:
         return HeldLight()
     glows = {name: _glows(parts) for name, parts in leaves.items()}
     meshes = tuple(name for name in moves.meshes if scene.meshes[name].instances is None
@@ -64,6 +63,11 @@ def held_light(scene: Scene, moves: Motion, wrt: Sequence[str]) -> HeldLight:
     reached = all(name in sharp or black[name] for name in used)
     alone = vertices and emitters and dark and reached and not specular_materials(scene)
     return HeldLight(meshes, tuple(name for name in scene.materials if name in sharp), alone)
+
+
+def lets_light_pass(scene: Scene) -> bool:
+    """Whether some material is transparent."""
+    return any(flags(leaf) & TRANSPARENCY for name in scene.materials for leaf in scene.leaves(name))
 
 
 def _glows(leaves: list[Material]) -> bool:

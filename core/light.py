@@ -201,3 +201,8 @@ class AreaLight(_Light):
 
 
 Light = PointLight | SpotLight | SunLight | AreaLight
+
+
+def is_disk(light: Light) -> bool:
+    """Whether a light is a disk that faces each point that it lights."""
+    return isinstance(light, PointLight | SpotLight) and light.radius > 0.0 and not light.sphere

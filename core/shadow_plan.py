@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ._check import RAYS
-from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .light import AreaLight, Light, SunLight, is_disk
 from .material_table import NORMAL_MAP, flags
 from .motion import Motion
 from .scene import Scene
@@ -18,7 +18,7 @@ def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str
 
     The native engine follows the same rule (horizons_move in derivative_call.cpp).
     """
-    bent = [name for name in scene.meshes if _is_bent(scene, name)]
+    bent = [name for name in scene.meshes if is_bent(scene, name)]
     if not bent:
         return False, "skipped: horizons, since no mesh is shaded with other normals than those of its faces"
     sized = [name for name, light in scene.lights.items() if _has_size(light)]
@@ -31,15 +31,14 @@ def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str
         lit.append("other surfaces")
     if not lit:
         return False, "skipped: horizons, since all lights are without size: where faces cut them off is at edges"
-    turning = [name for name in sized if isinstance(light := scene.lights[name], PointLight | SpotLight)
-               and not light.sphere]
+    turning = any(map(is_disk, scene.lights.values()))
     if not (moves.meshes or moves.sky or set(sized) & set(moves.lights) or (moves.camera and turning)):
         return False, "skipped: horizons, since neither surfaces nor what lights them moves"
     of = " and ".join([", ".join(lit[:-1]), lit[-1]] if lit[1:] else lit)
     return True, f"besides edges: the horizons of the faces of {', '.join(bent)}, where they cut off light of {of}"
 
 
-def _is_bent(scene: Scene, name: str) -> bool:
+def is_bent(scene: Scene, name: str) -> bool:
     """Whether normals that a mesh is shaded with may not be those of its faces."""
     mesh = scene.meshes[name]
     mapped = any(flags(leaf) & NORMAL_MAP for slot in mesh.used_materials for leaf in scene.leaves(slot))

@@ -81,10 +81,14 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         return edges.kept.silhouettes.get(sides, [&] { return shadow_candidates(scene, edges, true); });
     };
     if (options.primary) {
-        seen = edges.kept.crossings.get({asked.camera, asked.moving}, [&] {
-            return find_crossings(edges.tables, asked, 1 << kCameraRay, edges.threads);
+        // Where light is held (scene/contact.h) it moves over all of them: they are searched once for both.
+        Asked wider = asked;
+        wider.camera |= scene.mesh_contact != nullptr;
+        seen = edges.kept.crossings.get({wider.camera, wider.moving}, [&] {
+            return find_crossings(edges.tables, wider, 1 << kCameraRay, edges.threads);
         });
-        auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, *seen);
+        auto lines =
+            std::make_shared<EdgesAndCrossings>(edges.tables, moving_crossings(edges.tables, asked, *seen));
         const auto found = edges.kept.primary.get({{scene.camera}, asked}, [&] {
             Candidates all = primary_candidates(scene, edges, asked);
             lines->add_candidates(scene.camera, all);

@@ -11,24 +11,11 @@ constexpr double kPiercedShare = 0.5, kConeShare = 0.25, kOutlineShare = 0.1, kD
 constexpr int kTurnPieces = 64;
 constexpr double kChainedShare = 0.4;
 
-// Of some crossings those that move.
-Crossings moving_ones(const SceneTables& tables, const Asked& asked, const Crossings& all) {
-    const auto moves = [&](uint32_t face) {
-        const auto& first = tables.mesh_first_face;
-        const auto next = std::upper_bound(first.begin(), first.end(), static_cast<int32_t>(face));
-        return asked.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
-    };
-    Crossings out;
-    for (size_t k = 0; k < static_cast<size_t>(all.size()); ++k)
-        if (moves(all.faces[2 * k]) || moves(all.faces[2 * k + 1])) out.add(all, k);
-    return out;
-}
-
 void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                  const Asked& asked, const Crossings* seen, std::vector<CurveTerm>& out) {
     const bool lights = options.shadow && scene.lights.count > 0;
     const bool surfaces = options.indirect && options.max_depth >= 3;
-    const bool meshes = any_mesh_moves(asked);
+    const bool meshes = asked.any_mesh_moves();
     // Held light moves over all of them (scene/contact.h).
     const bool held = scene.mesh_contact;
     if (!held && !(lights && (meshes || asked.lights)) && !(surfaces && meshes)) return;
@@ -38,8 +25,8 @@ void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOpti
     Crossings crossings;
     if ((meshes || held) && (surfaces || (lights && scene.lights.face_light)))
         crossings =
-            seen && !scene.rays_differ && !held
-                ? moving_ones(edges.tables, asked, *seen)
+            seen && !scene.rays_differ
+                ? moving_crossings(edges.tables, moving, *seen)
                 : find_crossings(edges.tables, moving, kScatteredRays | 1 << kShadowRay, edges.threads);
     const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
     const auto add = [&](BoundaryKind kind, Crossings found, bool chains) {
@@ -102,11 +89,6 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOpt
 }
 
 }  // namespace
-
-bool any_mesh_moves(const Asked& asked) {
-    return asked.instances ||
-           std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
-}
 
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
                                    const RenderOptions& options, const Asked& asked, const Crossings* seen) {

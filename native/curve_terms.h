@@ -23,7 +23,4 @@ struct CurveTerm {
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
                                    const RenderOptions& options, const Asked& asked, const Crossings* seen);
 
-// Whether the vertices or instances of any mesh are asked for.
-bool any_mesh_moves(const Asked& asked);
-
 }  // namespace edgegrad

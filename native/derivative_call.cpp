@@ -67,7 +67,7 @@ RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, Der
 }
 
 bool anything_moves(const Asked& asked) {
-    return asked.camera || asked.lights || asked.rotation || any_mesh_moves(asked);
+    return asked.camera || asked.lights || asked.rotation || asked.any_mesh_moves();
 }
 
 // Whether faces with shading normals of their own may cut off other light than before (boundary/horizon.h;
@@ -81,7 +81,7 @@ bool horizons_move(const SceneView& scene, const RenderOptions& options, const A
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
     // A light that faces what it lights turns with that.
     const bool turns = scene.lights.kinds & 1 << kDiskLight;
-    return any_mesh_moves(asked) || asked.rotation || (asked.lights && sized) || (asked.camera && turns);
+    return asked.any_mesh_moves() || asked.rotation || (asked.lights && sized) || (asked.camera && turns);
 }
 
 RenderOptions horizon_options(RenderOptions options) {

@@ -91,6 +91,13 @@ FLOOR = {"center": (0, 0, 0), "half_u": (0, 0, 3), "half_v": (3, 0, 0)}
 ABOVE = camera((0, 3.2, 2.4), (0, 0, 0.1))
 
 
+def moved(scene: edgegrad.Scene, theta: float, name: str, direction: ArrayLike) -> edgegrad.Scene:
+    """The scene with a mesh moved along a direction."""
+    mesh = scene.meshes[name]
+    mesh.vertices = mesh.vertices + theta * np.asarray(direction)
+    return scene
+
+
 def translated(make: Callable[[], edgegrad.Scene], mesh: str, direction: ArrayLike) -> Moving:
     """A scene whose mesh moves along `direction`."""
 

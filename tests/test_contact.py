@@ -12,7 +12,7 @@ from edgegrad import AreaLight, Image, Material, Mesh, PointLight, Renderer, Sce
 from edgegrad import expression as e
 from tests.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
-from tests.small_scenes import Make, along, box, camera, glowing, matte, rectangle
+from tests.small_scenes import Make, along, box, camera, glowing, matte, moved, rectangle
 from tests.test_shadow_boundary import DOWN
 
 PALE, RED = matte(0.8, 0.7, 0.6), matte(0.8, 0.4, 0.3)
@@ -96,13 +96,7 @@ def striped() -> Scene:
 
 
 def moves(make: Callable[[], Scene], *rate: float, name: str = "wall") -> Make:
-    def moved(theta: float) -> Scene:
-        scene = make()
-        mesh = scene.meshes[name]
-        mesh.vertices = mesh.vertices + theta * np.array(rate)
-        return scene
-
-    return moved
+    return lambda theta: moved(make(), theta, name, rate)
 
 
 def camera_moves(make: Callable[[], Scene], *rate: float) -> Make:

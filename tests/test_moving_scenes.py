@@ -27,6 +27,7 @@ from tests.small_scenes import (
     floating_box,
     glowing,
     matte,
+    moved,
     need,
     rectangle,
     white_world,
@@ -34,13 +35,6 @@ from tests.small_scenes import (
 
 EPS = 0.01
 SMALL = replace(ABOVE, width=24, height=24)
-
-
-def moved(scene: Scene, theta: float, name: str, direction: tuple[float, float, float]) -> Scene:
-    """The scene with a mesh moved along a direction."""
-    mesh = scene.meshes[name]
-    mesh.vertices = mesh.vertices + theta * np.asarray(direction)
-    return scene
 
 
 # ---------------------------------------------------------------- cameras before a lit scene

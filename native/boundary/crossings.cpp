@@ -250,6 +250,19 @@ Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t 
     return out;
 }
 
+Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const Crossings& all) {
+    if (asked.camera) return all;
+    const auto moves = [&](uint32_t face) {
+        const auto& first = tables.mesh_first_face;
+        const auto next = std::upper_bound(first.begin(), first.end(), static_cast<int32_t>(face));
+        return asked.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
+    };
+    Crossings out;
+    for (size_t k = 0; k < static_cast<size_t>(all.size()); ++k)
+        if (moves(all.faces[2 * k]) || moves(all.faces[2 * k + 1])) out.add(all, k);
+    return out;
+}
+
 Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,
                               const int32_t* emissive, int threads) {
     Crossings out;

@@ -29,6 +29,9 @@ constexpr int32_t kSelfCrossingFaces = 50'000;
 // contact, which the edge itself covers. Instances are left out.
 Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t seers, int threads);
 
+// Of crossings that were found for more than what is asked, those of the latter.
+Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const Crossings& all);
+
 // Those of which one face is in `emissive` (by face, -1: it gives no light; null: none does), and the lines
 // along which meshes pass through rectangles and ellipses of the light table, where one of the two moves.
 Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,

@@ -29,9 +29,9 @@ struct HeldChain {
 // Sets surface number k (from 0) of the chain in some lanes: `next` is the one behind it as x sees it.
 EG_INLINE void hold_next(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
                          const SurfacePoint& next, HeldChain& chain) {
-    const Mask near = may_touch(scene, active, from.mesh, next.mesh);
     const Float share =
-        contact(scene, near, from.mesh, from.position, from.normal, next.triangle, next.position).share;
+        contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.triangle, next.position)
+            .share;
     const Vec3 way = next.position - from.position;
     const Vec3 w = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
     for (int i = 0; i < kHeldSurfaces; ++i) {

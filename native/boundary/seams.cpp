@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/face_vectors.h"
+#include "scene/leaf_programs.h"
 #include "scene/material_params.h"
-#include "scene/vector.h"
-#include "texture/opcodes.h"
 
 namespace edgegrad {
 namespace {
@@ -77,37 +77,21 @@ bool attributes_differ(const SceneTables& t, const uint32_t (&face)[2], const in
 // Whether what the material lets through reads its normal: of its shading (not `smooth`: where that jumps),
 // or its triangles' own.
 bool lets_through_by_normal(const SceneTables& t, int32_t material, bool smooth) {
-    const TextureTables& x = t.textures;
-    if (x.program_first.size() <= 1) return false;
-    const auto reads = [&](int32_t program) {
-        if (program < 0) return false;
-        const auto* first = x.program_first.data() + program;
-        return std::any_of(x.code.data() + first[0], x.code.data() + first[1],
-                           [&](const TextureInstruction& i) {
-                               return i.op == static_cast<int32_t>(TextureOp::TRUE_NORMAL) ||
-                                      (!smooth && i.op == static_cast<int32_t>(TextureOp::NORMAL));
-                           });
+    const auto reads = [smooth](const TextureInstruction& step) {
+        return step.op == static_cast<int32_t>(TextureOp::TRUE_NORMAL) ||
+               (!smooth && step.op == static_cast<int32_t>(TextureOp::NORMAL));
     };
-    for (int32_t leaf = t.material_first_leaf[static_cast<size_t>(material)];
-         leaf < t.material_first_leaf[static_cast<size_t>(material) + 1]; ++leaf) {
-        const auto k = static_cast<size_t>(leaf);
-        if ((t.leaf_flags[k] & kHasTransparency) &&
-            (reads(x.leaf_program[k]) || reads(x.leaf_weight_program[k])))
-            return true;
+    const auto k = static_cast<size_t>(material);
+    for (int32_t leaf = t.material_first_leaf[k]; leaf < t.material_first_leaf[k + 1]; ++leaf) {
+        const auto row = static_cast<size_t>(leaf);
+        if ((t.leaf_flags[row] & kHasTransparency) && any_step(t, row, reads)) return true;
     }
     return false;
 }
 
 // Whether two faces lie in one plane, or are one the other's back.
 bool in_one_plane(const SceneTables& t, const uint32_t (&face)[2]) {
-    Vector n[2];
-    for (int k = 0; k < 2; ++k) {
-        const auto corner = [&](size_t c) {
-            const float* p = &t.vertices[3 * static_cast<size_t>(t.faces[3 * size_t{face[k]} + c])];
-            return Vector{p[0], p[1], p[2]};
-        };
-        n[k] = cross(corner(1) - corner(0), corner(2) - corner(0));
-    }
+    const Vector n[2] = {area_normal(t, face[0]), area_normal(t, face[1])};
     const Vector across = cross(n[0], n[1]);
     return dot(across, across) <= double{kSame} * kSame * dot(n[0], n[0]) * dot(n[1], n[1]);
 }

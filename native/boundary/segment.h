@@ -75,13 +75,8 @@ EG_INLINE void hold_far_end(const SceneView& scene, BoundarySegment& s) {
 // The share of y's motion that x takes along, after `length` surfaces that the camera sees it by.
 EG_INLINE Float held_share(const SceneView& scene, Mask active, Int length, const SurfacePoint& x,
                            const FarEnd& y) {
-    if (!scene.mesh_contact) return splat(0.0f);
     const Mask held = active & (length < scene.held_surfaces) & (y.face >= 0);
-    const Int face = select(held, y.face, splat(0));
-    const Mask near = may_touch(scene, held, x.mesh, mesh_of(scene, face));
-    if (!any(near)) return splat(0.0f);
-    const Triangle t = placed_triangle(scene, face, select(near, y.instance, splat(-1))).triangle;
-    return contact(scene, near, x.mesh, x.position, x.normal, t, interpolate(t, y.b1, y.b2)).share;
+    return contact_with_face(scene, held, x, y.face, y.instance, y.b1, y.b2).share;
 }
 
 // Where y is near x, the segment moves with x by a share (scene/contact.h), for the first surfaces of paths.

@@ -3,7 +3,7 @@
 #include <numeric>
 
 #include "boundary/seams.h"
-#include "scene/vector.h"
+#include "scene/face_vectors.h"
 
 namespace edgegrad {
 namespace {
@@ -11,29 +11,14 @@ namespace {
 // Faces whose normals differ by less than this sine lie in one plane.
 constexpr double kCoplanar = 1e-6;
 
-Vector vertex(const SceneTables& t, int32_t k) {
-    const float* p = &t.vertices[3 * static_cast<size_t>(k)];
-    return {p[0], p[1], p[2]};
-}
-
-Vector area_normal(const SceneTables& t, uint32_t face) {
-    const int32_t* f = &t.faces[3 * size_t{face}];
-    return cross(vertex(t, f[1]) - vertex(t, f[0]), vertex(t, f[2]) - vertex(t, f[0]));
-}
-
-bool smooth(const SceneTables& t, uint32_t face) {
-    if (t.corner_normal.empty()) return false;
-    const int32_t* n = &t.corner_normal[3 * size_t{face}];
-    return n[0] >= 0 && n[1] >= 0 && n[2] >= 0;
-}
-
 // Whether shading goes on across an edge.
 bool joins(const SceneTables& t, size_t edge) {
     const uint32_t first = t.edge_face_first[edge];
     if (t.edge_face_first[edge + 1] - first != 2) return false;
     const uint32_t one = t.edge_faces[first], other = t.edge_faces[first + 1];
-    if (t.face_material[one] != t.face_material[other] || smooth(t, one) != smooth(t, other)) return false;
-    if (!smooth(t, one)) {
+    if (t.face_material[one] != t.face_material[other] || is_smooth(t, one) != is_smooth(t, other))
+        return false;
+    if (!is_smooth(t, one)) {
         const Vector m = area_normal(t, one), n = area_normal(t, other);
         if (!(dot(m, n) > 0.0) || length(cross(m, n)) >= kCoplanar * length(m) * length(n)) return false;
     }

@@ -60,11 +60,10 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
 EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacket& p, const SurfacePoint& x) {
     if (!scene.mesh_contact) return;
     const Mask held = (p.segment >= 2) & (p.segment <= scene.held_surfaces + 1) & (p.pdf > 0.0f);
-    const Mask near = may_touch(scene, x.active & held, p.from_mesh, x.mesh);
-    if (!any(near)) return;
-    const Contact c = contact(scene, near, p.from_mesh, p.from, p.from_normal, x.triangle, x.position);
-    set(v.held, near, c.share);
-    set3(v.drift, near, c.drift);
+    const Contact c =
+        contact(scene, x.active & held, p.from_mesh, p.from, p.from_normal, x.mesh, x.triangle, x.position);
+    set(v.held, x.active, c.share);
+    set3(v.drift, x.active, c.drift);
 }
 
 // The same of the direction in which x sees a sample of light.
@@ -72,13 +71,9 @@ EG_INLINE void record_light_contact(const SceneView& scene, Vertex& v, const Pat
                                     const SurfacePoint& x, const LightSample& s) {
     if (!scene.mesh_contact) return;
     const Mask held = s.active & (s.face >= 0) & (p.segment <= scene.held_surfaces);
-    const Int face = select(held, s.face, splat(0));
-    const Mask near = any(held) ? may_touch(scene, held, x.mesh, mesh_of(scene, face)) : held;
-    if (!any(near)) return;
-    const Triangle t = gather_triangle(scene, face);
-    const Contact c = contact(scene, near, x.mesh, x.position, x.normal, t, interpolate(t, s.b1, s.b2));
-    put(v.light_held, near, c.share);
-    put3(v.light_drift, near, c.drift);
+    const Contact c = contact_with_face(scene, held, x, s.face, splat(-1), s.b1, s.b2);
+    put(v.light_held, held, c.share);
+    put3(v.light_drift, held, c.drift);
 }
 
 // Leaves lanes out whose light has no derivative; the latest packet altogether where all are such. It may

@@ -37,17 +37,15 @@ struct Contact {
 
 EG_INLINE Contact no_contact() { return {splat(0.0f), zero3()}; }
 
-// Whether light from meshes `to` may be held on meshes `from`.
-EG_INLINE Mask may_touch(const SceneView& scene, Mask active, Int from, Int to) {
-    const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
-    const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
-    return active & ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
-}
-
-// Of light from the point y of a triangle to x on a face, of a mesh, of that normal.
-EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int mesh, Vec3 x, Vec3 normal,
+// Of light from the point y of a triangle of mesh `to` to x, on a face of mesh `from` with that normal.
+EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x, Vec3 normal, Int to,
                            const Triangle& t, Vec3 y) {
     constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f;
+    const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
+    const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
+    active &= ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
+    if (!any(active)) return no_contact();
+    const Mask bent = (receives & kContactBent) != 0;
     const Vec3 way = y - x;
     const Vec3 side[3] = {t.p1 - t.p0, t.p2 - t.p1, t.p0 - t.p2};
     const Float square = dot(way, way);
@@ -58,7 +56,6 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int mesh, Vec3 x
     const Vec3 m = area_normal(t);
     const Float twice_area = sqrt(dot(m, m)), r = sqrt(square);
     const Vec3 n = m * (1.0f / max(twice_area, 1e-37f)), w = way * (1.0f / max(r, 1e-30f));
-    const Mask bent = (gather(scene.mesh_contact, select(active, mesh, splat(0))) & kContactBent) != 0;
     const Float in_plane = kSlack * sqrt(twice_area) + kRounding * largest_component(x);
     const Vec3 corner[3] = {t.p0, t.p1, t.p2};
     Float rho = splat(__builtin_inff());
@@ -78,6 +75,16 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int mesh, Vec3 x
     const Vec3 gradient = (w - inward * q) * (slope / max(rho, 1e-30f));
     const Vec3 drift = gradient - n * (dot(gradient, w) / select(near, facing, 1.0f));
     return {select(near, 1.0f - s * s * (3.0f - 2.0f * s), splat(0.0f)), select(near, drift, zero3())};
+}
+
+// The same of light from a face at (b1, b2).
+EG_INLINE Contact contact_with_face(const SceneView& scene, Mask active, const SurfacePoint& x, Int face,
+                                    Int instance, Float b1, Float b2) {
+    if (!scene.mesh_contact || !any(active)) return no_contact();
+    const Int known = select(active, face, splat(0));
+    const Triangle t = placed_triangle(scene, known, select(active, instance, splat(-1))).triangle;
+    return contact(scene, active, x.mesh, x.position, x.normal, mesh_of(scene, known), t,
+                   interpolate(t, b1, b2));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "scene/face_vectors.h"
 #include "scene/leaf_programs.h"
 #include "scene/sharp_lobes.h"
-#include "scene/vector.h"
 
 namespace edgegrad {
 namespace {
@@ -54,17 +54,12 @@ int32_t flags_of(const SceneTables& tables, size_t material) {
 
 // Whether the normals of a face's corners are its own.
 bool is_flat(const SceneTables& tables, size_t face) {
-    if (tables.corner_normal.empty()) return true;
+    if (!is_smooth(tables, face)) return true;
     const int32_t* corners = &tables.corner_normal[3 * face];
-    if (std::any_of(corners, corners + 3, [](int32_t c) { return c < 0; })) return true;
-    const auto row = [](const std::vector<float>& rows, auto k) {
-        const float* p = &rows[3 * static_cast<size_t>(k)];
-        return Vector{p[0], p[1], p[2]};
-    };
-    const auto corner = [&](size_t c) { return row(tables.vertices, tables.faces[3 * face + c]); };
-    const Vector m = cross(corner(1) - corner(0), corner(2) - corner(0));
+    const Vector m = area_normal(tables, face);
     return std::all_of(corners, corners + 3, [&](int32_t c) {
-        const Vector n = row(tables.normals, c), lean = cross(n, m);
+        const float* p = &tables.normals[3 * static_cast<size_t>(c)];
+        const Vector n{p[0], p[1], p[2]}, lean = cross(n, m);
         return dot(lean, lean) <= 1e-12 * dot(n, n) * dot(m, m);
     });
 }
@@ -72,9 +67,7 @@ bool is_flat(const SceneTables& tables, size_t face) {
 }  // namespace
 
 std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view, const Asked& asked) {
-    const bool moves =
-        asked.camera || asked.instances ||
-        std::any_of(asked.moving.begin(), asked.moving.end(), [](uint8_t m) { return m != 0; });
+    const bool moves = asked.camera || asked.any_mesh_moves();
     if (!moves || view.face_held || (view.all_flags & kHasTransparency)) return {};
     std::vector<int32_t> materials(tables.material_first_leaf.size() - 1);
     for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);

@@ -1,6 +1,7 @@
 // The scene's tables by value (core/tables.py has the same names), and derivatives of them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -60,6 +61,10 @@ struct Asked {
     bool rotation = false;        // the environment's
     bool environment = false;     // light from it, even if it is dark
 
+    // Whether the vertices or instances of any mesh are asked for.
+    bool any_mesh_moves() const {
+        return instances || std::any_of(moving.begin(), moving.end(), [](uint8_t m) { return m != 0; });
+    }
     bool operator==(const Asked&) const = default;
 };
 

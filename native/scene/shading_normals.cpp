@@ -4,20 +4,11 @@
 #include <cmath>
 
 #include "parallel.h"
+#include "scene/vector.h"
 
 namespace edgegrad {
 namespace {
 
-struct Vector {
-    double x = 0.0, y = 0.0, z = 0.0;
-};
-Vector operator+(Vector a, Vector b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Vector operator-(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Vector operator*(Vector a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-double dot(Vector a, Vector b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Vector cross(Vector a, Vector b) {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 template <typename T>
 Vector vector(const T* p) {
     return {p[0], p[1], p[2]};
@@ -147,7 +138,7 @@ void pull_shading_normals(const SceneTables& t, int threads, const double* norma
             sum[n] = g.x, sum[n + 1] = g.y, sum[n + 2] = g.z;
         }
         for_each_smooth_face(t, mesh, [&](const SmoothFace& f) {
-            Vector m, p[3];
+            Vector m{}, p[3]{};
             double l = 0.0;
             for (int k = 0; k < 3; ++k) {
                 if (f.group[k] < 0) continue;

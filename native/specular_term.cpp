@@ -72,8 +72,9 @@ SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
     const auto lines = [&](int across) {
         return static_cast<int64_t>(std::ceil((scan_.high[across] - scan_.low[across]) * scan_.density));
     };
-    const auto segments = [&](int along) {
-        return static_cast<int64_t>(std::ceil((scan_.high[along] - scan_.low[along]) / kSegment)) + 1;
+    const auto segments = [&](int along) {  // in pairs
+        return 2 *
+               (static_cast<int64_t>(std::ceil((scan_.high[along] - scan_.low[along]) / (2 * kSegment))) + 1);
     };
     scan_.per_row = segments(0), scan_.per_column = segments(1);
     scan_.horizontal = lines(1) * scan_.per_row;

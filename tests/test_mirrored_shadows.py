@@ -182,7 +182,7 @@ def test_differences_notice_a_missing_term(name: str) -> None:
 @pytest.mark.parametrize("name", [run for run in RUNS if isinstance(run, str)])
 def test_modes_are_transposes(name: str) -> None:
     need_every_table()
-    check_transpose(*CASES[name], spp=8, max_depth=depth_of(name), seed=3, terms=["primary", "shadow", "indirect"])
+    check_transpose(*CASES[name], spp=32, max_depth=depth_of(name), seed=3, terms=["primary", "shadow", "indirect"])
 
 
 def test_plan_tells_of_them() -> None:

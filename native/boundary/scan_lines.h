@@ -22,19 +22,20 @@ constexpr int kHalvings = 14;
 // past it or between its faces: differences there are of one crossing, whose sides are known by construction.
 constexpr int kApart = 9;
 
-// Ends of segments.
-struct Segment {
+// Two segments that share an end, at which the chain is chosen.
+struct SegmentPair {
     Mask active, horizontal;
-    PicturePoint a, b;
+    PicturePoint chosen, end[2];
     UInt stream;
 };
 
-EG_INLINE Segment scan_segment(const ScanTask& task, int64_t at) {
-    Segment s;
+// Of the task's segments from `at` on.
+EG_INLINE SegmentPair scan_segments(const ScanTask& task, int64_t at) {
+    SegmentPair s;
     s.active = splat(0);
     for (int i = 0; i < W; ++i) {
-        const int64_t k = task.first + at + i;
-        s.active[i] = at + i < task.count ? -1 : 0;
+        const int64_t k = task.first + at + 2 * i;
+        s.active[i] = at + 2 * i < task.count ? -1 : 0;
         const bool flat = k < task.horizontal;
         const int64_t number = flat ? k : k - task.horizontal, per = flat ? task.per_row : task.per_column;
         const auto line = static_cast<uint32_t>(number / per);
@@ -45,12 +46,15 @@ EG_INLINE Segment scan_segment(const ScanTask& task, int64_t at) {
         };
         const int along = flat ? 0 : 1;
         const float across = task.low[1 - along] + (static_cast<float>(line) + uniform(1)) / task.density;
-        const float begin = task.low[along] + (static_cast<float>(number % per) - uniform(2)) * task.length;
-        const float end = begin + task.length;
+        const float begin =
+            task.low[along] + (static_cast<float>(number % per) - 2.0f * uniform(2)) * task.length;
         s.horizontal[i] = flat ? -1 : 0;
-        s.a.x[i] = flat ? begin : across, s.a.y[i] = flat ? across : begin;
-        s.b.x[i] = flat ? end : across, s.b.y[i] = flat ? across : end;
-        s.a.lens_u[i] = s.b.lens_u[i] = uniform(3), s.a.lens_v[i] = s.b.lens_v[i] = uniform(4);
+        const auto place = [&](PicturePoint& p, float steps) {
+            const float here = begin + steps * task.length;
+            p.x[i] = flat ? here : across, p.y[i] = flat ? across : here;
+            p.lens_u[i] = uniform(3), p.lens_v[i] = uniform(4);
+        };
+        place(s.end[0], 0.0f), place(s.chosen, 1.0f), place(s.end[1], 2.0f);
         s.stream[i] = hash(static_cast<uint32_t>(k) ^ hash(task.seed ^ 0x27d4eb2fu));
     }
     return s;
@@ -160,8 +164,8 @@ EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task,
 }
 
 // Appends lane i's crossing.
-EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask& task, int64_t at,
-                               const Segment& s, const PicturePoint& place, const ChainChoices& choices,
+EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask& task, int64_t segment,
+                               Mask horizontal, const PicturePoint& place, const ChainChoices& choices,
                                const SpecularChain& chain, int level, const TouchedEdge& edge, float weight) {
     const ChainLight& light = choices.light;
     const bool lit = level > choices.lit[i];
@@ -176,8 +180,8 @@ EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask
     out.light_density[n] = light.density[i];
     out.x[n] = place.x[i], out.y[n] = place.y[i];
     out.lens_u[n] = place.lens_u[i], out.lens_v[n] = place.lens_v[i];
-    out.segment[n] = static_cast<int32_t>(at + i);
-    out.horizontal[n] = s.horizontal[i];
+    out.segment[n] = static_cast<int32_t>(segment);
+    out.horizontal[n] = horizontal[i];
     out.length[n] = level;
     float probability = 1.0f;
     for (int k = 0; k < level; ++k) {
@@ -205,77 +209,89 @@ EG_OUTLINE Mask sees_surface(const SceneView& scene, const ChainChoices& choices
     return asked & (largest_component(seen) > 0.0f);
 }
 
+// Appends the crossings of those of the segments from `at` on that end at end[half], `chosen` being the
+// chains of the other end. Returns the number of all that are found.
+EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                              int32_t max_depth, int64_t at, int half, const SegmentPair& s, Mask active,
+                              ChainChoices& choices, const SpecularChain& chosen, ChainCrossings& out,
+                              int found) {
+    PicturePoint p = s.chosen, q = s.end[half];
+    SpecularChain chain_q, chain_m;
+    trace_chain<false>(scene, task, limits, max_depth, active, q, s.stream, choices, chain_q);
+    active &= first_difference(chosen, chain_q, active) >= 0;
+    if (!any(active)) return found;
+    SpecularChain chain_p;
+    chain_p.count = splat(0);
+    take(chain_p, active, chosen);
+    // How far the other end's chain is the same.
+    Int common = chain_q.count;
+    for (int k = 0; k < kMostChain; ++k)
+        common = select((k < chain_q.count) & (chain_q.key[k] == splat(static_cast<int>(kDead))), splat(k),
+                        common);
+    const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, chain_q, active);
+    Float weight = splat(1.0f);
+    for (int step = 0; step < kHalvings; ++step) {
+        const PicturePoint m = middle(p, q);
+        trace_chain<false>(scene, task, limits, max_depth, active, m, s.stream, choices, chain_m);
+        const Mask first = first_difference(chain_p, chain_m, active) >= 0,
+                   second = first_difference(chain_m, chain_q, active) >= 0;
+        active &= first | second;
+        if (!any(active)) return found;
+        const Mask both = active & first & second;
+        Mask to_first = active & first & ~second;
+        if (any(both)) {
+            const UInt random =
+                hash(s.stream ^ splat(0x165667b1u * static_cast<uint32_t>(2 * step + half + 1)));
+            for (int i = 0; i < W; ++i)
+                if (both[i] && (random[i] & 1u)) to_first[i] = -1;
+            if (step < kApart) weight = select(both, 2.0f * weight, weight);
+        }
+        const Mask to_second = active & ~to_first;
+        q = select(to_first, m, q);
+        take(chain_q, to_first, chain_m);
+        p = select(to_second, m, p);
+        take(chain_p, to_second, chain_m);
+    }
+    const Int level = first_difference(chain_p, chain_q, active);
+    for (int i = 0; i < W; ++i) {
+        const int k = level[i];
+        if (!active[i] || k < 1) continue;
+        const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
+        // Where it is another face of the mesh that sends the ray into itself, that is due to their edge.
+        const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
+                                        chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]);
+        // Seen directly, or through transparent surfaces alone: that is the primary boundary.
+        const int seen = parted ? k - 1 : k;
+        bool bent = false;
+        for (int j = 0; j < seen; ++j) bent |= choices.fate[j][i] != kFatePasses;
+        if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
+        if (k <= choices.lit[i] && !task.edges) continue;
+        TouchedEdge edge;
+        if (!horizon || parted) edge = touched_edge(scene, task, chain_p, chain_q, seen, i);
+        if (edge.edge < 0 && (!horizon || parted)) continue;
+        out.parted[found] = parted ? -1 : 0;
+        const bool twice = common[i] <= k || (lone[i] && k > choices.lit[i]);
+        append_crossing(out, found++, i, task, at + 2 * i + half, s.horizontal, below ? q : p, choices,
+                        below ? chain_q : chain_p, k, edge, weight[i] * (twice ? 2.0f : 1.0f));
+    }
+    return found;
+}
+
 // The crossings of a task's segments; their number.
 static int scan_kernel(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
                        int32_t max_depth, ChainCrossings& out) {
     int found = 0;
-    for (int64_t at = 0; at < task.count; at += W) {
-        const Segment s = scan_segment(task, at);
-        // Either end may be the one at which the chain is chosen: what only one of them sees counts twice.
-        Mask swap;
-        for (int i = 0; i < W; ++i) swap[i] = s.stream[i] & 0x80000000u ? -1 : 0;
-        PicturePoint p = select(swap, s.b, s.a), q = select(swap, s.a, s.b);
+    for (int64_t at = 0; at < task.count; at += 2 * W) {
+        const SegmentPair s = scan_segments(task, at);
         ChainChoices choices;
         choices.light = no_chain_light();
-        SpecularChain chain_p, chain_q, chain_m;
-        trace_chain<true>(scene, task, limits, max_depth, s.active, p, s.stream, choices, chain_p);
-        Mask active = s.active & (chain_p.count > 1);
+        SpecularChain chosen;
+        trace_chain<true>(scene, task, limits, max_depth, s.active, s.chosen, s.stream, choices, chosen);
+        const Mask active = s.active & (chosen.count > 1);
         if (!any(active)) continue;
-        trace_chain<false>(scene, task, limits, max_depth, active, q, s.stream, choices, chain_q);
-        Int level = first_difference(chain_p, chain_q, active);
-        active &= level >= 0;
-        if (!any(active)) continue;
-        // How far the other end's chain is the same.
-        Int common = chain_q.count;
-        for (int k = 0; k < kMostChain; ++k)
-            common = select((k < chain_q.count) & (chain_q.key[k] == splat(static_cast<int>(kDead))),
-                            splat(k), common);
-        const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, chain_q, active);
-        Float weight = splat(1.0f);
-        for (int step = 0; step < kHalvings; ++step) {
-            const PicturePoint m = middle(p, q);
-            trace_chain<false>(scene, task, limits, max_depth, active, m, s.stream, choices, chain_m);
-            const Mask first = first_difference(chain_p, chain_m, active) >= 0,
-                       second = first_difference(chain_m, chain_q, active) >= 0;
-            active &= first | second;
-            if (!any(active)) break;
-            const Mask both = active & first & second;
-            Mask to_first = active & first & ~second;
-            if (any(both)) {
-                const UInt random = hash(s.stream ^ splat(0x165667b1u * static_cast<uint32_t>(step + 1)));
-                for (int i = 0; i < W; ++i)
-                    if (both[i] && (random[i] & 1u)) to_first[i] = -1;
-                if (step < kApart) weight = select(both, 2.0f * weight, weight);
-            }
-            const Mask to_second = active & ~to_first;
-            q = select(to_first, m, q);
-            take(chain_q, to_first, chain_m);
-            p = select(to_second, m, p);
-            take(chain_p, to_second, chain_m);
-        }
-        if (!any(active)) continue;
-        level = first_difference(chain_p, chain_q, active);
-        for (int i = 0; i < W; ++i) {
-            const int k = level[i];
-            if (!active[i] || k < 1) continue;
-            const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
-            // Where it is another face of the mesh that sends the ray into itself, that is due to their edge.
-            const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
-                                            chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]);
-            // Seen directly, or through transparent surfaces alone: that is the primary boundary.
-            const int seen = parted ? k - 1 : k;
-            bool bent = false;
-            for (int j = 0; j < seen; ++j) bent |= choices.fate[j][i] != kFatePasses;
-            if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
-            if (k <= choices.lit[i] && !task.edges) continue;
-            TouchedEdge edge;
-            if (!horizon || parted) edge = touched_edge(scene, task, chain_p, chain_q, seen, i);
-            if (edge.edge < 0 && (!horizon || parted)) continue;
-            out.parted[found] = parted ? -1 : 0;
-            const bool twice = common[i] <= k || (lone[i] && k > choices.lit[i]);
-            append_crossing(out, found++, i, task, at, s, below ? q : p, choices, below ? chain_q : chain_p,
-                            k, edge, weight[i] * (twice ? 2.0f : 1.0f));
-        }
+        for (int half = 0; half < 2; ++half)
+            found = cross_segments(scene, task, limits, max_depth, at, half, s, active, choices, chosen, out,
+                                   found);
     }
     return found;
 }

@@ -12,7 +12,7 @@ constexpr int kMostChain = 16;
 // then those of the vertical ones.
 struct ScanTask {
     const int32_t *region, *face_edge;  // boundary/surface_regions.h
-    int64_t first, count;               // segments
+    int64_t first, count;               // segments, both even
     int64_t horizontal;                 // segments of horizontal lines
     int64_t per_row, per_column;        // segments of one line
     float low[2], high[2];              // what is scanned, pixels

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from . import expression as e
-from .expression_steps import Components, Lowering, repeated, rule, vector
+from .lowering import Components, Lowering, repeated, rule, vector
 from .texture_ops import Value
 
 # A blend mode of one channel: (factor, a, b).

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import expression as e
-from .expression_steps import Components, Lowering, rule
+from .lowering import Components, Lowering, rule
 from .texture_ops import Value
 
 

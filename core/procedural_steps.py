@@ -6,7 +6,7 @@ import numpy as np
 
 from . import procedural as p
 from .expression import Operand
-from .expression_steps import Components, Lowering, repeated, rule, vector
+from .lowering import Components, Lowering, repeated, rule, vector
 from .texture_ops import Value
 
 

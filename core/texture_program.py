@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import color_steps, image_steps, procedural_steps  # noqa: F401  (their rules are registered)
+from . import color_steps, expression_steps, image_steps, procedural_steps  # noqa: F401  (their rules are registered)
 from .expression import EXTENSIONS, INTERPOLATIONS, Expression
 from .expression_numbers import numbers, with_numbers
-from .expression_steps import Lowering, Resources
 from .image import Image
 from .light import AreaLight
+from .lowering import Lowering, Resources
 from .material import Material, Mixture
 from .material_table import COLUMNS
 from .mesh import Mesh

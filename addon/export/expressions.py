@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand, operands
-from edgegrad.expression_steps import RULES, Lowering, Resources
+from edgegrad.lowering import RULES, Lowering, Resources
 from edgegrad.texture_ops import Builder
 
 from .images import Images

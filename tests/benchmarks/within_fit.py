@@ -32,6 +32,8 @@ CASES = (
 ITERATIONS = 100
 # Iterations (from 1 on) whose variances and seconds are averaged for the one that is told.
 WINDOWS = {1: (1, 1), 5: (4, 6), 20: (17, 23), 100: (85, 100)}
+# Those of a renderer that doesn't learn: they are alike.
+FORGETTING = 8
 # The parameter's way during a fit, in widths of the case's central difference.
 WAY = 1.0
 
@@ -67,10 +69,12 @@ class Fits:
         return seconds, gradients
 
 
-def windows(fits: list[tuple[list[float], list[F64]]]) -> dict[int, tuple[float, float]]:
+def windows(
+    fits: list[tuple[list[float], list[F64]]], averaged: dict[int, tuple[int, int]]
+) -> dict[int, tuple[float, float]]:
     """CPU seconds and relative variance of a gradient, by iteration."""
     out = {}
-    for told, (first, last) in WINDOWS.items():
+    for told, (first, last) in averaged.items():
         if last > len(fits[0][0]):
             continue
         seconds, variances = [], []
@@ -88,8 +92,12 @@ def measure(path: Path, spp: int, threads: int, count: int, iterations: int) -> 
     turns: dict[str, list[Any]] = {"learning": [], "not": []}
     for fit in range(1, count + 1):
         turns["learning"].append(learning.run(fit, iterations))
-        turns["not"].append(forgetting.run(fit, 6))
-    return {"learning": windows(turns["learning"]), "not": windows(turns["not"])}
+        turns["not"].append(forgetting.run(fit, FORGETTING))
+    # Gradients of one value have but as many numbers as there are fits: all iterations tell of their variance.
+    return {
+        "learning": windows(turns["learning"], WINDOWS),
+        "not": windows(turns["not"], {FORGETTING: (1, FORGETTING)}),
+    }
 
 
 def peer(path: Path, spp: int, threads: int, every: bool) -> tuple[str, float, float] | None:
@@ -113,7 +121,7 @@ def table(results: dict[str, dict[str, Any]]) -> str:
              + " | Mitsuba's |", "|---" * (len(told) + 3) + "|"]
     gains: dict[int, list[float]] = {k: [] for k in told}
     for name, found in results.items():
-        seconds, variance = found["not"][1]
+        seconds, variance = found["not"][FORGETTING]
         cells = []
         for k in told:
             s, v = found["learning"].get(k, (np.nan, np.nan))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -133,17 +134,20 @@ DEEP: dict[str, tuple[Make, list[str]]] = {
     "seen in a mirror": moves(mirrored, "lamp"),
 }
 BLACK_MOVES_OVER_METAL = ("ball over metal", "sheet over metal", "two balls", "sheet through the lamp")
-SLOW = ("ball over a matte floor", "camera moves", "two balls")
-RUNS = [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CASES]
+SLOW = ("ball over a matte floor", "camera moves", "floor moves", "sheet over metal", "two balls", "lamp that reflects")
 
 
-@pytest.mark.parametrize("name", RUNS)
+def runs(cases: Iterable[str]) -> list[Any]:
+    return [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in cases]
+
+
+@pytest.mark.parametrize("name", runs(CASES))
 def test_outlines_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*CASES[name]))
 
 
-@pytest.mark.parametrize("name", DEEP)
+@pytest.mark.parametrize("name", runs(DEEP))
 def test_outlines_agree_at_later_surfaces(name: str) -> None:
     need_every_table()
     check_agreement(along(*DEEP[name]), max_depth=3)

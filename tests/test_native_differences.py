@@ -79,9 +79,10 @@ CASES: dict[str, Moving] = MOTIONS | {
     "strip through the near plane": strip,
 }
 OPTIONS: dict[str, Any] = {"eps": 0.01, "seeds": 24, "spp": 128, "reference_spp": 1024}
+SLOW = ("lamp moves", "floor rises", "hard shadow of the sun")
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in CASES])
 def test_motion_agrees_with_central_differences(name: str) -> None:
     need("native")
     check_agreement(CASES[name], noise=0.1, **OPTIONS)

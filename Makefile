@@ -40,8 +40,9 @@ demo: $(VENV)/installed
 recover: $(VENV)/installed
 	$(RUN) blend_examples/recover.py
 
+# Most tests keep one core busy.
 test: $(VENV)/installed
-	$(RUN) -m pytest
+	$(RUN) -m pytest -n auto --maxprocesses 4
 
 test-slow: $(VENV)/installed
 	$(RUN) -m pytest -m slow

@@ -104,8 +104,7 @@ def translated(make: Callable[[], edgegrad.Scene], mesh: str, direction: ArrayLi
     def at(theta: float) -> tuple[edgegrad.Scene, dict[str, Floats]]:
         scene = make()
         rate = np.broadcast_to(np.asarray(direction, float), scene.meshes[mesh].vertices.shape).copy()
-        scene.meshes[mesh].vertices = scene.meshes[mesh].vertices + theta * rate
-        return scene, {f"meshes.{mesh}.vertices": rate}
+        return moved(scene, theta, mesh, rate), {f"meshes.{mesh}.vertices": rate}
 
     return at
 

@@ -9,6 +9,10 @@
 // What lies between two neighbouring places and is seen from none of them isn't. Edges of shadows are found
 // in the same way, on the way from the chain's end to a place of a light, which is picked at one of the two
 // places: from where makes no difference, but for its density.
+//
+// Every second place of a line chooses a chain, which those on both sides of it follow: three chains are
+// traced for two segments. Lines begin anywhere within a pair, so that either end of a segment is as often
+// the one that chooses: what only one of them sees counts twice.
 #pragma once
 
 #include "boundary/pieces.h"

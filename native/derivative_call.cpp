@@ -7,7 +7,6 @@
 #include "curve_terms.h"
 #include "interior_rules.h"
 #include "passed_leaves.h"
-#include "shading/bsdf/lobe.h"
 
 namespace edgegrad {
 
@@ -35,17 +34,6 @@ std::vector<uint8_t> lights_alone(const SceneTables& tables, const Wanted& wante
     for (size_t k = 0; k < rows.size(); ++k)
         rows[k] = wanted.any("light_params", k * kLightParams, (k + 1) * kLightParams);
     return rows;
-}
-
-// Where nothing but how wide lobes of shaders are is asked for: these lobes (bits).
-int32_t lobes_alone(const Wanted& wanted) {
-    if (wanted.spans().size() != 1 || !wanted.any("leaf_params")) return 0;
-    constexpr uint64_t rough = Wanted::columns(kRoughness, kRoughness + 1),
-                       coat = Wanted::columns(kCoatRoughness, kCoatRoughness + 1);
-    const uint64_t columns = wanted.span("leaf_params").columns;
-    if ((columns & ~(rough | coat)) != 0) return 0;
-    return ((columns & rough) ? 1 << kMirrorLobe | 1 << kInterfaceLobe : 0) |
-           ((columns & coat) ? 1 << kCoatLobe : 0);
 }
 
 // What boundary terms see of the tables' derivatives.
@@ -106,7 +94,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
       tables(differentiable_tables(scene, e.tables_)),
       passed(passed_leaves(scene, e.tables_, wanted, geometry)),
-      leaves(asked_leaves()),
+      surfaces(asked_surfaces(scene, e.tables_, wanted, passed)),
       values_alone(wanted.values_alone(scene)) {
     if (options.interior && !shading_is_constant(scene, e.tables_, wanted, options.max_depth))
         image_chunks = plan.chunks;
@@ -135,7 +123,7 @@ AdjointTask Engine::DerivativeCall::recording(const ImageTask& task, Workspace& 
     sweep.camera_moves = wanted.any("camera");
     work.vertices->geometry = sweep.geometry;
     work.vertices->misses = misses_change();
-    work.vertices->leaves = leaves;
+    work.vertices->asked = surfaces;
     work.vertices->passed.leaves = passed.empty() ? nullptr : passed.data();
     return sweep;
 }
@@ -161,8 +149,8 @@ ValueTask Engine::DerivativeCall::record_values(const ImageTask& task, Workspace
     values.colors = (columns & ~emission) != 0;
     values.rows = wanted.any("light_params");
     values.environment = wanted.any("environment");
-    values.leaves = leaves;
-    values.leaves.everywhere = values.emission || values.rows || values.environment;
+    values.asked = surfaces;
+    values.asked.everywhere = values.emission || values.rows || values.environment;
     engine.kernels_.record_values(scene, task, work);
     AdjointWorkspace::release(work);
     return sweep;
@@ -213,19 +201,6 @@ Dropped Engine::DerivativeCall::all_dropped() const {
     for (const BoundaryTerm& term : terms)
         add(kBoundaryTerms[term.plan.kind()], term.dropped->sum(), term.view(scene));
     add(kBoundaryTerms[kPrimaryBoundary], dropped_chains.sum(), scene);
-    return out;
-}
-
-AskedLeaves Engine::DerivativeCall::asked_leaves() const {
-    const Wanted::Span span = wanted.span("leaf_params");
-    AskedLeaves out;
-    out.first = static_cast<int32_t>(span.first / kMaterialParams);
-    out.last = static_cast<int32_t>(span.last / kMaterialParams);
-    const auto glows = [&](int32_t k) { return (scene.leaf_flags[k] & kHasEmission) != 0; };
-    out.everywhere = wanted.spans().size() != 1 || !wanted.any("leaf_params");
-    for (int32_t k = out.first; k < out.last; ++k) out.everywhere |= glows(k);
-    out.everywhere |= !passed.empty();
-    out.lobes = lobes_alone(wanted);
     return out;
 }
 

@@ -36,9 +36,6 @@ struct Engine::DerivativeCall {
     void count_samples(LearnedSampling& learned) const;
     // What samples without a finite value were left out, by term.
     Dropped all_dropped() const;
-    // Which shaders have derivatives, where nothing else does. Emission is seen from everywhere, and shadows
-    // of what lets light through are.
-    AskedLeaves asked_leaves() const;
     // Derivatives by strengths and colours are pictures: they, and what is asked for beside, have their
     // numbers.
     ImagePlan interior_plan(const RenderOptions& options) const;
@@ -60,7 +57,7 @@ struct Engine::DerivativeCall {
     const ImagePlan plan, horizon;
     const std::vector<NamedTable> tables;
     const std::vector<int32_t> passed;  // PassedLeaf bits by leaf; empty: none
-    const AskedLeaves leaves;
+    const AskedSurfaces surfaces;
     const bool values_alone;
     std::vector<BoundaryTerm> terms;
     std::optional<SpecularTerm> specular;

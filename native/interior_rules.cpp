@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "scene/sharp_lobes.h"
+#include "shading/bsdf/lobe.h"
 
 namespace edgegrad {
 namespace {
@@ -19,6 +20,17 @@ bool asks_only(const Wanted& wanted, const std::vector<const char*>& names) {
 bool looks_the_same(const SceneView& scene, const Wanted& wanted) {
     return scene.convex && scene.lights.count == 0 && !scene.sky.pixels && !scene.textures.leaf_program &&
            asks_only(wanted, {"vertices", "camera", "instance_to_world"});
+}
+
+// Where nothing but how wide lobes of shaders are is asked for: these lobes (bits).
+int32_t lobes_alone(const Wanted& wanted) {
+    if (wanted.spans().size() != 1 || !wanted.any("leaf_params")) return 0;
+    constexpr uint64_t rough = Wanted::columns(kRoughness, kRoughness + 1),
+                       coat = Wanted::columns(kCoatRoughness, kCoatRoughness + 1);
+    const uint64_t columns = wanted.span("leaf_params").columns;
+    if ((columns & ~(rough | coat)) != 0) return 0;
+    return ((columns & rough) ? 1 << kMirrorLobe | 1 << kInterfaceLobe : 0) |
+           ((columns & coat) ? 1 << kCoatLobe : 0);
 }
 
 bool is_black(const SceneView& scene, int32_t material) {
@@ -82,12 +94,45 @@ bool nothing_shaded_moves(const SceneView& scene, const SceneTables& tables, con
     return true;
 }
 
+// Whether a mesh that moves gives light.
+bool moving_meshes_glow(const SceneView& scene, const SceneTables& tables, const Wanted& wanted) {
+    if (!(scene.all_flags & kHasEmission)) return false;
+    std::vector<uint8_t> glows(tables.material_first_leaf.size() - 1, 0);
+    for (size_t m = 0; m < glows.size(); ++m)
+        for (int32_t leaf = scene.material_first_leaf[m]; leaf < scene.material_first_leaf[m + 1]; ++leaf)
+            glows[m] |= (scene.leaf_flags[leaf] & kHasEmission) != 0;
+    for (size_t mesh = 0; mesh < wanted.moving().size(); ++mesh)
+        for (int32_t face = tables.mesh_first_face[mesh];
+             wanted.moving()[mesh] && face < tables.mesh_first_face[mesh + 1]; ++face)
+            if (glows[static_cast<size_t>(scene.face_material[face])]) return true;
+    return false;
+}
+
 }  // namespace
 
 bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
                          int max_depth) {
     return looks_the_same(scene, wanted) || only_outlines_move(scene, tables, wanted) ||
            nothing_shaded_moves(scene, tables, wanted, max_depth);
+}
+
+AskedSurfaces asked_surfaces(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
+                             const std::vector<int32_t>& passed) {
+    AskedSurfaces out;
+    const Wanted::Span span = wanted.span("leaf_params");
+    out.first_leaf = static_cast<int32_t>(span.first / kMaterialParams);
+    out.last_leaf = static_cast<int32_t>(span.last / kMaterialParams);
+    out.lobes = lobes_alone(wanted);
+    out.moving = wanted.any("vertices");
+    // Normals that don't follow vertices may be those of any mesh.
+    out.everywhere = wanted.spans().empty() || !asks_only(wanted, {"leaf_params", "vertices", "normals"}) ||
+                     wanted.any("normals", 0, tables.normals.size()) || !passed.empty();
+    for (int32_t leaf = out.first_leaf; leaf < out.last_leaf; ++leaf)
+        out.everywhere |= (scene.leaf_flags[leaf] & kHasEmission) != 0;
+    // What passes through a surface is part of the light that the vertex before it scatters.
+    if (out.moving && !out.everywhere)
+        out.everywhere = (scene.all_flags & kHasTransparency) || moving_meshes_glow(scene, tables, wanted);
+    return out;
 }
 
 }  // namespace edgegrad

@@ -1,8 +1,11 @@
-// Where the interior term is zero, so that no path needs to be recorded (core/derivative_plan.py has the
-// rules in words).
+// Where the interior term is zero, so that no path needs to be recorded, and which ones need to be where it
+// isn't (core/derivative_plan.py has the rules in words).
 #pragma once
 
+#include <vector>
+
 #include "derivative_tables.h"
+#include "path/asked_surfaces.h"
 #include "scene/view.h"
 
 namespace edgegrad {
@@ -10,5 +13,10 @@ namespace edgegrad {
 // Whether nothing that is asked for changes any shading.
 bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
                          int max_depth);
+
+// Which surfaces have derivatives, where nothing else does. Emission is seen from everywhere, and shadows of
+// what lets light through (`passed`, of passed_leaves.h) are.
+AskedSurfaces asked_surfaces(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
+                             const std::vector<int32_t>& passed);
 
 }  // namespace edgegrad

@@ -44,8 +44,8 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     const CameraView& camera = scene.camera;
     const int count = task.pixel_count * task.samples;
     PathPacket p = first_segment(task.max_depth);
-    const AskedLeaves* leaves = asked_leaves(work);
-    p.touched = splat(leaves && leaves->everywhere ? -1 : 0);
+    const AskedSurfaces* asked = asked_surfaces(work);
+    p.touched = splat(asked && asked->everywhere ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
         p.path = lane_index() + at;
@@ -193,9 +193,9 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
     part.active = p.active & ~lambertian;
     if (any(part.active)) {
         ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
-        if (vertex && work.vertices->leaves.lobes) {
-            const AskedLeaves& leaves = work.vertices->leaves;
-            favour(surface.bsdf, part.active & asks(leaves, shader.leaf), leaves.lobes,
+        if (vertex && work.vertices->asked.lobes) {
+            const AskedSurfaces& asked = work.vertices->asked;
+            favour(surface.bsdf, part.active & asks(asked, shader.leaf), asked.lobes,
                    next_is_final(task, p, splat(static_cast<int>(kGlossyRay))));
         }
         alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
@@ -211,11 +211,17 @@ EG_INLINE bool misses_count(const SceneView& scene, const VertexMemory& vertices
 
 // One segment: shades the hits of the queue's `count` paths; the number of those that go on.
 EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count) {
+    const AskedSurfaces* asked = asked_surfaces(work);
+    const bool moving = asked && asked->moving;
     int alive = 0;
     for (int at = 0; at < count; at += W) {
         PathPacket p = load_paths(work.paths, at, count);
         const Int face = load(work.hits.face + at);
         const Mask hit = p.active & (face >= 0);
+        if (moving) {
+            p.touched |= hit & (gather(scene.face_moving, select(hit, face, splat(0))) != 0);
+            if (!any(p.active & may_touch(*asked, task, p, hit))) continue;
+        }
         Vertex* vertex = nullptr;
         if (work.vertices && !any(hit) && !misses_count(scene, *work.vertices, p)) continue;
         if (work.vertices) {
@@ -249,12 +255,13 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         Shader shader = surface_shader(scene, x, point, choice_u);
-        if (const AskedLeaves* leaves = asked_leaves(work)) p.touched |= hit & asks(*leaves, shader.leaf);
+        if (asked) p.touched |= hit & asks(*asked, shader.leaf);
         if (vertex) {
             put(vertex->leaf, hit, shader.leaf);
             put(vertex->scale, hit, shader.scale);
+            store(vertex->touched, p.touched);
             record_contact(scene, *vertex, p, x);
-            keep_touched(*work.vertices, *vertex, p.touched);
+            keep_touched(*work.vertices, *vertex, moving ? may_touch(*asked, task, p, hit) : p.touched);
         }
         if (work.values)
             record_surface(*work.values, hit, load_hits(work.hits, at, hit), shader.scale, p.touched);

@@ -12,12 +12,18 @@ namespace edgegrad::EDGEGRAD_ISA {
 using Vertex = VertexPacket<W>;
 
 // Whose derivatives the task's paths are recorded for; null: they are not.
-EG_INLINE const AskedLeaves* asked_leaves(const Workspace& work) {
-    return work.vertices ? &work.vertices->leaves : work.values ? &work.values->leaves : nullptr;
+EG_INLINE const AskedSurfaces* asked_surfaces(const Workspace& work) {
+    return work.vertices ? &work.vertices->asked : work.values ? &work.values->asked : nullptr;
 }
 
-EG_INLINE Mask asks(const AskedLeaves& leaves, Int leaf) {
-    return (leaf >= leaves.first) & (leaf < leaves.last);
+EG_INLINE Mask asks(const AskedSurfaces& asked, Int leaf) {
+    return (leaf >= asked.first_leaf) & (leaf < asked.last_leaf);
+}
+
+// Lanes of a packet of ray ends of which anything may come: that have met what is asked for, or may still.
+EG_INLINE Mask may_touch(const AskedSurfaces& asked, const ImageTask& task, const PathPacket& p, Mask hit) {
+    const Mask scatters = ~p.final_ray & (p.segment + 1 < task.max_depth);
+    return p.touched | (hit & (asked.first_leaf < asked.last_leaf ? splat(-1) : scatters));
 }
 
 // Values of the lanes of a mask.
@@ -37,6 +43,7 @@ EG_INLINE void set3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
 EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Closest& closest) {
     store(v.active, p.active);
     store(v.path, p.path);
+    store(v.touched, p.touched);
     store(v.slides, p.active & (p.pdf == 0.0f));
     store(v.kind, p.kind);
     set3(v.from, p.active, p.from);
@@ -80,7 +87,7 @@ EG_INLINE void record_light_contact(const SceneView& scene, Vertex& v, const Pat
 // still be written to.
 template <typename Memory, typename Packet>
 EG_INLINE void keep_touched(Memory& memory, Packet& v, Mask touched) {
-    if (memory.leaves.everywhere) return;
+    if (memory.asked.everywhere) return;
     const Mask kept = load(v.active) & touched;
     store(v.active, kept);
     if (!any(kept)) --memory.count;

@@ -12,7 +12,7 @@
 #include <cstdint>
 
 #include "adjoint/memory.h"
-#include "path/asked_leaves.h"
+#include "path/asked_surfaces.h"
 
 namespace edgegrad {
 
@@ -39,7 +39,7 @@ struct alignas(64) ValuePacket {
 struct ValueMemory {
     TapeBuffer packets;
     int64_t count = 0;
-    AskedLeaves leaves;
+    AskedSurfaces asked;
     // What is asked for: colours, of which all light has derivatives; else the strengths of shaders'
     // emission, of rows of the light table, and of the environment.
     bool colors = false, emission = false, rows = false, environment = false;

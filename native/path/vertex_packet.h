@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "adjoint/memory.h"
-#include "path/asked_leaves.h"
+#include "path/asked_surfaces.h"
 #include "shading/passed_surfaces.h"
 
 namespace edgegrad {
@@ -20,6 +20,7 @@ struct alignas(64) VertexPacket {
 
     // The ray and what it met. Lanes whose `active` is 0 hold nothing else.
     Ints active, path;
+    Ints touched;    // -1: it, or one before, is on what is asked for (path/asked_surfaces.h)
     Ints slides;     // -1: from the camera or a specular vertex, so its direction is a function of the scene
     Ints kind;       // RayKind
     Floats from[3];  // the surface point that scattered it, or the camera's
@@ -67,7 +68,7 @@ struct VertexMemory {
     int64_t count = 0;
     bool geometry = true;  // positions or directions have derivatives
     bool misses = true;    // so has what rays bring that meet nothing
-    AskedLeaves leaves;
+    AskedSurfaces asked;
     PassedMemory passed;  // by the vertices' shadow rays
 
     void clear() { count = passed.count = 0; }

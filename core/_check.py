@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -34,9 +35,10 @@ def array(
     if not fits:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise ValueError(f"{where}: {name} must have the shape ({wanted}), not {out.shape}")
-    if np.issubdtype(out.dtype, np.floating):
-        bad = ~np.isfinite(out)
-        if bad.any():
+    if out.dtype.kind == "f":
+        finite = np.isfinite(out)
+        if not finite.all():
+            bad = ~finite
             at = tuple(int(i) for i in np.argwhere(bad)[0])
             raise ValueError(f"{where}: {name} has {int(bad.sum())} non-finite values, the first at {at}")
     if least is not None and out.size and out.min() < least:
@@ -58,7 +60,7 @@ def number(
         out = float(value)
     except (TypeError, ValueError):
         raise ValueError(f"{where}: {name} must be a number, not {value!r}") from None
-    if not np.isfinite(out):
+    if not math.isfinite(out):
         raise ValueError(f"{where}: {name} is not finite")
     if above is not None and out <= above:
         raise ValueError(f"{where}: {name} must be above {above:g}, not {out:g}")

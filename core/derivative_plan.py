@@ -104,6 +104,8 @@ def _interior(
             zero, words = _revalued(scene, path, lit, max_depth)
         computed |= not zero
         why.append(words)
+    if computed and (met := _met_alone(scene, wrt)):
+        why.append(f"only paths that meet {' or '.join(met)} are recorded")
     shares = changing_shares(scene, wrt, moves)
     if computed and shares is not None:
         why.append(shares)
@@ -141,6 +143,22 @@ def _moved(scene: Scene, name: str, what: str, lit: list[str], max_depth: int) -
     if scene.emits(name) and lit:
         return False, f"{what}: it only emits, so its own radiance stays; the light it gives changes"
     return True, f"{what}: zero, since it {'emits and lights nothing' if scene.emits(name) else 'is black'}"
+
+
+def _met_alone(scene: Scene, wrt: Sequence[str]) -> list[str]:
+    """Meshes that paths must meet for a derivative by their vertices; empty if others may have one too.
+
+    Light that a mesh gives falls everywhere, and what light passes through is part of what others scatter
+    (`asked_surfaces` in native/interior_rules.cpp).
+    """
+    asked = [parameters.split(path) for path in wrt]
+    names = list(dict.fromkeys(name for _, name, _ in asked))
+    if any((collection, field) != ("meshes", "vertices") for collection, _, field in asked):
+        return []
+    through = any(flags(leaf) & TRANSPARENCY for name in scene.used_materials for leaf in scene.leaves(name))
+    if through or len(names) == len(scene.meshes) or any(scene.emits(name) for name in names):
+        return []
+    return [f"'{name}'" for name in names]
 
 
 def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[bool, str]:

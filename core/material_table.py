@@ -90,7 +90,10 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
     """
 
     def may(field: str, zero: float = 0.0) -> bool:
-        return field in m.textures or field in asked or bool(np.any(np.asarray(getattr(m, field)) != zero))
+        if field in m.textures or field in asked:
+            return True
+        value = getattr(m, field)
+        return value != zero if isinstance(value, float) else bool(np.any(np.asarray(value) != zero))
 
     out = 0
     principled = m.kind == "PRINCIPLED"

@@ -70,10 +70,9 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
             known = ", ".join(f"'{n}'" for n in entries) or "none"
             raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})")
         held = entries[name]
-    known_fields = list(_float_fields(held))
-    if fieldname not in known_fields:
+    if not _has_float(held, fieldname):
         raise ValueError(f"unknown parameter path '{path}': '{fieldname}' is none of the fields "
-                         f"{', '.join(known_fields)}")
+                         f"{', '.join(_float_fields(held))}")
     return held, fieldname
 
 
@@ -123,6 +122,13 @@ def _float_fields(held: Any) -> Iterator[str]:
             yield from (TEXTURES + key for key, expression in value.items() if len(numbers(expression)))
         elif _is_float(value):
             yield f.name
+
+
+def _has_float(held: Any, fieldname: str) -> bool:
+    """Whether a field is one of `_float_fields`; this one alone is looked at."""
+    if fieldname.startswith((ATTRIBUTES, TEXTURES)):
+        return fieldname in _float_fields(held)
+    return fieldname in held.__dataclass_fields__ and _is_float(getattr(held, fieldname))
 
 
 def _is_float(value: Any) -> bool:

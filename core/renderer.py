@@ -161,7 +161,7 @@ class Renderer:
             self._engine.move_vertices(k, mesh.vertices, self._tables)
             self._moved = True
         if values:
-            self._tables = flat.with_values(self.scene, self._tables)
+            self._tables = flat.with_values(self.scene, self._tables, values)
             self._obstacles = None
             self._engine.update_values(self._tables)
         return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,11 +19,15 @@ from .light_table import LightTable, light_table
 from .material import Material, Mixture
 from .material_table import MaterialTable, material_table
 from .mean_color import mean_expression
+from .parameters import split
 from .placement import placed_meshes
 from .scene import Scene
 from .texture_program import TextureTables, compile_textures
 
 F32 = NDArray[np.float32]
+
+# Collections of parameters that aren't geometry.
+_VALUED = ("materials", "lights", "world", "camera")
 
 
 @dataclass
@@ -152,15 +157,25 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
                   environment_pixels=environment_pixels(scene) if shows_image(scene) else None)
 
 
-def with_values(scene: Scene, tables: Tables) -> Tables:
-    """The same geometry and textures with the scene's other materials, lights, world and camera."""
-    for name, material in scene.materials.items():
-        material.validate(name)
-    for name, light in scene.lights.items():
-        light.validate(name)
-    scene.world.validate()
-    scene.camera.validate()
-    return replace(tables, **_values(scene, tables.origin))
+def with_values(scene: Scene, tables: Tables, paths: Collection[str] | None = None) -> Tables:
+    """The same geometry and textures with the scene's other materials, lights, world and camera.
+
+    Parameters
+    ----------
+    paths
+        Parameter paths of what has changed; nothing else is looked at. None: all may have.
+    """
+    if paths is None:
+        held = [("materials", name) for name in scene.materials] + [("lights", name) for name in scene.lights]
+        held += [("world", ""), ("camera", "")]
+    else:
+        held = sorted({split(path)[:2] for path in paths})
+    for collection, name in held:
+        if name:
+            getattr(scene, collection)[name].validate(name)
+        else:
+            getattr(scene, collection).validate()
+    return replace(tables, **_values(scene, tables.origin, {collection for collection, _ in held}))
 
 
 def shows_image(scene: Scene) -> bool:
@@ -183,28 +198,45 @@ def environment_pixels(scene: Scene) -> F32 | None:
     return np.ascontiguousarray(np.broadcast_to(pixels[..., :3], (*pixels.shape[:2], 3)), np.float32)
 
 
-def _values(scene: Scene, origin: NDArray[np.float64]) -> dict[str, Any]:
+def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[str] = _VALUED) -> dict[str, Any]:
     """The fields of `Tables` that hold materials, lights, the environment and the camera."""
-    area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
-    points = [light for light in scene.lights.values() if isinstance(light, PointLight)]
-    suns = [light for light in scene.lights.values() if isinstance(light, SunLight)]
-    radiances = [_area_radiance(light) for light in area_lights]
+    out: dict[str, Any] = {}
+    if "materials" in collections:
+        out |= _material_values(scene)
+    if "lights" in collections:
+        out |= _light_values(scene, origin)
+    if "world" in collections:
+        out |= {
+            "environment_rotation": scene.world.rotation.astype(np.float32),
+            "environment_mask": ray_bits(scene.world.visible_to),
+            "environment": (scene.world.color * scene.world.strength).astype(np.float32),
+        }
+    if "camera" in collections:
+        out |= camera_fields(scene.camera, origin)
+    return out
+
+
+def _material_values(scene: Scene) -> dict[str, Any]:
+    radiances = [_area_radiance(light) for light in scene.lights.values() if isinstance(light, AreaLight)]
     first_leaves = [scene.leaves(name)[0] for name in scene.materials]
     two_sided = [leaf.emission_two_sided for leaf in first_leaves]
     return {
         "materials": material_table(scene, radiances),
-        "lights": light_table(scene, origin),
-        "environment_rotation": scene.world.rotation.astype(np.float32),
-        "environment_mask": ray_bits(scene.world.visible_to),
-        "albedo": _rows([leaf.base_color for leaf in first_leaves] + [np.zeros(3)] * len(area_lights)),
+        "albedo": _rows([leaf.base_color for leaf in first_leaves] + [np.zeros(3)] * len(radiances)),
         "emission": _rows([mean_emission(scene, name) for name in scene.materials] + radiances),
-        "emission_two_sided": np.array(two_sided + [False] * len(area_lights), np.uint8),
+        "emission_two_sided": np.array(two_sided + [False] * len(radiances), np.uint8),
+    }
+
+
+def _light_values(scene: Scene, origin: NDArray[np.float64]) -> dict[str, Any]:
+    points = [light for light in scene.lights.values() if isinstance(light, PointLight)]
+    suns = [light for light in scene.lights.values() if isinstance(light, SunLight)]
+    return {
+        "lights": light_table(scene, origin),
         "point_position": _rows([p.position - origin for p in points]),
         "point_intensity": _rows([p.power * p.color / (4.0 * np.pi) for p in points]),
         "sun_direction": _rows([s.direction / np.linalg.norm(s.direction) for s in suns]),
         "sun_irradiance": _rows([s.strength * s.color for s in suns]),
-        "environment": (scene.world.color * scene.world.strength).astype(np.float32),
-        **camera_fields(scene.camera, origin),
     }
 
 

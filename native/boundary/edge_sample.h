@@ -84,70 +84,94 @@ struct Sides {
     Mask narrow;
 };
 
+// What of a face of an edge doesn't depend on the point of the edge.
+struct EdgeFace {
+    int32_t face, opposite;  // its corner off the edge, 0 to 2
+    float normal[3];         // area normal
+    float way[3];            // from the edge's first end to that corner; 0 of crossings
+};
+
+EG_INLINE EdgeFace edge_face(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
+    EdgeFace out{static_cast<int32_t>(scene.edge_faces[k]), 0, {}, {}};
+    const int32_t* f = scene.faces + 3 * static_cast<int64_t>(out.face);
+    float p[3][3], d1[3], d2[3];
+    for (int c = 0; c < 3; ++c) {
+        for (int x = 0; x < 3; ++x) p[c][x] = scene.vertices[3 * static_cast<int64_t>(f[c]) + x];
+        place_point(scene, instance, p[c]);
+    }
+    for (int x = 0; x < 3; ++x) d1[x] = p[1][x] - p[0][x], d2[x] = p[2][x] - p[0][x];
+    out.normal[0] = d1[1] * d2[2] - d1[2] * d2[1], out.normal[1] = d1[2] * d2[0] - d1[0] * d2[2];
+    out.normal[2] = d1[0] * d2[1] - d1[1] * d2[0];
+    if (edge >= scene.edge_count) return out;
+    while (out.opposite < 2 && f[out.opposite] != static_cast<int32_t>(scene.edge_opposite[k]))
+        ++out.opposite;
+    float a[3];
+    edge_end(scene, edge, instance, 0, a);
+    for (int x = 0; x < 3; ++x) out.way[x] = p[out.opposite][x] - a[x];
+    return out;
+}
+
+// Whether the faces of a pair are not blunt to each other across their edge of direction t.
+EG_INLINE bool narrow_pair(const EdgeFace (&pair)[2], const float (&t)[3]) {
+    float across[2][3], size[2] = {0.0f, 0.0f}, cosine = 0.0f;
+    for (int k = 0; k < 2; ++k) {
+        const float (&m)[3] = pair[k].normal, (&way)[3] = pair[k].way;
+        float (&g)[3] = across[k];
+        g[0] = m[1] * t[2] - m[2] * t[1], g[1] = m[2] * t[0] - m[0] * t[2], g[2] = m[0] * t[1] - m[1] * t[0];
+        const bool outwards = g[0] * way[0] + g[1] * way[1] + g[2] * way[2] < 0.0f;
+        for (int x = 0; x < 3; ++x) {
+            g[x] = outwards ? -g[x] : g[x];
+            size[k] += g[x] * g[x];
+        }
+    }
+    for (int x = 0; x < 3; ++x) cosine += across[0][x] * across[1][x];
+    constexpr float kBlunt = -0.25f;
+    return cosine >= kBlunt * __builtin_sqrtf(size[0] * size[1]);
+}
+
 // Per side the face that is nearest to the camera just beside the edge: the one of smallest depth slope
 // -(n . g)/(n . D), g = +-N (derivations A3). A face seen exactly edge-on lies on no side. Faces that pierce
 // each other are on both sides.
 EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
     const SideFace none = {splat(-1), splat(0), splat(__builtin_inff())};
     Sides sides{none, none, splat(-1)};
+    // Samples are sorted by edge: neighbours share what doesn't depend on their points.
+    int32_t known_edge = -1, known_instance = -1;
+    EdgeFace known[2];
+    bool narrow = true;
     for (int i = 0; i < W; ++i) {
         if (!s.active[i]) continue;
         const int32_t edge = s.edge[i], instance = s.instance[i];
+        const uint32_t first = scene.edge_face_first[edge], count = scene.edge_face_first[edge + 1] - first;
+        if (edge != known_edge || instance != known_instance) {
+            for (uint32_t k = 0; k < 2 && k < count; ++k)
+                known[k] = edge_face(scene, edge, instance, first + k);
+            narrow = count != 1;
+            if (count == 2 && !s.crossing[i]) {
+                const float t[3] = {s.tangent.x[i], s.tangent.y[i], s.tangent.z[i]};
+                narrow = narrow_pair(known, t);
+            }
+            known_edge = edge, known_instance = instance;
+        }
+        sides.narrow[i] = narrow ? -1 : 0;
         const float n[3] = {s.normal.x[i], s.normal.y[i], s.normal.z[i]};
         const float d[3] = {s.view.across_of.x[i], s.view.across_of.y[i], s.view.across_of.z[i]};
-        const float t[3] = {s.tangent.x[i], s.tangent.y[i], s.tangent.z[i]};
-        float a[3], across[2][3] = {};
-        edge_end(scene, edge, instance, 0, a);
-        const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
-        for (uint32_t k = first; k < last; ++k) {
-            const int32_t face = static_cast<int32_t>(scene.edge_faces[k]);
-            const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face);
-            float p[3][3];
-            for (int c = 0; c < 3; ++c) {
-                for (int x = 0; x < 3; ++x) p[c][x] = scene.vertices[3 * static_cast<int64_t>(f[c]) + x];
-                place_point(scene, instance, p[c]);
-            }
-            float d1[3], d2[3];
-            for (int x = 0; x < 3; ++x) d1[x] = p[1][x] - p[0][x], d2[x] = p[2][x] - p[0][x];
-            const float m[3] = {d1[1] * d2[2] - d1[2] * d2[1], d1[2] * d2[0] - d1[0] * d2[2],
-                                d1[0] * d2[1] - d1[1] * d2[0]};
-            const float md = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
-            const float mn = m[0] * n[0] + m[1] * n[1] + m[2] * n[2];
-            int corner = 0;
-            float side = 0.0f;
-            if (!s.crossing[i]) {
-                while (corner < 2 && f[corner] != static_cast<int32_t>(scene.edge_opposite[k])) ++corner;
-                for (int x = 0; x < 3; ++x) side += n[x] * (p[corner][x] - a[x]);
-                if (k < first + 2) {
-                    // Across the edge, into the face.
-                    float* g = across[k - first];
-                    g[0] = m[1] * t[2] - m[2] * t[1], g[1] = m[2] * t[0] - m[0] * t[2];
-                    g[2] = m[0] * t[1] - m[1] * t[0];
-                    float into = 0.0f;
-                    for (int x = 0; x < 3; ++x) into += g[x] * (p[corner][x] - a[x]);
-                    for (int x = 0; x < 3; ++x) g[x] = into < 0.0f ? -g[x] : g[x];
-                }
-                if (side == 0.0f) continue;
-            }
-            if (md == 0.0f) continue;
+        for (uint32_t k = 0; k < count; ++k) {
+            const EdgeFace f = k < 2 ? known[k] : edge_face(scene, edge, instance, first + k);
+            const auto along = [](const float (&a)[3], const float (&b)[3]) {
+                return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+            };
+            const float md = along(f.normal, d), mn = along(f.normal, n), side = along(n, f.way);
+            if (md == 0.0f || (side == 0.0f && !s.crossing[i])) continue;
             const auto offer = [&](SideFace& best, float slope) {
                 if (!(slope < best.slope[i])) return;
-                best.face[i] = face;
-                best.opposite[i] = corner;
+                best.face[i] = f.face;
+                best.opposite[i] = f.opposite;
                 best.slope[i] = slope;
             };
             if (side >= 0.0f) offer(sides.plus, -mn / md);
             if (side <= 0.0f) offer(sides.minus, mn / md);
         }
-        if (last - first == 1) sides.narrow[i] = 0;
-        if (last - first != 2 || s.crossing[i]) continue;
-        float cosine = 0.0f, size[2] = {0.0f, 0.0f};
-        for (int x = 0; x < 3; ++x) {
-            cosine += across[0][x] * across[1][x];
-            for (int k = 0; k < 2; ++k) size[k] += across[k][x] * across[k][x];
-        }
-        constexpr float kBlunt = -0.25f;
-        if (cosine < kBlunt * __builtin_sqrtf(size[0] * size[1])) sides.narrow[i] = 0;
     }
     return sides;
 }
@@ -182,8 +206,9 @@ EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const EdgeSample& s
 }
 
 // Rays from the camera through e that ignore the edge's faces; lanes where something is in front of e become
-// inactive. They start at the camera, so that a surface touching the edge isn't lost.
-EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, int most_passed) {
+// inactive. They start at the camera, so that a surface touching the edge isn't lost. Where a face of the
+// edge is seen on both sides, what is farther than it doesn't matter, and isn't looked for.
+EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides, int most_passed) {
     constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f, kBefore = 1e-5f;
     const Float scale = max(largest_component(s.point), s.view.distance);
     Behind behind;
@@ -193,9 +218,11 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, int most_pas
     behind.hit.instance = splat(-1);
     behind.hit.b1 = behind.hit.b2 = behind.hit.distance = splat(0.0f);
     Float near = s.view.near;
+    const Mask hidden = (sides.plus.face >= 0) & (sides.minus.face >= 0);
+    const Float far = select(hidden, min(s.view.far, s.view.distance + scale * kHere), s.view.far);
     Mask looking = s.active;
     while (any(looking)) {
-        const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, s.view.far,
+        const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, far,
                                       {s.edge, s.instance}, embree::kCoherent, s.mask);
         // Contact: the hit is about at e, and the edge lies in its plane.
         Triangle t = gather_triangle(scene, hit.face);

@@ -98,7 +98,7 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
             s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         }
         Behind behind;
-        if (any(s.active)) behind = look_behind(scene, s, task.limits.transparent);
+        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
         store(work.visible + at, s.active);
         if (!any(s.active)) continue;
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);

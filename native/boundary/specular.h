@@ -233,7 +233,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         Sides sides = visible_faces(scene, s);
         s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         Behind behind;
-        if (any(s.active)) behind = look_behind(scene, s, task.limits.transparent);
+        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
         Mask seen = s.active | parted;
         // -dg/dp = t x D and -dg/dD = -N, D being the recorded ray's.
         store3(c.by_point, at, select(seen, cross(s.tangent, ray.direction), zero3()));

@@ -105,6 +105,9 @@ def render_forward(
     ----------
     tangent
         Parameter path (``"meshes.cube.vertices"``) to an array of the parameter's shape.
+    spp
+        Quality: the samples of all terms are in proportion to it. A term whose noise is far below the others'
+        takes fewer than by itself: the interior one half or a quarter of `spp` per pixel.
     terms
         Which of the terms "interior", "primary" (edges seen by the camera), "shadow" (edges between light and
         lit surface) and "indirect" (edges between two surfaces) to compute; their sum is the derivative.

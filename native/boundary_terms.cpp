@@ -166,7 +166,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
 // (Neyman 1934). Errors of systematic samples fall faster than that, so that some slack is left. Shadows in
 // point_shadow then take a tenth of the samples and the gradient 6 instead of 14 times a picture's seconds,
 // in camera_move 6 instead of 10, with the same variances.
-void guide_second_passes(std::vector<BoundaryTerm>& terms) {
+double guide_second_passes(std::vector<BoundaryTerm>& terms) {
     constexpr double kLeast = 0.02, kSlack = 3.0;
     std::vector<double> noise;
     double most = 0.0;
@@ -176,10 +176,15 @@ void guide_second_passes(std::vector<BoundaryTerm>& terms) {
         noise.push_back(term.plan.noise() / static_cast<double>(term.plan.total(1)));
         most = std::max(most, noise.back());
     }
-    if (!(most > 0.0)) return;
+    if (!(most > 0.0)) return 0.0;
+    double variance = 0.0;
     size_t k = 0;
-    for (BoundaryTerm& term : terms)
-        if (term.plan.passes() == 2) term.plan.thin(std::clamp(kSlack * noise[k++] / most, kLeast, 1.0));
+    for (BoundaryTerm& term : terms) {
+        if (term.plan.passes() < 2) continue;
+        term.plan.thin(std::clamp(kSlack * noise[k++] / most, kLeast, 1.0));
+        variance += term.plan.noise() * term.plan.noise() / static_cast<double>(term.plan.total(1));
+    }
+    return variance;
 }
 
 }  // namespace edgegrad

@@ -37,7 +37,8 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                                          const RenderOptions& options, const Asked& asked, bool guided,
                                          float aimed, LearnedSampling* learned);
 
-// Between the two passes over the terms' samples: the second ones' numbers.
-void guide_second_passes(std::vector<BoundaryTerm>& terms);
+// Between the two passes over the terms' samples: the second ones' numbers. Returns the variance that is
+// left, by what the first ones say; 0 if there are no second ones.
+double guide_second_passes(std::vector<BoundaryTerm>& terms);
 
 }  // namespace edgegrad

@@ -95,7 +95,8 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       tables(differentiable_tables(scene, e.tables_)),
       passed(passed_leaves(scene, e.tables_, wanted, geometry)),
       surfaces(asked_surfaces(scene, e.tables_, wanted, passed)),
-      values_alone(wanted.values_alone(scene)) {
+      values_alone(wanted.values_alone(scene)),
+      learns(learned) {
     if (options.interior && !shading_is_constant(scene, e.tables_, wanted, options.max_depth))
         image_chunks = plan.chunks;
     if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {

@@ -36,6 +36,13 @@ struct Engine::DerivativeCall {
     void count_samples(LearnedSampling& learned) const;
     // What samples without a finite value were left out, by term.
     Dropped all_dropped() const;
+    // Between the passes over the boundary terms' samples, whose variance is given: takes fewer samples of
+    // the interior term where it has far less (interior_pilot.cpp).
+    void thin_interior(double boundary_variance, const Progress& progress, std::vector<ThreadWorkspace>& work,
+                       std::vector<AdjointWorkspace>& adjoint_work);
+    bool may_thin_interior() const;
+    double interior_variance(const Progress& progress, std::vector<ThreadWorkspace>& work,
+                             std::vector<AdjointWorkspace>& adjoint_work) const;
     // Derivatives by strengths and colours are pictures: they, and what is asked for beside, have their
     // numbers.
     ImagePlan interior_plan(const RenderOptions& options) const;
@@ -54,11 +61,12 @@ struct Engine::DerivativeCall {
     const std::shared_ptr<const LightList> lights;
     const PreparedScene prepared;
     const SceneView& scene;
-    const ImagePlan plan, horizon;
+    ImagePlan plan;
+    const ImagePlan horizon;
     const std::vector<NamedTable> tables;
     const std::vector<int32_t> passed;  // PassedLeaf bits by leaf; empty: none
     const AskedSurfaces surfaces;
-    const bool values_alone;
+    const bool values_alone, learns;
     std::vector<BoundaryTerm> terms;
     std::optional<SpecularTerm> specular;
     std::optional<EdgeOnTerm> edge_on;

@@ -47,6 +47,39 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
 
     std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
     std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
+    // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
+    const auto add_samples = [&](int64_t total, const auto& run) {
+        std::vector<float> memory[5];
+        for (int64_t first = 0; first < total; first += kSplatBatch) {
+            const int64_t batch = std::min(kSplatBatch, total - first);
+            for (auto& column : memory) column.resize(static_cast<size_t>(batch));
+            const auto splats = [&](int64_t at) -> Splats {
+                return {memory[0].data() + at,
+                        memory[1].data() + at,
+                        {memory[2].data() + at, memory[3].data() + at, memory[4].data() + at}};
+            };
+            const int64_t chunks = (batch + kBoundaryChunk - 1) / kBoundaryChunk;
+            parallel_for(threads_, chunks, part(chunks), [&](int thread, int64_t chunk) {
+                const int64_t begin = chunk * kBoundaryChunk;
+                Splats out = splats(begin);
+                run(static_cast<size_t>(thread), first + begin, std::min(kBoundaryChunk, batch - begin), out);
+            });
+            kernels_.add_splats(scene.camera, splats(0), batch, image);
+        }
+    };
+    const auto add_pass = [&](int pass) {
+        for (BoundaryTerm& term : call.terms) {
+            if (pass >= term.plan.passes()) continue;
+            add_samples(term.plan.total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
+                DroppedSamples lost;
+                const BoundaryTask task = term.task(pass, first, count, lost);
+                kernels_.boundary[task.kind].forward(term.view(scene), task, work[thread].view(), d, out);
+                term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
+            });
+        }
+    };
+    add_pass(0);
+    call.thin_interior(guide_second_passes(call.terms), part(0), work, adjoint_work);
     if (call.image_chunks > 0) {
         parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
             plan.for_each_task(chunk, [&](const ImageTask& task) {
@@ -78,38 +111,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
                          });
                      });
     }
-    // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
-    const auto add_samples = [&](int64_t total, const auto& run) {
-        std::vector<float> memory[5];
-        for (int64_t first = 0; first < total; first += kSplatBatch) {
-            const int64_t batch = std::min(kSplatBatch, total - first);
-            for (auto& column : memory) column.resize(static_cast<size_t>(batch));
-            const auto splats = [&](int64_t at) -> Splats {
-                return {memory[0].data() + at,
-                        memory[1].data() + at,
-                        {memory[2].data() + at, memory[3].data() + at, memory[4].data() + at}};
-            };
-            const int64_t chunks = (batch + kBoundaryChunk - 1) / kBoundaryChunk;
-            parallel_for(threads_, chunks, part(chunks), [&](int thread, int64_t chunk) {
-                const int64_t begin = chunk * kBoundaryChunk;
-                Splats out = splats(begin);
-                run(static_cast<size_t>(thread), first + begin, std::min(kBoundaryChunk, batch - begin), out);
-            });
-            kernels_.add_splats(scene.camera, splats(0), batch, image);
-        }
-    };
-    for (int pass = 0; pass < 2; ++pass) {
-        if (pass > 0) guide_second_passes(call.terms);
-        for (BoundaryTerm& term : call.terms) {
-            if (pass >= term.plan.passes()) continue;
-            add_samples(term.plan.total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
-                DroppedSamples lost;
-                const BoundaryTask task = term.task(pass, first, count, lost);
-                kernels_.boundary[task.kind].forward(term.view(scene), task, work[thread].view(), d, out);
-                term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
-            });
-        }
-    }
+    add_pass(1);
     if (call.edge_on)
         add_samples(call.edge_on->total(), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
             DroppedSamples lost;
@@ -201,6 +203,12 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     };
     parallel_for(threads_, count, report, [&](int thread, int64_t group) {
         const GradientGroups::View gradient = groups.view(group);
+        add_pass(thread, group, 0, gradient);
+        if (call.specular) add_specular(static_cast<size_t>(thread), group, gradient);
+    });
+    call.thin_interior(guide_second_passes(call.terms), report, work, adjoint_work);
+    parallel_for(threads_, count, report, [&](int thread, int64_t group) {
+        const GradientGroups::View gradient = groups.again(group);
         Workspace& w = work[static_cast<size_t>(thread)].view();
         // A group's chunks are spread over the picture, so that groups take about equally long.
         for (int64_t chunk = group; chunk < call.image_chunks && !stop; chunk += count, ++done) {
@@ -229,14 +237,8 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             });
         }
         if (call.edge_on) add_edge_on(static_cast<size_t>(thread), group, gradient);
-        add_pass(thread, group, 0, gradient);
-        if (call.specular) add_specular(static_cast<size_t>(thread), group, gradient);
+        add_pass(thread, group, 1, gradient);
     });
-    guide_second_passes(call.terms);
-    if (std::any_of(call.terms.begin(), call.terms.end(),
-                    [](const BoundaryTerm& term) { return term.plan.passes() == 2; }))
-        parallel_for(threads_, count, report,
-                     [&](int thread, int64_t group) { add_pass(thread, group, 1, groups.again(group)); });
     for (const BoundaryTerm& term : call.terms)
         if (term.masses) term.plan.teach(*term.masses);
     if (learned) call.count_samples(*learned);

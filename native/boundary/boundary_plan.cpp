@@ -96,7 +96,7 @@ double BoundaryPlan::noise() const {
         const double step = static_cast<double>(score_[k]) - static_cast<double>(score_[k - 1]);
         sum += 0.5 * step * step;
     }
-    return std::sqrt(sum * static_cast<double>(score_.size()));
+    return std::sqrt(sum * static_cast<double>(score_.size())) / static_cast<double>(scale(0));
 }
 
 void BoundaryPlan::thin(double part) {

@@ -29,7 +29,7 @@ class BoundaryPlan {
     // Between the passes.
     void guide();
     // Noise of a sample of the first pass: the root of its variance among neighbours on the list, times the
-    // number of samples.
+    // number of samples, for a picture's sum and a motion of one unit across every edge.
     double noise() const;
     // Takes this part of the second pass' samples only.
     void thin(double part);

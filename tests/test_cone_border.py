@@ -11,6 +11,7 @@ import edgegrad
 from tests.block_statistics import ALARM
 from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.rich_scene import turn
+from tests.slow_cases import slow_but
 from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
 from tests.test_shadow_boundary import mesh_moves
 
@@ -83,8 +84,7 @@ QUICK = ("point: light moves", "linear: cone opens", "sphere: light turns", "dis
          "disk: floor moves")
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES])
+@pytest.mark.parametrize("name", slow_but(CASES, QUICK))
 def test_borders_of_spots_agree_with_central_differences(name: str) -> None:
     # The reference has few samples near a border: it takes many.
     need_every_table()

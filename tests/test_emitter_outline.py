@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from edgegrad.mesh import Mesh
 from tests import shapes
 from tests.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.rich_scene import turn
+from tests.slow_cases import slow
 from tests.small_scenes import Make, along, box, camera, glowing, matte, rectangle
 
 VIEW = camera((0, 2.2, 3.0), (0, 0.2, 0.1), 24, 0.7)
@@ -137,17 +137,13 @@ BLACK_MOVES_OVER_METAL = ("ball over metal", "sheet over metal", "two balls", "s
 SLOW = ("ball over a matte floor", "camera moves", "floor moves", "sheet over metal", "two balls", "lamp that reflects")
 
 
-def runs(cases: Iterable[str]) -> list[Any]:
-    return [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in cases]
-
-
-@pytest.mark.parametrize("name", runs(CASES))
+@pytest.mark.parametrize("name", slow(CASES, SLOW))
 def test_outlines_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*CASES[name]))
 
 
-@pytest.mark.parametrize("name", runs(DEEP))
+@pytest.mark.parametrize("name", slow(DEEP, SLOW))
 def test_outlines_agree_at_later_surfaces(name: str) -> None:
     need_every_table()
     check_agreement(along(*DEEP[name]), max_depth=3)

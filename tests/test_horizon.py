@@ -16,6 +16,7 @@ from tests.benchmarks.scenes import displaced_sphere
 from tests.block_statistics import ALARM
 from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
+from tests.slow_cases import slow_but
 from tests.small_scenes import Floats, Make, along, camera, glowing, matte, rectangle
 
 SIDE = np.array([1.9, 0.7, 0.5])
@@ -176,8 +177,7 @@ QUICK = ("sphere: body moves", "rectangle: body moves", "ellipse: body moves", "
          "instances")
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES])
+@pytest.mark.parametrize("name", slow_but(CASES, QUICK))
 def test_horizons_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*CASES[name]))

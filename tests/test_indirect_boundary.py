@@ -18,6 +18,7 @@ from edgegrad.bounces import UNLIMITED, Bounces
 from edgegrad.renderer import TERMS, Renderer
 from tests.block_statistics import ALARM, Agreement, compare
 from tests.picture_differences import agreement, check_transpose
+from tests.slow_cases import slow_but
 from tests.small_scenes import Make, along, box, camera, glowing, matte, need, rectangle, white_world
 from tests.test_moving_scenes import cornell
 
@@ -205,7 +206,7 @@ def beside_differences(case: Case, terms: tuple[str, ...] = TERMS) -> Agreement:
     )
 
 
-RUNS = [name if case.quick else pytest.param(name, marks=pytest.mark.slow) for name, case in CASES.items()]
+RUNS = slow_but(CASES, [name for name, case in CASES.items() if case.quick])
 
 
 @pytest.mark.parametrize("name", RUNS)

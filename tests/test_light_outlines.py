@@ -12,6 +12,7 @@ from edgegrad._check import RAYS
 from tests.block_statistics import ALARM
 from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
+from tests.slow_cases import slow_but
 from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
 
 PLACE = np.array([0.2, 0.1, 0.3])
@@ -90,8 +91,7 @@ QUICK = ("sphere, perspective: light moves", "disk, lens: camera moves", "spot, 
          "sphere, orthographic: camera moves", "rectangle: light grows")
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES])
+@pytest.mark.parametrize("name", slow_but(CASES, QUICK))
 def test_outlines_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*CASES[name]))

@@ -15,6 +15,7 @@ import pytest
 import edgegrad
 from tests import shapes
 from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
+from tests.slow_cases import slow_but
 from tests.small_scenes import Make, along, box, camera, rectangle
 from tests.test_shadow_boundary import ABOVE, LIGHTS, light_changes, mesh_moves, scene_under, sky_turns
 
@@ -146,7 +147,7 @@ QUICK = ("point: box moves", "rectangle: box moves", "sky: box moves", "disk: fl
          "rectangle: light moves and turns", "mesh: light moves", "sky image: light turns",
          "slab: index under a point", "ball: ball moves under a rectangle", "veils: box moves under a point",
          "bounced: box moves", "bounced: wall moves")
-RUNS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
+RUNS = slow_but(CASES, QUICK)
 
 
 def depth_of(name: str) -> int:

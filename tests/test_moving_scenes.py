@@ -18,6 +18,7 @@ from edgegrad.renderer import Renderer
 from tests import shapes
 from tests.block_statistics import ALARM, compare
 from tests.picture_differences import check_agreement
+from tests.slow_cases import slow_but
 from tests.small_scenes import (
     ABOVE,
     Make,
@@ -281,7 +282,7 @@ QUICK = ("camera turns", "UV seams", "cut-out with soft borders", "normal map", 
          "clipped triangle", "step shades itself")  # fmt: skip
 
 
-@pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in CASES])
+@pytest.mark.parametrize("name", slow_but(CASES, QUICK))
 def test_motion_agrees_with_central_differences(name: str) -> None:
     need("native")
     make, paths, options = CASES[name]

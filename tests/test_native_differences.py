@@ -11,6 +11,7 @@ import edgegrad
 from tests import shapes
 from tests.block_statistics import ALARM
 from tests.picture_differences import agreement, check_agreement
+from tests.slow_cases import slow
 from tests.small_scenes import (
     MOTIONS,
     Floats,
@@ -82,7 +83,7 @@ OPTIONS: dict[str, Any] = {"eps": 0.01, "seeds": 24, "spp": 128, "reference_spp"
 SLOW = ("lamp moves", "floor rises", "hard shadow of the sun")
 
 
-@pytest.mark.parametrize("name", [pytest.param(c, marks=pytest.mark.slow) if c in SLOW else c for c in CASES])
+@pytest.mark.parametrize("name", slow(CASES, SLOW))
 def test_motion_agrees_with_central_differences(name: str) -> None:
     need("native")
     check_agreement(CASES[name], noise=0.1, **OPTIONS)

@@ -16,6 +16,7 @@ import edgegrad
 from edgegrad.renderer import Renderer
 from tests import shapes
 from tests.picture_differences import check_agreement, check_transpose
+from tests.slow_cases import slow_but
 from tests.small_scenes import Floats, Make, along, box, camera, glowing, need, rectangle
 
 # The term alone beside the whole difference: see above.
@@ -142,7 +143,7 @@ QUICK = (
 )
 
 
-RUNS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
+RUNS = slow_but(CASES, QUICK)
 
 
 @pytest.mark.parametrize("name", RUNS)

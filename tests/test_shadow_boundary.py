@@ -13,6 +13,7 @@ from edgegrad.renderer import Renderer
 from tests import shapes
 from tests.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
+from tests.slow_cases import slow_but
 from tests.small_scenes import Floats, Make, along, box, camera, glowing, matte, rectangle
 
 ABOVE = camera((0, 3.2, 2.4), (0, 0, 0.1), 24)
@@ -189,7 +190,7 @@ QUICK = (
     "spread: light moves and turns", "sun: light turns", "sky image: light turns", "mesh: light moves",
     "lens: box moves", "orthographic: camera moves", "panorama: box moves", "wide filter and crop: box moves",
 )
-RUNS = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in CASES]
+RUNS = slow_but(CASES, QUICK)
 
 
 @pytest.mark.parametrize("name", RUNS)

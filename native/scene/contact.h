@@ -37,15 +37,20 @@ struct Contact {
 
 EG_INLINE Contact no_contact() { return {splat(0.0f), zero3()}; }
 
+// The lanes between whose meshes light is held where they nearly touch.
+EG_INLINE Mask holds_contact(const SceneView& scene, Mask active, Int from, Int to) {
+    const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
+    const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
+    return active & ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
+}
+
 // Of light from the point y of a triangle of mesh `to` to x, on a face of mesh `from` with that normal.
 EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x, Vec3 normal, Int to,
                            const Triangle& t, Vec3 y) {
     constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f;
-    const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
-    const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
-    active &= ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
+    active = holds_contact(scene, active, from, to);
     if (!any(active)) return no_contact();
-    const Mask bent = (receives & kContactBent) != 0;
+    const Mask bent = (gather(scene.mesh_contact, select(active, from, splat(0))) & kContactBent) != 0;
     const Vec3 way = y - x;
     const Vec3 side[3] = {t.p1 - t.p0, t.p2 - t.p1, t.p0 - t.p2};
     const Float square = dot(way, way);
@@ -81,10 +86,11 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
 EG_INLINE Contact contact_with_face(const SceneView& scene, Mask active, const SurfacePoint& x, Int face,
                                     Int instance, Float b1, Float b2) {
     if (!scene.mesh_contact || !any(active)) return no_contact();
-    const Int known = select(active, face, splat(0));
+    const Int known = select(active, face, splat(0)), to = mesh_of(scene, known);
+    active = holds_contact(scene, active, x.mesh, to);
+    if (!any(active)) return no_contact();
     const Triangle t = placed_triangle(scene, known, select(active, instance, splat(-1))).triangle;
-    return contact(scene, active, x.mesh, x.position, x.normal, mesh_of(scene, known), t,
-                   interpolate(t, b1, b2));
+    return contact(scene, active, x.mesh, x.position, x.normal, to, t, interpolate(t, b1, b2));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

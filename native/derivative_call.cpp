@@ -133,7 +133,9 @@ AdjointTask Engine::DerivativeCall::record(const ImageTask& task, Workspace& wor
                                            const DifferentiableTables& of) const {
     const AdjointTask sweep = recording(task, work, adjoint, of);
     engine.kernels_.record(scene, task, work);
-    if (edge_on) edge_on->weigh(engine.kernels_, scene, task.pixel_count * task.samples, work);
+    const int32_t paths = task.pixel_count * task.samples;
+    if (edge_on) edge_on->weigh(engine.kernels_, scene, paths, work);
+    engine.kernels_.close_up(work, paths);
     AdjointWorkspace::release(work);
     return sweep;
 }

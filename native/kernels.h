@@ -302,6 +302,7 @@ struct KernelTable {
     // Renders a task's paths and records their vertices, for:
     void (*record)(const SceneView&, const ImageTask&, Workspace&);
     // Weighs so many recorded paths against those by area, and records the latter, already weighed.
+    void (*close_up)(Workspace&, int32_t paths);
     void (*weigh_edge_on)(const SceneView&, const EdgeOnFaces&, int32_t paths, bool by_area, Workspace&);
     void (*record_edge_on)(const SceneView&, const EdgeOnTask&, Workspace&);
     void (*path_backward)(const SceneView&, const AdjointTask&, const float* adjoint);

@@ -71,16 +71,6 @@ EG_OUTLINE void drop(const AdjointTask& task, Vertex& v, Mask lost, Int path) {
     }
 }
 
-// The vertices of which anything comes: what is asked for isn't met before them, but by them or their next.
-EG_INLINE Mask of_worth(const VertexMemory& memory, const Vertex& v, Int next) {
-    const Mask active = load(v.active);
-    if (!memory.asked.moving || memory.asked.everywhere) return active;
-    const Mask some = active & (next >= 0);
-    Mask worth = active & load(v.touched);
-    if (any(some & ~worth)) worth |= some & (next_ints(memory, some, next, &Vertex::touched) != 0);
-    return worth;
-}
-
 // From a packet's fields to the same of the next one.
 constexpr int32_t kPacketFloats = static_cast<int32_t>(sizeof(Vertex) / sizeof(float));
 
@@ -95,17 +85,14 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
     }
     for (int64_t k = task.vertices->count - 1; k >= 0; --k) {
         Vertex& v = task.vertices->at<W>(k);
-        const Int next = raw::gather(task.next, select(load(v.active), load(v.path), splat(0)));
-        Mask active = of_worth(*task.vertices, v, next);
-        store(v.active, active);
-        if (!any(active)) continue;
         if constexpr (kKeep)
             tape.new_part();
         else
             tape.clear();
-        Mask scattered = active & ~load(v.passes);
+        Mask active = load(v.active), scattered = active & ~load(v.passes);
         const Int path = select(active, load(v.path), splat(0));
         const RawVec3 incoming = gather_raw3(task.incoming, path);
+        const Int next = raw::gather(task.next, path);
         const ArrivalInputs in = arrive(scene, task, v);
         Leaving out =
             leave_vertex(scene, *task.vertices, v, in.arrival, constant3(incoming), next, task.geometry);
@@ -185,23 +172,24 @@ struct Part {
     Nodes3 light, position, next_direction;  // of what leaves it
 };
 
-// Evaluates all vertices from the ends of paths, each once; its parts by packet, of those of worth.
+// Evaluates all vertices from the ends of paths, each once; its parts by packet.
 const Part* record_parts(const SceneView& scene, const AdjointTask& task, Tape& tape) {
     TapeBuffer& memory = task.tape->parts;
     memory.grow(static_cast<size_t>(task.vertices->count) * sizeof(Part), 0);
     Part* const parts = static_cast<Part*>(memory.data());
+    Part* next = parts + task.vertices->count;
     Tape::Place place;
     walk_back<true>(scene, task, tape,
-                    [&](const Vertex& v, Mask, Int, const ArrivalInputs& in, const Leaving& out) {
+                    [&](const Vertex&, Mask, Int, const ArrivalInputs& in, const Leaving& out) {
                         const Tape::Place last = tape.place();
-                        parts[&v - &task.vertices->at<W>(0)] = {place,
-                                                                last,
-                                                                tape.node_count(),
-                                                                nodes(in.from),
-                                                                nodes(in.direction),
-                                                                nodes(out.light),
-                                                                nodes(out.position),
-                                                                nodes(out.direction)};
+                        *--next = {place,
+                                   last,
+                                   tape.node_count(),
+                                   nodes(in.from),
+                                   nodes(in.direction),
+                                   nodes(out.light),
+                                   nodes(out.position),
+                                   nodes(out.direction)};
                         place = last;
                     });
     return parts;
@@ -226,10 +214,9 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
     const Part* const parts = record_parts(scene, task, tape);
     for (int64_t k = 0; k < task.vertices->count; ++k) {
         const Vertex& v = task.vertices->at<W>(k);
-        const Mask active = load(v.active), scattered = active & ~load(v.passes), lost = load(v.lost);
-        if (!any(active | lost)) continue;
         const Part& part = parts[k];
         tape.reopen(part.first, part.last, part.nodes);
+        const Mask active = load(v.active), scattered = active & ~load(v.passes), lost = load(v.lost);
         if (any(lost)) forget_place(task, lost, load(v.path));
         const Int path = select(active, load(v.path), splat(0));
         seed3(tape, part.from, active, gather_raw3(task.position, path));

@@ -1,6 +1,7 @@
 // The picture's kernel of one instruction set, and the paths that it shares with the primary boundary's.
 #include "kernels/parts.h"
 #include "path/radiance.h"
+#include "path/touched_vertices.h"
 #include "path/value_sweeps.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -17,6 +18,7 @@ void run_paths(const SceneView& scene, const ImageTask& task, Workspace& work, i
 void add_path_kernels(KernelTable& table) {
     table.radiance = radiance_kernel;
     table.record = record_kernel;
+    table.close_up = close_up_kernel;
     table.record_values = record_values_kernel;
     table.values_backward = values_backward_kernel;
     table.values_forward = values_forward_kernel;

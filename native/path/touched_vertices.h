@@ -1,0 +1,59 @@
+// Of recorded vertices, those of which anything comes, closed up: a sweep over a packet (adjoint/path.cpp)
+// takes as long for one lane as for all, and ten times as long as moving its lanes.
+#pragma once
+
+#include "path/recorder.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// What is asked for isn't met before them, but by them, or by their next where it moves.
+EG_INLINE void keep_vertices_of_worth(VertexMemory& memory, int32_t* touched_behind, int paths) {
+    __builtin_memset(touched_behind, 0, sizeof(int32_t) * static_cast<size_t>(paths));
+    for (int64_t k = memory.count - 1; k >= 0; --k) {
+        Vertex& v = memory.at<W>(k);
+        for (int i = 0; i < W; ++i) {
+            if (!v.active[i]) continue;
+            int32_t& behind = touched_behind[v.path[i]];
+            v.active[i] = v.touched[i] || (memory.asked.moving && behind) ? -1 : 0;
+            behind = v.touched[i];
+        }
+    }
+}
+
+// Moves a lane of a packet to another one's, or to an earlier one of its own.
+EG_INLINE void move_lane(const Vertex& from, int i, Vertex& to, int j) {
+    constexpr size_t kRows = sizeof(Vertex) / (sizeof(int32_t) * W);
+    int32_t* const out = reinterpret_cast<int32_t*>(&to) + j;
+    const int32_t* const in = reinterpret_cast<const int32_t*>(&from) + i;
+    for (size_t row = 0; row < kRows; ++row) out[row * W] = in[row * W];
+}
+
+// The recorded vertices of `paths` paths; work.visible is overwritten.
+static void close_up_kernel(Workspace& work, int32_t paths) {
+    VertexMemory& memory = *work.vertices;
+    if (memory.asked.everywhere) return;
+    keep_vertices_of_worth(memory, work.visible, paths);
+    // Packets less than half full give their lanes to an open one, of the same segment: a path's vertices
+    // stay in their order.
+    int64_t count = 0;
+    Vertex* open = nullptr;
+    int filled = W, segment = 0;
+    for (int64_t k = 0; k < memory.count; ++k) {
+        Vertex& v = memory.at<W>(k);
+        int lanes[W], n = 0;
+        for (int i = 0; i < W; ++i)
+            if (v.active[i]) lanes[n++] = i;
+        if (n == 0) continue;
+        if (v.segment[lanes[0]] != segment) filled = W, segment = v.segment[lanes[0]];
+        if (2 * n > W) {
+            if (Vertex& to = memory.at<W>(count++); &to != &v) to = v;
+            continue;
+        }
+        if (filled + n > W) open = &memory.at<W>(count++), filled = 0;
+        for (int i = 0; i < n; ++i) move_lane(v, lanes[i], *open, filled++);
+        store(open->active, first_lanes(filled));
+    }
+    memory.count = count;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

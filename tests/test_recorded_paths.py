@@ -12,13 +12,17 @@ from edgegrad.renderer import Renderer
 from tests import small_scenes
 
 
+@pytest.mark.parametrize("veils", [0, 3])
 @pytest.mark.parametrize("max_depth", [2, 3, 6])
 @pytest.mark.parametrize("name", ["floor", "clay"])
-def test_paths_that_miss_a_material_add_nothing_to_its_gradient(name: str, max_depth: int) -> None:
+def test_paths_that_miss_a_material_add_nothing_to_its_gradient(name: str, max_depth: int, veils: int) -> None:
     """Asked for alone, a colour's gradient is the one that it has among others, where all paths are recorded."""
     small_scenes.need("native")
-    scene = small_scenes.floating_box()
-    scene.materials["clay"] = Material(np.array([0.7, 0.3, 0.2]), metallic=0.5, roughness=0.4)
+    scene = with_material(metallic=0.5, roughness=0.4)
+    scene.materials["veil"] = Material(np.full(3, 0.8), alpha=0.4)
+    for k in range(veils):  # surfaces that let paths pass, and are met within one segment
+        height = (0.0, 1.3 + 0.2 * k, 0.0)
+        scene.meshes[f"veil {k}"] = small_scenes.rectangle(height, (0.9, 0, 0), (0, 0, 0.7), "veil")
     renderer = Renderer(scene, threads=1)
     adjoint = np.random.default_rng(5).normal(size=(scene.camera.height, scene.camera.width, 3))
     path = f"materials.{name}.base_color"

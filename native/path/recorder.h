@@ -43,7 +43,7 @@ EG_INLINE void set3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
 EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Closest& closest) {
     store(v.active, p.active);
     store(v.path, p.path);
-    store(v.segment, p.segment);
+    store(v.number, p.vertex);
     store(v.touched, p.touched);
     store(v.slides, p.active & (p.pdf == 0.0f));
     store(v.kind, p.kind);

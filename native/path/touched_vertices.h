@@ -33,18 +33,18 @@ static void close_up_kernel(Workspace& work, int32_t paths) {
     VertexMemory& memory = *work.vertices;
     if (memory.asked.everywhere) return;
     keep_vertices_of_worth(memory, work.visible, paths);
-    // Packets less than half full give their lanes to an open one, of the same segment: a path's vertices
+    // Packets less than half full give their lanes to an open one of vertices of the same number: a path's
     // stay in their order.
     int64_t count = 0;
     Vertex* open = nullptr;
-    int filled = W, segment = 0;
+    int filled = W, number = -1;
     for (int64_t k = 0; k < memory.count; ++k) {
         Vertex& v = memory.at<W>(k);
         int lanes[W], n = 0;
         for (int i = 0; i < W; ++i)
             if (v.active[i]) lanes[n++] = i;
         if (n == 0) continue;
-        if (v.segment[lanes[0]] != segment) filled = W, segment = v.segment[lanes[0]];
+        if (v.number[lanes[0]] != number) filled = W, number = v.number[lanes[0]];
         if (2 * n > W) {
             if (Vertex& to = memory.at<W>(count++); &to != &v) to = v;
             continue;

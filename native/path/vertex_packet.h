@@ -19,7 +19,8 @@ struct alignas(64) VertexPacket {
     using Ints = int32_t[N];
 
     // The ray and what it met. Lanes whose `active` is 0 hold nothing else.
-    Ints active, path, segment;
+    Ints active, path;
+    Ints number;     // of the vertex in its path, passed surfaces included; the same in all lanes
     Ints touched;    // -1: it, or one before, is on what is asked for (path/asked_surfaces.h)
     Ints slides;     // -1: from the camera or a specular vertex, so its direction is a function of the scene
     Ints kind;       // RayKind

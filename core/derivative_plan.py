@@ -11,7 +11,7 @@ from . import parameters
 from .contact import touching_meshes
 from .curve_plan import light_curves, missing_curves, surface_curves
 from .differentiable import indirect_obstacles, obstacles
-from .held_light import HeldLight, held_light
+from .held_light import HeldLight, held_light, lets_light_pass
 from .light import AreaLight, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
@@ -155,8 +155,7 @@ def _met_alone(scene: Scene, wrt: Sequence[str]) -> list[str]:
     names = list(dict.fromkeys(name for _, name, _ in asked))
     if any((collection, field) != ("meshes", "vertices") for collection, _, field in asked):
         return []
-    through = any(flags(leaf) & TRANSPARENCY for name in scene.used_materials for leaf in scene.leaves(name))
-    if through or len(names) == len(scene.meshes) or any(scene.emits(name) for name in names):
+    if lets_light_pass(scene) or len(names) == len(scene.meshes) or any(scene.emits(name) for name in names):
         return []
     return [f"'{name}'" for name in names]
 

@@ -173,16 +173,18 @@ double guide_second_passes(std::vector<BoundaryTerm>& terms) {
     for (BoundaryTerm& term : terms) {
         if (term.plan.passes() < 2) continue;
         term.plan.guide();
-        noise.push_back(term.plan.noise() / static_cast<double>(term.plan.total(1)));
-        most = std::max(most, noise.back());
+        noise.push_back(term.plan.noise());
+        most = std::max(most, noise.back() / static_cast<double>(term.plan.total(1)));
     }
     if (!(most > 0.0)) return 0.0;
     double variance = 0.0;
     size_t k = 0;
     for (BoundaryTerm& term : terms) {
         if (term.plan.passes() < 2) continue;
-        term.plan.thin(std::clamp(kSlack * noise[k++] / most, kLeast, 1.0));
-        variance += term.plan.noise() * term.plan.noise() / static_cast<double>(term.plan.total(1));
+        const double sample = noise[k++];
+        const double wanted = sample / static_cast<double>(term.plan.total(1));
+        term.plan.thin(std::clamp(kSlack * wanted / most, kLeast, 1.0));
+        variance += sample * sample / static_cast<double>(term.plan.total(1));
     }
     return variance;
 }

@@ -102,7 +102,6 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int6
     found.sweep = adjoint.task(found.image, work);
     AdjointWorkspace::release(work);
     found.sweep.geometry = found.sweep.camera_moves = true;
-    found.sweep.vertices->asked = {};
     found.sweep.dropped = &found.vertices;
     ChainCrossings& c = chains.view(found.sweep.camera);
     found.count = kernels.scan(scene, scan, options_.limits, options_.max_depth, c);

@@ -91,7 +91,7 @@ struct EdgeFace {
     float way[3];            // from the edge's first end to that corner; 0 of crossings
 };
 
-EG_INLINE EdgeFace edge_face(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
+EG_INLINE EdgeFace face_beside(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
     EdgeFace out{static_cast<int32_t>(scene.edge_faces[k]), 0, {}, {}};
     const int32_t* f = scene.faces + 3 * static_cast<int64_t>(out.face);
     float p[3][3], d1[3], d2[3];
@@ -145,7 +145,7 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
         const uint32_t first = scene.edge_face_first[edge], count = scene.edge_face_first[edge + 1] - first;
         if (edge != known_edge || instance != known_instance) {
             for (uint32_t k = 0; k < 2 && k < count; ++k)
-                known[k] = edge_face(scene, edge, instance, first + k);
+                known[k] = face_beside(scene, edge, instance, first + k);
             narrow = count != 1;
             if (count == 2 && !s.crossing[i]) {
                 const float t[3] = {s.tangent.x[i], s.tangent.y[i], s.tangent.z[i]};
@@ -157,7 +157,7 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
         const float n[3] = {s.normal.x[i], s.normal.y[i], s.normal.z[i]};
         const float d[3] = {s.view.across_of.x[i], s.view.across_of.y[i], s.view.across_of.z[i]};
         for (uint32_t k = 0; k < count; ++k) {
-            const EdgeFace f = k < 2 ? known[k] : edge_face(scene, edge, instance, first + k);
+            const EdgeFace f = k < 2 ? known[k] : face_beside(scene, edge, instance, first + k);
             const auto along = [](const float (&a)[3], const float (&b)[3]) {
                 return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
             };

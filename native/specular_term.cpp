@@ -54,21 +54,22 @@ std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Scene
     // One that a surface lights by another takes one more.
     const bool surfaces = options.indirect && options.max_depth >= 4 && !scene.convex && moves;
     if (!(edges || lights || surfaces) || !may_be_specular(tables)) return std::nullopt;
-    return SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }),
+    const FilmRectangle film = specular_bounds(scene, tables);
+    if (film.empty()) return std::nullopt;
+    return SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film,
                         {edges, lights, surfaces});
 }
 
 SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
-                           std::shared_ptr<const SurfaceRegions> regions, Parts parts)
+                           std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film,
+                           Parts parts)
     : options_(options), regions_(std::move(regions)) {
     scan_.edges = parts.edges, scan_.lights = parts.lights, scan_.surfaces = parts.surfaces;
-    const CameraView& c = scene.camera;
-    const float margin = c.filter ? std::max(0.0f, c.filter[kFilterSize] - 0.5f) : 0.0f;
-    scan_.low[0] = scan_.low[1] = -margin;
-    scan_.high[0] = static_cast<float>(c.width) + margin;
-    scan_.high[1] = static_cast<float>(c.height) + margin;
-    scan_.density = static_cast<float>(std::max(1.0, std::ceil(kLines * options.samples)));
+    std::copy_n(film.low, 2, scan_.low);
+    std::copy_n(film.high, 2, scan_.high);
     scan_.length = kSegment;
+    scan_.seed = options.seed ^ 0x68bc21ebu;
+    scan_.density = static_cast<float>(std::max(1.0, std::ceil(kLines * options.samples)));
     const auto lines = [&](int across) {
         return static_cast<int64_t>(std::ceil((scan_.high[across] - scan_.low[across]) * scan_.density));
     };
@@ -78,8 +79,8 @@ SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
     };
     scan_.per_row = segments(0), scan_.per_column = segments(1);
     scan_.horizontal = lines(1) * scan_.per_row;
-    scan_.seed = options.seed ^ 0x68bc21ebu;
     total_ = scan_.horizontal + lines(0) * scan_.per_column;
+    const CameraView& c = scene.camera;
     if (c.kind == kEquirectangular) {
         for (int k = 0; k < 2; ++k) {
             shift_[0][kCameraPanorama + k] = (c.panorama[1] - c.panorama[0]) / c.full_width;

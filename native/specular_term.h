@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "boundary/boundary_plan.h"
+#include "boundary/specular_bounds.h"
 #include "boundary/surface_regions.h"
 #include "derivative_tables.h"
 #include "workspace.h"
@@ -38,7 +39,7 @@ class SpecularTerm {
         bool edges, lights, surfaces;  // as of a ScanTask
     };
     SpecularTerm(const SceneView& scene, const RenderOptions& options,
-                 std::shared_ptr<const SurfaceRegions> regions, Parts parts);
+                 std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts);
     // What finding crossings and what jumps there leaves.
     struct Found {
         int count;

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "adjoint/blocks.h"
-#include "path/shaded_surface.h"
 #include "shading/bsdf/specular.h"
+#include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -37,10 +37,7 @@ struct SpecularBlock {
 
 // Whether the active lanes' shaders are such, and nothing but the normal and the view changes.
 EG_INLINE bool plainly_specular(const Shader& shader, Mask active) {
-    const auto is = [&](ShaderKind k) { return shader.kind == splat(static_cast<int>(k)); };
-    const Mask plain = (is(kGlass) | is(kRefraction) | is(kGlossy)) & ~has(shader, kMultiscatter) &
-                       ~has(shader, kAnisotropic);
-    if (any(active & ~plain)) return false;
+    if (any(active & ~scatters_plainly(shader.kind, shader.flags))) return false;
     constexpr int places[] = {kBaseColor, kBaseColor + 1, kBaseColor + 2, kRoughness, kIor, kAnisotropy};
     for (int place : places)
         if (shader.row[place].node >= 0) return false;
@@ -48,22 +45,21 @@ EG_INLINE bool plainly_specular(const Shader& shader, Mask active) {
 }
 
 // What active lanes' perfect lobes scatter.
-inline Specular plain_specular(const SceneView& scene, Mask active, SurfacePoint x, TexturePoint point,
-                               const Shader& shader, Vec3 normal, Int lobe, Mask transmitted) {
-    const Vec3 mirror = valid_mirror_normal(normal, x.normal, point.view);
-    const Vec3 view = point.view;
-    const auto still = [](Vec3& a) { a = constant3(values(a)); };
-    still(x.normal), still(point.view), still(normal);
-    const Bsdf f = shaded_surface(scene, active, x, point, shader, normal).bsdf;
-    const Specular fixed = scatter_specular(f, lobe, transmitted);
+inline Specular plain_specular(Mask active, const SurfacePoint& x, Vec3 view, const Shader& shader,
+                               Vec3 normal, Int lobe, Mask transmitted) {
+    const Vec3 mirror = valid_mirror_normal(normal, x.normal, view);
+    const Interface glass =
+        plain_interface(shader.kind, shader.color(kBaseColor), shader.row[kIor], x.side < 0.0f);
+    const Specular fixed =
+        scatter_plainly(glass, constant3(values(mirror)), constant3(values(view)), lobe, transmitted);
     if (!taped(nodes(mirror)) && !taped(nodes(view))) return fixed;
 
     SpecularBlock& block = current_tape->new_block<SpecularBlock>();
     block.normal = nodes(mirror), block.view = nodes(view);
     block.n = values(mirror), block.v = values(view);
-    const raw::Float one = raw::splat(1.0f), c = f.view.z.value, eta = f.glass.eta.value;
     const Mask interface = active & (lobe == splat(static_cast<int>(kInterfaceLobe))),
                through = interface & transmitted;
+    const raw::Float one = raw::splat(1.0f), c = dot(block.n, block.v), eta = glass.eta.value;
     // g = eta cos(theta_t); dg/dc = c/g.
     const raw::Float inverse_eta = one / eta, g = raw::sqrt(raw::max(eta * eta - (1.0f - c * c), 0.0f));
     const raw::Float inverse_g = finite_inverse(g);
@@ -78,9 +74,8 @@ inline Specular plain_specular(const SceneView& scene, Mask active, SurfacePoint
     const raw::Float e = eta * eta * c, steep = g - c * c * inverse_g;
     const raw::Float s = one / (c + g), p = one / (e + g);
     const raw::Float slope = 2.0f * steep * ((c - g) * s * s * s + (e - g) * eta * eta * p * p * p);
-    const raw::Mask splits = interface & (g > 0.0f) & ~f.glass.refracts_only;
-    const RawVec3 weight =
-        select(through, raw_zero3() - values(f.glass.transmission), values(f.glass.reflection));
+    const raw::Mask splits = interface & (g > 0.0f) & ~glass.refracts_only;
+    const RawVec3 tint = values(glass.transmission), weight = select(through, raw_zero3() - tint, tint);
     block.slope = weight * raw::select(splits, slope, 0.0f);
     return {results(values(fixed.wi), block.first), results(values(fixed.value), block.first + 3)};
 }

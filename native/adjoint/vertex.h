@@ -230,7 +230,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     if (!scatters && any(perfect) && !(scene.all_flags & kHasNormalMap) &&
         plainly_specular(shader, perfect)) {
         const Specular mirrored =
-            plain_specular(scene, perfect, x, point, shader, normal, load(v.lobe), load(v.transmitted));
+            plain_specular(perfect, x, view, shader, normal, load(v.lobe), load(v.transmitted));
         reflected = select(perfect, mirrored.value * s.next_value, reflected);
         out.direction = mirrored.wi;
     } else if (scatters || any(perfect)) {

@@ -71,15 +71,29 @@ EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const C
     return shaded_surface(scene, active, s.x, s.point, s.shader, normal);
 }
 
+// The rays of lanes that scatter by the lobe of their fate.
+EG_OUTLINE Specular scatter_by_fate(const SceneView& scene, const ChainSurface& s, Mask scatters, Int fate,
+                                    Mask transmitted) {
+    const Shader& shader = s.shader;
+    if (!(scene.all_flags & kHasNormalMap) && !any(scatters & ~scatters_plainly(shader.kind, shader.flags)))
+        return scatter_plainly(
+            plain_interface(shader.kind, shader.color(kBaseColor), shader.row[kIor], s.x.side < 0.0f),
+            valid_mirror_normal(s.point.normal, s.x.normal, s.point.view), s.point.view, fate & kFateLobes,
+            transmitted);
+    const ShadedSurface surface = chain_bsdf(scene, scatters, s);
+    Specular next = scatter_specular(surface.bsdf, fate & kFateLobes, transmitted);
+    if (surface.smooth)
+        next.value = next.value * bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
+    return next;
+}
+
 // Where lanes that scatter go on, what it multiplies their light with, and whether there is such a direction.
 // `below`: it is on the wrong side of the face, which interpolated normals may lead to.
-EG_OUTLINE Mask scatter_chain(const ChainSurface& s, const ShadedSurface& surface, Mask scatters, Int fate,
+EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mask scatters, Int fate,
                               ChainRay& ray, Vec3& value, Mask& below) {
     const Mask transmitted = (fate & kFateTransmits) != 0;
-    const Specular next = scatter_specular(surface.bsdf, fate & kFateLobes, transmitted);
+    const Specular next = scatter_by_fate(scene, s, scatters, fate, transmitted);
     value = next.value;
-    if (surface.smooth)
-        value = value * bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
     const Float side = dot(s.x.normal, next.wi);
     const Mask shines = scatters & (largest_component(value) > 0.0f);
     const Mask fine = shines & select(transmitted, side < 0.0f, side > 0.0f);

@@ -76,19 +76,35 @@ double PictureFrame::lens_reach() const {
     return camera_.kind == kOrthographic ? radius / camera_.focus_distance : radius;
 }
 
+PictureFrame::Place PictureFrame::place(Vector point) const {
+    const CameraView& c = camera_;
+    const Vector to = point - position_;
+    Place p{};
+    p.z = -dot(back_, to);
+    p.h = c.kind == kOrthographic ? 1.0 : p.z;
+    p.x = c.focal * dot(right_, to) + c.principal[0] * p.h;
+    p.y = -static_cast<double>(c.focal / c.pixel_aspect) * dot(up_, to) + c.principal[1] * p.h;
+    const double defocus = p.z / c.focus_distance - 1.0;
+    p.blur_x = blur_x_ * defocus, p.blur_y = blur_y_ * defocus;
+    return p;
+}
+
+std::optional<PictureFrame::Bounds> PictureFrame::around(Vector point) const {
+    if (camera_.kind == kEquirectangular) return std::nullopt;
+    const Place p = place(point);
+    if (!(p.z > std::max(1e-12, static_cast<double>(camera_.clip_start)))) return std::nullopt;
+    const double x = p.x / p.h, y = p.y / p.h, wide = std::abs(p.blur_x) / p.h,
+                 high = std::abs(p.blur_y) / p.h;
+    return Bounds{{x - wide, y - high}, {x + wide, y + high}};
+}
+
 PictureFrame::Piece PictureFrame::flat_piece(Vector a, Vector b) const {
     const CameraView& c = camera_;
-    // Every clip plane is linear along the segment in homogeneous coordinates: (x, y) times h, and h is the
-    // depth z or, orthographic, 1. A lens point shifts the picture by at most blur |z/F - 1| times that.
     double x[2], y[2], z[2], h[2], blur_x[2], blur_y[2];
-    const Vector ends[2] = {a - position_, b - position_};
+    const Place ends[2] = {place(a), place(b)};
     for (int k = 0; k < 2; ++k) {
-        z[k] = -dot(back_, ends[k]);
-        h[k] = c.kind == kOrthographic ? 1.0 : z[k];
-        x[k] = c.focal * dot(right_, ends[k]) + c.principal[0] * h[k];
-        y[k] = -static_cast<double>(c.focal / c.pixel_aspect) * dot(up_, ends[k]) + c.principal[1] * h[k];
-        const double defocus = z[k] / c.focus_distance - 1.0;
-        blur_x[k] = blur_x_ * defocus, blur_y[k] = blur_y_ * defocus;
+        x[k] = ends[k].x, y[k] = ends[k].y, z[k] = ends[k].z, h[k] = ends[k].h;
+        blur_x[k] = ends[k].blur_x, blur_y[k] = ends[k].blur_y;
     }
     // Most segments of fine meshes are in the frame as a whole.
     bool whole = blur_x_ == 0.0 && blur_y_ == 0.0;

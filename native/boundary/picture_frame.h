@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "scene/vector.h"
 #include "scene/view.h"
@@ -28,6 +29,12 @@ class PictureFrame {
         if (piece.u0 < piece.u1) visit(piece);
     }
 
+    // Where in the frame a point may be seen, pixels; none: anywhere.
+    struct Bounds {
+        double low[2], high[2];
+    };
+    std::optional<Bounds> around(Vector point) const;
+
     // Direction of the ray through a point (from the middle of the lens), of any length.
     Vector ray_through(Vector point) const;
     // By how much the rays from other points of the lens differ from it.
@@ -40,6 +47,12 @@ class PictureFrame {
     }
 
  private:
+    // Every clip plane is linear along a segment in homogeneous coordinates: (x, y) times h, and h is the
+    // depth z or, orthographic, 1. A lens point shifts the picture by at most blur |z/F - 1| times that.
+    struct Place {
+        double x, y, z, h, blur_x, blur_y;
+    };
+    Place place(Vector point) const;
     Piece flat_piece(Vector a, Vector b) const;  // empty where nothing of it is in the frame
     void panorama_pieces(Vector a, Vector b, const std::function<void(const Piece&)>& visit) const;
 

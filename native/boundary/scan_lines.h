@@ -213,26 +213,35 @@ EG_OUTLINE Mask sees_surface(const SceneView& scene, const ChainChoices& choices
     return asked & (largest_component(seen) > 0.0f);
 }
 
-// Appends the crossings of those of the segments from `at` on that end at end[half], `chosen` being the
-// chains of the other end. Returns the number of all that are found.
+// Segments whose ends differ, until they fill a packet: few of a packet's do, and each takes many chains.
+struct CrossedSegments {
+    PicturePoint chosen, end;
+    UInt stream;
+    Mask horizontal;
+    Int number, half;  // in the task; which of its pair
+    ChainChoices choices;
+    SpecularChain at_chosen, at_end;
+    Int common;  // how far the other end's chain is the same
+    Mask lone;   // the way to the light is another from there
+};
+
+// Copies one lane of what is nothing but packets.
+template <typename T>
+EG_INLINE void move_lane(T& to, int lane, const T& from, int other) {
+    static_assert(sizeof(T) % sizeof(Float) == 0);
+    char* const out = reinterpret_cast<char*>(&to) + 4 * lane;
+    const char* const in = reinterpret_cast<const char*>(&from) + 4 * other;
+    for (size_t k = 0; k < sizeof(T); k += sizeof(Float)) __builtin_memcpy(out + k, in + k, 4);
+}
+
+// Appends the crossings of the first `count` segments. Returns the number of all that are found.
 EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                              int32_t max_depth, int64_t at, int half, const SegmentPair& s, Mask active,
-                              ChainChoices& choices, const SpecularChain& chosen, ChainCrossings& out,
+                              int32_t max_depth, CrossedSegments& s, int count, ChainCrossings& out,
                               int found) {
-    PicturePoint p = s.chosen, q = s.end[half];
-    SpecularChain chain_q, chain_m;
-    trace_chain<false>(scene, task, limits, max_depth, active, q, s.stream, choices, chain_q);
-    active &= first_difference(chosen, chain_q, active) >= 0;
-    if (!any(active)) return found;
-    SpecularChain chain_p;
-    chain_p.count = splat(0);
-    take(chain_p, active, chosen);
-    // How far the other end's chain is the same.
-    Int common = chain_q.count;
-    for (int k = 0; k < kMostChain; ++k)
-        common = select((k < chain_q.count) & (chain_q.key[k] == splat(static_cast<int>(kDead))), splat(k),
-                        common);
-    const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, chain_q, active);
+    Mask active = first_lanes(count);
+    PicturePoint p = s.chosen, q = s.end;
+    SpecularChain &chain_p = s.at_chosen, &chain_q = s.at_end, chain_m;
+    ChainChoices& choices = s.choices;
     Float weight = splat(1.0f);
     for (int step = 0; step < kHalvings; ++step) {
         const PicturePoint m = middle(p, q);
@@ -244,8 +253,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
         const Mask both = active & first & second;
         Mask to_first = active & first & ~second;
         if (any(both)) {
-            const UInt random =
-                hash(s.stream ^ splat(0x165667b1u * static_cast<uint32_t>(2 * step + half + 1)));
+            const UInt random = hash(s.stream ^ bits(2 * step + 1 + s.half) * splat(0x165667b1u));
             for (int i = 0; i < W; ++i)
                 if (both[i] && (random[i] & 1u)) to_first[i] = -1;
             if (step < kApart) weight = select(both, 2.0f * weight, weight);
@@ -257,7 +265,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
         take(chain_p, to_second, chain_m);
     }
     const Int level = first_difference(chain_p, chain_q, active);
-    for (int i = 0; i < W; ++i) {
+    for (int i = 0; i < count; ++i) {
         const int k = level[i];
         if (!active[i] || k < 1) continue;
         const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
@@ -274,17 +282,46 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
         if (!horizon || parted) edge = touched_edge(scene, task, chain_p, chain_q, seen, i);
         if (edge.edge < 0 && (!horizon || parted)) continue;
         out.parted[found] = parted ? -1 : 0;
-        const bool twice = common[i] <= k || (lone[i] && k > choices.lit[i]);
-        append_crossing(out, found++, i, task, at + 2 * i + half, s.horizontal, below ? q : p, choices,
+        const bool twice = s.common[i] <= k || (s.lone[i] && k > choices.lit[i]);
+        append_crossing(out, found++, i, task, s.number[i], s.horizontal, below ? q : p, choices,
                         below ? chain_q : chain_p, k, edge, weight[i] * (twice ? 2.0f : 1.0f));
     }
     return found;
 }
 
+// Of the segments from `at` on those that end at end[half] and have different chains there: appends them to
+// the `waiting` ones, of which there are `count`, and the crossings of these whenever they fill a packet.
+EG_OUTLINE void sort_out_crossed(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                                 int32_t max_depth, int64_t at, int half, const SegmentPair& s, Mask active,
+                                 ChainChoices& choices, const SpecularChain& chosen, CrossedSegments& waiting,
+                                 int& count, ChainCrossings& out, int& found) {
+    SpecularChain end;
+    trace_chain<false>(scene, task, limits, max_depth, active, s.end[half], s.stream, choices, end);
+    active &= first_difference(chosen, end, active) >= 0;
+    if (!any(active)) return;
+    Int common = end.count;
+    for (int k = 0; k < kMostChain; ++k)
+        common = select((k < end.count) & (end.key[k] == splat(static_cast<int>(kDead))), splat(k), common);
+    const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, end, active);
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        move_lane(waiting.chosen, count, s.chosen, i), move_lane(waiting.end, count, s.end[half], i);
+        move_lane(waiting.stream, count, s.stream, i), move_lane(waiting.horizontal, count, s.horizontal, i);
+        waiting.number[count] = static_cast<int32_t>(at) + 2 * i + half, waiting.half[count] = half;
+        move_lane(waiting.choices, count, choices, i);
+        move_lane(waiting.at_chosen, count, chosen, i), move_lane(waiting.at_end, count, end, i);
+        move_lane(waiting.common, count, common, i), move_lane(waiting.lone, count, lone, i);
+        if (++count < W) continue;
+        found = cross_segments(scene, task, limits, max_depth, waiting, count, out, found);
+        count = 0;
+    }
+}
+
 // The crossings of a task's segments; their number.
 static int scan_kernel(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
                        int32_t max_depth, ChainCrossings& out) {
-    int found = 0;
+    int found = 0, count = 0;
+    CrossedSegments waiting{};
     for (int64_t at = 0; at < task.count; at += 2 * W) {
         const SegmentPair s = scan_segments(task, at);
         ChainChoices choices;
@@ -294,10 +331,10 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
         const Mask active = s.active & (chosen.count > 1);
         if (!any(active)) continue;
         for (int half = 0; half < 2; ++half)
-            found = cross_segments(scene, task, limits, max_depth, at, half, s, active, choices, chosen, out,
-                                   found);
+            sort_out_crossed(scene, task, limits, max_depth, at, half, s, active, choices, chosen, waiting,
+                             count, out, found);
     }
-    return found;
+    return count > 0 ? cross_segments(scene, task, limits, max_depth, waiting, count, out, found) : found;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -86,10 +86,9 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         waiting = waiting - passes;
         throughput = select(lit, throughput * passed * ((1.0f - s.share) * kept), throughput);
         if (!any(scatters)) continue;
-        const ShadedSurface surface = chain_bsdf(scene, scatters, s);
         Vec3 value;
         Mask below;
-        const Mask goes_on = scatter_chain(s, surface, scatters, fate, ray, value, below);
+        const Mask goes_on = scatter_chain(scene, s, scatters, fate, ray, value, below);
         // At a horizon rounding may decide.
         fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
         const Mask bends = scatters & recorded;

@@ -133,7 +133,8 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         chain.b1[level] = hit.b1, chain.b2[level] = hit.b2;
         chain.from[level] = ray.from, chain.direction[level] = ray.direction;
         chain.position[level] = x.position;
-        chain.normal[level] = chain.smooth[level] = x.normal;
+        const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
+        chain.normal[level] = x.normal, chain.smooth[level] = point.normal;
         if constexpr (kChoose) {
             choices.key[level] = key, choices.instance[level] = hit.instance;
             choices.leaf[level] = splat(0), choices.fate[level] = splat(kFateEnds);
@@ -143,7 +144,6 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
                      (choices.fate[level] != kFateEnds);
         }
         going &= hit.hit & x.active & ~stops;
-        if (scene.corner_normal && any(hit.hit)) chain.smooth[level] = smooth_normal(scene, x);
         // On its way to a light a chain goes through all that lets light pass. Most other chains end at a
         // surface that does nothing with their rays.
         const Mask passes_on = going & to_light;
@@ -163,7 +163,6 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         x.active &= going & ~passes_on;
         const Mask meets = going & ~passes_on;
         if (!any(meets)) continue;
-        const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
         Int leaf = choices.leaf[level];
         Float probability = splat(1.0f);
         if constexpr (kChoose) {
@@ -203,10 +202,9 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         far = select(passes | scatters, splat(__builtin_inff()), far);
         ray.origin = select(passes, leave_surface(x, ray.direction), ray.origin);
         if (any(scatters)) {
-            const ShadedSurface surface = chain_bsdf(scene, scatters, s);
             Vec3 value;
             Mask cut;
-            const Mask fine = scatter_chain(s, surface, scatters, fate, ray, value, cut);
+            const Mask fine = scatter_chain(scene, s, scatters, fate, ray, value, cut);
             dead |= scatters & ~fine;
             below |= cut;
             bent |= scatters;

@@ -154,6 +154,37 @@ typedef int32_t Rows[W];
 EG_INLINE Int packet(Int rows) { return rows; }
 EG_INLINE Int packet(const Rows& rows) { return load(rows); }
 
+#if defined(__SSE4_2__) && (EDGEGRAD_WIDTH == 4 || EDGEGRAD_WIDTH == 8)
+// Two to four floats of each row from column k on, transposed.
+EG_INLINE void gather_columns(const float* const (&rows)[W], int k, int count, Float* out) {
+    // What is behind a row may be behind the table.
+    const auto some = [&](int i) {
+        const float* p = rows[i] + k;
+        if (count - k >= 4) return _mm_loadu_ps(p);
+        const __m128 two = _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(p));
+        return count - k == 2 ? two : _mm_movelh_ps(two, _mm_load_ss(p + 2));
+    };
+#if EDGEGRAD_WIDTH == 8
+    const auto row = [&](int i) { return _mm256_set_m128(some(i + 4), some(i)); };
+    const __m256 a = row(0), b = row(1), c = row(2), d = row(3);
+    const __m256 low_ab = _mm256_unpacklo_ps(a, b), low_cd = _mm256_unpacklo_ps(c, d);
+    const __m256 high_ab = _mm256_unpackhi_ps(a, b), high_cd = _mm256_unpackhi_ps(c, d);
+    out[k] = (Float)_mm256_shuffle_ps(low_ab, low_cd, 0x44);
+    out[k + 1] = (Float)_mm256_shuffle_ps(low_ab, low_cd, 0xee);
+    if (k + 2 < count) out[k + 2] = (Float)_mm256_shuffle_ps(high_ab, high_cd, 0x44);
+    if (k + 3 < count) out[k + 3] = (Float)_mm256_shuffle_ps(high_ab, high_cd, 0xee);
+#else
+    const __m128 a = some(0), b = some(1), c = some(2), d = some(3);
+    const __m128 low_ab = _mm_unpacklo_ps(a, b), low_cd = _mm_unpacklo_ps(c, d);
+    const __m128 high_ab = _mm_unpackhi_ps(a, b), high_cd = _mm_unpackhi_ps(c, d);
+    out[k] = (Float)_mm_movelh_ps(low_ab, low_cd);
+    out[k + 1] = (Float)_mm_movehl_ps(low_cd, low_ab);
+    if (k + 2 < count) out[k + 2] = (Float)_mm_movelh_ps(high_ab, high_cd);
+    if (k + 3 < count) out[k + 3] = (Float)_mm_movehl_ps(high_cd, high_ab);
+#endif
+}
+#endif
+
 // N neighbouring floats of each lane's row.
 template <int N, typename R>
 EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
@@ -182,7 +213,11 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
         if (k + 3 < N) out[k + 3] = (Float)high(even23, odd23);
     }
 #else
-    for (int k = 0; k < N; ++k) {
+    int done = 0;
+#if defined(__SSE4_2__) && (EDGEGRAD_WIDTH == 4 || EDGEGRAD_WIDTH == 8)
+    for (; done + 1 < N; done += 4) gather_columns(rows, done, N, out);
+#endif
+    for (int k = done; k < N; ++k) {
         Float column{};
         for (int i = 0; i < W; ++i) column[i] = rows[i][k];
         out[k] = column;

@@ -9,6 +9,7 @@
 #include "boundary/placed_vertex.h"
 #include "boundary/z_order.h"
 #include "parallel.h"
+#include "scene/mesh_instances.h"
 
 namespace edgegrad {
 namespace {
@@ -183,22 +184,19 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
     EdgeOnList out;
     const CameraView& camera = scene.camera;
     if (camera.kind == kEquirectangular || !varies_over_faces(scene, options)) return out;
-    std::vector<std::vector<int32_t>> copies(static_cast<size_t>(tables.visible_meshes));
-    for (size_t k = 0; k < tables.instance_mesh.size(); ++k)
-        copies[static_cast<size_t>(tables.instance_mesh[k])].push_back(static_cast<int32_t>(k));
+    const auto instances = mesh_instances(tables);
     struct Run {
         int32_t instance;
         int8_t side;
         int64_t first, last;
     };
     std::vector<Run> runs;
-    for (size_t mesh = 0; mesh < copies.size(); ++mesh) {
-        const bool placed = !copies[mesh].empty();
-        const bool moves = asked.camera || asked.moving[mesh] || (asked.instances && placed);
+    for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
+        const bool moves =
+            asked.camera || asked.moving[mesh] || (asked.instances && is_placed(instances[mesh]));
         if (!moves || !(tables.mesh_mask[mesh] & (1 << kCameraRay))) continue;
-        if (!placed) copies[mesh].push_back(-1);
         const int64_t end = tables.mesh_first_face[mesh + 1];
-        for (int32_t instance : copies[mesh])
+        for (int32_t instance : instances[mesh])
             for (int64_t first = tables.mesh_first_face[mesh]; first < end; first += kFaceBlock)
                 runs.push_back({instance, sides[mesh], first, std::min(first + kFaceBlock, end)});
     }

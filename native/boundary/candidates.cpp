@@ -9,6 +9,7 @@
 #include "boundary/z_order.h"
 #include "kernels.h"
 #include "parallel.h"
+#include "scene/mesh_instances.h"
 
 namespace edgegrad {
 namespace {
@@ -44,9 +45,7 @@ struct Run {
 template <typename Wanted>
 std::vector<Run> runs_of(const EdgeList& edges, const Wanted& wanted) {
     const SceneTables& t = edges.tables;
-    std::vector<std::vector<int32_t>> copies(static_cast<size_t>(t.visible_meshes));
-    for (size_t k = 0; k < t.instance_mesh.size(); ++k)
-        copies[static_cast<size_t>(t.instance_mesh[k])].push_back(static_cast<int32_t>(k));
+    const auto instances = mesh_instances(t);
     std::vector<Run> runs;
     int64_t first = 0;
     for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
@@ -60,13 +59,11 @@ std::vector<Run> runs_of(const EdgeList& edges, const Wanted& wanted) {
             else
                 last = middle;
         }
-        std::vector<int32_t>& placed = copies[static_cast<size_t>(mesh)];
-        if (wanted(mesh, !placed.empty())) {
-            if (placed.empty()) placed.push_back(-1);
-            for (int32_t instance : placed)
+        const std::vector<int32_t>& copies = instances[static_cast<size_t>(mesh)];
+        if (wanted(mesh, is_placed(copies)))
+            for (int32_t instance : copies)
                 for (int64_t k = first; k < last; k += kEdgeBlock)
                     runs.push_back({mesh, instance, k, std::min(kEdgeBlock, last - k)});
-        }
         first = last;
     }
     return runs;

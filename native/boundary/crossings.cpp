@@ -9,6 +9,7 @@
 #include "boundary/picture_frame.h"
 #include "parallel.h"
 #include "scene/light_params.h"
+#include "scene/mesh_instances.h"
 #include "scene/vector.h"
 
 namespace edgegrad {
@@ -220,10 +221,9 @@ Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t 
     const auto meshes = static_cast<size_t>(tables.visible_meshes);
     std::vector<Box> boxes(meshes);
     std::vector<uint8_t> seen(meshes);
+    const auto instances = mesh_instances(tables);
     for (size_t m = 0; m < meshes; ++m) {
-        const bool placed = std::find(tables.instance_mesh.begin(), tables.instance_mesh.end(),
-                                      static_cast<int32_t>(m)) != tables.instance_mesh.end();
-        seen[m] = !placed && (tables.mesh_mask[m] & seers);
+        seen[m] = !is_placed(instances[m]) && (tables.mesh_mask[m] & seers);
         if (!seen[m]) continue;
         for (int32_t v = tables.mesh_first_vertex[m]; v < tables.mesh_first_vertex[m + 1]; ++v)
             boxes[m].add(&tables.vertices[3 * static_cast<size_t>(v)]);
@@ -271,15 +271,14 @@ Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, con
         if (emissive[faces[0]] < 0 && emissive[faces[1]] < 0) continue;
         out.add(crossings, k);
     }
+    const auto instances = mesh_instances(tables);
     for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
         const int32_t kind = tables.lights.kind[row];
         if (kind != kRectangleLight && kind != kEllipseLight) continue;
         const FlatLight light(&tables.lights.params[kLightParams * row], kind == kEllipseLight);
-        for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
-            const bool placed = std::find(tables.instance_mesh.begin(), tables.instance_mesh.end(), mesh) !=
-                                tables.instance_mesh.end();
-            if (placed || !(asked.lights || asked.moving[static_cast<size_t>(mesh)])) continue;
-            for (int32_t face : faces_in(tables, mesh, light.box, threads)) {
+        for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
+            if (is_placed(instances[mesh]) || !(asked.lights || asked.moving[mesh])) continue;
+            for (int32_t face : faces_in(tables, static_cast<int32_t>(mesh), light.box, threads)) {
                 Vector ends[2];
                 if (!light.cut_by(Triangle3(tables, face), ends)) continue;
                 for (const Vector& e : ends)

@@ -221,23 +221,17 @@ struct CrossedSegments {
     Int number, half;  // in the task; which of its pair
     ChainChoices choices;
     SpecularChain at_chosen, at_end;
-    Int common;  // how far the other end's chain is the same
-    Mask lone;   // the way to the light is another from there
+    Int common;   // how far the other end's chain is the same
+    Mask lone;    // the way to the light is another from there
+    int waiting;  // how many
 };
 
-// Copies one lane of what is nothing but packets.
-template <typename T>
-EG_INLINE void move_lane(T& to, int lane, const T& from, int other) {
-    static_assert(sizeof(T) % sizeof(Float) == 0);
-    char* const out = reinterpret_cast<char*>(&to) + 4 * lane;
-    const char* const in = reinterpret_cast<const char*>(&from) + 4 * other;
-    for (size_t k = 0; k < sizeof(T); k += sizeof(Float)) __builtin_memcpy(out + k, in + k, 4);
-}
-
-// Appends the crossings of the first `count` segments. Returns the number of all that are found.
+// Appends the crossings of the waiting segments, which wait no longer. Returns the number of all that are
+// found.
 EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                              int32_t max_depth, CrossedSegments& s, int count, ChainCrossings& out,
-                              int found) {
+                              int32_t max_depth, CrossedSegments& s, ChainCrossings& out, int found) {
+    const int count = s.waiting;
+    s.waiting = 0;
     Mask active = first_lanes(count);
     PicturePoint p = s.chosen, q = s.end;
     SpecularChain &chain_p = s.at_chosen, &chain_q = s.at_end, chain_m;
@@ -290,38 +284,38 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
 }
 
 // Of the segments from `at` on those that end at end[half] and have different chains there: appends them to
-// the `waiting` ones, of which there are `count`, and the crossings of these whenever they fill a packet.
-EG_OUTLINE void sort_out_crossed(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                                 int32_t max_depth, int64_t at, int half, const SegmentPair& s, Mask active,
-                                 ChainChoices& choices, const SpecularChain& chosen, CrossedSegments& waiting,
-                                 int& count, ChainCrossings& out, int& found) {
+// the waiting ones, and the crossings of these whenever they fill a packet. Returns the number of crossings.
+EG_OUTLINE int sort_out_crossed(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                                int32_t max_depth, int64_t at, int half, const SegmentPair& s, Mask active,
+                                ChainChoices& choices, const SpecularChain& chosen, CrossedSegments& crossed,
+                                ChainCrossings& out, int found) {
     SpecularChain end;
     trace_chain<false>(scene, task, limits, max_depth, active, s.end[half], s.stream, choices, end);
     active &= first_difference(chosen, end, active) >= 0;
-    if (!any(active)) return;
+    if (!any(active)) return found;
     Int common = end.count;
     for (int k = 0; k < kMostChain; ++k)
         common = select((k < end.count) & (end.key[k] == splat(static_cast<int>(kDead))), splat(k), common);
     const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, end, active);
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
-        move_lane(waiting.chosen, count, s.chosen, i), move_lane(waiting.end, count, s.end[half], i);
-        move_lane(waiting.stream, count, s.stream, i), move_lane(waiting.horizontal, count, s.horizontal, i);
-        waiting.number[count] = static_cast<int32_t>(at) + 2 * i + half, waiting.half[count] = half;
-        move_lane(waiting.choices, count, choices, i);
-        move_lane(waiting.at_chosen, count, chosen, i), move_lane(waiting.at_end, count, end, i);
-        move_lane(waiting.common, count, common, i), move_lane(waiting.lone, count, lone, i);
-        if (++count < W) continue;
-        found = cross_segments(scene, task, limits, max_depth, waiting, count, out, found);
-        count = 0;
+        const int to = crossed.waiting++;
+        move_lane(crossed.chosen, to, s.chosen, i), move_lane(crossed.end, to, s.end[half], i);
+        move_lane(crossed.stream, to, s.stream, i), move_lane(crossed.horizontal, to, s.horizontal, i);
+        crossed.number[to] = static_cast<int32_t>(at) + 2 * i + half, crossed.half[to] = half;
+        move_lane(crossed.choices, to, choices, i);
+        move_lane(crossed.at_chosen, to, chosen, i), move_lane(crossed.at_end, to, end, i);
+        move_lane(crossed.common, to, common, i), move_lane(crossed.lone, to, lone, i);
+        if (crossed.waiting == W) found = cross_segments(scene, task, limits, max_depth, crossed, out, found);
     }
+    return found;
 }
 
 // The crossings of a task's segments; their number.
 static int scan_kernel(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
                        int32_t max_depth, ChainCrossings& out) {
-    int found = 0, count = 0;
-    CrossedSegments waiting{};
+    int found = 0;
+    CrossedSegments crossed{};
     for (int64_t at = 0; at < task.count; at += 2 * W) {
         const SegmentPair s = scan_segments(task, at);
         ChainChoices choices;
@@ -331,10 +325,10 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
         const Mask active = s.active & (chosen.count > 1);
         if (!any(active)) continue;
         for (int half = 0; half < 2; ++half)
-            sort_out_crossed(scene, task, limits, max_depth, at, half, s, active, choices, chosen, waiting,
-                             count, out, found);
+            found = sort_out_crossed(scene, task, limits, max_depth, at, half, s, active, choices, chosen,
+                                     crossed, out, found);
     }
-    return count > 0 ? cross_segments(scene, task, limits, max_depth, waiting, count, out, found) : found;
+    return crossed.waiting > 0 ? cross_segments(scene, task, limits, max_depth, crossed, out, found) : found;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

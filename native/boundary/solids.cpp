@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "parallel.h"
+#include "scene/mesh_instances.h"
 #include "scene/vector.h"
 
 namespace edgegrad {
@@ -50,10 +51,9 @@ std::vector<uint8_t> closed_meshes(const SceneTables& t) {
 
 std::vector<SolidBody> solid_bodies(const SceneTables& t, const std::vector<uint8_t>& closed, int threads) {
     std::vector<SolidBody> bodies(closed.size());
+    const auto instances = mesh_instances(t);
     for (size_t mesh = 0; mesh < closed.size(); ++mesh) {
-        const bool placed = std::find(t.instance_mesh.begin(), t.instance_mesh.end(),
-                                      static_cast<int32_t>(mesh)) != t.instance_mesh.end();
-        if (!closed[mesh] || placed) continue;
+        if (!closed[mesh] || is_placed(instances[mesh])) continue;
         SolidBody& body = bodies[mesh];
         const auto first = static_cast<size_t>(t.mesh_first_vertex[mesh]);
         const auto last = static_cast<size_t>(t.mesh_first_vertex[mesh + 1]);

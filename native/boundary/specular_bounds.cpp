@@ -5,6 +5,7 @@
 
 #include "boundary/picture_frame.h"
 #include "boundary/placed_vertex.h"
+#include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 
 namespace edgegrad {
@@ -59,21 +60,17 @@ FilmRectangle specular_bounds(const SceneView& scene, const SceneTables& t) {
         }
         return true;
     };
-    for (size_t mesh = 0; mesh < static_cast<size_t>(t.visible_meshes); ++mesh) {
+    const auto instances = mesh_instances(t);
+    for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
         const std::vector<int64_t> vertices = vertices_of(t, mesh, materials);
-        bool placed = false;
-        for (size_t k = 0; k < t.instance_mesh.size(); ++k) {
-            if (t.instance_mesh[k] != static_cast<int32_t>(mesh)) continue;
-            placed = true;
-            if (!add(vertices, static_cast<int32_t>(k))) return all;
-        }
-        if (!placed && !add(vertices, -1)) return all;
+        for (int32_t instance : instances[mesh])
+            if (!add(vertices, instance)) return all;
     }
     FilmRectangle out = all;
     for (int axis = 0; axis < 2; ++axis) {
-        // Halves of what the film spans are exact; far beyond it bounds need not be.
-        out.low[axis] = std::max(out.low[axis], static_cast<float>(std::floor(std::max(low[axis], -1e6))));
-        out.high[axis] = std::min(out.high[axis], static_cast<float>(std::ceil(std::min(high[axis], 1e6))));
+        const double from = all.low[axis], to = all.high[axis];
+        out.low[axis] = static_cast<float>(std::clamp(std::floor(low[axis]), from, to));
+        out.high[axis] = static_cast<float>(std::clamp(std::ceil(high[axis]), from, to));
     }
     return out;
 }

@@ -20,14 +20,6 @@ EG_INLINE void keep_vertices_of_worth(VertexMemory& memory, int32_t* touched_beh
     }
 }
 
-// Moves a lane of a packet to another one's, or to an earlier one of its own.
-EG_INLINE void move_lane(const Vertex& from, int i, Vertex& to, int j) {
-    constexpr size_t kRows = sizeof(Vertex) / (sizeof(int32_t) * W);
-    int32_t* const out = reinterpret_cast<int32_t*>(&to) + j;
-    const int32_t* const in = reinterpret_cast<const int32_t*>(&from) + i;
-    for (size_t row = 0; row < kRows; ++row) out[row * W] = in[row * W];
-}
-
 // The recorded vertices of `paths` paths; work.visible is overwritten.
 static void close_up_kernel(Workspace& work, int32_t paths) {
     VertexMemory& memory = *work.vertices;
@@ -50,7 +42,7 @@ static void close_up_kernel(Workspace& work, int32_t paths) {
             continue;
         }
         if (filled + n > W) open = &memory.at<W>(count++), filled = 0;
-        for (int i = 0; i < n; ++i) move_lane(v, lanes[i], *open, filled++);
+        for (int i = 0; i < n; ++i) move_lane(*open, filled++, v, lanes[i]);
         store(open->active, first_lanes(filled));
     }
     memory.count = count;

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "scene/mesh_instances.h"
+
 namespace edgegrad {
 namespace {
 
@@ -72,6 +74,7 @@ void Bvh::check(const char* doing) const {
 void Bvh::build(const SceneTables& tables) {
     scene_ = api_.new_scene(device_);
     api_.set_scene_quality(scene_, embree::kMedium);
+    const auto instances = mesh_instances(tables);
     for (int32_t m = 0; m < tables.visible_meshes; ++m) {
         embree::Geometry g = api_.new_geometry(device_, embree::kTriangle);
         geometries_.push_back(g);
@@ -85,10 +88,8 @@ void Bvh::build(const SceneTables& tables) {
         api_.enable_argument_filter(g, true);
         api_.set_geometry_mask(g, static_cast<unsigned>(tables.mesh_mask[m]));
         api_.commit_geometry(g);
-        const bool placed = std::find(tables.instance_mesh.begin(), tables.instance_mesh.end(), m) !=
-                            tables.instance_mesh.end();
         embree::SceneHandle parent = scene_;
-        if (placed) {
+        if (is_placed(instances[static_cast<size_t>(m)])) {
             parent = api_.new_scene(device_);
             instanced_.push_back({m, parent});
         }

@@ -1,8 +1,7 @@
 #include "scene/prepared.h"
 
-#include <algorithm>
-
 #include "scene/contact_meshes.h"
+#include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
 
 namespace edgegrad {
@@ -25,11 +24,9 @@ void PreparedScene::hold_directions(const SceneTables& tables, const Asked& aske
     std::vector<int32_t> faces(tables.face_material.size(), 0),
         materials(tables.material_first_leaf.size() - 1, 0);
     bool gives = false, receives = false;
+    const auto instances = mesh_instances(tables);
     for (size_t mesh = 0; mesh < static_cast<size_t>(tables.visible_meshes); ++mesh) {
-        const auto& copies = tables.instance_mesh;
-        if (!asked.moving[mesh] ||
-            std::find(copies.begin(), copies.end(), static_cast<int32_t>(mesh)) != copies.end())
-            continue;
+        if (!asked.moving[mesh] || is_placed(instances[mesh])) continue;
         const int32_t first = tables.mesh_first_face[mesh], last = tables.mesh_first_face[mesh + 1];
         const auto emits = [&](int32_t face) { return view_.lights.face_light[face] >= 0; };
         int count = 0;

@@ -7,6 +7,7 @@
 // from namespace std is called in kernels.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #if defined(__SSE2__)
@@ -143,6 +144,15 @@ EG_INLINE void scatter(T* base, Int index, Mask m, V a) {
     for (int i = 0; i < W; ++i)
         if (m[i]) base[index[i]] = a[i];
 #endif
+}
+
+// Copies one lane of what is nothing but packets, to another's or to one of its own.
+template <typename T>
+EG_INLINE void move_lane(T& to, int lane, const T& from, int other) {
+    static_assert(sizeof(T) % sizeof(Float) == 0);
+    char* const out = reinterpret_cast<char*>(&to) + 4 * lane;
+    const char* const in = reinterpret_cast<const char*>(&from) + 4 * other;
+    for (size_t k = 0; k < sizeof(T); k += sizeof(Float)) __builtin_memcpy(out + k, in + k, 4);
 }
 
 // The same float for all lanes, read from a table: what adjoint/number.h can follow, other than a splat.

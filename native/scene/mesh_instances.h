@@ -1,0 +1,21 @@
+// Where each mesh stands.
+#pragma once
+
+#include "scene/tables.h"
+
+namespace edgegrad {
+
+// By visible mesh, the instances that place it. Without any it stands as it is: that is one copy, -1.
+inline std::vector<std::vector<int32_t>> mesh_instances(const GeometryTables& t) {
+    std::vector<std::vector<int32_t>> out(static_cast<size_t>(t.visible_meshes));
+    for (size_t k = 0; k < t.instance_mesh.size(); ++k)
+        out[static_cast<size_t>(t.instance_mesh[k])].push_back(static_cast<int32_t>(k));
+    for (std::vector<int32_t>& copies : out)
+        if (copies.empty()) copies.push_back(-1);
+    return out;
+}
+
+// Whether instances place the mesh that has these copies.
+inline bool is_placed(const std::vector<int32_t>& copies) { return copies.front() >= 0; }
+
+}  // namespace edgegrad

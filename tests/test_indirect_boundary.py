@@ -7,7 +7,7 @@ are those of shading, of edges that the camera sees, and of edges between surfac
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -90,6 +90,17 @@ def veiled() -> edgegrad.Scene:
     scene.materials["clay"].alpha = 0.4
     scene.materials["veil"] = edgegrad.Material(np.array([0.5, 0.6, 0.7]), alpha=0.5)
     scene.meshes["veil"] = rectangle((0.0, 0.8, 0.1), (0, 0, 0.7), (0.7, 0, 0), "veil")
+    return scene
+
+
+def windowed() -> edgegrad.Scene:
+    """Bounced light past a sheet of which one half lets light through: what parts them is never a silhouette."""
+    scene = bounced_light()
+    sheet = rectangle((0.1, 0.5, 0.1), (0.0, 0.05, 0.5), (0.5, 0.1, 0.0), "clay")
+    sheet.materials = ("clay", "pane")
+    sheet.face_material = np.arange(len(sheet.faces), dtype=np.int32) % 2
+    scene.materials["pane"] = replace(scene.materials["clay"], alpha=0.1)
+    scene.meshes["box"] = sheet
     return scene
 
 
@@ -184,6 +195,7 @@ CASES: dict[str, Case] = {
         moving(reflected_shadow, "box", (1.0, 0.3, 0.8)), max_depth=5, bounces=Bounces(diffuse=1), without="shadow"
     ),
     "transparent occluder": Case(moving(veiled, "box", BOX), quick=True),
+    "windows": Case(moving(windowed, "box", (1.0, 0.3, -1.0)), quick=True),
     "instances": Case(moving(instanced, "box", BOX)),
     "edge in rougher metal": Case(moving(lambda: mirrored_edge(0.3), "box", (1.0, 0.5, 0.3))),
     "edge in rough metal": Case(moving(lambda: mirrored_edge(0.1), "box", (1.0, 0.5, 0.3)), quick=True),

@@ -250,6 +250,20 @@ def veiled(theta: float) -> edgegrad.Scene:
     return scene
 
 
+def windowed(light: str) -> Make:
+    """Of a box every second triangle lets light through, so that it changes on either side of edges that are none."""
+
+    def moved(theta: float) -> edgegrad.Scene:
+        scene = box_moves(light)(theta)
+        scene.materials["pane"] = edgegrad.Material(np.array([0.7, 0.3, 0.2]), alpha=0.2)
+        mesh = scene.meshes["box"]
+        mesh.materials = ("clay", "pane")
+        mesh.face_material = np.arange(len(mesh.faces), dtype=np.int32) % 2
+        return scene
+
+    return moved
+
+
 def unseen(theta: float) -> edgegrad.Scene:
     """A box that only shadow rays meet, a card that they don't, and one that the camera doesn't see."""
     scene = box_moves("point")(theta)
@@ -276,6 +290,9 @@ HIDING: dict[str, tuple[Make, list[str]]] = {
     "instances are stretched": (stretched, BOX),
     "linked lights": (linked, [*BOX, "meshes.other.vertices"]),
     "transparent occluders": (veiled, [*BOX, "meshes.pane.vertices"]),
+    "windows under the sky": (windowed("sky"), BOX),
+    "windows under the sky's image": (windowed("sky image"), BOX),
+    "windows under a sphere": (windowed("sphere"), BOX),
     "meshes that some rays don't meet": (unseen, CARD),
     "glossy floor": (glossy, BOX),
 }

@@ -32,12 +32,14 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     s.y = still_far_end();
     if (scene.rays_differ)
         s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
-    Float density;
-    const Vec3 w = cell_direction(scene, task, p, density), across = cross(p.t, w);
-    s.towards = -w;
     // Of faces that let light pass the jump takes the place of the side.
-    const Mask clear = transparent_occluder(scene, s.active, s.edge);
     p.active = s.active;
+    const Mask clear = transparent_occluder(scene, s.active, s.edge);
+    const Mask parted = parts_light(scene, clear, s.edge);
+    Float density;
+    const Vec3 w = cell_direction(scene, task, p, parted, density), across = cross(p.t, w);
+    density = density_about(scene, task, p, parted, w, density);
+    s.towards = -w;
     const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
     s.sweep = across * sigma;
     s.active &= sigma != 0.0f;

@@ -31,6 +31,28 @@ EG_INLINE Mask transparent_occluder(const SceneView& scene, Mask active, Int edg
     return clear;
 }
 
+// Of such lanes those whose edge may let more light pass on one side than on the other wherever it comes
+// from: between faces of two materials, or of one whose share is a texture's. All others count as silhouettes
+// alone.
+EG_INLINE Mask parts_light(const SceneView& scene, Mask clear, Int edge) {
+    Mask parted = splat(0);
+    if (!any(clear)) return parted;
+    const auto& textures = scene.textures;
+    for (int i = 0; i < W; ++i) {
+        if (!clear[i]) continue;
+        const uint32_t first = scene.edge_face_first[edge[i]], last = scene.edge_face_first[edge[i] + 1];
+        const int32_t material = scene.face_material[scene.edge_faces[first]];
+        for (uint32_t k = first + 1; k < last; ++k)
+            if (scene.face_material[scene.edge_faces[k]] != material) parted[i] = -1;
+        for (int32_t leaf = scene.material_first_leaf[material];
+             leaf < scene.material_first_leaf[material + 1]; ++leaf)
+            if ((textures.leaf_program && textures.leaf_program[leaf] >= 0) ||
+                (textures.leaf_weight_program && textures.leaf_weight_program[leaf] >= 0))
+                parted[i] = -1;
+    }
+    return parted;
+}
+
 // Lanes whose x lies in a face of the edge.
 EG_INLINE Mask on_edge_face(const SceneView& scene, const PieceSample& p, const SurfacePoint& x) {
     Mask on = splat(0);

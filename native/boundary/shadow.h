@@ -26,17 +26,20 @@ namespace edgegrad::EDGEGRAD_ISA {
 // directions to an image are its own samples; each sample is weighted by the mixture's density (the balance
 // heuristic).
 EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
-                             Float& density) {
+                             Mask parted, Float& density) {
     constexpr float kByImage = 0.5f;
-    Vec3 towards = cell_direction(scene, task, p, density);
+    Vec3 towards = cell_direction(scene, task, p, parted, density);
     if (scene.sky.sampled) {
         Float pick, unused, image_u, image_v;
         sobol_pair(p.random.stream, p.random.sample, kPairStrategy, unused, pick);
         sobol_pair(p.random.stream, p.random.sample, kPairLight, image_u, image_v);
         const Mask by_image = pick < kByImage;
         towards = select(by_image, sample_environment(scene, p.active, image_u, image_v).w, towards);
-        density = (1.0f - kByImage) * density + kByImage * environment_pdf(scene, towards);
+        density = (1.0f - kByImage) * density_about(scene, task, p, parted, towards, density) +
+                  kByImage * environment_pdf(scene, towards);
+        return towards;
     }
+    density = density_about(scene, task, p, parted, towards, density);
     return towards;
 }
 
@@ -54,11 +57,11 @@ struct ShadowLight {
 
 // Sets where the light comes from.
 EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
-                                   BoundarySegment& s) {
+                                   Mask parted, BoundarySegment& s) {
     ShadowLight light;
     if (task.kind == kSkyBoundary) {
         Float density;
-        s.towards = sky_direction(scene, task, p, density);
+        s.towards = sky_direction(scene, task, p, parted, density);
         s.distance = splat(__builtin_inff());
         s.y.sky = splat(scene.sky.pixels ? -1 : 0);
         light.geometry = 1.0f / max(density, 1e-30f);
@@ -120,17 +123,16 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.point = p.a + p.t * s.u;
     s.y = still_far_end();
     s.view.sx = s.view.sy = splat(0.0f);
-    ShadowLight light = aim_at_light(scene, task, p, s);
+    // Of faces that let light pass the jump takes the place of the side.
+    const Mask clear = transparent_occluder(scene, s.active, s.edge);
+    ShadowLight light = aim_at_light(scene, task, p, parts_light(scene, clear, s.edge), s);
     if (scene.rays_differ || scene.lights.any_linked) {
         Int mesh = mesh_of(scene, edge_face(scene, s.edge));
         s.active &= (gather(scene.mesh_mask, mesh) & light.blockers) != 0;
     }
     const Vec3 across = cross(p.t, -s.towards);
     p.active = s.active;
-    Float sigma = occluder_side(scene, p, across);
-    const Mask clear = transparent_occluder(scene, s.active, s.edge);
-    // Faces that let light pass: the jump takes the place of the side.
-    sigma = select(clear, splat(1.0f), sigma);
+    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
     s.sweep = across * sigma;
     s.active &= sigma != 0.0f;
     if (!any(s.active)) return s;

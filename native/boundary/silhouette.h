@@ -2,6 +2,7 @@
 #pragma once
 
 #include "boundary/pieces.h"
+#include "sampling/hemisphere.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -63,13 +64,15 @@ EG_INLINE Float occluder_side(const SceneView& scene, const PieceSample& p, Vec3
 
 // A direction about the edge, and the density of its solid angle: its cosine to the edge goes with u, and
 // with v its azimuth in the two wedges in which both faces are on one side, each of width alpha: density 1/(4
-// alpha).
-EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Float u, Float v,
+// alpha). Lanes of `around` have any azimuth, but are told that density of the wedges, too.
+EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Mask around, Float u, Float v,
                                Float& density) {
     Vec3 axis, b1, b2;
     Float delta = splat(0.0f);
     edge_frame(scene, p, axis, b1, b2, delta);
     constexpr float kPi = 3.14159265f;
+    density = 1.0f / (4.0f * max(splat(kPi) - delta, 1e-12f));
+    delta = select(around, splat(0.0f), delta);
     const Float alpha = splat(kPi) - delta;
     const Float cosine = 2.0f * u - 1.0f, sine = sqrt(max(1.0f - cosine * cosine, 0.0f));
     const Mask second = v >= 0.5f;
@@ -78,7 +81,6 @@ EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Flo
     azimuth = select(azimuth >= 1.0f, azimuth - 1.0f, azimuth);
     Float s, c;
     sincos_turn(max(azimuth, 0.0f), s, c);
-    density = 1.0f / (4.0f * max(alpha, 1e-12f));
     return axis * cosine + (b1 * c + b2 * s) * sine;
 }
 
@@ -91,14 +93,27 @@ EG_INLINE float cell_numbers(const BoundaryTask& task, const PieceSample& p, Flo
     return 1.0f / (width * width);
 }
 
-// A direction in the wedges for these numbers.
+// A direction for these numbers: in the wedges, of half of the lanes of `parted` anywhere. `density`: in the
+// wedges alone (density_about).
 EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
-                              Float& density) {
+                              Mask parted, Float& density) {
     Float u, v;
     const float cells = cell_numbers(task, p, u, v);
-    const Vec3 w = wedge_direction(scene, p, u, v, density);
+    const Mask around = parted & (v >= 0.5f);
+    v = select(parted, 2.0f * v - select(around, splat(1.0f), splat(0.0f)), v);
+    const Vec3 w = wedge_direction(scene, p, around, u, v, density);
     density = density * cells;
     return w;
+}
+
+// The density of these directions at any w where the edge counts, from that in the wedges.
+EG_INLINE Float density_about(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+                              Mask parted, Vec3 w, Float density) {
+    if (!any(parted)) return density;
+    const Mask within = occluder_side(scene, p, cross(p.t, w)) != 0.0f;
+    const float cells = static_cast<float>(task.direction_cells) * static_cast<float>(task.direction_cells);
+    const Float both = select(within, density, splat(0.0f)) + splat(cells * (0.25f * kInvPi));
+    return select(parted, 0.5f * both, density);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -24,7 +24,7 @@ from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .renderer import TERMS
 from .scene import Scene
 from .shadow_plan import horizon_rule, missing_shadows
-from .shape import close_pairs, convex
+from .shape import close_pairs, convex, hide_nothing
 from .specular_plan import aimed_materials, mirrored_light, mirrored_shadows, specular_materials, specular_rule
 from .table_derivatives import wanted_tables
 from .tables import Tables
@@ -226,8 +226,10 @@ def _indirect(
         zero = "no vertex is a parameter and the camera stands still: what surfaces see of each other stays"
     elif not any(_reflects(scene, name) for name in scene.meshes):
         zero = "every surface is black: none passes light on"
-    elif len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
-        zero = f"'{next(iter(edges))}' is alone and convex: it doesn't light itself"
+    elif not lets_light_pass(scene) and hide_nothing(list(placed.values())):
+        names = " and ".join(repr(name) for name in placed)
+        zero = (f"{names} is alone and convex: it doesn't light itself" if len(placed) == 1 else
+                f"{names} are convex and apart: nothing is between any two surfaces")
     elif not kept and not curves:
         zero = "every edge is between two faces of one plane, never a silhouette"
     if zero:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -77,6 +77,16 @@ def _boxes_meet(a: Mesh, b: Mesh) -> bool:
     (low_a, high_a), (low_b, high_b) = ((m.vertices.min(axis=0), m.vertices.max(axis=0)) for m in (a, b))
     slack = TOLERANCE * float(np.linalg.norm(np.maximum(high_a, high_b) - np.minimum(low_a, low_b)))
     return bool((low_a <= high_b + slack).all() and (low_b <= high_a + slack).all())
+
+
+def hide_nothing(placed: Sequence[Mesh]) -> bool:
+    """Whether nothing is between any two points of some opaque meshes: one or two convex ones, apart from each other.
+
+    A straight line from one to the other has left the first and hasn't met the second.
+    """
+    if len(placed) > 2 or any(mesh.instances is not None for mesh in placed):
+        return False
+    return all(convex(mesh) for mesh in placed) and (len(placed) < 2 or not pierces(*placed))
 
 
 def _one_sided(sheet: Mesh, other: Mesh, slack: float) -> bool:

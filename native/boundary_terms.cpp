@@ -132,7 +132,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                 [&] { return over_picture(kPicturePieces * samples, chains); }, chains, 0.0, samples,
                 kOutlineShare, nullptr, std::make_shared<EdgeTree>(scene, edges.tables, outlines, true));
     }
-    if (options.indirect && options.max_depth >= 3 && !scene.convex) {
+    if (options.indirect && options.max_depth >= 3) {
         const double samples = kIndirectShare * picture;
         const bool chains = options.max_depth > 3;
         const auto kept = silhouettes();

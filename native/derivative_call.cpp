@@ -54,6 +54,12 @@ RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, Der
     return options;
 }
 
+// The options for edges: where nothing is between surfaces, none hides one from another.
+RenderOptions of_edges(RenderOptions options, bool hides_no_surface) {
+    options.indirect = options.indirect && !hides_no_surface;
+    return options;
+}
+
 bool anything_moves(const Asked& asked) {
     return asked.camera || asked.lights || asked.rotation || asked.any_mesh_moves();
 }
@@ -99,17 +105,18 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       learns(learned) {
     if (options.interior && !shading_is_constant(scene, e.tables_, wanted, options.max_depth))
         image_chunks = plan.chunks;
-    if (anything_moves(asked) && (options.primary || options.shadow || options.indirect)) {
+    const RenderOptions edges = of_edges(options, options.indirect && e.hides_no_surface());
+    if (anything_moves(asked) && (edges.primary || edges.shadow || edges.indirect)) {
         const auto normals = e.normals();
         terms = boundary_terms(
-            scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_, lights, e.kept_},
-            options, asked, e.guided_, e.aimed_, learned);
+            scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_, lights, e.kept_}, edges,
+            asked, e.guided_, e.aimed_, learned);
     }
     if (image_chunks > 0 && geometry)
         edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, asked, e.threads_);
     if (edge_on) boundary_chunks += edge_on->chunks();
     if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
-    specular = SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), wanted, e.kept_);
+    specular = SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), wanted, e.kept_);
     if (specular) boundary_chunks += specular->chunks();
     for (const BoundaryTerm& term : terms)
         for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "boundary/candidates.h"
+#include "boundary/convex_meshes.h"
 #include "film/pixel_filter.h"
 #include "sampling_plan.h"
 #include "scene/prepared.h"
@@ -14,6 +15,9 @@
 namespace edgegrad {
 
 namespace {
+
+// Of more meshes one may be between two others.
+constexpr size_t kMostConvex = 2;
 
 // Whether light can only leave surfaces above their triangles.
 bool lambertian_and_flat(const SceneTables& tables) {
@@ -41,9 +45,11 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
     tables_.edge_faces = std::move(faces);
     tables_.edge_opposite = std::move(opposite);
     closed_ = closed_meshes(tables_);
-    connected_ = closed_.size() == 1 && closed_[0] && connected(tables_);
+    connected_.clear();
+    for (size_t mesh = 0; mesh < closed_.size() && closed_.size() <= kMostConvex; ++mesh)
+        connected_.push_back(closed_[mesh] && is_connected(tables_, mesh));
     bodies_ = nullptr;
-    convex_.reset(), flat_.reset();
+    forget_shapes();
     kept_.clear();
     has_edges_ = true;
 }
@@ -126,7 +132,7 @@ void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
     bodies_ = nullptr;
     normals_ = nullptr;
     kept_.clear();
-    convex_.reset(), flat_.reset();
+    forget_shapes();
     if (far) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);
     bvh_->update(tables_, moved, far);
@@ -146,18 +152,45 @@ std::shared_ptr<const std::vector<float>> Engine::normals() const {
     return normals_;
 }
 
+void Engine::forget_shapes() {
+    const std::lock_guard<std::mutex> lock(made_lock_);
+    convex_.clear();
+    apart_.reset();
+}
+
+// Whether a mesh hides nothing of itself: a flat sheet, or a convex body. Of few meshes' scenes.
+bool Engine::is_convex_mesh(size_t mesh) const {
+    const int8_t side = (*bodies())[mesh].side;
+    const std::lock_guard<std::mutex> lock(made_lock_);
+    convex_.resize(closed_.size());
+    std::optional<bool>& convex = convex_[mesh];
+    if (!convex && closed_[mesh])
+        convex = connected_[mesh] && side != 0 && is_convex(tables_, mesh, side, threads_);
+    else if (!convex)
+        convex = is_flat(tables_, mesh);
+    return *convex;
+}
+
 // Whether the scene is a flat sheet or one convex body, seen from outside, whose light only leaves it above
 // its triangles.
 bool Engine::hides_no_light() const {
     if (closed_.size() != 1 || !lambertian_and_flat(tables_)) return false;
-    const auto found = bodies();
-    const bool outside = solid_sides(*found, tables_.camera)[0] != 0;
+    if (closed_[0] && solid_sides(*bodies(), tables_.camera)[0] == 0) return false;
+    return is_convex_mesh(0);
+}
+
+// Whether nothing is between any two surfaces: one or two meshes, each of which hides nothing of itself,
+// apart from each other. A ray from one to the other has left the first and hasn't met the second
+// (core/shape.py). What light passes through may have borders anywhere on it.
+bool Engine::hides_no_surface() const {
+    if (closed_.empty() || closed_.size() > kMostConvex || !tables_.instance_mesh.empty()) return false;
+    for (int32_t flags : tables_.leaf_flags)
+        if (flags & kHasTransparency) return false;
+    for (size_t mesh = 0; mesh < closed_.size(); ++mesh)
+        if (!is_convex_mesh(mesh)) return false;
     const std::lock_guard<std::mutex> lock(made_lock_);
-    if (!flat_) flat_ = is_flat(tables_);
-    if (*flat_) return true;
-    if (!connected_ || !outside) return false;
-    if (!convex_) convex_ = is_convex(tables_, (*found)[0].side, threads_);
-    return *convex_;
+    if (!apart_) apart_ = closed_.size() < 2 || are_apart(tables_, 0, 1);
+    return *apart_;
 }
 
 void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {

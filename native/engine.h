@@ -90,7 +90,10 @@ class Engine {
     void moved_vertices(const std::vector<int32_t>& moved, bool far);
     std::shared_ptr<const std::vector<SolidBody>> bodies() const;
     std::shared_ptr<const std::vector<float>> normals() const;
+    void forget_shapes();
+    bool is_convex_mesh(size_t mesh) const;
     bool hides_no_light() const;
+    bool hides_no_surface() const;
 
     const embree::Api& api_;
     const KernelTable& kernels_;
@@ -105,7 +108,8 @@ class Engine {
     // The same, until vertices change.
     mutable std::shared_ptr<const std::vector<SolidBody>> bodies_;
     mutable std::shared_ptr<const std::vector<float>> normals_;
-    mutable std::optional<bool> convex_, flat_;
+    mutable std::vector<std::optional<bool>> convex_;  // by mesh
+    mutable std::optional<bool> apart_;                // the scene's two
     mutable KeptEdges kept_;
     mutable SpareBuffers spare_;
     std::unique_ptr<Bvh> bvh_;
@@ -113,8 +117,8 @@ class Engine {
     bool has_edges_ = false, guided_ = true;
     float aimed_ = 0.25f;
     // What the topology alone says, once the edges are known.
-    std::vector<uint8_t> closed_;  // by mesh
-    bool connected_ = false;
+    std::vector<uint8_t> closed_;     // by mesh
+    std::vector<uint8_t> connected_;  // by mesh, of scenes of one or two
 };
 
 }  // namespace edgegrad

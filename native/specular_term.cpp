@@ -52,7 +52,7 @@ std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Scene
                         (scene.lights.count > 0 || scene.has_environment) &&
                         (moves || wanted.moves_lights() || wanted.any("environment_rotation"));
     // One that a surface lights by another takes one more.
-    const bool surfaces = options.indirect && options.max_depth >= 4 && !scene.convex && moves;
+    const bool surfaces = options.indirect && options.max_depth >= 4 && moves;
     if (!(edges || lights || surfaces) || !may_be_specular(tables)) return std::nullopt;
     const FilmRectangle film = specular_bounds(scene, tables);
     if (film.empty()) return std::nullopt;

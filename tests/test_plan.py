@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -34,11 +35,32 @@ def with_floor(scene: Scene) -> Scene:
     return scene
 
 
+def beside(scene: Scene) -> Scene:
+    """Another object like the first, next to it."""
+    like = scene.meshes["object"]
+    scene.meshes = {**scene.meshes, "beside": Mesh(like.vertices + [3.0, 0.3, 0.2], like.faces, ("clay",))}
+    return scene
+
+
 def with_neighbour(scene: Scene) -> Scene:
     """A floor, and another object beside the first, which hides parts of it from the floor."""
-    scene = with_floor(scene)
-    beside = scene.meshes["object"]
-    scene.meshes = {**scene.meshes, "beside": Mesh(beside.vertices + [3.0, 0.0, 0.0], beside.faces, ("clay",))}
+    return beside(with_floor(scene))
+
+
+def within_room(scene: Scene) -> Scene:
+    """Closed walls around the object and the camera, who sees it light them."""
+    like = scene.meshes["object"]
+    scene.meshes = {**scene.meshes, "room": Mesh(20.0 * like.vertices, like.faces, ("clay",))}
+    return scene
+
+
+def veiled(scene: Scene) -> Scene:
+    """The object lets a part of the light through, by faces of another share beside each other."""
+    scene.materials["veil"] = replace(scene.materials["clay"], alpha=0.3)
+    mesh = scene.meshes["object"]
+    mesh.vertices = 0.6 * mesh.vertices + [0.0, 0.0, 0.5]
+    mesh.materials = ("clay", "veil")
+    mesh.face_material = np.arange(len(mesh.faces), dtype=np.int32) % 2
     return scene
 
 
@@ -79,6 +101,8 @@ ZERO: dict[str, tuple[Scene, list[str], str, int, str]] = {
     "still meshes see the same": (with_floor(box()), ["lights.lamp.power"], "indirect", 3, "stays"),
     "black surfaces pass nothing on": (black(with_floor(box())), [VERTICES], "indirect", 4, "every surface is black"),
     "convex and alone lights nothing": (box(), [VERTICES], "indirect", 4, "'object' is alone and convex"),
+    "two convex bodies": (beside(box()), [VERTICES], "indirect", 4, "'object' and 'beside' are convex and apart"),
+    "a body on a floor": (with_floor(box()), [VERTICES], "indirect", 4, "'object' and 'floor' are convex and apart"),
     "lights on black": (black(box()), ["lights.lamp.power"], "interior", 2, "every surface is black"),
 }
 
@@ -110,6 +134,8 @@ NOT_ZERO: dict[str, tuple[Scene, list[str], str]] = {
     "its own shadow": (bent(), [VERTICES], "shadow"),
     "emissive edges": (glowing(box()), [VERTICES], "primary"),
     "light between surfaces": (with_neighbour(box()), [VERTICES], "indirect"),
+    "a body within a room": (within_room(box()), [VERTICES], "indirect"),
+    "veils over a floor": (veiled(with_floor(box())), [VERTICES], "indirect"),
 }
 
 

@@ -9,6 +9,7 @@
 #include "boundary/z_order.h"
 #include "kernels.h"
 #include "parallel.h"
+#include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
 
 namespace edgegrad {
@@ -47,24 +48,13 @@ std::vector<Run> runs_of(const EdgeList& edges, const Wanted& wanted) {
     const SceneTables& t = edges.tables;
     const auto instances = mesh_instances(t);
     std::vector<Run> runs;
-    int64_t first = 0;
     for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
-        // Edges are in the order of their meshes.
-        const auto end = static_cast<uint32_t>(t.mesh_first_face[static_cast<size_t>(mesh) + 1]);
-        int64_t last = edges.count();
-        for (int64_t low = first; low < last;) {
-            const int64_t middle = (low + last) / 2;
-            if (t.edge_faces[t.edge_face_first[static_cast<size_t>(middle)]] < end)
-                low = middle + 1;
-            else
-                last = middle;
-        }
         const std::vector<int32_t>& copies = instances[static_cast<size_t>(mesh)];
-        if (wanted(mesh, is_placed(copies)))
-            for (int32_t instance : copies)
-                for (int64_t k = first; k < last; k += kEdgeBlock)
-                    runs.push_back({mesh, instance, k, std::min(kEdgeBlock, last - k)});
-        first = last;
+        if (!wanted(mesh, is_placed(copies))) continue;
+        const auto [first, last] = mesh_edges(t, static_cast<size_t>(mesh));
+        for (int32_t instance : copies)
+            for (int64_t k = first; k < last; k += kEdgeBlock)
+                runs.push_back({mesh, instance, k, std::min(kEdgeBlock, last - k)});
     }
     return runs;
 }

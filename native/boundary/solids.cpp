@@ -1,7 +1,6 @@
 #include "boundary/solids.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <numeric>
 
@@ -102,98 +101,6 @@ std::vector<int8_t> solid_sides(const std::vector<SolidBody>& bodies, const Came
         sides.push_back(inside || depth <= camera.clip_start ? int8_t{0} : body.side);
     }
     return sides;
-}
-
-bool connected(const SceneTables& t) {
-    const auto faces = static_cast<size_t>(t.mesh_first_face[static_cast<size_t>(t.visible_meshes)]);
-    std::vector<uint32_t> parent(faces);
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](uint32_t f) {
-        while (parent[f] != f) f = parent[f] = parent[parent[f]];
-        return f;
-    };
-    size_t parts = faces;
-    for (size_t edge = 0; edge + 1 < t.edge_face_first.size(); ++edge) {
-        const uint32_t first = t.edge_face_first[edge];
-        for (uint32_t k = first + 1; k < t.edge_face_first[edge + 1]; ++k) {
-            const uint32_t a = root(t.edge_faces[first]), b = root(t.edge_faces[k]);
-            parts -= a != b;
-            parent[b] = a;
-        }
-    }
-    return parts == 1;
-}
-
-bool is_convex(const SceneTables& t, int8_t side, int threads) {
-    if (side == 0) return false;
-    const auto vertex = [&](uint32_t v, double (&out)[3]) {
-        for (int c = 0; c < 3; ++c) out[c] = t.vertices[3 * static_cast<size_t>(v) + c];
-    };
-    // Flat quads are concave by a rounding.
-    constexpr double kSlack = 1e-6;
-    // A face without area has no normal: it could line a concave edge and hide it.
-    constexpr double kSliver = 1e-6;
-    const auto has_area = [&](size_t face) {
-        double p[3][3];
-        for (int k = 0; k < 3; ++k) vertex(static_cast<uint32_t>(t.faces[3 * face + k]), p[k]);
-        double a[3], b[3], c[3];
-        for (int k = 0; k < 3; ++k)
-            a[k] = p[1][k] - p[0][k], b[k] = p[2][k] - p[0][k], c[k] = p[2][k] - p[1][k];
-        const double area =
-            std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
-        const double longest = std::max(
-            {std::hypot(a[0], a[1], a[2]), std::hypot(b[0], b[1], b[2]), std::hypot(c[0], c[1], c[2])});
-        return area > kSliver * longest * longest;
-    };
-    const auto bends_out = [&](size_t edge) {
-        const uint32_t first = t.edge_face_first[edge];
-        const int32_t* f = &t.faces[3 * static_cast<size_t>(t.edge_faces[first])];
-        double p[3][3], q[3];
-        for (int k = 0; k < 3; ++k) vertex(static_cast<uint32_t>(f[k]), p[k]);
-        vertex(t.edge_opposite[first + 1], q);
-        double a[3], b[3], d[3];
-        for (int c = 0; c < 3; ++c) a[c] = p[1][c] - p[0][c], b[c] = p[2][c] - p[0][c], d[c] = q[c] - p[0][c];
-        const double m[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-        const double height = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
-        return side * height <= kSlack * std::hypot(m[0], m[1], m[2]) * std::hypot(d[0], d[1], d[2]);
-    };
-    // Edges first: most bodies have a concave one soon.
-    std::atomic<bool> convex{true};
-    const auto all = [&](size_t count, const auto& holds) {
-        const auto blocks = static_cast<int64_t>((count + kBlock - 1) / kBlock);
-        parallel_for(threads, blocks, nullptr, [&](int, int64_t block) {
-            const auto first = static_cast<size_t>(block) * kBlock;
-            for (size_t k = first; k < std::min(count, first + kBlock) && convex; ++k)
-                if (!holds(k)) convex = false;
-        });
-    };
-    all(t.edge_face_first.size() - 1, bends_out);
-    all(static_cast<size_t>(t.mesh_first_face[1]), has_area);
-    return convex;
-}
-
-bool is_flat(const SceneTables& t) {
-    // As core/shape.py has it, relative to the sheet's size.
-    constexpr double kSlack = 1e-6;
-    const auto faces = static_cast<size_t>(t.mesh_first_face[1]);
-    const auto corner = [&](size_t face, size_t k) -> Vector {
-        const float* p = &t.vertices[3 * static_cast<size_t>(t.faces[3 * face + k])];
-        return {p[0], p[1], p[2]};
-    };
-    // The plane of the largest face.
-    Vector normal{0, 0, 0}, at{0, 0, 0};
-    double size = 0.0;
-    for (size_t f = 0; f < faces; ++f) {
-        const Vector a = corner(f, 0), m = cross(corner(f, 1) - a, corner(f, 2) - a);
-        if (dot(m, m) > dot(normal, normal)) normal = m, at = a;
-    }
-    for (size_t f = 0; f < faces; ++f)
-        for (size_t k = 0; k < 3; ++k) size = std::max(size, length(corner(f, k) - at));
-    const double most = kSlack * size * length(normal);
-    for (size_t f = 0; f < faces; ++f)
-        for (size_t k = 0; k < 3; ++k)
-            if (!(std::abs(dot(normal, corner(f, k) - at)) <= most)) return false;
-    return faces > 0 && dot(normal, normal) > 0.0;
 }
 
 }  // namespace edgegrad

@@ -23,14 +23,4 @@ std::vector<SolidBody> solid_bodies(const SceneTables& tables, const std::vector
 // itself and so turns parts of itself inside out, it costs noise, not truth.
 std::vector<int8_t> solid_sides(const std::vector<SolidBody>& bodies, const CameraView& camera);
 
-// Whether the faces of all visible meshes hang together through edges.
-bool connected(const SceneTables& tables);
-
-// Whether a scene's one mesh, closed and connected, bounds a convex body: all of its faces have an area, and
-// all of its edges are convex. From outside, nothing hides its light from it then, and no shadow falls on it.
-bool is_convex(const SceneTables& tables, int8_t side, int threads);
-
-// Whether a scene's one mesh is a flat sheet: nothing hides its light from it then, from either side.
-bool is_flat(const SceneTables& tables);
-
 }  // namespace edgegrad

@@ -92,7 +92,7 @@ def pierced(theta: float) -> edgegrad.Scene:
 
 CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
     "ball": (ball, BALL, {}),
-    "orthographic": (seen_by(kind="ORTHOGRAPHIC", ortho_width=2.9), BALL, {}),
+    "orthographic": (seen_by(kind="ORTHOGRAPHIC", ortho_width=2.9), BALL, {"eps": 0.005}),
     "lens, wide filter": (seen_by(
         aperture_radius=0.3, focus_distance=5.0, aperture_ratio=1.5, aperture_blades=5, pixel_aspect=1.3,
         filter="BLACKMAN_HARRIS", filter_width=2.0), BALL, {}),

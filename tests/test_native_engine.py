@@ -268,8 +268,7 @@ def test_a_convex_body_alone_is_skipped_rightly() -> None:
     for term in ("interior", "shadow"):
         a, b = (r.render_forward(v, spp=16, terms=(term,)) for r in (skipped, traced))
         assert alike(a, b)
-        if term == "shadow":
-            assert not a.any() and not b.any()
+        assert a.any() == (term == "interior")  # the speck's own shadow is met by chance
 
 
 def sheet_alone(*, beside: bool) -> edgegrad.Scene:

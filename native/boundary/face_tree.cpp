@@ -41,7 +41,9 @@ FaceTree::FaceTree(const SceneTables& tables, std::vector<int32_t> faces) : face
     for (int32_t face : faces_) normals_.push_back(unit_normal(tables, face));
     order_.resize(faces_.size());
     std::iota(order_.begin(), order_.end(), size_t{0});
+    sorted_.resize(faces_.size());
     if (!faces_.empty()) build(0, faces_.size());
+    sorted_ = {};
 }
 
 std::vector<FaceTree::Pair> FaceTree::pairs(size_t wanted) const {
@@ -97,12 +99,13 @@ size_t FaceTree::build(size_t first, size_t last) {
     for (int c = 1; c < 3; ++c)
         if (centres.high[c] - centres.low[c] > centres.high[axis_of] - centres.low[axis_of]) axis_of = c;
     const size_t middle = (first + last) / 2;
-    const auto centre = [&](size_t k) { return boxes_[k].low[axis_of] + boxes_[k].high[axis_of]; };
-    const auto place = [&](size_t k) { return order_.begin() + static_cast<ptrdiff_t>(k); };
-    std::nth_element(place(first), place(middle), place(last), [&](size_t a, size_t b) {
-        const float ca = centre(a), cb = centre(b);
-        return ca < cb || (ca == cb && a < b);
-    });
+    for (size_t k = first; k < last; ++k) {
+        const Box& b = boxes_[order_[k]];
+        sorted_[k] = {b.low[axis_of] + b.high[axis_of], order_[k]};
+    }
+    const auto place = [&](size_t k) { return sorted_.begin() + static_cast<ptrdiff_t>(k); };
+    std::nth_element(place(first), place(middle), place(last));
+    for (size_t k = first; k < last; ++k) order_[k] = sorted_[k].second;
     build(first, middle);
     const size_t right = build(middle, last);
     nodes_[at].right = right;

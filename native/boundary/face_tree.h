@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "scene/tables.h"
@@ -114,6 +115,7 @@ class FaceTree {
     std::vector<Box> boxes_;
     std::vector<Vector> normals_;
     std::vector<size_t> order_;
+    std::vector<std::pair<float, size_t>> sorted_;  // while it is built: places along an axis, and faces
     std::vector<Node> nodes_;
 };
 

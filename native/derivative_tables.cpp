@@ -127,11 +127,16 @@ Wanted::Span Wanted::span(const std::string& table) const {
     return at == spans_.end() ? Span{} : at->second;
 }
 
-std::vector<double> SpareBuffers::take() {
-    const std::lock_guard<std::mutex> lock(lock_);
-    if (buffers_.empty()) return {};
-    std::vector<double> buffer = std::move(buffers_.back());
-    buffers_.pop_back();
+std::vector<double> SpareBuffers::take(size_t size) {
+    std::vector<double> buffer;
+    {
+        const std::lock_guard<std::mutex> lock(lock_);
+        if (!buffers_.empty()) {
+            buffer = std::move(buffers_.back());
+            buffers_.pop_back();
+        }
+    }
+    buffer.resize(size);
     return buffer;
 }
 
@@ -159,15 +164,9 @@ GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wan
     groups_.resize(std::clamp<size_t>((size_t{1} << 22) / std::max<size_t>(size_, 1), 4, 32));
 }
 
-GradientGroups::~GradientGroups() {
-    for (std::vector<double>& group : groups_)
-        if (!group.empty()) spare_.give(std::move(group));
-}
-
 GradientGroups::View GradientGroups::view(int64_t group) {
     std::vector<double>& values = groups_[static_cast<size_t>(group)];
-    values = spare_.take();
-    values.assign(size_, 0.0);
+    values = spare_.take(size_);
     return again(group);
 }
 
@@ -198,12 +197,17 @@ TableValues GradientGroups::reduce(int threads) {
         parallel_for(
             threads, static_cast<int64_t>((size + kPart - 1) / kPart), nullptr, [&](int, int64_t part) {
                 const size_t begin = static_cast<size_t>(part) * kPart, end = std::min(size, begin + kPart);
-                for (const std::vector<double>& group : groups_) {
+                for (std::vector<double>& group : groups_) {
                     if (group.empty()) continue;  // no work came to it
-                    for (size_t k = begin; k < end; ++k) sum[p.span.first + k] += group[p.offset + k];
+                    double* const values = group.data() + p.offset;
+                    for (size_t k = begin; k < end; ++k) sum[p.span.first + k] += values[k];
+                    // Cleared while it is near: by itself that takes as long as summing.
+                    std::fill(values + begin, values + end, 0.0);
                 }
             });
     }
+    for (std::vector<double>& group : groups_)
+        if (!group.empty()) spare_.give(std::move(group));
     return out;
 }
 

@@ -68,11 +68,11 @@ class Wanted {
     std::vector<uint8_t> moving_;
 };
 
-// Buffers that calls leave to later ones: of fresh memory every page is a fault, which took half the time of
-// clearing and summing the gradients of 100,000 vertices.
+// Buffers of zeros that calls leave to later ones: of fresh memory every page is a fault, which took half the
+// time of clearing and summing the gradients of 100,000 vertices.
 class SpareBuffers {
  public:
-    std::vector<double> take();
+    std::vector<double> take(size_t size);
     void give(std::vector<double> buffer);
 
  private:
@@ -84,7 +84,6 @@ class SpareBuffers {
 class GradientGroups {
  public:
     GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareBuffers& spare);
-    ~GradientGroups();
     GradientGroups(const GradientGroups&) = delete;
     GradientGroups& operator=(const GradientGroups&) = delete;
 
@@ -97,6 +96,7 @@ class GradientGroups {
     View view(int64_t group);
     // The same buffers with what is in them.
     View again(int64_t group);
+    // Their sum; once, after which the buffers are spare.
     TableValues reduce(int threads);
 
  private:

@@ -289,9 +289,23 @@ Candidates over_directions(const Candidates& edges, double wanted, bool chains) 
     const double each = std::max(1.0, wanted / static_cast<double>(edges.size()));
     const auto n = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
     const double pieces = std::max(1.0, wanted / (n * n));
-    return cut(edges, n, chains, [&](size_t i, std::vector<float>& u) {
+    const auto parts_of = [&](size_t i) {
         const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
-        const auto parts = static_cast<int64_t>(std::max(1.0, std::round(pieces * mass / edges.mass())));
+        return static_cast<int64_t>(std::max(1.0, std::round(pieces * mass / edges.mass())));
+    };
+    if (n == 1 && !chains) {
+        // Of dense meshes every edge is one piece with one cell.
+        size_t i = 0;
+        while (i < edges.edge.size() && parts_of(i) == 1) ++i;
+        if (i == edges.edge.size()) {
+            Candidates out = edges;
+            out.direction_cells = 1;
+            out.cell.assign(i, 0);
+            return out;
+        }
+    }
+    return cut(edges, n, chains, [&](size_t i, std::vector<float>& u) {
+        const int64_t parts = parts_of(i);
         const float length = (edges.u1[i] - edges.u0[i]) / static_cast<float>(parts);
         for (int64_t part = 0; part <= parts; ++part)
             u.push_back(edges.u0[i] + length * static_cast<float>(part));

@@ -187,7 +187,7 @@ void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Bo
     std::vector<int32_t> many = faces_in(tables, other, common, threads);
     if (few.size() > many.size()) std::swap(few, many);
     if (few.empty()) return;
-    const FaceTree tree(tables, std::move(many));
+    const FaceTree tree(tables, std::move(many), threads);
     constexpr size_t kBlock = 256;
     std::vector<Crossings> parts((few.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
@@ -203,7 +203,7 @@ void search_self(const SceneTables& tables, int32_t mesh, int threads, Crossings
     std::vector<int32_t> faces(static_cast<size_t>(tables.mesh_first_face[static_cast<size_t>(mesh) + 1] -
                                                    tables.mesh_first_face[static_cast<size_t>(mesh)]));
     std::iota(faces.begin(), faces.end(), tables.mesh_first_face[static_cast<size_t>(mesh)]);
-    const FaceTree tree(tables, std::move(faces));
+    const FaceTree tree(tables, std::move(faces), threads);
     const std::vector<FaceTree::Pair> pairs = tree.pairs(256);
     std::vector<Crossings> parts(pairs.size());
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t k) {

@@ -1,12 +1,20 @@
 #include "boundary/face_tree.h"
 
 #include <cmath>
-#include <numeric>
+
+#include "parallel.h"
 
 namespace edgegrad {
 namespace {
 
 constexpr size_t kLeaf = 8;
+// Levels of the tree that are built by one thread.
+constexpr int kLevels = 4;
+
+// Nodes of a tree over so many faces.
+size_t node_count(size_t faces) {
+    return faces <= kLeaf ? 1 : 1 + node_count(faces / 2) + node_count(faces - faces / 2);
+}
 
 Vector unit_normal(const SceneTables& t, int32_t face) {
     const auto p = [&](size_t k) -> Vector {
@@ -34,15 +42,31 @@ Cone::Cone(Vector to, double angle) : axis(to), cosine(-2.0), sine(0.0) {
     if (left > 0.0) cosine = std::cos(left), sine = std::sin(left);
 }
 
-FaceTree::FaceTree(const SceneTables& tables, std::vector<int32_t> faces) : faces_(std::move(faces)) {
-    boxes_.reserve(faces_.size());
-    for (int32_t face : faces_) boxes_.push_back(box_of(tables, face));
-    normals_.reserve(faces_.size());
-    for (int32_t face : faces_) normals_.push_back(unit_normal(tables, face));
-    order_.resize(faces_.size());
-    std::iota(order_.begin(), order_.end(), size_t{0});
-    sorted_.resize(faces_.size());
-    if (!faces_.empty()) build(0, faces_.size());
+FaceTree::FaceTree(const SceneTables& tables, std::vector<int32_t> faces, int threads)
+    : faces_(std::move(faces)) {
+    const size_t count = faces_.size();
+    if (count == 0) return;
+    boxes_.resize(count), normals_.resize(count), order_.resize(count), sorted_.resize(count);
+    constexpr size_t kBlock = 2048;
+    parallel_for(threads, static_cast<int64_t>((count + kBlock - 1) / kBlock), nullptr,
+                 [&](int, int64_t block) {
+                     const size_t first = static_cast<size_t>(block) * kBlock;
+                     for (size_t k = first; k < std::min(count, first + kBlock); ++k) {
+                         boxes_[k] = box_of(tables, faces_[k]);
+                         normals_[k] = unit_normal(tables, faces_[k]);
+                         order_[k] = k;
+                     }
+                 });
+    nodes_.resize(node_count(count));
+    // The first levels one after the other, then what is below them at once.
+    std::vector<Subtree> open{{0, 0, count}};
+    for (int level = 0; level < kLevels; ++level) {
+        std::vector<Subtree> below;
+        for (const Subtree& s : open) split(s, below);
+        open = std::move(below);
+    }
+    parallel_for(threads, static_cast<int64_t>(open.size()), nullptr,
+                 [&](int, int64_t k) { build(open[static_cast<size_t>(k)]); });
     sorted_ = {};
 }
 
@@ -77,9 +101,14 @@ bool FaceTree::divide(const Pair& pair, std::vector<Pair>& out) const {
     return true;
 }
 
-size_t FaceTree::build(size_t first, size_t last) {
-    const size_t at = nodes_.size();
-    nodes_.push_back({{}, {}, first, last, 0});
+void FaceTree::build(const Subtree& subtree) {
+    std::vector<Subtree> below;
+    split(subtree, below);
+    for (const Subtree& s : below) build(s);
+}
+
+void FaceTree::split(const Subtree& subtree, std::vector<Subtree>& below) {
+    const auto [at, first, last] = subtree;
     Box box, centres;
     Vector sum{0, 0, 0};
     for (size_t k = first; k < last; ++k) {
@@ -92,9 +121,8 @@ size_t FaceTree::build(size_t first, size_t last) {
     const Vector axis = sum * (1.0 / std::max(length(sum), 1e-300));
     double least = 1.0;
     for (size_t k = first; k < last; ++k) least = std::min(least, dot(axis, normals_[order_[k]]));
-    nodes_[at].box = box;
-    nodes_[at].cone = Cone(axis, std::acos(std::clamp(least, -1.0, 1.0)));
-    if (last - first <= kLeaf) return at;
+    nodes_[at] = {box, Cone(axis, std::acos(std::clamp(least, -1.0, 1.0))), first, last, 0};
+    if (last - first <= kLeaf) return;
     int axis_of = 0;
     for (int c = 1; c < 3; ++c)
         if (centres.high[c] - centres.low[c] > centres.high[axis_of] - centres.low[axis_of]) axis_of = c;
@@ -106,10 +134,9 @@ size_t FaceTree::build(size_t first, size_t last) {
     const auto place = [&](size_t k) { return sorted_.begin() + static_cast<ptrdiff_t>(k); };
     std::nth_element(place(first), place(middle), place(last));
     for (size_t k = first; k < last; ++k) order_[k] = sorted_[k].second;
-    build(first, middle);
-    const size_t right = build(middle, last);
-    nodes_[at].right = right;
-    return at;
+    nodes_[at].right = at + 1 + node_count(middle - first);
+    below.push_back({at + 1, first, middle});
+    below.push_back({nodes_[at].right, middle, last});
 }
 
 }  // namespace edgegrad

@@ -59,7 +59,7 @@ class FaceTree {
         bool leaf() const { return right == 0; }
     };
 
-    FaceTree(const SceneTables& tables, std::vector<int32_t> faces);
+    FaceTree(const SceneTables& tables, std::vector<int32_t> faces, int threads);
 
     // visit(face) for the faces whose boxes meet this one.
     template <typename Visit>
@@ -109,7 +109,14 @@ class FaceTree {
     // Appends the pairs of the nodes' children; false if there are none: leaves, or nothing can cross.
     bool divide(const Pair& pair, std::vector<Pair>& out) const;
 
-    size_t build(size_t first, size_t last);
+    // A node that is to be built, over the faces order_[first] to order_[last - 1]. Its nodes come one after
+    // the other, so that subtrees are built at once.
+    struct Subtree {
+        size_t at, first, last;
+    };
+    void build(const Subtree& subtree);
+    // Makes the node, and appends its children.
+    void split(const Subtree& subtree, std::vector<Subtree>& below);
 
     std::vector<int32_t> faces_;
     std::vector<Box> boxes_;

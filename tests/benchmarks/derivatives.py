@@ -33,7 +33,7 @@ import edgegrad
 from edgegrad.native_engine import instruction_sets
 from tests import peer_scenes
 from tests.benchmarks.derivative_report import markdown, plot
-from tests.benchmarks.mitsuba_peer import MitsubaPeer
+from tests.benchmarks.mitsuba_peer import REST, MitsubaPeer
 from tests.benchmarks.versus_mitsuba import processor
 from tests.block_statistics import block_sums
 from tests.test_references import FOLDERS
@@ -46,9 +46,6 @@ QUICK = ("tri_background", "sphere_env", "shadow_occluder", "glossy_emitter")
 PEER_WRONG = ("crease", "blob_flat", "camera_move", "point_shadow", "glass_sphere", "dense_200k")
 # Mitsuba's default guiding costs up to 100 s a gradient: it is measured on demand.
 SLOW_SETTINGS = ("default guiding",)
-# Seconds between the renderers' turns. Mitsuba's worker threads go on looking for work for 20 ms after a call: a call
-# of ours that follows at once took 1.3 to 1.6 times as long (cornell_albedo at 4 samples, 15 instead of 12 ms).
-REST = 0.04
 # Block sums of the mean further than this from the differences, noise taken out, aren't called right.
 RIGHT = 0.1
 

@@ -27,7 +27,7 @@ from tests import peer_scenes
 from tests.benchmarks import scenes
 from tests.benchmarks.fresh_process import FirstPicture
 from tests.benchmarks.fresh_process import measure as first_picture
-from tests.benchmarks.mitsuba_peer import MitsubaPeer
+from tests.benchmarks.mitsuba_peer import REST, MitsubaPeer
 from tests.benchmarks.report import markdown
 
 SPP = (16, 64)
@@ -99,6 +99,7 @@ def take_turns(calls: dict[str, Call], runs: int) -> dict[str, tuple[float, list
     results: dict[str, list[Any]] = {name: [] for name in calls}
     for seed in range(runs):
         for name, call in calls.items():
+            time.sleep(REST)
             start = time.perf_counter()
             result = call(seed)
             seconds[name].append(time.perf_counter() - start)

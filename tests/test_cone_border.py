@@ -86,9 +86,9 @@ QUICK = ("point: light moves", "linear: cone opens", "sphere: light turns", "dis
 
 @pytest.mark.parametrize("name", slow_but(CASES, QUICK))
 def test_borders_of_spots_agree_with_central_differences(name: str) -> None:
-    # The reference has few samples near a border: it takes many.
+    # The reference has few samples near a border: it takes many, and of few seeds it looks surer than it is.
     need_every_table()
-    check_agreement(along(*CASES[name]), spp=128, reference_spp=2048)
+    check_agreement(along(*CASES[name]), spp=128, reference_spp=2048, reference_seeds=48)
 
 
 def test_borders_by_way_of_a_wall_agree_with_central_differences() -> None:

@@ -88,6 +88,10 @@ def _table(report: Report, spp: int, peer_wrong: Sequence[str], right: float) ->
     return lines
 
 
+# Gradients of a larger relative variance aren't drawn: in glass_sphere Mitsuba's overflow.
+DRAWN = 1e4
+
+
 def plot(report: Report, path: Path) -> None:
     """Error of block sums against seconds of the derivative picture, and noise of the gradient, by case."""
     import matplotlib
@@ -107,7 +111,8 @@ def plot(report: Report, path: Path) -> None:
             rows = [r for r in report.rows if (r.case, r.renderer) == (case, renderer)]
             axis.plot([r.blocks.seconds for r in rows], [max(r.blocks.error or 0.0, 1e-4) for r in rows], "o-",
                       color=color, markersize=3, linewidth=1.2, label=f"{renderer}: derivative picture, blocks")
-            found = [(r.gradient.seconds, r.gradient.variance**0.5) for r in rows if r.gradient is not None]
+            found = [(r.gradient.seconds, r.gradient.variance**0.5) for r in rows
+                     if r.gradient is not None and r.gradient.variance < DRAWN]
             axis.plot(*zip(*found, strict=True) if found else ([], []), "s--", color=color, markersize=2.5,
                       linewidth=0.8, label=f"{renderer}: gradient, noise")
         axis.set_xscale("log"), axis.set_yscale("log")

@@ -75,11 +75,21 @@ class Budget:
         terms = set(self._variance)
         share = self._divided(self._time, terms)
         if "interior" in terms:
-            # Samples of pixels are even for powers of two alone.
-            share["interior"] = 2.0 ** round(math.log2(share["interior"]))
-            left = self._time - COST["interior"] * self._samples["interior"] * share["interior"]
-            share |= self._divided(left, terms - {"interior"})
+            # Samples of pixels are even for powers of two alone: the next below or above, whichever leaves less
+            # variance with what the others then get. (The nearer one left the primary term of blob_flat an eighth.)
+            best = math.log2(share["interior"])
+            share = min((self._with_interior(2.0**power, terms) for power in {math.floor(best), math.ceil(best)}),
+                        key=self._left)
         self._share |= share
+
+    def _with_interior(self, interior: float, terms: set[str]) -> dict[str, float]:
+        """The best shares of some terms for this one of the interior."""
+        left = self._time - COST["interior"] * self._samples["interior"] * interior
+        return {"interior": interior} | self._divided(left, terms - {"interior"})
+
+    def _left(self, share: Mapping[str, float]) -> float:
+        """The variance that these shares leave."""
+        return sum(self._variance[t] / (self._samples[t] * share[t]) for t in share)
 
     def _divided(self, time: float, terms: set[str]) -> dict[str, float]:
         """The best shares of some terms."""

@@ -183,6 +183,18 @@ def measured(variances: Mapping[str, float], samples: Mapping[str, float], times
     return budget
 
 
+def test_even_samples_of_the_interior_leave_time_for_the_others() -> None:
+    # What blob_flat measures: the best share of the interior is 1.5, to which 2 is the nearer power of two.
+    samples = {"interior": 278504.0, "primary": 117964.0, "shadow": 150000.0}
+    variances = {"interior": 224000.0, "primary": 23000.0, "shadow": 1490.0}
+    shares = dict(zip(TERMS, measured(variances, samples).shares(), strict=True))
+    assert shares["interior"] == 1.0
+    assert sum(variances[t] / (samples[t] * shares[t]) for t in samples) < 1.1
+    # Where the interior is nearly all of it, it gets more.
+    noisy = measured({**variances, "interior": 2e6}, samples).shares()
+    assert noisy[TERMS.index("interior")] == 2.0
+
+
 def test_the_budget_is_that_of_least_variance() -> None:
     samples = {"indirect": 1000.0, "primary": 600.0, "shadow": 2000.0}
     variances = {"indirect": 3.0, "primary": 2.0, "shadow": 0.5}

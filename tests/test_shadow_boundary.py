@@ -304,6 +304,17 @@ def test_what_hides_light_agrees_with_central_differences(name: str) -> None:
     check_agreement(along(*HIDING[name]))
 
 
+def test_windows_draw_no_lines_on_the_floor() -> None:
+    """Edges in a window's plane have no directions in it of their own: where it meets the floor nothing is special."""
+    need_every_table()
+    scene, tangent = along(*HIDING["windows under the sky"])(0.0)
+    scene.camera = replace(scene.camera, width=72, height=72)
+    renderer = Renderer(scene, engine="native")
+    pictures = [renderer.render_forward(tangent, spp=256, seed=k, terms=("shadow",)) for k in range(4)]
+    floor = np.mean(pictures, axis=0)[40:]
+    assert 0.0 < np.abs(floor).max() < 12.0 * np.sqrt((floor**2).mean())  # 7; with such lines 23
+
+
 # ---------------------------------------------------------------- reverse mode
 DOT: dict[str, tuple[Make, list[str]]] = {
     **{name: CASES[name] for name in (

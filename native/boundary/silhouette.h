@@ -62,16 +62,23 @@ EG_INLINE Float occluder_side(const SceneView& scene, const PieceSample& p, Vec3
     return sigma;
 }
 
-// A direction about the edge, and the density of its solid angle: its cosine to the edge goes with u, and
-// with v its azimuth in the two wedges in which both faces are on one side, each of width alpha: density 1/(4
-// alpha). Lanes of `around` have any azimuth, but are told that density of the wedges, too.
-EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Mask around, Float u, Float v,
+// Wedges of less than this angle are not sampled by themselves where other directions count, too: what
+// rounding makes of their directions is in them or not by chance.
+constexpr float kLeastWedge = 1e-3f;
+
+// A direction about the edge: its cosine to the edge goes with u, and with v its azimuth in the two wedges in
+// which both faces are on one side, each of width alpha. `density`: of its solid angle there, 1/(4 alpha).
+// Half of the lanes of `parted` have any azimuth (density_about), and all whose wedges are narrow.
+EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Mask parted, Float u, Float v,
                                Float& density) {
     Vec3 axis, b1, b2;
     Float delta = splat(0.0f);
     edge_frame(scene, p, axis, b1, b2, delta);
     constexpr float kPi = 3.14159265f;
-    density = 1.0f / (4.0f * max(splat(kPi) - delta, 1e-12f));
+    const Float wedge = splat(kPi) - delta;
+    density = 1.0f / (4.0f * max(wedge, 1e-12f));
+    const Mask wide = wedge > kLeastWedge, around = parted & (~wide | (v >= 0.5f));
+    v = select(parted & wide, 2.0f * v - select(around, splat(1.0f), splat(0.0f)), v);
     delta = select(around, splat(0.0f), delta);
     const Float alpha = splat(kPi) - delta;
     const Float cosine = 2.0f * u - 1.0f, sine = sqrt(max(1.0f - cosine * cosine, 0.0f));
@@ -93,27 +100,26 @@ EG_INLINE float cell_numbers(const BoundaryTask& task, const PieceSample& p, Flo
     return 1.0f / (width * width);
 }
 
-// A direction for these numbers: in the wedges, of half of the lanes of `parted` anywhere. `density`: in the
-// wedges alone (density_about).
+// A direction for these numbers, and the density of the wedges there.
 EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
                               Mask parted, Float& density) {
     Float u, v;
     const float cells = cell_numbers(task, p, u, v);
-    const Mask around = parted & (v >= 0.5f);
-    v = select(parted, 2.0f * v - select(around, splat(1.0f), splat(0.0f)), v);
-    const Vec3 w = wedge_direction(scene, p, around, u, v, density);
+    const Vec3 w = wedge_direction(scene, p, parted, u, v, density);
     density = density * cells;
     return w;
 }
 
-// The density of these directions at any w where the edge counts, from that in the wedges.
+// The density of these directions at any w where the edge counts, from that of the wedges.
 EG_INLINE Float density_about(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
                               Mask parted, Vec3 w, Float density) {
     if (!any(parted)) return density;
-    const Mask within = occluder_side(scene, p, cross(p.t, w)) != 0.0f;
     const float cells = static_cast<float>(task.direction_cells) * static_cast<float>(task.direction_cells);
-    const Float both = select(within, density, splat(0.0f)) + splat(cells * (0.25f * kInvPi));
-    return select(parted, 0.5f * both, density);
+    const float even = cells * (0.25f * kInvPi);
+    const Mask wide = density < splat(cells * (0.25f / kLeastWedge));
+    const Mask within = occluder_side(scene, p, cross(p.t, w)) != 0.0f;
+    const Float both = select(wide, 0.5f * (select(within, density, splat(0.0f)) + even), splat(even));
+    return select(parted, both, density);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -86,7 +86,7 @@ def hide_nothing(placed: Sequence[Mesh]) -> bool:
     """
     if len(placed) > 2 or any(mesh.instances is not None for mesh in placed):
         return False
-    return all(convex(mesh) for mesh in placed) and (len(placed) < 2 or not pierces(*placed))
+    return (len(placed) < 2 or not pierces(*placed)) and all(convex(mesh) for mesh in placed)
 
 
 def _one_sided(sheet: Mesh, other: Mesh, slack: float) -> bool:

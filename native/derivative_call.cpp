@@ -54,12 +54,6 @@ RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, Der
     return options;
 }
 
-// The options for edges: where nothing is between surfaces, none hides one from another.
-RenderOptions of_edges(RenderOptions options, bool hides_no_surface) {
-    options.indirect = options.indirect && !hides_no_surface;
-    return options;
-}
-
 bool anything_moves(const Asked& asked) {
     return asked.camera || asked.lights || asked.rotation || asked.any_mesh_moves();
 }
@@ -105,7 +99,9 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       learns(learned) {
     if (options.interior && !shading_is_constant(scene, e.tables_, wanted, options.max_depth))
         image_chunks = plan.chunks;
-    const RenderOptions edges = of_edges(options, options.indirect && e.hides_no_surface());
+    // Where nothing is between surfaces, no edge hides one from another.
+    RenderOptions edges = options;
+    edges.indirect = options.indirect && options.max_depth >= 3 && !e.hides_no_surface();
     if (anything_moves(asked) && (edges.primary || edges.shadow || edges.indirect)) {
         const auto normals = e.normals();
         terms = boundary_terms(

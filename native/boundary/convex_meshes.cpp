@@ -8,8 +8,8 @@
 
 #include "boundary/face_tree.h"
 #include "parallel.h"
+#include "scene/face_vectors.h"
 #include "scene/mesh_edges.h"
-#include "scene/vector.h"
 
 namespace edgegrad {
 namespace {
@@ -23,39 +23,26 @@ struct Plane {
     Vector at, normal;  // unit
 };
 
-Vector place(const SceneTables& t, int32_t v) {
-    const float* p = &t.vertices[3 * static_cast<size_t>(v)];
-    return {p[0], p[1], p[2]};
-}
-
 // The plane in which a mesh lies: that of its largest face; none, if it isn't flat.
 std::optional<Plane> plane_of(const SceneTables& t, size_t mesh) {
-    const int32_t first = t.mesh_first_face[mesh], last = t.mesh_first_face[mesh + 1];
-    const auto vertex = [&](int32_t face, size_t k) {
-        return place(t, t.faces[3 * static_cast<size_t>(face) + k]);
-    };
+    const auto first = static_cast<size_t>(t.mesh_first_face[mesh]);
+    const auto last = static_cast<size_t>(t.mesh_first_face[mesh + 1]);
     Plane plane{{0, 0, 0}, {0, 0, 0}};
-    for (int32_t f = first; f < last; ++f) {
-        const Vector a = vertex(f, 0), m = cross(vertex(f, 1) - a, vertex(f, 2) - a);
-        if (dot(m, m) > dot(plane.normal, plane.normal)) plane = {a, m};
+    for (size_t f = first; f < last; ++f) {
+        const Vector m = area_normal(t, f);
+        if (dot(m, m) > dot(plane.normal, plane.normal)) plane = {face_corner(t, f, 0), m};
     }
     const double area = length(plane.normal);
     if (!(area > 0.0)) return std::nullopt;
     plane.normal = plane.normal * (1.0 / area);
-    double size = 0.0, height = 0.0;
-    for (int32_t f = first; f < last; ++f)
-        for (size_t k = 0; k < 3; ++k) {
-            const Vector d = vertex(f, k) - plane.at;
-            size = std::max(size, length(d)), height = std::max(height, std::abs(dot(plane.normal, d)));
-        }
-    return height <= kOnPlane * size ? std::optional(plane) : std::nullopt;
-}
-
-Box bounds(const SceneTables& t, size_t mesh) {
-    Box box;
-    for (int32_t v = t.mesh_first_vertex[mesh]; v < t.mesh_first_vertex[mesh + 1]; ++v)
-        box.add(&t.vertices[3 * static_cast<size_t>(v)]);
-    return box;
+    double size = 0.0;
+    for (size_t f = first; f < last; ++f)
+        for (size_t k = 0; k < 3; ++k) size = std::max(size, length(face_corner(t, f, k) - plane.at));
+    for (size_t f = first; f < last; ++f)
+        for (size_t k = 0; k < 3; ++k)
+            if (!(std::abs(dot(plane.normal, face_corner(t, f, k) - plane.at)) <= kOnPlane * size))
+                return std::nullopt;
+    return plane;
 }
 
 // Whether a mesh is flat, and the other one on one side of its plane; it may stand on it.
@@ -64,7 +51,8 @@ bool is_one_sided(const SceneTables& t, size_t sheet, size_t other, double slack
     if (!plane) return false;
     double low = 0.0, high = 0.0;
     for (int32_t v = t.mesh_first_vertex[other]; v < t.mesh_first_vertex[other + 1]; ++v) {
-        const double height = dot(plane->normal, place(t, v) - plane->at);
+        const float* p = &t.vertices[3 * static_cast<size_t>(v)];
+        const double height = dot(plane->normal, Vector{p[0], p[1], p[2]} - plane->at);
         low = std::min(low, height), high = std::max(high, height);
     }
     return low >= -slack || high <= slack;
@@ -146,7 +134,7 @@ bool is_convex(const SceneTables& t, size_t mesh, int8_t side, int threads) {
 bool is_flat(const SceneTables& t, size_t mesh) { return plane_of(t, mesh).has_value(); }
 
 bool are_apart(const SceneTables& t, size_t one, size_t other) {
-    const Box a = bounds(t, one), b = bounds(t, other);
+    const Box a = mesh_box(t, one), b = mesh_box(t, other);
     double size = 0.0;
     for (const Box* box : {&a, &b}) {
         double square = 0.0;

@@ -224,9 +224,7 @@ Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t 
     const auto instances = mesh_instances(tables);
     for (size_t m = 0; m < meshes; ++m) {
         seen[m] = !is_placed(instances[m]) && (tables.mesh_mask[m] & seers);
-        if (!seen[m]) continue;
-        for (int32_t v = tables.mesh_first_vertex[m]; v < tables.mesh_first_vertex[m + 1]; ++v)
-            boxes[m].add(&tables.vertices[3 * static_cast<size_t>(v)]);
+        if (seen[m]) boxes[m] = mesh_box(tables, m);
     }
     Crossings out;
     for (size_t a = 0; a < meshes; ++a) {

@@ -37,6 +37,13 @@ Box box_of(const SceneTables& t, int32_t face) {
     return box;
 }
 
+Box mesh_box(const SceneTables& t, size_t mesh) {
+    Box box;
+    for (int32_t v = t.mesh_first_vertex[mesh]; v < t.mesh_first_vertex[mesh + 1]; ++v)
+        box.add(&t.vertices[3 * static_cast<size_t>(v)]);
+    return box;
+}
+
 Cone::Cone(Vector to, double angle) : axis(to), cosine(-2.0), sine(0.0) {
     const double left = 0.5 * kOneDirection - angle;
     if (left > 0.0) cosine = std::cos(left), sine = std::sin(left);

@@ -31,6 +31,7 @@ struct Box {
 
 const float* corner(const SceneTables& t, int32_t face, size_t k);
 Box box_of(const SceneTables& t, int32_t face);
+Box mesh_box(const SceneTables& t, size_t mesh);
 
 // Directions about an axis.
 struct Cone {

@@ -61,6 +61,16 @@ def before_mirror(moving: str) -> Make:
     return make
 
 
+def thin_rods(theta: float) -> edgegrad.Scene:
+    """Rods before a mirror, in which each is half a pixel wide: most places beside them show what is behind them."""
+    made = before_mirror("nothing")(0.0)
+    del made.meshes["box"]
+    for k, turned in enumerate((0.1, 0.9, 1.7)):
+        rod = box((0.5 * k - 0.3, 0.1, 0.8), (0.03, 0.03, 0.8), "warm", turned)
+        made.meshes[f"rod {k}"] = shifted(rod, theta * np.array([1.0, 0.5, 0.0])) if k != 1 else rod
+    return made
+
+
 def round_mirror(moving: str) -> Make:
     """A box beside a mirroring ball."""
 
@@ -170,6 +180,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "small mirror: box moves": (small_mirror("PERSPECTIVE"), ["meshes.box.vertices"]),
     "small mirror: box moves, orthographic": (small_mirror("ORTHOGRAPHIC"), ["meshes.box.vertices"]),
     "flat mirror: box moves": (before_mirror("box"), ["meshes.box.vertices"]),
+    "flat mirror: thin rods move": (thin_rods, ["meshes.rod 0.vertices", "meshes.rod 2.vertices"]),
     "flat mirror: mirror moves": (before_mirror("mirror"), ["meshes.mirror.vertices"]),
     "flat mirror: camera moves": (before_mirror("camera"), ["camera.to_world"]),
     "round mirror: box moves": (round_mirror("box"), ["meshes.box.vertices"]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import permutations
 
 from .held_light import HeldLight, lets_light_pass
-from .light import is_disk
+from .light import turns_with_point
 from .motion import Motion
 from .primary_plan import is_stepped
 from .scene import Scene
@@ -26,8 +26,8 @@ def touching_meshes(scene: Scene, moves: Motion, held: HeldLight, max_depth: int
     perfect = set(specular_materials(scene))
     jumping = {name for name, parts in leaves.items()
                if any(is_stepped(texture) for leaf in parts for texture in leaf.textures.values())}
-    disks = any(map(is_disk, scene.lights.values()))
+    turning = any(map(turns_with_point, scene.lights.values()))
     plain = {name: mesh for name, mesh in scene.meshes.items()
-             if perfect.isdisjoint(mesh.used_materials) and not (disks and is_bent(scene, name))}
+             if perfect.isdisjoint(mesh.used_materials) and not (turning and is_bent(scene, name))}
     return [(one, other) for one, other in permutations(plain, 2)
             if jumping.isdisjoint(plain[other].used_materials) and (max_depth > 2 or scene.emits(other))]

@@ -203,6 +203,11 @@ class AreaLight(_Light):
 Light = PointLight | SpotLight | SunLight | AreaLight
 
 
+def turns_with_point(light: Light) -> bool:
+    """Whether the places of a light that are held in derivatives turn with the point that it lights."""
+    return isinstance(light, PointLight | SpotLight) and light.radius > 0.0
+
+
 def is_disk(light: Light) -> bool:
     """Whether a light is a disk that faces each point that it lights."""
     return isinstance(light, PointLight | SpotLight) and light.radius > 0.0 and not light.sphere

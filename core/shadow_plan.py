@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ._check import RAYS
-from .light import AreaLight, Light, SunLight, is_disk
+from .light import AreaLight, Light, SunLight, turns_with_point
 from .material_table import NORMAL_MAP, flags
 from .motion import Motion
 from .scene import Scene
@@ -31,7 +31,7 @@ def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str
         lit.append("other surfaces")
     if not lit:
         return False, "skipped: horizons, since all lights are without size: where faces cut them off is at edges"
-    turning = any(map(is_disk, scene.lights.values()))
+    turning = any(map(turns_with_point, scene.lights.values()))
     if not (moves.meshes or moves.sky or set(sized) & set(moves.lights) or (moves.camera and turning)):
         return False, "skipped: horizons, since neither surfaces nor what lights them moves"
     of = " and ".join([", ".join(lit[:-1]), lit[-1]] if lit[1:] else lit)

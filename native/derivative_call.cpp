@@ -67,8 +67,8 @@ bool horizons_move(const SceneView& scene, const RenderOptions& options, const A
     const bool lit = scene.has_environment || (scene.lights.kinds & ~kPointlike);
     if (!lit && !(options.indirect && options.max_depth > 2)) return false;
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
-    // A light that faces what it lights turns with that.
-    const bool turns = scene.lights.kinds & 1 << kDiskLight;
+    // Some lights turn with what they light.
+    const bool turns = scene.lights.kinds & kTurningLights;
     return asked.any_mesh_moves() || asked.rotation || (asked.lights && sized) || (asked.camera && turns);
 }
 

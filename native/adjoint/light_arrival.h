@@ -53,11 +53,6 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
     const Mask without_size = is(kPointSource);
     const Mask sphere = is(kSphereLight), disk = is(kDiskLight);
     const Mask flat = is(kRectangleLight) | is(kEllipseLight);
-    if (any(sphere)) {
-        const Vec3 n = place * (1.0f / max(detach(l.radius), 1e-30f));
-        y = select(sphere, l.position + n * l.radius, y);
-        m = select(sphere, n * (l.radius * l.radius), m);
-    }
     if (any(disk)) {
         const Vec3 way = l.position - x;
         const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
@@ -78,18 +73,28 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
     LightArrival a;
     const Segment segment = segment_to(x, y, m, without_size);
     a.w = segment.w, a.measure = segment.measure;
-    const Mask direction = is(kDirectionLight), cone = is(kConeLight);
+    const Mask direction = is(kDirectionLight), cone = is(kConeLight) | sphere;
     a.w = select(direction, -l.direction, a.w);
     if (any(cone)) {
-        const Vec3 axis = -l.direction;
+        // A place of a cone of directions: that of a sun, or of a sphere as x sees it.
+        Vec3 axis = -l.direction, way = offset;
+        Float cap = l.one_minus_cos;
+        if (any(sphere)) {
+            const Vec3 to_center = l.position - x;
+            const Float d2 = dot(to_center, to_center);
+            axis = select(sphere, to_center * (1.0f / max(sqrt(d2), 1e-30f)), axis);
+            cap = select(sphere, sphere_cap(d2, l.radius), cap);
+            way = select(sphere, offset * (1.0f / max(sqrt(dot(offset, offset)), 1e-30f)), way);
+        }
         Vec3 a1, a2;
         basis(axis, a1, a2);
-        const Float q = (1.0f - dot(offset, detach(axis))) / max(detach(l.one_minus_cos), 1e-30f);
-        const Float z = 1.0f - l.one_minus_cos * q, sine = sqrt(max(1.0f - z * z, 0.0f));
-        const Float turn = relative(sine);
-        const Vec3 across = a1 * (dot(offset, detach(a1)) * turn) + a2 * (dot(offset, detach(a2)) * turn);
-        a.w = select(cone, across + axis * z, a.w);
-        a.measure = select(cone, relative(l.one_minus_cos), a.measure);
+        const Float s = dot(way, detach(a1)), t = dot(way, detach(a2)), c = dot(way, detach(axis));
+        // 1 - c has no digits left in narrow cones.
+        const Float rise = select(c > 0.5f, (s * s + t * t) / (1.0f + max(c, splat(0.5f))), 1.0f - c);
+        const Float z_rise = cap * (rise / max(detach(cap), 1e-30f));
+        const Float turn = relative(sqrt(max(z_rise * (2.0f - z_rise), 0.0f)));
+        a.w = select(cone, (a1 * s + a2 * t) * turn + axis * (1.0f - z_rise), a.w);
+        a.measure = select(cone, relative(cap), a.measure);
     }
     a.measure = select(direction, splat(1.0f), a.measure);
     a.radiance = l.radiance * light_factor(l, a.w);

@@ -24,7 +24,8 @@ struct ChainLight {
     Int face, instance;  // or of a surface; -1: none. Neither: the sky
     Mask scatters;       // light of a surface is what it scatters, else what it emits
     Float b1, b2;        // place on the face
-    // y; of distant ones the direction to them, of a disk that faces x its two coordinates.
+    // y; of distant ones the direction to them, of disks that face x, and cones about
+    // spheres, two coordinates.
     Vec3 place;
     Int blockers, visible_to;
     Float density;  // of y by dM
@@ -77,8 +78,6 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
         y = select(disk, l.position + a * light.place.x + b * light.place.y, y);
         normal = select(disk, axis, normal);
     }
-    const Mask sphere = on_row & light.is(kSphereLight);
-    if (any(sphere)) normal = select(sphere, (y - l.position) * (1.0f / max(l.radius, 1e-30f)), normal);
     normal = select(on_row & (light.is(kRectangleLight) | light.is(kEllipseLight)), l.direction, normal);
     const Mask on_face = active & (light.face >= 0);
     if (any(on_face)) {
@@ -95,6 +94,25 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     seen.distance = select(distant, splat(__builtin_inff()), r);
     const Float facing = select(on_row & light.is(kPointSource), splat(1.0f), abs(dot(normal, seen.w)));
     seen.measure = select(distant, splat(1.0f), facing / r2);
+    const Mask sphere = on_row & light.is(kSphereLight);
+    if (any(sphere)) {
+        // The place's radius in the unit disk is the root of its share of the cone.
+        const Vec3 c = l.position - x;
+        const Float d2 = max(dot(c, c), 1e-30f), cap = sphere_cap(d2, l.radius);
+        const Vec3 axis = c * (1.0f / sqrt(d2));
+        Vec3 a, b;
+        basis(axis, a, b);
+        const Float q = light.place.x * light.place.x + light.place.y * light.place.y, rise = q * cap;
+        const Float sine = sqrt(cap * (2.0f - rise));  // by the radius
+        const Vec3 w = (a * light.place.x + b * light.place.y) * sine + axis * (1.0f - rise);
+        const Float half2 = (1.0f - q) * cap * (2.0f - cap - rise);
+        const Float outside = sqrt(d2) * (1.0f - rise - sqrt(max(half2, 0.0f)));
+        seen.w = select(sphere, w, seen.w);
+        seen.distance =
+            select(sphere, select(l.radius * l.radius < d2, outside, sphere_distance(c, l.radius, w)),
+                   seen.distance);
+        seen.measure = select(sphere, cap, seen.measure);
+    }
     return seen;
 }
 
@@ -227,6 +245,19 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
             basis(way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), a, b);
             const Vec3 across = light.place - l.position;
             light.place = select(disk, {dot(across, a), dot(across, b), splat(0.0f)}, light.place);
+        }
+        const Mask sphere = at & light.is(kSphereLight);
+        if (any(sphere)) {
+            const LightRow l = gather_light(scene.lights, select(sphere, s.row, splat(0)));
+            const Vec3 c = l.position - x.x.position;
+            const Float d2 = max(dot(c, c), 1e-30f), cap = sphere_cap(d2, l.radius);
+            Vec3 a, b;
+            basis(c * (1.0f / sqrt(d2)), a, b);
+            const Float along = dot(s.w, a), across = dot(s.w, b), rest = dot(s.w, c) * (1.0f / sqrt(d2));
+            const Float sine2 = max(along * along + across * across, 1e-37f);
+            const Float rise = select(rest > 0.5f, sine2 / (1.0f + max(rest, splat(0.5f))), 1.0f - rest);
+            const Float scale = sqrt(min(rise / max(cap, 1e-30f), splat(1.0f)) / sine2);
+            light.place = select(sphere, {along * scale, across * scale, splat(0.0f)}, light.place);
         }
         // What a sample weighs holds the measure of its place as seen from here.
         const ChainLightRay seen = see_chain_light(scene, at, light, x.x.position);

@@ -105,7 +105,7 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
         value = select(clear, value * transparent_jump(scene, p, lit & clear, s.u, across, w), value);
     jump = select(lit, value, jump);
     by_x = select(lit, across * -way.lambda, by_x);
-    const Mask on_row = lit & light.is(kDiskLight);
+    const Mask on_row = lit & (light.row >= 0) & turns_with_point(light.kind);
     if (any(on_row)) {
         Float row[kLightParams];
         const Vec3 offset = w * select(is_distant(way.y), splat(1.0f), way.light.distance);

@@ -132,11 +132,11 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     cut.y.b2 = light.b2;
     cut.y.row = select(light.active, light.row, splat(-1)), cut.y.kind = light.kind;
     cut.rides = 1.0f - held_share(scene, cut.active, p.segment - 1, s.x, cut.y);
-    const Mask disk = cut.active & (light.row >= 0) & (light.kind == splat(static_cast<int>(kDiskLight)));
+    const Mask turns = cut.active & (light.row >= 0) & turns_with_point(light.kind);
     Mask moves = face_point_moves(scene, asked, cut.active, cut.face, cut.instance) |
                  face_point_moves(scene, asked, cut.active & (cut.y.face >= 0), cut.y.face, cut.y.instance);
     if (asked.want_lights) moves |= cut.active & (cut.y.row >= 0);
-    if (asked.want_camera) moves |= disk;
+    if (asked.want_camera) moves |= turns;
     cut.active &= moves;
     if (!any(cut.active)) return;
 
@@ -154,9 +154,9 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     const Vec3 through =
         transmittance(scene, cut.active & light.casts_shadow, start, direction, far, {light.blockers});
     cut.color = select(light.casts_shadow, cut.color * through, cut.color);
-    if (any(disk & cut.active & (p.segment == 1))) {
-        cut.view = place_in_picture(scene, cut.active & disk, s.x.position, path_index(task.image, p.path));
-        cut.slides = cut.active & disk & (p.segment == 1) & cut.view.active;
+    if (any(turns & cut.active & (p.segment == 1))) {
+        cut.view = place_in_picture(scene, cut.active & turns, s.x.position, path_index(task.image, p.path));
+        cut.slides = cut.active & turns & (p.segment == 1) & cut.view.active;
     }
 }
 

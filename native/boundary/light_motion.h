@@ -2,7 +2,9 @@
 // term (adjoint/light_arrival.h), in which a sample is a fixed place in the frame of its light. With the
 // light at p, and g the adjoint of the velocity of y:
 //   point               y = p
-//   sphere              y = p + n R,                 n fixed
+//   sphere              -w as of a cone about p - x with sin = R/|p - x|; where x sees its edge stays there,
+//   so that
+//                       no derivative is divided by the cosine, as it would be with y at a fixed place of it
 //   disk facing x       y = p + (a s + b t) R,       a, b the basis across p - x; s, t fixed
 //   rectangle, ellipse  y = p + X s + Y t,           X, Y half the extents; s, t fixed
 // and of distant lights, with g the adjoint of the velocity of the direction -w to the light:
@@ -23,6 +25,10 @@ EG_INLINE Int kind_of_rows(const LightView& lights, Int row) {
     return kind;
 }
 
+EG_INLINE Mask turns_with_point(Int kind) {
+    return (kind == splat(static_cast<int>(kSphereLight))) | (kind == splat(static_cast<int>(kDiskLight)));
+}
+
 // The adjoint of the unit vector n from those of its basis vectors (simd/vector.h).
 EG_INLINE Vec3 basis_adjoint(Vec3 n, Vec3 ga, Vec3 gb) {
     const Float sign = select(n.z >= 0.0f, splat(1.0f), -1.0f);
@@ -32,8 +38,23 @@ EG_INLINE Vec3 basis_adjoint(Vec3 n, Vec3 ga, Vec3 gb) {
             p * p * (sign * n.x * n.x * ga.x + n.x * n.y * mixed + n.y * n.y * gb.y)};
 }
 
+// The adjoints of a cone's axis and of 1 - cos of half its angle (its cap) from that of a direction w in it.
+struct ConeMotion {
+    Vec3 axis;
+    Float cap;
+};
+
+EG_INLINE ConeMotion cone_motion(Vec3 axis, Float cap, Vec3 w, Vec3 g) {
+    Vec3 a, b;
+    basis(axis, a, b);
+    const Float s = dot(w, a), t = dot(w, b), z = dot(w, axis), sine2 = max(s * s + t * t, 1e-37f);
+    const Float q = select(z > 0.5f, sine2 / (1.0f + max(z, splat(0.5f))), 1.0f - z) / max(cap, 1e-30f);
+    const Float widens = dot(g, a * s + b * t) * (z * q / sine2) - q * dot(g, axis);
+    return {g * z + basis_adjoint(axis, g * s, g * t), widens};
+}
+
 // The adjoints of the row's floats. `offset` leads from x to y, of distant lights it is the unit direction;
-// what is returned is the adjoint of x, which turns the disks that face it.
+// what is returned is the adjoint of x, which turns disks that face it, and cones about spheres.
 EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Vec3 x, Vec3 offset, Vec3 g,
                                 Float (&row)[kLightParams]) {
     for (Float& r : row) r = splat(0.0f);
@@ -47,12 +68,10 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
     const Mask near = kind < splat(static_cast<int>(kDirectionLight)), cone = is(kConeLight);
     const Vec3 place = x + offset - l.position;
     put(kLightPosition, near, g);
-    const Mask disk = is(kDiskLight), round = is(kSphereLight) | disk;
-    if (any(round)) {
-        const Vec3 unit = place * (1.0f / max(l.radius, 1e-30f));
-        row[kLightRadius] = select(round, dot(g, unit), row[kLightRadius]);
-    }
+    const Mask disk = is(kDiskLight), sphere = is(kSphereLight);
     if (any(disk)) {
+        const Vec3 unit = place * (1.0f / max(l.radius, 1e-30f));
+        row[kLightRadius] = select(disk, dot(g, unit), row[kLightRadius]);
         const Vec3 way = l.position - x;
         const Float inverse = 1.0f / max(sqrt(dot(way, way)), 1e-30f);
         const Vec3 axis = way * inverse;
@@ -76,16 +95,39 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
     }
     put(kLightDirection, is(kDirectionLight), -g);
     if (any(cone)) {
-        const Vec3 axis = -l.direction;
-        Vec3 a, b;
-        basis(axis, a, b);
-        const Float s = dot(offset, a), t = dot(offset, b), z = dot(offset, axis);
-        const Float q = (1.0f - z) / max(l.one_minus_cos, 1e-30f), sine2 = max(1.0f - z * z, 1e-12f);
-        const Float widens = dot(g, a * s + b * t) * (z * q / sine2) - q * dot(g, axis);
-        row[kLightOneMinusCos] = select(cone, widens, row[kLightOneMinusCos]);
-        put(kLightDirection, cone, -(g * z + basis_adjoint(axis, g * s, g * t)));
+        const ConeMotion m = cone_motion(-l.direction, l.one_minus_cos, offset, g);
+        row[kLightOneMinusCos] = select(cone, m.cap, row[kLightOneMinusCos]);
+        put(kLightDirection, cone, -m.axis);
+    }
+    if (any(sphere)) {
+        // y = x + r w, with w in the cone about c/|c|, c = p - x.
+        const Vec3 c = l.position - x;
+        const Float d2 = max(dot(c, c), 1e-30f), inverse = 1.0f / sqrt(d2);
+        const Float r = sqrt(dot(offset, offset)), cap = sphere_cap(d2, l.radius);
+        const Vec3 axis = c * inverse;
+        const ConeMotion m = cone_motion(axis, cap, offset * (1.0f / max(r, 1e-30f)), g * r);
+        // By sin^2 = R^2/|c|^2; from inside all directions are in it.
+        const Mask outside = l.radius * l.radius < d2;
+        const Float by_sine2 = select(outside, m.cap * 0.5f / max(1.0f - cap, 1e-6f), splat(0.0f));
+        const Float ratio = l.radius * inverse;
+        row[kLightRadius] = select(sphere, by_sine2 * 2.0f * ratio * inverse, row[kLightRadius]);
+        const Vec3 by_center =
+            (m.axis - axis * (dot(axis, m.axis) + by_sine2 * 2.0f * ratio * ratio)) * inverse;
+        put(kLightPosition, sphere, by_center);
+        from = select(sphere, g - by_center, from);
     }
     return from;
+}
+
+// The same of a point y of a sphere's surface, as far as g is along the normal there: y = p + n R.
+EG_INLINE void sphere_surface_row(const LightView& lights, Mask sphere, Int light, Vec3 y, Vec3 g,
+                                  Float (&row)[kLightParams]) {
+    const LightRow l = gather_light(lights, light);
+    const Float radius = dot(g, y - l.position) / max(l.radius, 1e-30f);
+    row[kLightPosition] = select(sphere, g.x, row[kLightPosition]);
+    row[kLightPosition + 1] = select(sphere, g.y, row[kLightPosition + 1]);
+    row[kLightPosition + 2] = select(sphere, g.z, row[kLightPosition + 2]);
+    row[kLightRadius] = select(sphere, radius, row[kLightRadius]);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -107,6 +107,8 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 g = s.normal * s.weight, origin = s.view.origin;
     Float row[kLightParams];
     const Vec3 from = light_motion_row(scene.lights, s.row, s.kind, origin, s.point - origin, g, row);
+    const Mask sphere = s.kind == splat(static_cast<int>(kSphereLight));
+    if (any(sphere)) sphere_surface_row(scene.lights, sphere, s.row, s.point, g, row);
     if (asked.want_lights) mode.light(s.active, s.row, row, s.color);
     if (!asked.want_camera) return;
     Float ray[kCameraFloats];

@@ -71,8 +71,8 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
     if (!moves || view.face_held || (view.all_flags & kHasTransparency)) return {};
     std::vector<int32_t> materials(tables.material_first_leaf.size() - 1);
     for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
-    // Disks face the points that they light, which at horizons ride (boundary/horizon.h).
-    const bool disks = view.lights.kinds & (1 << kDiskLight);
+    // Some lights turn with the points that they light, which at horizons ride (boundary/horizon.h).
+    const bool turning = view.lights.kinds & kTurningLights;
     std::vector<int32_t> meshes(static_cast<size_t>(tables.visible_meshes), 0);
     int32_t any = 0;
     for (size_t mesh = 0; mesh < meshes.size(); ++mesh) {
@@ -85,7 +85,7 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
             bent = bent || (material & kContactBent) || !is_flat(tables, face);
             flags &= material;
         }
-        if (bent) flags = disks ? 0 : flags | kContactBent;
+        if (bent) flags = turning ? 0 : flags | kContactBent;
         meshes[mesh] = flags;
         any |= flags;
     }

@@ -17,6 +17,10 @@ enum LightKind : int32_t {
     kConeLight        // a sun with a disk
 };
 
+// Kinds (1 << LightKind) of which a sample's place depends on the point that it lights
+// (boundary/light_motion.h).
+constexpr int32_t kTurningLights = 1 << kSphereLight | 1 << kDiskLight;
+
 enum LightParam : int32_t {
     // Radiance; of a point without size its intensity, of a direction without size its irradiance.
     kLightRadiance = 0,

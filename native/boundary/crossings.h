@@ -32,11 +32,6 @@ Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t 
 // Of crossings that were found for more than what is asked, those of the latter.
 Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const Crossings& all);
 
-// Those of which one face is in `emissive` (by face, -1: it gives no light; null: none does), and the lines
-// along which meshes pass through rectangles and ellipses of the light table, where one of the two moves.
-Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,
-                              const int32_t* emissive, int threads);
-
 // The edges of the scene and its crossings as further edges behind them.
 class EdgesAndCrossings {
  public:

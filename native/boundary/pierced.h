@@ -15,7 +15,7 @@
 // one).
 #pragma once
 
-#include "boundary/crossing_point.h"
+#include "boundary/light_cut.h"
 #include "boundary/occluder.h"
 #include "boundary/scattering_chain.h"
 #include "boundary/segment_light.h"
@@ -57,13 +57,8 @@ EG_INLINE PiercedPair pick_pierced(const SceneView& scene, const BoundaryTask& t
         pair.face[i] = light ? -1 : static_cast<int32_t>(faces[k]);
         if (light) pair.row[i] = static_cast<int32_t>(faces[k] & ~kLightOfTable);
     }
-    const Mask on_row = pair.row >= 0;
     pair.hider_normal = unit_normal(gather_triangle(scene, pair.hider));
-    pair.normal = unit_normal(gather_triangle(scene, select(on_row, splat(0), pair.face)));
-    if (any(on_row)) {
-        const LightRow l = gather_light(scene.lights, select(on_row, pair.row, splat(0)));
-        pair.normal = select(on_row, l.direction, pair.normal);
-    }
+    pair.normal = unit_normal(gather_triangle(scene, select(pair.row >= 0, splat(0), pair.face)));
     return pair;
 }
 
@@ -80,6 +75,28 @@ EG_INLINE Vec3 direction_about(const BoundaryTask& task, const PieceSample& p, F
     return axis * along + (a * c + b * s) * across;
 }
 
+// Where a line cuts a light of the table: its point, the light's normal there and, in `p`, its direction.
+EG_INLINE void cut_light_row(const SceneView& scene, PiercedSegment& s, PieceSample& p) {
+    const Mask on_row = s.active & (s.pair.row >= 0);
+    if (!any(on_row)) return;
+    const LightRow l = gather_light(scene.lights, select(on_row, s.pair.row, splat(0)));
+    const LightCut cut = light_cut(l, s.y.kind, s.point, p.t, s.pair.hider_normal);
+    s.point = select(on_row, cut.point, s.point);
+    p.t = select(on_row, cut.tangent, p.t);
+    s.pair.normal = select(on_row, cut.normal, s.pair.normal);
+}
+
+// A sphere shows its outside to those who are outside, its inside to those who are inside: lanes where x, at
+// s.reach from y, doesn't see y.
+EG_INLINE Mask sees_other_side(const SceneView& scene, const PiercedSegment& s, Vec3 w) {
+    const Mask round = s.active & (s.y.kind == splat(static_cast<int>(kSphereLight)));
+    if (!any(round)) return round;
+    const LightRow l = gather_light(scene.lights, select(round, s.pair.row, splat(0)));
+    // Inwards, x is inside up to the chord's other end.
+    const Float outwards = dot(s.pair.normal, w);
+    return round & (outwards < 0.0f) & (s.reach >= -2.0f * l.radius * outwards);
+}
+
 // Light that y gives by itself along w, and what stops it.
 EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair, const BoundarySegment& s,
                                 Vec3 w) {
@@ -87,7 +104,8 @@ EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair,
     Vec3 light = zero3();
     if (any(on_row)) {
         const LightRow l = gather_light(scene.lights, select(on_row, pair.row, splat(0)));
-        const Mask shines = on_row & (dot(w, l.direction) > 0.0f);
+        const Mask round = s.y.kind == splat(static_cast<int>(kSphereLight));
+        const Mask shines = on_row & (round | (dot(w, l.direction) > 0.0f));
         light = select(shines, l.radiance * light_factor(l, -w), light);
     }
     if (any(on_face)) {
@@ -102,7 +120,7 @@ EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair,
 // A sample but for the light that y scatters, whose path is appended to the queue; its new length.
 EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
                               int at, PieceCursor& piece, Workspace& work, int queued, PiercedSegment& s) {
-    const PieceSample p = sample_piece(scene, task, at, piece);
+    PieceSample p = sample_piece(scene, task, at, piece);
     const bool scatters = task.kind == kPiercedSurface;
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
@@ -116,6 +134,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     const PiercedPair& pair = s.pair = pick_pierced(scene, task, p);
     s.y.face = pair.face, s.y.row = pair.row;
     s.y.kind = kind_of_rows(scene.lights, pair.row);
+    cut_light_row(scene, s, p);
     Mask moves = face_point_moves(scene, asked, s.active, pair.hider, s.instance) |
                  face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, s.instance);
     if (asked.want_lights) moves |= s.active & (pair.row >= 0);
@@ -169,6 +188,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return queued;
     s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.active &= ~sees_other_side(scene, s, w);
     s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, w,
                         select(s.active, lit.hit.instance, splat(-1)));
     s.x.mesh = lit.hit.mesh;

@@ -90,12 +90,24 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOpt
     if (outlines.size() > 0) out.push_back({kLightOutline, std::move(outlines), nullptr, kOutlineShare});
 }
 
+// What the camera sees of lights that meshes pass through.
+void add_pierced_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                          const Asked& asked, std::vector<CurveTerm>& out) {
+    if (!options.primary || scene.lights.sized_count == 0) return;
+    Crossings found = find_seen_lights(edges.tables, asked, edges.threads);
+    if (found.size() == 0) return;
+    auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
+    Candidates candidates = lines->crossings();
+    out.push_back({kPiercedOutline, std::move(candidates), std::move(lines), kOutlineShare});
+}
+
 }  // namespace
 
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
                                    const RenderOptions& options, const Asked& asked, const Crossings* seen) {
     std::vector<CurveTerm> out;
     add_outlines(scene, edges, options, asked, out);
+    add_pierced_outlines(scene, edges, options, asked, out);
     if (options.max_depth < 2) return out;
     add_pierced(scene, edges, options, asked, seen, out);
     add_cones(scene, edges, options, out);

@@ -57,7 +57,8 @@ class LearnedMasses {
 enum DerivativeTerm : int32_t { kInteriorTerm, kPrimaryTerm, kShadowTerm, kIndirectTerm, kDerivativeTerms };
 // The one that each kind of boundary belongs to.
 constexpr DerivativeTerm kTermOf[] = {kPrimaryTerm, kShadowTerm,   kShadowTerm, kIndirectTerm, kIndirectTerm,
-                                      kShadowTerm,  kIndirectTerm, kShadowTerm, kPrimaryTerm,  kShadowTerm};
+                                      kShadowTerm,  kIndirectTerm, kShadowTerm, kPrimaryTerm,  kShadowTerm,
+                                      kPrimaryTerm};
 static_assert(sizeof kTermOf / sizeof *kTermOf == kBoundaryKinds);
 
 // What gradients of one view of a scene have learned.

@@ -11,6 +11,17 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
+// The faces and the lights' rows of lines.
+EG_INLINE void faces_of_line(const SceneView& scene, Mask active, Int line, Int& face, Int& row) {
+    face = row = splat(0);
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        const uint32_t* faces = scene.edge_faces + scene.edge_face_first[line[i]];
+        face[i] = static_cast<int32_t>(faces[0]);
+        row[i] = static_cast<int32_t>(faces[1] & ~kLightOfTable);
+    }
+}
+
 struct LightCut {
     Vec3 point, tangent;  // q, dq/du
     Vec3 normal;          // unit, the light's at q

@@ -58,6 +58,16 @@ EG_INLINE Mask outline_point(const LightRow& l, Int kind, Float u, Vec3 origin, 
     return flat | (distance > l.radius) | splat(parallel ? -1 : 0);
 }
 
+EG_INLINE LensPoint lens_of(const CameraView& camera, const PathIndex& random) {
+    LensPoint lens = {splat(0.0f), splat(0.0f)};
+    if (camera.aperture_radius > 0.0f) {
+        Float u, v;
+        sobol_pair(random.stream, random.sample, kPairLens, u, v);
+        aperture_point(camera, u, v, lens.x, lens.y);
+    }
+    return lens;
+}
+
 EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTask& task, int64_t at,
                                         PieceCursor& piece, const DerivativeView& asked, const float*) {
     OutlineSample s;
@@ -67,12 +77,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     s.color = zero3();
     s.kind = kind_of_rows(scene.lights, s.row);
     const LightRow l = gather_light(scene.lights, s.row);
-    LensPoint lens = {splat(0.0f), splat(0.0f)};
-    if (camera.aperture_radius > 0.0f) {
-        Float u, v;
-        sobol_pair(p.random.stream, p.random.sample, kPairLens, u, v);
-        aperture_point(camera, u, v, lens.x, lens.y);
-    }
+    const LensPoint lens = lens_of(camera, p.random);
     const Projection middle = project(camera, l.position, lens);
     Vec3 t;
     const Float u = min(p.u0 + (p.u1 - p.u0) * p.tau, splat(0.99999994f));
@@ -100,17 +105,17 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     return s;
 }
 
-// weight N . (dy - c), times the color, for what `asked` names.
+// g . dy less weight N . c, times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                             const OutlineSample& s) {
-    const Vec3 g = s.normal * s.weight, origin = s.view.origin;
+EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                              const OutlineSample& s, Vec3 g) {
+    const Vec3 origin = s.view.origin;
     Float row[kLightParams];
     const Vec3 from = light_motion_row(scene.lights, s.row, s.kind, origin, s.point - origin, g, row);
     if (asked.want_lights) mode.light(s.active, s.row, row, s.color);
     if (!asked.want_camera) return;
     Float ray[kCameraFloats];
-    ray_velocity_row(scene.camera, s.view, g, ray);
+    ray_velocity_row(scene.camera, s.view, s.normal * s.weight, ray);
     mode.camera(s.active, ray, -s.color);
     const Mask turns = s.active & (s.kind == splat(static_cast<int>(kDiskLight)));
     if (!any(turns)) return;
@@ -118,6 +123,12 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     at_origin.parameter = splat(0.0f);
     ray_velocity_row(scene.camera, at_origin, from, ray);
     mode.camera(turns, ray, s.color);
+}
+
+template <typename Mode>
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                             const OutlineSample& s) {
+    outline_blocks(mode, scene, asked, s, s.normal * s.weight);
 }
 
 // What a motion of the outline across the ray sweeps, per unit and color.

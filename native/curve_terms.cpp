@@ -45,6 +45,20 @@ void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOpti
     if (surfaces) add(kPiercedSurface, std::move(crossings), options.max_depth > 3);
 }
 
+// The same of disks, which turn with what they light: anything that moves moves them against surfaces.
+void add_pierced_disks(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                       const Asked& asked, std::vector<CurveTerm>& out) {
+    if (!options.shadow || !(scene.lights.kinds >> kDiskLight & 1)) return;
+    if (!asked.camera && !asked.lights && !asked.any_mesh_moves()) return;
+    Crossings found = find_pierced_disks(edges.tables, edges.threads);
+    if (found.size() == 0) return;
+    auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
+    const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
+    Candidates candidates =
+        over_directions(lines->crossings(), kDirectionPieces * kPiercedShare * picture, options.max_depth > 2);
+    out.push_back({kPiercedDisk, std::move(candidates), std::move(lines), kPiercedShare});
+}
+
 // The curve about a light, cut into pieces.
 void add_turns(int32_t cell, double mass, Candidates& out) {
     for (int k = 0; k < kTurnPieces; ++k) {
@@ -94,7 +108,9 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOpt
 void add_pierced_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                           const Asked& asked, std::vector<CurveTerm>& out) {
     if (!options.primary || scene.lights.sized_count == 0) return;
-    Crossings found = find_seen_lights(edges.tables, asked, edges.threads);
+    // Each of parallel rays has an origin of its own, which a disk would face.
+    const bool disks = scene.camera.kind != kOrthographic;
+    Crossings found = find_seen_lights(edges.tables, asked, disks, edges.threads);
     if (found.size() == 0) return;
     auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
     Candidates candidates = lines->crossings();
@@ -110,6 +126,7 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     add_pierced_outlines(scene, edges, options, asked, out);
     if (options.max_depth < 2) return out;
     add_pierced(scene, edges, options, asked, seen, out);
+    add_pierced_disks(scene, edges, options, asked, out);
     add_cones(scene, edges, options, out);
     return out;
 }

@@ -58,7 +58,7 @@ enum DerivativeTerm : int32_t { kInteriorTerm, kPrimaryTerm, kShadowTerm, kIndir
 // The one that each kind of boundary belongs to.
 constexpr DerivativeTerm kTermOf[] = {kPrimaryTerm, kShadowTerm,   kShadowTerm, kIndirectTerm, kIndirectTerm,
                                       kShadowTerm,  kIndirectTerm, kShadowTerm, kPrimaryTerm,  kShadowTerm,
-                                      kPrimaryTerm};
+                                      kPrimaryTerm, kShadowTerm};
 static_assert(sizeof kTermOf / sizeof *kTermOf == kBoundaryKinds);
 
 // What gradients of one view of a scene have learned.

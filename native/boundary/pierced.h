@@ -117,6 +117,29 @@ EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair,
     return light;
 }
 
+// Sets what moves across the segment of light along w: the light's side of the line is hidden that is behind
+// the hider's plane, to which what is returned points.
+EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, PiercedSegment& s) {
+    const Vec3 across = cross(t, w);
+    const Float facing = dot(s.pair.hider_normal, w);
+    Vec3 hidden = cross(s.pair.normal, t);
+    hidden = select(dot(s.pair.hider_normal, hidden) * facing > 0.0f, -hidden, hidden);
+    s.sweep = select(dot(across, hidden) < 0.0f, -across, across);
+    s.active &= (facing != 0.0f) & (dot(s.pair.normal, w) != 0.0f);
+    return hidden;
+}
+
+// The share of light along w that a face doesn't let pass.
+EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Vec3 point, Vec3 w, RayKind rays) {
+    if (!(scene.all_flags & kHasTransparency)) return {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Float b1, b2;
+    place_in_face(gather_triangle(scene, face), point, b1, b2);
+    const SurfacePoint i = surface_point(scene, active, face, b1, b2, w);
+    const Vec3 through =
+        surface_transmittance(scene, i, texture_point(scene, i, -w, splat(static_cast<int>(rays))));
+    return {1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
+}
+
 // A sample but for the light that y scatters, whose path is appended to the queue; its new length.
 EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
                               int at, PieceCursor& piece, Workspace& work, int queued, PiercedSegment& s) {
@@ -143,13 +166,9 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     if (!any(s.active)) return queued;
 
     Float density;
-    const Vec3 w = direction_about(task, p, density), across = cross(p.t, w);
+    const Vec3 w = direction_about(task, p, density);
     s.towards = -w;
-    const Float facing = dot(pair.hider_normal, w);
-    Vec3 hidden = cross(pair.normal, p.t);
-    hidden = select(dot(pair.hider_normal, hidden) * facing > 0.0f, -hidden, hidden);
-    s.sweep = select(dot(across, hidden) < 0.0f, -across, across);
-    s.active &= (facing != 0.0f) & (dot(pair.normal, w) != 0.0f);
+    const Vec3 hidden = hide_beside(p.t, w, s);
     place_in_face(gather_triangle(scene, select(pair.face >= 0, pair.face, splat(0))), s.point, s.y.b1,
                   s.y.b2);
     Vec3 light = {pair.weight, pair.weight, pair.weight};
@@ -168,15 +187,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
     s.active &= ((hider_mask & links.blockers) != 0) & (largest_component(light) > 0.0f);
     if (!any(s.active)) return queued;
-    if (scene.all_flags & kHasTransparency) {
-        // What the hider lets pass isn't hidden.
-        Float b1, b2;
-        place_in_face(gather_triangle(scene, pair.hider), s.point, b1, b2);
-        const SurfacePoint i = surface_point(scene, s.active, pair.hider, b1, b2, w);
-        const Int kind = splat(static_cast<int>(scatters ? kDiffuseRay : kShadowRay));
-        const Vec3 through = surface_transmittance(scene, i, texture_point(scene, i, -w, kind));
-        light = light * Vec3{1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
-    }
+    light = light * stopped_by(scene, s.active, pair.hider, s.point, w, scatters ? kDiffuseRay : kShadowRay);
 
     Float probability;
     const Int length = chain_length(p, task.max_depth - (scatters ? 3 : 2), probability);

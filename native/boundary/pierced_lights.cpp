@@ -74,15 +74,30 @@ struct FlatLight {
     }
 };
 
-// A sphere of the light table.
-struct SphereLight {
+// Distance of a point to a triangle.
+double distance_to(const Triangle3& t, const Vector& point) {
+    bool above = dot(t.normal, t.normal) > 0.0;
+    double nearest = 1e300;
+    for (size_t k = 0; k < 3; ++k) {
+        const Vector side = t.p[(k + 1) % 3] - t.p[k], way = point - t.p[k];
+        above = above && dot(cross(t.normal, side), way) >= 0.0;
+        const double share = std::clamp(dot(way, side) / std::max(dot(side, side), 1e-300), 0.0, 1.0);
+        nearest = std::min(nearest, length(way - side * share));
+    }
+    return above ? std::abs(dot(t.normal, point - t.p[0])) / length(t.normal) : nearest;
+}
+
+// A sphere of the light table, or all places of a disk.
+struct RoundLight {
     Vector center;
     double radius;
+    bool disk;
     Box box;
 
-    explicit SphereLight(const float* row)
+    RoundLight(const float* row, bool is_disk)
         : center{row[kLightPosition], row[kLightPosition + 1], row[kLightPosition + 2]},
-          radius(row[kLightRadius]) {
+          radius(row[kLightRadius]),
+          disk(is_disk) {
         for (double s : {-radius, radius}) {
             const float corner[3] = {static_cast<float>(center.x + s), static_cast<float>(center.y + s),
                                      static_cast<float>(center.z + s)};
@@ -90,8 +105,15 @@ struct SphereLight {
         }
     }
 
-    // The chords of the arcs along which a triangle cuts the sphere.
+    // The chords of the arcs along which a triangle cuts the sphere; of disks a line for each triangle.
     void cut_by(const Triangle3& t, const VisitLine& visit) const {
+        if (disk) {
+            double longest = 0.0;
+            for (size_t k = 0; k < 3; ++k) longest = std::max(longest, length(t.p[(k + 1) % 3] - t.p[k]));
+            if (longest > 0.0 && distance_to(t, center) < radius)
+                visit(center, center + Vector{std::min(longest, 2.0 * radius), 0.0, 0.0});
+            return;
+        }
         const double area = length(t.normal);
         if (!(area > 0.0)) return;
         const Vector n = t.normal * (1.0 / area);
@@ -152,7 +174,7 @@ Crossings lines_through_lights(const SceneTables& tables, const WantedPair& want
         const float* params = &tables.lights.params[kLightParams * row];
         if (kind == kRectangleLight || kind == kEllipseLight)
             search(row, FlatLight(params, kind == kEllipseLight));
-        if (kind == kSphereLight) search(row, SphereLight(params));
+        if (kind == kSphereLight || kind == kDiskLight) search(row, RoundLight(params, kind == kDiskLight));
     }
     return out;
 }
@@ -165,17 +187,27 @@ Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, con
         if (emissive[faces[0]] >= 0 || emissive[faces[1]] >= 0) out.add(crossings, k);
     }
     const Crossings rows = lines_through_lights(
-        tables, [&](size_t, size_t mesh) { return asked.lights || asked.moving[mesh]; }, threads);
+        tables,
+        [&](size_t row, size_t mesh) {
+            return tables.lights.kind[row] != kDiskLight && (asked.lights || asked.moving[mesh]);
+        },
+        threads);
     for (size_t k = 0; k < static_cast<size_t>(rows.size()); ++k) out.add(rows, k);
     return out;
 }
 
-Crossings find_seen_lights(const SceneTables& tables, const Asked& asked, int threads) {
+Crossings find_pierced_disks(const SceneTables& tables, int threads) {
+    return lines_through_lights(
+        tables, [&](size_t row, size_t) { return tables.lights.kind[row] == kDiskLight; }, threads);
+}
+
+Crossings find_seen_lights(const SceneTables& tables, const Asked& asked, bool disks, int threads) {
     return lines_through_lights(
         tables,
         [&](size_t row, size_t mesh) {
+            if (tables.lights.kind[row] == kDiskLight && !disks) return false;
             return (asked.camera || asked.lights || asked.moving[mesh]) &&
-                   (tables.lights.visible_to[row] & tables.mesh_mask[mesh] & (1 << kCameraRay));
+                   (tables.lights.visible_to[row] & tables.mesh_mask[mesh] & (1 << kCameraRay)) != 0;
         },
         threads);
 }

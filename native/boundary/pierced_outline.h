@@ -33,8 +33,17 @@ EG_OUTLINE PiercedOutline sample_pierced_outline(const SceneView& scene, const B
     const Triangle triangle = gather_triangle(scene, s.face);
     const Vec3 face_normal = unit_normal(triangle);
     const LensPoint lens = lens_of(scene.camera, p.random);
-    const LightCut cut =
-        light_cut(l, s.kind, p.a + p.t * (p.u0 + (p.u1 - p.u0) * p.tau), p.t, face_normal);
+    const Float u = p.u0 + (p.u1 - p.u0) * p.tau;
+    LightCut cut = light_cut(l, s.kind, p.a + p.t * u, p.t, face_normal);
+    const Mask disk = s.active & (s.kind == splat(static_cast<int>(kDiskLight)));
+    if (any(disk)) {
+        const Vec3 origin = project(scene.camera, l.position, lens).origin;
+        const LightCut facing = facing_disk_cut(l, triangle, face_normal, origin, u);
+        s.active &= ~disk | facing.active;
+        cut.point = select(disk, facing.point, cut.point);
+        cut.tangent = select(disk, facing.tangent, cut.tangent);
+        cut.normal = select(disk, facing.normal, cut.normal);
+    }
     s.point = cut.point;
     s.view = project(scene.camera, s.point, lens);
     s.active &= s.view.active & in_reach(scene.camera, s.view.sx, s.view.sy) &

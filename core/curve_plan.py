@@ -1,5 +1,6 @@
 """Curves that carry jumps and are no edges, in words: where surfaces pass through others or through lights, where spots
-without blend end, and outlines of lights. The native engine follows the same rules (curve_terms.cpp).
+without blend end, and outlines of lights. The native engine follows the same rules (curve_terms.cpp,
+boundary/pierced_lights.cpp).
 """
 
 from __future__ import annotations
@@ -7,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .geometry_table import area_light_mesh
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight, is_disk
@@ -18,11 +18,17 @@ from .scene import Scene
 from .shape import crossing_pairs, pierces
 
 
-def outlines(scene: Scene, lights: Collection[str], camera: bool) -> str:
-    """What the primary term has of them, if one of some lights or the camera moves: a sentence, or nothing."""
-    seen = [name for name, light in scene.lights.items() if _has_outline(light) and (camera or name in lights)
-            and not _turns_by_ray(scene, light)]
-    return f"besides edges: the outlines of {', '.join(seen)}" if seen else ""
+def seen_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, camera: bool) -> list[str]:
+    """What the primary term has of lights: sentences. `camera`: its rays move."""
+    shown = {name: light for name, light in scene.lights.items()
+             if _has_outline(light) and not _turns_by_ray(scene, light)}
+    moving = [name for name in shown if camera or name in moves.lights]
+    out = [f"besides edges: the outlines of {', '.join(moving)}"] if moving else []
+    for name, light in shown.items():
+        through = _seen_through(light, placed, list(placed) if name in moving else moves.meshes)
+        if through:
+            out.append(f"besides edges: the lines where {', '.join(through)} may pass through the light '{name}'")
+    return out
 
 
 def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
@@ -32,7 +38,10 @@ def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: 
             yield (f"besides edges: what '{one}' and '{other}' hide of the light of each other where they may pass "
                    "through each other")
     for name, light in scene.lights.items():
-        through = _through_flat(light, placed, _moving_against(placed, moves, name))
+        # A disk turns with what it lights, and where that slides, with the camera.
+        turns = is_disk(light) and bool(moves.meshes or moves.lights or moves.camera)
+        against = list(placed) if turns or name in moves.lights else moves.meshes
+        through = _through(light, placed, against)
         if through:
             yield f"besides edges: what {', '.join(through)} hide of the light '{name}' where they may pass through it"
     hard = [name for name, light in scene.lights.items() if isinstance(light, SpotLight) and light.blend < LEAST_BLEND]
@@ -54,15 +63,13 @@ def missing_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> I
     if shown:
         yield f"the outlines of {', '.join(shown)}, as the camera sees them: suns, or disks that face parallel rays"
     for name, light in scene.lights.items():
-        against = list(placed) if moves.camera else _moving_against(placed, moves, name)
-        through = _through_flat(light, placed, against) if "camera" in light.visible_to else []
-        if through:
-            yield f"what the camera sees of the light '{name}' where {', '.join(through)} may pass through it"
-        if not isinstance(light, PointLight | SpotLight) or light.radius == 0.0:
+        if not (_has_outline(light) and _turns_by_ray(scene, light)):
             continue
-        through = [m for m in _moving_against(placed, moves, name) if _reaches(placed[m], light.position, light.radius)]
+        moving = moves.camera or name in moves.lights
+        through = _seen_through(light, placed, list(placed) if moving else moves.meshes)
         if through:
-            yield f"what {', '.join(through)} may hide of the light '{name}' by passing through it is left out"
+            yield (f"what the camera sees of the light '{name}' where {', '.join(through)} may pass through it: a disk "
+                   "that faces parallel rays")
 
 
 def _has_outline(light: Light) -> bool:
@@ -81,21 +88,27 @@ def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> list
             if held or one in moves.meshes or other in moves.meshes]
 
 
-def _moving_against(placed: Mapping[str, Mesh], moves: Motion, light: str) -> list[str]:
-    """Meshes that move against a light, or it against them; instances are not looked at."""
-    return [name for name, mesh in placed.items()
-            if mesh.instances is None and (name in moves.meshes or light in moves.lights)]
+def _seen_through(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
+    """Those of some meshes that the camera sees and that may pass through a light."""
+    return _through(light, placed, [name for name in names if "camera" in placed[name].visible_to])
 
 
-def _through_flat(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
-    """Those of some meshes that may pass through an area light."""
-    if not isinstance(light, AreaLight):
+def _through(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
+    """Those of some meshes that may pass through a light, in the scene's order; instances are not looked at."""
+    alone = [name for name in placed if name in names and placed[name].instances is None]
+    if isinstance(light, AreaLight):
+        flat = Mesh(*area_light_mesh(light), ())
+        return [name for name in alone if pierces(placed[name], flat)]
+    if isinstance(light, SunLight) or light.radius == 0.0:
         return []
-    flat = Mesh(*area_light_mesh(light), ())
-    return [name for name in names if placed[name].instances is None and pierces(placed[name], flat)]
+    return [name for name in alone if _reaches(placed[name], light)]
 
 
-def _reaches(mesh: Mesh, center: NDArray[np.float64], radius: float) -> bool:
-    """Whether the mesh's bounding box meets a ball."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    return bool(np.linalg.norm(center - np.clip(center, low, high)) < radius)
+def _reaches(mesh: Mesh, light: PointLight | SpotLight) -> bool:
+    """Whether a face may pass through the sphere of a light or, of a disk that turns, into the ball of its places."""
+    corners = mesh.vertices[mesh.faces]
+    nearest = np.clip(light.position, corners.min(axis=1), corners.max(axis=1))
+    near = np.linalg.norm(nearest - light.position, axis=1) < light.radius
+    if not light.sphere:
+        return bool(near.any())
+    return bool((np.linalg.norm(corners[near] - light.position, axis=2) > light.radius).any())

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import parameters
-from .curve_plan import outlines
+from .curve_plan import seen_curves
 from .expression import Expression, ImageTexture, nodes_of
 from .mesh import Mesh
 from .mesh_edges import MeshEdges
@@ -52,10 +52,10 @@ def primary_rules(
     """
     camera = moves.camera and any(path.startswith("camera.") and _moves_rays(scene, path) for path in wrt)
     total = sum(e.count for e in edges.values())
-    seen = outlines(scene, moves.lights, camera)
+    seen = seen_curves(scene, placed, moves, camera)
     if not moves.meshes and not camera:
         fixed = "no vertex is a parameter and the camera stands still"
-        return PrimaryRules(bool(seen), 0, total, (fixed, seen) if seen else (fixed,))
+        return PrimaryRules(bool(seen), 0, total, (fixed, *seen))
     swept = list(placed) if camera else list(moves.meshes)
     unseen = [name for name in placed if "camera" not in placed[name].visible_to]
     if camera:
@@ -80,8 +80,7 @@ def primary_rules(
     for one, other in crossing_pairs(placed):
         if (one in swept or other in swept) and one not in unseen and other not in unseen:
             why.append(f"besides edges: the lines where '{one}' and '{other}' may pass through each other")
-    if seen:
-        why.append(seen)
+    why += seen
     kept = sum(edges[name].count for name in swept) - plain
     return PrimaryRules(kept > 0 or bool(seen), kept, total, tuple(why))
 

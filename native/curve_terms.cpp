@@ -54,8 +54,8 @@ void add_pierced_disks(const SceneView& scene, const EdgeList& edges, const Rend
     if (found.size() == 0) return;
     auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
     const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
-    Candidates candidates =
-        over_directions(lines->crossings(), kDirectionPieces * kPiercedShare * picture, options.max_depth > 2);
+    Candidates candidates = over_directions(lines->crossings(), kDirectionPieces * kPiercedShare * picture,
+                                            options.max_depth > 2);
     out.push_back({kPiercedDisk, std::move(candidates), std::move(lines), kPiercedShare});
 }
 

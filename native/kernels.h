@@ -131,8 +131,8 @@ enum BoundaryKind : int32_t {
     kBoundaryKinds
 };
 // The term that each belongs to (core/renderer.py).
-constexpr const char* kBoundaryTerms[] = {"primary", "shadow",   "shadow", "indirect", "indirect",
-                                          "shadow",  "indirect", "shadow", "primary",  "shadow", "primary", "shadow"};
+constexpr const char* kBoundaryTerms[] = {"primary",  "shadow", "shadow",  "indirect", "indirect", "shadow",
+                                          "indirect", "shadow", "primary", "shadow",   "primary",  "shadow"};
 static_assert(sizeof kBoundaryTerms / sizeof *kBoundaryTerms == kBoundaryKinds);
 
 // Pieces of edges as rows of floats, and nodes over them (boundary/edge_tree.h).

@@ -84,8 +84,7 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
     PassingRays rays{links.blockers};
     rays.ignored = {p.edge, splat(-1)};
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays);
-    s.color = path.throughput * value * light * seen *
-              (x.shader.scale * begun.weight * (p.u1 - p.u0));
+    s.color = path.throughput * value * light * seen * (x.shader.scale * begun.weight * (p.u1 - p.u0));
     // A slide is divided by |n . D| (boundary/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
     s.color = select(s.slides, s.color * (1.0f / facing), s.color);

@@ -1,5 +1,5 @@
-// What the camera sees of lights that meshes pass through: the lines along which faces cut lights of the light
-// table.
+// What the camera sees of lights that meshes pass through: the lines along which faces cut lights of the
+// light table.
 //
 // Beside such a line the light is seen on the side where it is in front of the face, whose point q(u) it is;
 // it hides nothing, so that what jumps is its own radiance L. With t = dq/du, D the direction of the camera's

@@ -33,11 +33,6 @@ def sheet_through(light: str) -> edgegrad.Scene:
     if light == "mesh":
         scene.meshes["lamp"] = rectangle((0.1, 1.5, 0.0), (0.0, 0.1, -0.5), (-0.6, 0.15, 0.0), "lamp")
         scene.materials["lamp"] = glowing(15.0, True)
-    elif light in ("sphere", "disk"):
-        scene.lights["lamp"] = edgegrad.PointLight(np.array([0.1, 1.5, 0.0]), 60.0, 0.4, light == "sphere")
-    elif light in ("sphere spot", "disk spot"):
-        scene.lights["lamp"] = edgegrad.SpotLight(
-            np.array([0.1, 1.5, 0.0]), np.array([0.3, -1.0, 0.1]), 60.0, 1.6, 0.6, 0.4, light == "sphere spot")
     else:
         shape = "RECTANGLE" if light == "rectangle" else "ELLIPSE"
         scene.lights["lamp"] = edgegrad.AreaLight(pose(TILTED, 0.1, 1.5, 0.0), np.array([1.2, 1.0]), shape, 60.0)

@@ -72,6 +72,16 @@ def missing_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> I
                    "that faces parallel rays")
 
 
+def missing_glare(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, lit: Collection[str]) -> Iterator[str]:
+    """Sentences on light that jumps on the surfaces `lit` where they pass through what gives it: no term has that."""
+    for name, light in scene.lights.items():
+        moving = moves.camera or name in moves.lights
+        through = [] if is_disk(light) else _through(light, placed, set(lit) & set(placed if moving else moves.meshes))
+        if through:
+            yield (f"how the light of '{name}' jumps on {', '.join(through)} just where they may pass through it: what "
+                   "is found of that are samples without a finite variance")
+
+
 def _has_outline(light: Light) -> bool:
     """Whether the camera sees where the light ends, at a distance."""
     sized = isinstance(light, AreaLight) or (isinstance(light, PointLight | SpotLight) and light.radius > 0.0)

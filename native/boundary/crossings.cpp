@@ -64,9 +64,10 @@ void join(const std::vector<Crossings>& parts, Crossings& out) {
 
 void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
                  Crossings& out) {
-    std::vector<int32_t> few = faces_in(tables, one, common, threads);
+    const std::span<const Box> box(&common, 1);
+    std::vector<int32_t> few = std::move(faces_in(tables, one, box, threads).front());
     if (few.empty()) return;
-    std::vector<int32_t> many = faces_in(tables, other, common, threads);
+    std::vector<int32_t> many = std::move(faces_in(tables, other, box, threads).front());
     if (few.size() > many.size()) std::swap(few, many);
     if (few.empty()) return;
     const FaceTree tree(tables, std::move(many), threads);

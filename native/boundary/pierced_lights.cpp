@@ -1,6 +1,8 @@
 #include "boundary/pierced_lights.h"
 
 #include <numbers>
+#include <optional>
+#include <variant>
 
 #include "boundary/triangle_cut.h"
 #include "scene/light_params.h"
@@ -155,27 +157,53 @@ struct RoundLight {
 }  // namespace
 
 Crossings lines_through_lights(const SceneTables& tables, const WantedPair& wanted, int threads) {
-    Crossings out;
     const auto instances = mesh_instances(tables);
-    const auto search = [&](size_t row, const auto& light) {
-        for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
-            if (is_placed(instances[mesh]) || !wanted(row, mesh)) continue;
-            for (int32_t face : faces_in(tables, static_cast<int32_t>(mesh), light.box, threads))
-                light.cut_by(Triangle3(tables, face), [&](const Vector& from, const Vector& to) {
-                    for (const Vector& e : {from, to})
-                        for (double x : {e.x, e.y, e.z}) out.ends.push_back(static_cast<float>(x));
-                    out.faces.push_back(static_cast<uint32_t>(face));
-                    out.faces.push_back(kLightOfTable | static_cast<uint32_t>(row));
-                });
-        }
+    // A light and its faces.
+    struct Search {
+        std::variant<FlatLight, RoundLight> light;
+        size_t row;
+        std::vector<int32_t> faces;
     };
+    std::vector<Search> searches;
     for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
         const int32_t kind = tables.lights.kind[row];
         const float* params = &tables.lights.params[kLightParams * row];
         if (kind == kRectangleLight || kind == kEllipseLight)
-            search(row, FlatLight(params, kind == kEllipseLight));
-        if (kind == kSphereLight || kind == kDiskLight) search(row, RoundLight(params, kind == kDiskLight));
+            searches.push_back({FlatLight(params, kind == kEllipseLight), row, {}});
+        if (kind == kSphereLight || kind == kDiskLight)
+            searches.push_back({RoundLight(params, kind == kDiskLight), row, {}});
     }
+    const auto box_of_light = [](const Search& s) {
+        return std::visit([](const auto& light) { return light.box; }, s.light);
+    };
+    for (size_t mesh = 0; mesh < instances.size() && !searches.empty(); ++mesh) {
+        if (is_placed(instances[mesh])) continue;
+        std::vector<Search*> near;
+        std::vector<Box> boxes;
+        std::optional<Box> own;
+        for (Search& s : searches) {
+            if (!wanted(s.row, mesh)) continue;
+            if (!own) own = mesh_box(tables, mesh);
+            if (!own->meets(box_of_light(s))) continue;
+            near.push_back(&s);
+            boxes.push_back(box_of_light(s));
+        }
+        if (near.empty()) continue;
+        const auto found = faces_in(tables, static_cast<int32_t>(mesh), boxes, threads);
+        for (size_t k = 0; k < near.size(); ++k)
+            near[k]->faces.insert(near[k]->faces.end(), found[k].begin(), found[k].end());
+    }
+    Crossings out;
+    for (const Search& s : searches)
+        for (int32_t face : s.faces) {
+            const VisitLine add = [&](const Vector& from, const Vector& to) {
+                for (const Vector& e : {from, to})
+                    for (double x : {e.x, e.y, e.z}) out.ends.push_back(static_cast<float>(x));
+                out.faces.push_back(static_cast<uint32_t>(face));
+                out.faces.push_back(kLightOfTable | static_cast<uint32_t>(s.row));
+            };
+            std::visit([&](const auto& light) { light.cut_by(Triangle3(tables, face), add); }, s.light);
+        }
     return out;
 }
 

@@ -41,6 +41,20 @@ def sheet_through(lamp: str) -> edgegrad.Scene:
     return scene
 
 
+def ending_inside(lamp: str) -> edgegrad.Scene:
+    """A sheet that ends inside of the lamp: seen from outside of a sphere, that edge hides nothing."""
+    scene = sheet_through(lamp)
+    scene.meshes["sheet"].vertices[1:3] -= (0.28, 0.95, 0.1)
+    return scene
+
+
+def lit_from_all_around() -> edgegrad.Scene:
+    """All that the camera sees lies inside of a sphere, out of which the sheet reaches."""
+    scene = sheet_through("sphere")
+    scene.lights["lamp"] = replace(LAMPS["sphere"], radius=2.0)
+    return scene
+
+
 def veiled(lamp: str) -> edgegrad.Scene:
     """A sheet that lets a part of the light pass."""
     scene = sheet_through(lamp)
@@ -92,6 +106,9 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{lamp}: floor moves": (moves(lambda lamp=lamp: sheet_through(lamp), "floor", (0.6, 0.8, 0.3)), FLOOR)
        for lamp in ("sphere", "disk")},
     **{f"{lamp}: camera moves": camera_moves(lamp) for lamp in ("sphere", "disk")},
+    **{f"{lamp}: sheet that ends inside moves": (moves(lambda lamp=lamp: ending_inside(lamp), "sheet", RATE), SHEET)
+       for lamp in ("sphere", "disk")},
+    "inside of a sphere: sheet moves": (moves(lit_from_all_around, "sheet", RATE), SHEET),
     **{f"{lamp}: veil moves": (moves(lambda lamp=lamp: veiled(lamp), "sheet", RATE), SHEET)
        for lamp in ("sphere", "disk")},
 }
@@ -103,6 +120,7 @@ DEEP: dict[str, tuple[Make, list[str]]] = {
 }
 QUICK = ("sphere: sheet moves", "sphere: lamp moves", "disk: sheet moves", "disk: lamp moves", "disk: floor moves",
          "disk: camera moves", "sphere spot: sheet moves", "disk spot: lamp grows", "sphere: veil moves",
+         "sphere: sheet that ends inside moves", "inside of a sphere: sheet moves",
          "disk: veil moves")
 
 

@@ -171,3 +171,14 @@ def test_plan_names_what_reaches_the_lamp(lamp: str) -> None:
     scene.meshes["sheet"] = rectangle((0.15, 0.9, 0.0), (0.01, 0.1, 0.0), (0.0, 0.0, 2.5), "black")
     shadow = {term.name: term for term in edgegrad.plan(scene, SHEET).terms}["shadow"]
     assert not any("pass through" in words for words in shadow.why)
+
+
+@pytest.mark.parametrize("lamp", LAMPS)
+def test_plan_names_the_jump_of_light_where_a_sphere_begins(lamp: str) -> None:
+    need_every_table()
+    scene = sheet_through(lamp)
+    words = "how the light of 'lamp' jumps on sheet just where they may pass through it"
+    assert not any(words in sentence for sentence in edgegrad.plan(scene, SHEET).missing), "it is black"
+    scene.materials["black"] = matte(0.5, 0.5, 0.5)
+    jumps = any(words in sentence for sentence in edgegrad.plan(scene, SHEET).missing)
+    assert jumps == lamp.startswith("sphere")

@@ -4,7 +4,7 @@
 
 #include "boundary/pieces.h"
 #include "film/splat.h"
-#include "path/camera_projection.h"
+#include "path/lens_sample.h"
 #include "scene/rays.h"
 #include "shading/surface_shader.h"
 
@@ -56,12 +56,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
                 task.record.u[task.record.place(k)] = s.u[i];
     s.tangent = place.t;
     s.point = place.a + place.t * s.u;
-    LensPoint lens = {splat(0.0f), splat(0.0f)};
-    if (c.aperture_radius > 0.0f) {
-        Float u, v;
-        sobol_pair(place.random.stream, place.random.sample, kPairLens, u, v);
-        aperture_point(c, u, v, lens.x, lens.y);
-    }
+    const LensPoint lens = lens_of(c, place.random);
     s.view = project(c, s.point, lens);
     s.active &= s.view.active & in_reach(c, s.view.sx, s.view.sy) & (s.view.distance > s.view.near) &
                 (s.view.distance < s.view.far);

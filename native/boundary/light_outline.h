@@ -10,7 +10,7 @@
 
 #include "boundary/direct_samples.h"
 #include "boundary/light_motion.h"
-#include "path/camera_projection.h"
+#include "path/lens_sample.h"
 #include "shading/transmittance.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -56,16 +56,6 @@ EG_INLINE Mask outline_point(const LightRow& l, Int kind, Float u, Vec3 origin, 
         t = select(is(kRectangleLight), (b * cx - a * cy) * splat(8.0f), t);
     }
     return flat | (distance > l.radius) | splat(parallel ? -1 : 0);
-}
-
-EG_INLINE LensPoint lens_of(const CameraView& camera, const PathIndex& random) {
-    LensPoint lens = {splat(0.0f), splat(0.0f)};
-    if (camera.aperture_radius > 0.0f) {
-        Float u, v;
-        sobol_pair(random.stream, random.sample, kPairLens, u, v);
-        aperture_point(camera, u, v, lens.x, lens.y);
-    }
-    return lens;
 }
 
 EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTask& task, int64_t at,

@@ -9,10 +9,11 @@
 // planes: with g = sigma (t x w) = mu_i n_i + mu_j n_j,
 //   g . dq = mu_i n_i . m_i(q) + mu_j n_j . m_j(q)     (boundary/crossing_point.h).
 // Where j gives light whose direction is held (shading/held_light.h), lambda = 1 and dx takes the place of
-// dy; near x it does by a share (scene/contact.h). What x doesn't see of j is on the side of i's plane that
-// is away from x: sigma = sign((t x w) . h) with h in j across the line, (n_i . h) (n_i . w) < 0. L(y) is
-// what j gives by itself (the shadow term), or what it scatters, which the path tracer finds (the indirect
-// one).
+// dy; near x it does by a share (scene/contact.h). Of a sphere n_j is its normal at q; where disks are cut
+// that face x, which depends on x, is looked for from there (boundary/pierced_disk.h). What x doesn't see of
+// j is on the side of i's plane that is away from x: sigma = sign((t x w) . h) with h in j across the line,
+// (n_i . h) (n_i . w) < 0. L(y) is what j gives by itself (the shadow term), or what it scatters, which the
+// path tracer finds (the indirect one).
 #pragma once
 
 #include "boundary/light_cut.h"

@@ -116,9 +116,11 @@ def _through(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -
 
 def _reaches(mesh: Mesh, light: PointLight | SpotLight) -> bool:
     """Whether a face may pass through the sphere of a light or, of a disk that turns, into the ball of its places."""
-    corners = mesh.vertices[mesh.faces]
-    nearest = np.clip(light.position, corners.min(axis=1), corners.max(axis=1))
-    near = np.linalg.norm(nearest - light.position, axis=1) < light.radius
-    if not light.sphere:
-        return bool(near.any())
-    return bool((np.linalg.norm(corners[near] - light.position, axis=2) > light.radius).any())
+    faces = mesh.faces
+    for axis in range(3):
+        across = mesh.vertices[faces, axis] - light.position[axis]
+        faces = faces[(across.min(axis=1) < light.radius) & (across.max(axis=1) > -light.radius)]
+    corners = mesh.vertices[faces] - light.position
+    nearest = np.clip(0.0, corners.min(axis=1), corners.max(axis=1))
+    near = np.linalg.norm(nearest, axis=1) < light.radius
+    return bool((np.linalg.norm(corners[near], axis=2) > light.radius).any() if light.sphere else near.any())

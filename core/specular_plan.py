@@ -97,8 +97,8 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
         return
     yield ("seen in mirrors and through smooth glass: what is thinner than a quarter of a pixel in the picture may be "
            "missed; left out are lines where surfaces pass through each other or through lights, seams of textures "
-           "inside of smooth surfaces, borders of spots without blend, and where faces of smooth-shaded meshes turn away "
-           "from lights without size"
+           "inside of smooth surfaces, borders of spots without blend, and where faces of smooth-shaded meshes turn "
+           "away from lights without size"
            + (f", and what chains of more than {_LONGEST} surfaces show" if max_depth > _LONGEST else ""))
     clear = [name for name in specular_materials(scene)
              if any(leaf.kind == "REFRACTION" and may_be_specular(leaf) for leaf in scene.leaves(name))]

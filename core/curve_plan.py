@@ -15,7 +15,7 @@ from .light_table import LEAST_BLEND
 from .mesh import Mesh
 from .motion import Motion
 from .scene import Scene
-from .shape import crossing_pairs, pierces
+from .shape import copy_boxes, crossing_pairs, may_cross, pair_words
 
 
 def outlines(scene: Scene, lights: Collection[str], camera: bool) -> str:
@@ -43,7 +43,7 @@ def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: 
 def surface_curves(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
     """The same of the indirect term."""
     for one, other in _moving_pairs(placed, moves, held):
-        yield f"besides edges: the lines where '{one}' and '{other}' may pass through each other"
+        yield f"besides edges: the lines where {pair_words(one, other)} may pass through each other"
 
 
 def missing_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
@@ -82,9 +82,8 @@ def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> list
 
 
 def _moving_against(placed: Mapping[str, Mesh], moves: Motion, light: str) -> list[str]:
-    """Meshes that move against a light, or it against them; instances are not looked at."""
-    return [name for name, mesh in placed.items()
-            if mesh.instances is None and (name in moves.meshes or light in moves.lights)]
+    """Meshes that move against a light, or it against them."""
+    return [name for name in placed if name in moves.meshes or light in moves.lights]
 
 
 def _through_flat(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
@@ -92,10 +91,9 @@ def _through_flat(light: Light, placed: Mapping[str, Mesh], names: Collection[st
     if not isinstance(light, AreaLight):
         return []
     flat = Mesh(*area_light_mesh(light), ())
-    return [name for name in names if placed[name].instances is None and pierces(placed[name], flat)]
+    return [name for name in names if may_cross(placed[name], flat)]
 
 
 def _reaches(mesh: Mesh, center: NDArray[np.float64], radius: float) -> bool:
-    """Whether the mesh's bounding box meets a ball."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    return bool(np.linalg.norm(center - np.clip(center, low, high)) < radius)
+    """Whether a bounding box of the mesh, or of a copy of it, meets a ball."""
+    return bool((np.linalg.norm(center - np.clip(center, *copy_boxes(mesh)), axis=1) < radius).any())

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "boundary/pierced_lights.h"
+
 namespace edgegrad {
 namespace {
 

@@ -44,6 +44,21 @@ Box mesh_box(const SceneTables& t, size_t mesh) {
     return box;
 }
 
+std::vector<int32_t> faces_in(const SceneTables& t, int32_t mesh, const Box& box, int threads) {
+    constexpr int32_t kBlock = 1 << 14;
+    const int32_t begin = t.mesh_first_face[static_cast<size_t>(mesh)];
+    const int32_t end = t.mesh_first_face[static_cast<size_t>(mesh) + 1];
+    std::vector<std::vector<int32_t>> parts(static_cast<size_t>((end - begin + kBlock - 1) / kBlock));
+    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
+        const int32_t first = begin + static_cast<int32_t>(part) * kBlock;
+        for (int32_t f = first; f < std::min(end, first + kBlock); ++f)
+            if (box_of(t, f).meets(box)) parts[static_cast<size_t>(part)].push_back(f);
+    });
+    std::vector<int32_t> faces;
+    for (const auto& part : parts) faces.insert(faces.end(), part.begin(), part.end());
+    return faces;
+}
+
 Cone::Cone(Vector to, double angle) : axis(to), cosine(-2.0), sine(0.0) {
     const double left = 0.5 * kOneDirection - angle;
     if (left > 0.0) cosine = std::cos(left), sine = std::sin(left);

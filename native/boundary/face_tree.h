@@ -32,6 +32,8 @@ struct Box {
 const float* corner(const SceneTables& t, int32_t face, size_t k);
 Box box_of(const SceneTables& t, int32_t face);
 Box mesh_box(const SceneTables& t, size_t mesh);
+// The faces of a mesh whose boxes meet this one.
+std::vector<int32_t> faces_in(const SceneTables& t, int32_t mesh, const Box& box, int threads);
 
 // Directions about an axis.
 struct Cone {

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -54,7 +55,8 @@ struct CameraKey {
 struct KeptEdges {
     // From which side solid bodies are seen (boundary/solids.h) follows from the camera.
     using Sides = std::vector<int8_t>;
-    Kept<std::pair<bool, std::vector<uint8_t>>, Crossings> crossings;  // the camera moves; which meshes do
+    // The camera moves; instances do; which meshes do.
+    Kept<std::tuple<bool, bool, std::vector<uint8_t>>, Crossings> crossings;
     Kept<std::pair<CameraKey, Asked>, Candidates> primary;
     Kept<std::pair<std::shared_ptr<const LightList>, Sides>, Candidates> shadow;
     Kept<Sides, Candidates> silhouettes;  // towards the environment and other surfaces

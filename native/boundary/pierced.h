@@ -26,8 +26,9 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // The two surfaces of a line, as the one that hides and the one that is hidden.
 struct PiercedPair {
-    Int hider, face;  // face -1: a light
-    Int row;          // of the light table; -1: a face
+    Int hider, face;               // face -1: a light
+    Int hider_instance, instance;  // that place them
+    Int row;                       // of the light table; -1: a face
     Vec3 hider_normal, normal;
     Float weight;  // by the probability of the choice
 };
@@ -54,12 +55,15 @@ EG_INLINE PiercedPair pick_pierced(const SceneView& scene, const BoundaryTask& t
         pair.weight[i] = counts[0] && counts[1] ? 2.0f : 1.0f;
         const bool light = faces[k] & kLightOfTable;
         pair.hider[i] = static_cast<int32_t>(faces[1 - k]);
+        pair.hider_instance[i] = face_instance(scene, p.edge[i], -1, static_cast<uint32_t>(1 - k));
+        pair.instance[i] = light ? -1 : face_instance(scene, p.edge[i], -1, static_cast<uint32_t>(k));
         pair.face[i] = light ? -1 : static_cast<int32_t>(faces[k]);
         if (light) pair.row[i] = static_cast<int32_t>(faces[k] & ~kLightOfTable);
     }
     const Mask on_row = pair.row >= 0;
-    pair.hider_normal = unit_normal(gather_triangle(scene, pair.hider));
-    pair.normal = unit_normal(gather_triangle(scene, select(on_row, splat(0), pair.face)));
+    pair.hider_normal = unit_normal(placed_triangle(scene, pair.hider, pair.hider_instance).triangle);
+    pair.normal =
+        unit_normal(placed_triangle(scene, select(on_row, splat(0), pair.face), pair.instance).triangle);
     if (any(on_row)) {
         const LightRow l = gather_light(scene.lights, select(on_row, pair.row, splat(0)));
         pair.normal = select(on_row, l.direction, pair.normal);
@@ -91,8 +95,8 @@ EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair,
         light = select(shines, l.radiance * light_factor(l, -w), light);
     }
     if (any(on_face)) {
-        const SurfacePoint y =
-            surface_point(scene, on_face, select(on_face, pair.face, splat(0)), s.y.b1, s.y.b2, -w);
+        const SurfacePoint y = surface_point(scene, on_face, select(on_face, pair.face, splat(0)), s.y.b1,
+                                             s.y.b2, -w, select(on_face, pair.instance, splat(-1)));
         const Int kind = splat(static_cast<int>(kCameraRay));
         light = select(on_face, emitted_radiance(scene, y, texture_point(scene, y, w, kind)), light);
     }
@@ -114,10 +118,10 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     s.distance = s.lambda = splat(0.0f);
     s.y = still_far_end();
     const PiercedPair& pair = s.pair = pick_pierced(scene, task, p);
-    s.y.face = pair.face, s.y.row = pair.row;
+    s.y.face = pair.face, s.y.instance = pair.instance, s.y.row = pair.row;
     s.y.kind = kind_of_rows(scene.lights, pair.row);
-    Mask moves = face_point_moves(scene, asked, s.active, pair.hider, s.instance) |
-                 face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, s.instance);
+    Mask moves = face_point_moves(scene, asked, s.active, pair.hider, pair.hider_instance) |
+                 face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, pair.instance);
     if (asked.want_lights) moves |= s.active & (pair.row >= 0);
     if (scene.mesh_contact || (!scatters && scene.face_held)) moves = s.active;  // x may be what moves
     s.active &= moves;
@@ -131,8 +135,9 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     hidden = select(dot(pair.hider_normal, hidden) * facing > 0.0f, -hidden, hidden);
     s.sweep = select(dot(across, hidden) < 0.0f, -across, across);
     s.active &= (facing != 0.0f) & (dot(pair.normal, w) != 0.0f);
-    place_in_face(gather_triangle(scene, select(pair.face >= 0, pair.face, splat(0))), s.point, s.y.b1,
-                  s.y.b2);
+    const Triangle hidden_face =
+        placed_triangle(scene, select(pair.face >= 0, pair.face, splat(0)), pair.instance).triangle;
+    place_in_face(hidden_face, s.point, s.y.b1, s.y.b2);
     Vec3 light = {pair.weight, pair.weight, pair.weight};
     LightSample links =
         no_light_sample(pair.face >= 0, pair.row >= 0, select(pair.row >= 0, pair.row, pair.face), s.y.kind);
@@ -152,8 +157,10 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     if (scene.all_flags & kHasTransparency) {
         // What the hider lets pass isn't hidden.
         Float b1, b2;
-        place_in_face(gather_triangle(scene, pair.hider), s.point, b1, b2);
-        const SurfacePoint i = surface_point(scene, s.active, pair.hider, b1, b2, w);
+        const PlacedTriangle hider = placed_triangle(scene, pair.hider, pair.hider_instance);
+        place_in_face(hider.triangle, s.point, b1, b2);
+        const SurfacePoint i =
+            surface_point(scene, s.active, pair.hider, hider, b1, b2, w, pair.hider_instance);
         const Int kind = splat(static_cast<int>(scatters ? kDiffuseRay : kShadowRay));
         const Vec3 through = surface_transmittance(scene, i, texture_point(scene, i, -w, kind));
         light = light * Vec3{1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
@@ -186,7 +193,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
               ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     if (!scatters || !any(s.active)) return queued;
     Closest y = lit.hit;
-    y.face = pair.face, y.instance = s.instance,
+    y.face = pair.face, y.instance = pair.instance,
     y.mesh = mesh_of(scene, select(s.active, pair.face, splat(0)));
     y.b1 = s.y.b1, y.b2 = s.y.b2, y.distance = splat(0.0f);
     const Vec3 aside = leave_contact(scene, s.active, p.t, hidden, y);
@@ -203,11 +210,13 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     Float mu, mu_y;
     part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
-    plane_point_blocks(mode, scene, s.active, pair.hider, s.point, pair.hider_normal * mu, color);
+    plane_point_blocks(mode, scene, asked, s.active, pair.hider, pair.hider_instance, s.point,
+                       pair.hider_normal * mu, color);
     const Vec3 g = pair.normal * mu_y - s.sweep * (1.0f - s.lambda);
     if (any(s.active & (s.lambda > 0.0f))) lit_end_blocks(mode, scene, asked, s, -s.sweep * s.lambda);
     const Mask on_face = s.active & (pair.face >= 0);
-    if (any(on_face)) plane_point_blocks(mode, scene, on_face, pair.face, s.point, g, color);
+    if (any(on_face))
+        plane_point_blocks(mode, scene, asked, on_face, pair.face, pair.instance, s.point, g, color);
     far_end_blocks(mode, scene, asked, s.active, s.y, s.point, s.towards, splat(0.0f), g, color);
 }
 

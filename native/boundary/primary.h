@@ -57,7 +57,7 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
     hit.hit |= is_near;
     hit.face = select(is_near, near.face, hit.face);
     hit.mesh = select(is_near, mesh, hit.mesh);
-    hit.instance = select(is_near, s.instance, hit.instance);
+    hit.instance = select(is_near, near.instance, hit.instance);
     hit.b1 = select(is_near, b1, hit.b1);
     hit.b2 = select(is_near, b2, hit.b2);
     hit.distance = select(is_near, s.view.distance, hit.distance);
@@ -136,19 +136,21 @@ EG_INLINE Vec3 jump_of(const BoundaryTask& task, const Workspace& work, int at) 
 
 // The velocity of a line along which two faces pierce each other.
 template <typename Mode>
-EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const EdgeSample& s, Mask crossing, Vec3 g,
-                               Vec3 color) {
-    Int face[2] = {splat(0), splat(0)};
+EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                               const EdgeSample& s, Mask crossing, Vec3 g, Vec3 color) {
+    Int face[2] = {splat(0), splat(0)}, instance[2] = {splat(-1), splat(-1)};
     for (int i = 0; i < W; ++i)
-        for (uint32_t k = 0; k < 2; ++k)
-            if (crossing[i])
-                face[k][i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
-    const Vec3 n[2] = {unit_normal(gather_triangle(scene, face[0])),
-                       unit_normal(gather_triangle(scene, face[1]))};
+        for (uint32_t k = 0; k < 2; ++k) {
+            if (!crossing[i]) continue;
+            face[k][i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
+            instance[k][i] = face_instance(scene, s.edge[i], s.instance[i], k);
+        }
+    const Vec3 n[2] = {unit_normal(placed_triangle(scene, face[0], instance[0]).triangle),
+                       unit_normal(placed_triangle(scene, face[1], instance[1]).triangle)};
     Float mu[2];
     part_normals(g, n[0], n[1], mu[0], mu[1]);
     for (int k = 0; k < 2; ++k)
-        plane_point_blocks(mode, scene, crossing, face[k], s.point, n[k] * mu[k], color);
+        plane_point_blocks(mode, scene, asked, crossing, face[k], instance[k], s.point, n[k] * mu[k], color);
 }
 
 // weight N . (de - c), times `color`, for what `asked` names.
@@ -162,7 +164,7 @@ EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeV
         mode.camera(s.active, row, -color);
     }
     const Mask crossing = s.active & s.crossing;
-    if (any(crossing)) crossing_blocks(mode, scene, s, crossing, g, color);
+    if (any(crossing)) crossing_blocks(mode, scene, asked, s, crossing, g, color);
     const Mask on_edge = s.active & ~s.crossing;
     if (any(on_edge)) edge_point_blocks(mode, scene, asked, on_edge, s.edge, s.instance, s.u, g, color);
 }

@@ -20,8 +20,9 @@ from .shape import copy_boxes, crossing_pairs, may_cross, pair_words
 
 def outlines(scene: Scene, lights: Collection[str], camera: bool) -> str:
     """What the primary term has of them, if one of some lights or the camera moves: a sentence, or nothing."""
+    parallel = scene.camera.kind == "ORTHOGRAPHIC"
     seen = [name for name, light in scene.lights.items() if _has_outline(light) and (camera or name in lights)
-            and not _turns_by_ray(scene, light)]
+            and not _lens_blurs(scene, light) and not (parallel and isinstance(light, SunLight))]
     return f"besides edges: the outlines of {', '.join(seen)}" if seen else ""
 
 
@@ -49,10 +50,9 @@ def surface_curves(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Ite
 def missing_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
     """Sentences on those that no term has."""
     shown = [name for name, light in scene.lights.items() if (name in moves.lights or moves.camera)
-             and ((isinstance(light, SunLight) and light.angle > 0.0 and "camera" in light.visible_to)
-                  or (_has_outline(light) and _turns_by_ray(scene, light)))]
+             and _has_outline(light) and _lens_blurs(scene, light)]
     if shown:
-        yield f"the outlines of {', '.join(shown)}, as the camera sees them: suns, or disks that face parallel rays"
+        yield f"the outlines of {', '.join(shown)}, suns or disks that an orthographic camera sees through its lens"
     for name, light in scene.lights.items():
         against = list(placed) if moves.camera else _moving_against(placed, moves, name)
         through = _through_flat(light, placed, against) if "camera" in light.visible_to else []
@@ -66,14 +66,15 @@ def missing_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> I
 
 
 def _has_outline(light: Light) -> bool:
-    """Whether the camera sees where the light ends, at a distance."""
-    sized = isinstance(light, AreaLight) or (isinstance(light, PointLight | SpotLight) and light.radius > 0.0)
-    return sized and "camera" in light.visible_to
+    """Whether the camera may see where the light ends."""
+    sized = light.angle if isinstance(light, SunLight) else 1.0 if isinstance(light, AreaLight) else light.radius
+    return sized > 0.0 and "camera" in light.visible_to
 
 
-def _turns_by_ray(scene: Scene, light: Light) -> bool:
-    """Whether each of the camera's rays sees a disk of its own."""
-    return scene.camera.kind == "ORTHOGRAPHIC" and is_disk(light)
+def _lens_blurs(scene: Scene, light: Light) -> bool:
+    """Whether an outline is none in the picture, or no circle, for one point of the lens."""
+    lens = scene.camera.kind == "ORTHOGRAPHIC" and scene.camera.aperture_radius > 0.0
+    return lens and (is_disk(light) or isinstance(light, SunLight))
 
 
 def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> list[tuple[str, str]]:

@@ -182,6 +182,22 @@ def boards_move(theta: float) -> edgegrad.Scene:
     return scene
 
 
+def cross_moves(theta: float) -> edgegrad.Scene:
+    """Two upright copies of a square through each other and through the floor, on which light of both is held."""
+    square = rectangle((0, 0, 0), (0, 1.0, 0), (0.8, 0, 0), "board")
+    upright = pose(np.diag([1.4, 1.0, 0.7]), 0.0, 0.3, 0.0)
+    square.instances = np.stack([
+        pose(turn(0.0, 0.5 + 0.3 * theta, 0.0), 0.4 * theta, 0.0, 0.1) @ upright,
+        pose(turn(0.0, -0.9, 0.1 + 0.2 * theta), 0.1, 0.2 * theta, -0.5 * theta) @ upright,
+    ])
+    key = edgegrad.PointLight(np.array([0.5, 2.0, 2.5]), 300.0, casts_shadow=False, receivers=("boards",))
+    return edgegrad.Scene(
+        camera((0, 2.6, 3.0), (0, 0, 0.1), 24, 0.6),
+        {"floor": rectangle((0, 0, 0), (0, 0, 4), (4, 0, 0), "floor"), "boards": square},
+        {"floor": matte(0.6, 0.7, 0.5), "board": matte(0.9, 0.5, 0.3)}, {"key": key},
+    )
+
+
 PLACES, VERTICES = ["meshes.sheet.instances"], ["meshes.sheet.vertices"]
 HIDDEN: dict[str, tuple[Make, list[str]]] = {
     "mesh: copy moves": (sheet_moves(lambda: sheet_through("mesh")), PLACES),
@@ -194,6 +210,7 @@ HIDDEN: dict[str, tuple[Make, list[str]]] = {
 DEEP: dict[str, tuple[Make, list[str]]] = {
     "copy moves in a board": (sheet_moves(sheet_through_board), PLACES),
     "copies of one mesh": (boards_move, ["meshes.lamp.instances"]),
+    "copies across, on a floor": (cross_moves, ["meshes.boards.instances"]),
 }
 
 

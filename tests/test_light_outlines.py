@@ -25,8 +25,8 @@ LIGHTS: dict[str, edgegrad.PointLight | edgegrad.SpotLight | edgegrad.AreaLight 
     "rectangle": edgegrad.AreaLight(FACING, np.array([0.9, 0.6]), "RECTANGLE", 30.0),
     "ellipse": edgegrad.AreaLight(FACING, np.array([0.9, 0.6]), "ELLIPSE", 30.0),
     "sun": edgegrad.SunLight(np.array([0.0, 0.15, 1.0]), 0.5, 0.4),
-    # As wide as the sky's own, and a disk as near as it is wide, which turns much from ray to ray.
-    "small sun": edgegrad.SunLight(np.array([0.02, 0.015, 1.0]), 0.002, 0.0093),
+    # So small and seen from so far that single precision tells; a disk that turns much from ray to ray, being near.
+    "small sun": edgegrad.SunLight(np.array([0.02, 0.015, 1.0]), 1e-4, 0.002),
     "wide disk": edgegrad.PointLight(np.array([0.2, 0.1, 1.4]), 60.0, 1.0, False),
 }
 VIEW = camera((0.2, 0.3, 2.5), (0, 0, 0), 24, 0.9)
@@ -36,7 +36,7 @@ VIEWS = {
     "orthographic": replace(VIEW, kind="ORTHOGRAPHIC", ortho_width=2.2),
     "panorama": replace(VIEW, kind="EQUIRECTANGULAR", width=48),
     "wide filter": replace(VIEW, filter="BLACKMAN_HARRIS", filter_width=3.0),
-    "telescope": replace(camera((20.0, 30.0, 250.0), (20.0 - 0.02 * 250.0, 30.0 - 0.015 * 250.0, 0.0), 24), fov_x=0.02),
+    "telescope": camera((2000.0, 3000.0, 25000.0), (1500.0, 2625.0, 0.0), 24, 0.004),
     "high": replace(VIEW, kind="ORTHOGRAPHIC", ortho_width=3.0),
 }
 FAR = ("small sun", "telescope"), ("wide disk", "high")
@@ -44,9 +44,11 @@ FAR = ("small sun", "telescope"), ("wide disk", "high")
 
 def scene_with(light: str, view: str) -> edgegrad.Scene:
     """A light behind a black card that hides a corner of it."""
-    depth = 1.7 if light == "wide disk" else 0.9
+    card = rectangle((-0.3, 0.6, 0.9), (0.4, 0.05, 0), (0, 0.4, 0.1), "black")
+    if light == "wide disk":  # farther than its centre, but not than where parallel rays meet it
+        card = rectangle((-0.63, 0.1, 1.2), (0.16, 0, 0), (0, 0.5, 0), "black")
     return edgegrad.Scene(
-        VIEWS[view], {"card": rectangle((-0.3, 0.6, depth), (0.4, 0.05, 0), (0, 0.4, 0.1), "black")},
+        VIEWS[view], {"card": card},
         {"black": matte(0.0, 0.0, 0.0)}, {"lamp": replace(LIGHTS[light], visible_to=frozenset(RAYS))},
     )
 
@@ -84,7 +86,7 @@ def moves(light: str, view: str) -> tuple[Make, list[str]]:
     if isinstance(LIGHTS[light], edgegrad.AreaLight):
         return light_changes(light, view, "to_world", np.array([0.4, 0.3, -0.2]))
     if light == "small sun":
-        return light_changes(light, view, "direction", np.array([0.02, -0.01, 0.03]))
+        return light_changes(light, view, "direction", np.array([0.004, -0.002, 0.006]))
     field = "direction" if light == "sun" else "position"
     return light_changes(light, view, field, np.array([1.0, -0.4, 0.3]))
 
@@ -100,7 +102,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "disk, orthographic: light grows": light_changes("disk", "orthographic", "radius", 0.6),
     "rectangle: light grows": light_changes("rectangle", "perspective", "size", np.array([0.7, -0.3])),
     "wide disk, high: light grows": light_changes("wide disk", "high", "radius", 0.6),
-    "small sun: light grows": light_changes("small sun", "telescope", "angle", 0.01),
+    "small sun: light grows": light_changes("small sun", "telescope", "angle", 0.002),
     "sun: light grows": light_changes("sun", "perspective", "angle", 0.5),
     "sun, panorama: light grows": light_changes("sun", "panorama", "angle", 0.5),
 }
@@ -149,6 +151,19 @@ def test_without_the_term_the_comparison_fails() -> None:
     need_every_table()
     outcome = agreement(along(*CASES["sphere, perspective: light moves"]), terms=("interior", "shadow"))
     assert outcome.p_value < ALARM, str(outcome)
+
+
+def test_a_sun_does_not_move_with_the_camera() -> None:
+    """A camera that moves without turning sees it where it was."""
+    need_every_table()
+    scene = scene_with("sun", "lens")
+    scene.meshes["card"].vertices += [0.0, 0.0, 9.0]  # behind the camera
+    renderer = edgegrad.Renderer(scene)
+    turned, moved = np.zeros((2, 4, 4))
+    turned[:3, :3] = np.array([[0, 1, 0], [-1, 0, 2], [0, -2, 0]]) @ scene.camera.to_world[:3, :3]
+    moved[:3, 3] = [0.3, -0.2, 0.4]
+    turns, stays = (renderer.render_forward({"camera.to_world": t}, spp=16, terms=("primary",)) for t in (turned, moved))
+    assert np.abs(stays).max() < 1e-5 * np.abs(turns).max()
 
 
 @pytest.mark.parametrize("name", ["disk, lens: camera moves", "rectangle, panorama: light moves",

@@ -151,16 +151,6 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     return s;
 }
 
-// The adjoint of a sun's angle, with `g` that of the direction: exact where it is small.
-EG_INLINE void sun_widens(const SceneView& scene, const OutlineSample& s, Mask sun, Vec3 g,
-                          Float (&row)[kLightParams]) {
-    const LightRow l = gather_light(scene.lights, s.row);
-    const Float cos = 1.0f - l.one_minus_cos, sine2 = l.one_minus_cos * (2.0f - l.one_minus_cos);
-    // omega = middle cos + e sin, and d(1 - cos) = sin d(angle).
-    const Vec3 across = s.view.direction * cos + l.direction;  // e sin cos - middle sin^2
-    row[kLightOneMinusCos] = select(sun, dot(g, across) / max(sine2, 1e-30f), row[kLightOneMinusCos]);
-}
-
 // The adjoints of the row's floats of disks that parallel rays meet, with `g` that of the outline. Returns
 // that of the centre by its depth.
 EG_INLINE Vec3 parallel_disk_row(const SceneView& scene, const OutlineSample& s, Mask disk, Vec3 g,
@@ -203,8 +193,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 to_light = select(sun, g * s.view.distance, g);
     Vec3 from = light_motion_row(scene.lights, s.row, s.kind, origin,
                                  select(sun, s.view.direction, s.point - origin), to_light, row);
-    from = select(sun, g, from);
-    if (any(sun)) sun_widens(scene, s, sun, to_light, row);
+    from = select(sun, g, from);  // y rides with the ray's origin
     Vec3 by_depth = zero3();
     if (widens) by_depth = parallel_disk_row(scene, s, disk, g, row);
     if (asked.want_lights) mode.light(s.active, s.row, row, s.color);

@@ -234,6 +234,29 @@ def test_reverse_mode_is_the_transpose(name: str) -> None:
     check_transpose(*{**SEEN, **HIDDEN, **DEEP}[name], spp=16, terms=terms, max_depth=4)
 
 
+def test_crossings_are_found_anew_where_copies_have_moved_or_are_asked_for() -> None:
+    """What a renderer keeps of earlier calls is that of a new one."""
+    need_every_table()
+    scene = boxes()
+    scene.meshes["other"] = rectangle((0.9, 0.8, -0.5), (0.2, 0.0, 0.1), (0.0, 0.2, 0.0), "veil")
+    scene.materials = {**MATERIALS, "veil": edgegrad.Material(alpha=0.5)}  # no light is held, which looks for all
+    instances = scene.meshes["boxes"].instances
+    assert instances is not None
+    other = {"meshes.other.vertices": np.ones((4, 3))}
+    both = {**other, "meshes.boxes.instances": np.random.default_rng(2).normal(size=instances.shape)}
+    both["meshes.boxes.instances"][:, 3] = 0.0
+
+    def picture(renderer: edgegrad.Renderer) -> Floats:
+        return renderer.render_forward(both, spp=8, terms=("primary",)).astype(np.float64)
+
+    renderer = edgegrad.Renderer(scene)
+    renderer.render_forward(other, spp=8, terms=("primary",))
+    np.testing.assert_array_equal(picture(renderer), picture(edgegrad.Renderer(scene)))
+    scene.meshes["boxes"].instances = placed(0.3)
+    renderer.update(["meshes.boxes.instances"])
+    np.testing.assert_array_equal(picture(renderer), picture(edgegrad.Renderer(scene)))
+
+
 def test_bits_are_equal_for_any_number_of_threads() -> None:
     need_every_table()
     check_equal_bits(copies_move, [*COPIES, *MESH], spp=4)

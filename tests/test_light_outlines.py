@@ -162,7 +162,8 @@ def test_a_sun_does_not_move_with_the_camera() -> None:
     turned, moved = np.zeros((2, 4, 4))
     turned[:3, :3] = np.array([[0, 1, 0], [-1, 0, 2], [0, -2, 0]]) @ scene.camera.to_world[:3, :3]
     moved[:3, 3] = [0.3, -0.2, 0.4]
-    turns, stays = (renderer.render_forward({"camera.to_world": t}, spp=16, terms=("primary",)) for t in (turned, moved))
+    turns, stays = (renderer.render_forward({"camera.to_world": tangent}, spp=16, terms=("primary",))
+                    for tangent in (turned, moved))
     assert np.abs(stays).max() < 1e-5 * np.abs(turns).max()
 
 

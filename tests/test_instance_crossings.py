@@ -252,8 +252,15 @@ def test_crossings_are_found_anew_where_copies_have_moved_or_are_asked_for() -> 
     renderer = edgegrad.Renderer(scene)
     renderer.render_forward(other, spp=8, terms=("primary",))
     np.testing.assert_array_equal(picture(renderer), picture(edgegrad.Renderer(scene)))
-    scene.meshes["boxes"].instances = placed(0.3)
+    mesh = scene.meshes["boxes"]
+    mesh.instances = placed(0.3)
     renderer.update(["meshes.boxes.instances"])
+    np.testing.assert_array_equal(picture(renderer), picture(edgegrad.Renderer(scene)))
+    scene.camera = camera_moves(0.2).camera
+    renderer.update(["camera.to_world"])
+    np.testing.assert_array_equal(picture(renderer), picture(edgegrad.Renderer(scene)))
+    mesh.vertices = 0.8 * mesh.vertices
+    renderer.update(["meshes.boxes.vertices"])
     np.testing.assert_array_equal(picture(renderer), picture(edgegrad.Renderer(scene)))
 
 

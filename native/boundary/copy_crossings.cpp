@@ -97,12 +97,12 @@ void search_copy_pair(const SceneTables& tables, const std::vector<FaceTree>& tr
 
 }  // namespace
 
-MeshCopy::MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instance)
+MeshCopy::MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instance, const Box& mesh_box)
     : mesh(of_mesh),
       instance(of_instance),
       place(Placement::of(tables, of_instance)),
       back{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-      box(mesh_box(tables, static_cast<size_t>(of_mesh))) {
+      box(mesh_box) {
     if (!place.matrix) return;
     box = mapped(box, place);
     const Vector x = vertex(place.matrix), y = vertex(place.matrix + 4), z = vertex(place.matrix + 8);
@@ -142,9 +142,12 @@ void search_copies(const SceneTables& tables, const Asked& asked, int32_t seers,
                    Crossings& out) {
     const auto instances = mesh_instances(tables);
     std::vector<MeshCopy> copies;
-    for (size_t m = 0; m < instances.size(); ++m)
+    for (size_t m = 0; m < instances.size(); ++m) {
+        if (!(tables.mesh_mask[m] & seers)) continue;
+        const Box box = mesh_box(tables, m);
         for (int32_t instance : instances[m])
-            if (tables.mesh_mask[m] & seers) copies.emplace_back(tables, static_cast<int32_t>(m), instance);
+            copies.emplace_back(tables, static_cast<int32_t>(m), instance, box);
+    }
     const auto wanted = [&](const MeshCopy& one, const MeshCopy& other) {
         if (one.instance < 0 && other.instance < 0) return false;  // boundary/crossings.cpp has them
         return asked.camera || asked.instances || asked.moving[static_cast<size_t>(one.mesh)] ||

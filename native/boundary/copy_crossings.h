@@ -15,7 +15,8 @@ struct MeshCopy {
     Vector back[3];  // rows of the inverse of its linear part
     Box box;         // of its mesh's box in the world
 
-    MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instance);
+    // `mesh_box`: of the mesh in its own space.
+    MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instance, const Box& mesh_box);
     // A point, and a box around what is in a box, in the mesh's own space.
     Vector local(Vector world) const;
     Box local(const Box& world) const;

@@ -63,9 +63,14 @@ struct KeptEdges {
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
 
-    // Where vertices or values have changed.
+    // Where vertices have changed.
     void clear() {
-        crossings.clear(), primary.clear(), shadow.clear(), silhouettes.clear();
+        crossings.clear();
+        clear_values();
+    }
+    // Where values have: surfaces cross where they did.
+    void clear_values() {
+        primary.clear(), shadow.clear(), silhouettes.clear();
         tree.clear(), regions.clear();
     }
 };

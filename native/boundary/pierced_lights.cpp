@@ -87,8 +87,9 @@ Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, con
         for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
             const bool turns = asked.instances && is_placed(instances[mesh]);
             if (!(asked.lights || asked.moving[mesh] || turns)) continue;
+            const Box box = mesh_box(tables, mesh);
             for (int32_t instance : instances[mesh]) {
-                const MeshCopy copy(tables, static_cast<int32_t>(mesh), instance);
+                const MeshCopy copy(tables, static_cast<int32_t>(mesh), instance, box);
                 if (!copy.box.meets(light.box)) continue;
                 for (int32_t face :
                      faces_in(tables, static_cast<int32_t>(mesh), copy.local(light.box), threads)) {

@@ -15,16 +15,20 @@ from .light_table import LEAST_BLEND
 from .mesh import Mesh
 from .motion import Motion
 from .scene import Scene
-from .shape import crossing_pairs, pierces
+from .shape import MOST_COPIES, copies_near, crossing_pairs, may_cross, pair_words
 
 
 def seen_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, camera: bool) -> list[str]:
     """What the primary term has of lights: sentences. `camera`: its rays move."""
-    shown = {name: light for name, light in scene.lights.items()
-             if _has_outline(light) and not _turns_by_ray(scene, light)}
+    parallel = scene.camera.kind == "ORTHOGRAPHIC"
+    shown = {name: light for name, light in scene.lights.items() if _has_outline(light)}
     moving = [name for name in shown if camera or name in moves.lights]
-    out = [f"besides edges: the outlines of {', '.join(moving)}"] if moving else []
+    ends = [name for name in moving if not _lens_blurs(scene, shown[name])
+            and not (parallel and isinstance(shown[name], SunLight))]
+    out = [f"besides edges: the outlines of {', '.join(ends)}"] if ends else []
     for name, light in shown.items():
+        if _turns_by_ray(scene, light):
+            continue
         through = _seen_through(light, placed, list(placed) if name in moving else moves.meshes)
         if through:
             out.append(f"besides edges: the lines where {', '.join(through)} may pass through the light '{name}'")
@@ -35,7 +39,7 @@ def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: 
     """What the shadow term has of them: sentences. `held`: light moves over all of them (contact.py)."""
     for one, other in _moving_pairs(placed, moves, held):
         if scene.emits(one) or scene.emits(other):
-            yield (f"besides edges: what '{one}' and '{other}' hide of the light of each other where they may pass "
+            yield (f"besides edges: what {pair_words(one, other)} hide of the light of each other where they may pass "
                    "through each other")
     for name, light in scene.lights.items():
         # A disk turns with what it lights, and where that slides, with the camera.
@@ -52,16 +56,15 @@ def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: 
 def surface_curves(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
     """The same of the indirect term."""
     for one, other in _moving_pairs(placed, moves, held):
-        yield f"besides edges: the lines where '{one}' and '{other}' may pass through each other"
+        yield f"besides edges: the lines where {pair_words(one, other)} may pass through each other"
 
 
 def missing_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
     """Sentences on those that no term has."""
     shown = [name for name, light in scene.lights.items() if (name in moves.lights or moves.camera)
-             and ((isinstance(light, SunLight) and light.angle > 0.0 and "camera" in light.visible_to)
-                  or (_has_outline(light) and _turns_by_ray(scene, light)))]
+             and _has_outline(light) and _lens_blurs(scene, light)]
     if shown:
-        yield f"the outlines of {', '.join(shown)}, as the camera sees them: suns, or disks that face parallel rays"
+        yield f"the outlines of {', '.join(shown)}, suns or disks that an orthographic camera sees through its lens"
     for name, light in scene.lights.items():
         if not (_has_outline(light) and _turns_by_ray(scene, light)):
             continue
@@ -83,14 +86,20 @@ def missing_glare(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, lit: 
 
 
 def _has_outline(light: Light) -> bool:
-    """Whether the camera sees where the light ends, at a distance."""
-    sized = isinstance(light, AreaLight) or (isinstance(light, PointLight | SpotLight) and light.radius > 0.0)
-    return sized and "camera" in light.visible_to
+    """Whether the camera may see where the light ends."""
+    sized = light.angle if isinstance(light, SunLight) else 1.0 if isinstance(light, AreaLight) else light.radius
+    return sized > 0.0 and "camera" in light.visible_to
 
 
 def _turns_by_ray(scene: Scene, light: Light) -> bool:
     """Whether each of the camera's rays sees a disk of its own."""
     return scene.camera.kind == "ORTHOGRAPHIC" and is_disk(light)
+
+
+def _lens_blurs(scene: Scene, light: Light) -> bool:
+    """Whether an outline is none in the picture, or no circle, for one point of the lens."""
+    lens = scene.camera.kind == "ORTHOGRAPHIC" and scene.camera.aperture_radius > 0.0
+    return lens and (is_disk(light) or isinstance(light, SunLight))
 
 
 def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> list[tuple[str, str]]:
@@ -104,18 +113,25 @@ def _seen_through(light: Light, placed: Mapping[str, Mesh], names: Collection[st
 
 
 def _through(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
-    """Those of some meshes that may pass through a light, in the scene's order; instances are not looked at."""
-    alone = [name for name in placed if name in names and placed[name].instances is None]
+    """Those of some meshes, or of copies of them, that may pass through a light, in the scene's order."""
+    near = [name for name in placed if name in names]
     if isinstance(light, AreaLight):
         flat = Mesh(*area_light_mesh(light), ())
-        return [name for name in alone if pierces(placed[name], flat)]
+        return [name for name in near if may_cross(placed[name], flat)]
     if isinstance(light, SunLight) or light.radius == 0.0:
         return []
-    return [name for name in alone if _reaches(placed[name], light)]
+    return [name for name in near if _reaches(placed[name], light)]
 
 
 def _reaches(mesh: Mesh, light: PointLight | SpotLight) -> bool:
-    """Whether a face may pass through the sphere of a light or, of a disk that turns, into the ball of its places."""
+    """Whether a face of a copy may pass through the sphere of a light or, of a disk that turns, into the ball of its
+    places.
+    """
+    near = copies_near(mesh, light.position - light.radius, light.position + light.radius)
+    return any(tried == MOST_COPIES or _copy_reaches(copy, light) for tried, copy in enumerate(near))
+
+
+def _copy_reaches(mesh: Mesh, light: PointLight | SpotLight) -> bool:
     faces = mesh.faces
     for axis in range(3):
         across = mesh.vertices[faces, axis] - light.position[axis]

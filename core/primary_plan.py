@@ -14,7 +14,7 @@ from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import Motion
 from .scene import Scene
-from .shape import convex, crossing_pairs
+from .shape import convex, crossing_pairs, pair_words
 
 # Meshes of more faces are not searched for places where they pass through themselves (native/boundary/crossings.h).
 SELF_CROSSING_FACES = 50_000
@@ -79,7 +79,7 @@ def primary_rules(
                    "jump")
     for one, other in crossing_pairs(placed):
         if (one in swept or other in swept) and one not in unseen and other not in unseen:
-            why.append(f"besides edges: the lines where '{one}' and '{other}' may pass through each other")
+            why.append(f"besides edges: the lines where {pair_words(one, other)} may pass through each other")
     why += seen
     kept = sum(edges[name].count for name in swept) - plain
     return PrimaryRules(kept > 0 or bool(seen), kept, total, tuple(why))
@@ -114,9 +114,6 @@ def missing_jumps(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> It
     if large:
         yield (f"surfaces that pass through themselves: not looked for in {', '.join(large)} of more than "
                f"{SELF_CROSSING_FACES:,} faces, and left out")
-    copies = [name for name in placed if name in moving and placed[name].instances is not None]
-    if copies:
-        yield f"lines where instances of {', '.join(copies)} pass through other surfaces: not looked for, and left out"
     cut = [name for name in placed if name in moving and _is_cut(scene, placed[name])]
     if cut:
         yield f"the borders that the camera's clip distances cut into {', '.join(cut)}: they are no edges"

@@ -93,12 +93,16 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOpt
     if (!options.primary || !(asked.camera || asked.lights)) return;
     const SceneTables::LightRows& lights = edges.tables.lights;
     Candidates outlines;
-    for (int32_t k = 0; k < scene.lights.sized_count; ++k) {
+    const bool parallel = scene.camera.kind == kOrthographic;
+    // Where all rays are parallel they see all of a sun, or none of it.
+    const int32_t count = scene.lights.sized_count + (parallel ? 0 : scene.lights.sized_distant);
+    for (int32_t k = 0; k < count; ++k) {
         const int32_t row = scene.lights.sized[k];
         const int32_t kind = lights.kind[static_cast<size_t>(row)];
         if (!(lights.visible_to[static_cast<size_t>(row)] & (1 << kCameraRay))) continue;
-        // Each of parallel rays has an origin of its own, which a disk would face.
-        if (kind == kDiskLight && scene.camera.kind == kOrthographic) continue;
+        // Rays from one point of a lens are parallel to each other, but not across the camera's plane, where
+        // the origins are that the disks face.
+        if (kind == kDiskLight && parallel && scene.camera.aperture_radius > 0.0f) continue;
         add_turns(row, 1.0, outlines);
     }
     if (outlines.size() > 0) out.push_back({kLightOutline, std::move(outlines), nullptr, kOutlineShare});

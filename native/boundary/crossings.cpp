@@ -1,34 +1,16 @@
 #include "boundary/crossings.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
-#include "boundary/face_tree.h"
+#include "boundary/copy_crossings.h"
+#include "boundary/face_cut.h"
 #include "boundary/picture_frame.h"
-#include "boundary/triangle_cut.h"
 #include "parallel.h"
 #include "scene/mesh_instances.h"
 
 namespace edgegrad {
 namespace {
-
-// The line that two triangles share; false if there is none.
-bool shared_line(const SceneTables& tables, int32_t face, int32_t other, Vector (&ends)[2]) {
-    const Triangle3 s(tables, face), t(tables, other);
-    const Vector along = cross(s.normal, t.normal);
-    const double sine2 = dot(along, along), scale2 = dot(s.normal, s.normal) * dot(t.normal, t.normal);
-    if (!(sine2 > kParallel * scale2)) return false;
-    Vector a[2], b[2];
-    if (!cut(s, t, a) || !cut(t, s, b)) return false;
-    // Both lie on one line: what they have in common is between the second and the third of the four ends.
-    if (dot(along, a[0]) > dot(along, a[1])) std::swap(a[0], a[1]);
-    if (dot(along, b[0]) > dot(along, b[1])) std::swap(b[0], b[1]);
-    ends[0] = dot(along, a[0]) > dot(along, b[0]) ? a[0] : b[0];
-    ends[1] = dot(along, a[1]) < dot(along, b[1]) ? a[1] : b[1];
-    return dot(along, ends[1] - ends[0]) > 0.0 &&
-           length(ends[1] - ends[0]) > kOnPlane * std::max(s.size, t.size);
-}
 
 // Whether two faces have a corner in common (by place: copies of a vertex count as one).
 bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
@@ -48,18 +30,8 @@ bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
 
 void add_pair(const SceneTables& tables, int32_t face, int32_t other, Crossings& out) {
     Vector ends[2];
-    if (!shared_line(tables, face, other, ends)) return;
-    for (const Vector& e : ends)
-        for (double x : {e.x, e.y, e.z}) out.ends.push_back(static_cast<float>(x));
-    out.faces.push_back(static_cast<uint32_t>(face));
-    out.faces.push_back(static_cast<uint32_t>(other));
-}
-
-void join(const std::vector<Crossings>& parts, Crossings& out) {
-    for (const Crossings& part : parts) {
-        out.ends.insert(out.ends.end(), part.ends.begin(), part.ends.end());
-        out.faces.insert(out.faces.end(), part.faces.begin(), part.faces.end());
-    }
+    if (!shared_line(Triangle3(tables, face), Triangle3(tables, other), ends)) return;
+    out.add(ends, {static_cast<uint32_t>(face)}, {static_cast<uint32_t>(other)});
 }
 
 void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
@@ -79,7 +51,7 @@ void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Bo
             tree.visit(box_of(tables, few[k]),
                        [&](int32_t f) { add_pair(tables, few[k], f, parts[static_cast<size_t>(part)]); });
     });
-    join(parts, out);
+    out.add(parts);
 }
 
 void search_self(const SceneTables& tables, int32_t mesh, int threads, Crossings& out) {
@@ -95,7 +67,7 @@ void search_self(const SceneTables& tables, int32_t mesh, int threads, Crossings
             if (!neighbours(tables, face, other)) add_pair(tables, face, other, parts[part]);
         });
     });
-    join(parts, out);
+    out.add(parts);
 }
 
 }  // namespace
@@ -128,24 +100,37 @@ Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t 
             search_pair(tables, static_cast<int32_t>(a), static_cast<int32_t>(b), common, threads, out);
         }
     }
+    if (tables.instance_mesh.empty()) return out;
+    for (size_t m = 0; m < meshes; ++m) {
+        const bool small = tables.mesh_first_face[m + 1] - tables.mesh_first_face[m] <= kSelfCrossingFaces;
+        if (!is_placed(instances[m]) || !(tables.mesh_mask[m] & seers) || !small) continue;
+        if (!asked.camera && !asked.moving[m] && !asked.instances) continue;
+        Crossings own;
+        search_self(tables, static_cast<int32_t>(m), threads, own);
+        place_crossings(tables, own, instances[m], out);
+    }
+    search_copies(tables, asked, seers, threads, out);
     return out;
 }
 
 Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const Crossings& all) {
     if (asked.camera) return all;
-    const auto moves = [&](uint32_t face) {
+    const auto moves = [&](size_t k) {
+        if (asked.instances && all.instances[k] >= 0) return true;
         const auto& first = tables.mesh_first_face;
-        const auto next = std::upper_bound(first.begin(), first.end(), static_cast<int32_t>(face));
+        const auto next = std::upper_bound(first.begin(), first.end(), static_cast<int32_t>(all.faces[k]));
         return asked.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
     };
     Crossings out;
-    for (size_t k = 0; k < static_cast<size_t>(all.size()); ++k)
-        if (moves(all.faces[2 * k]) || moves(all.faces[2 * k + 1])) out.add(all, k);
+    for (int64_t k = 0; k < all.size(); ++k)
+        if (moves(static_cast<size_t>(2 * k)) || moves(static_cast<size_t>(2 * k + 1))) out.add(all, k);
     return out;
 }
 
 EdgesAndCrossings::EdgesAndCrossings(const SceneTables& tables, Crossings crossings)
-    : edge_count_(static_cast<int32_t>(tables.edge_vertices.size() / 2)), crossings_(std::move(crossings)) {
+    : edge_count_(static_cast<int32_t>(tables.edge_vertices.size() / 2)),
+      placed_(!tables.instance_mesh.empty()),
+      crossings_(std::move(crossings)) {
     if (crossings_.size() == 0) return;
     face_first_ = tables.edge_face_first;
     faces_ = tables.edge_faces;
@@ -158,6 +143,7 @@ SceneView EdgesAndCrossings::view(SceneView scene) const {
     scene.edge_face_first = face_first_.data();
     scene.edge_faces = faces_.data();
     scene.crossing_ends = crossings_.ends.data();
+    scene.crossing_instances = placed_ ? crossings_.instances.data() : nullptr;
     return scene;
 }
 

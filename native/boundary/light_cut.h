@@ -13,11 +13,14 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The faces and the lights' rows of lines.
-EG_INLINE void faces_of_line(const SceneView& scene, Mask active, Int line, Int& face, Int& row) {
+// The faces, the instances that place them, and the lights' rows of lines.
+EG_INLINE void faces_of_line(const SceneView& scene, Mask active, Int line, Int& face, Int& instance,
+                             Int& row) {
     face = row = splat(0);
+    instance = splat(-1);
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
+        instance[i] = face_instance(scene, line[i], -1, 0);
         const uint32_t* faces = scene.edge_faces + scene.edge_face_first[line[i]];
         face[i] = static_cast<int32_t>(faces[0]);
         row[i] = static_cast<int32_t>(faces[1] & ~kLightOfTable);

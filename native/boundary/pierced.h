@@ -27,8 +27,9 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // The two surfaces of a line, as the one that hides and the one that is hidden.
 struct PiercedPair {
-    Int hider, face;  // face -1: a light
-    Int row;          // of the light table; -1: a face
+    Int hider, face;               // face -1: a light
+    Int hider_instance, instance;  // that place them
+    Int row;                       // of the light table; -1: a face
     Vec3 hider_normal, normal;
     Float weight;  // by the probability of the choice
 };
@@ -55,11 +56,14 @@ EG_INLINE PiercedPair pick_pierced(const SceneView& scene, const BoundaryTask& t
         pair.weight[i] = counts[0] && counts[1] ? 2.0f : 1.0f;
         const bool light = faces[k] & kLightOfTable;
         pair.hider[i] = static_cast<int32_t>(faces[1 - k]);
+        pair.hider_instance[i] = face_instance(scene, p.edge[i], -1, static_cast<uint32_t>(1 - k));
+        pair.instance[i] = light ? -1 : face_instance(scene, p.edge[i], -1, static_cast<uint32_t>(k));
         pair.face[i] = light ? -1 : static_cast<int32_t>(faces[k]);
         if (light) pair.row[i] = static_cast<int32_t>(faces[k] & ~kLightOfTable);
     }
-    pair.hider_normal = unit_normal(gather_triangle(scene, pair.hider));
-    pair.normal = unit_normal(gather_triangle(scene, select(pair.row >= 0, splat(0), pair.face)));
+    const Int hidden_face = select(pair.row >= 0, splat(0), pair.face);
+    pair.hider_normal = unit_normal(placed_triangle(scene, pair.hider, pair.hider_instance).triangle);
+    pair.normal = unit_normal(placed_triangle(scene, hidden_face, pair.instance).triangle);
     return pair;
 }
 
@@ -110,8 +114,8 @@ EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair,
         light = select(shines, l.radiance * light_factor(l, -w), light);
     }
     if (any(on_face)) {
-        const SurfacePoint y =
-            surface_point(scene, on_face, select(on_face, pair.face, splat(0)), s.y.b1, s.y.b2, -w);
+        const SurfacePoint y = surface_point(scene, on_face, select(on_face, pair.face, splat(0)), s.y.b1,
+                                             s.y.b2, -w, select(on_face, pair.instance, splat(-1)));
         const Int kind = splat(static_cast<int>(kCameraRay));
         light = select(on_face, emitted_radiance(scene, y, texture_point(scene, y, w, kind)), light);
     }
@@ -130,17 +134,6 @@ EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, PiercedSegment& s) {
     return hidden;
 }
 
-// The share of light along w that a face doesn't let pass.
-EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Vec3 point, Vec3 w, RayKind rays) {
-    if (!(scene.all_flags & kHasTransparency)) return {splat(1.0f), splat(1.0f), splat(1.0f)};
-    Float b1, b2;
-    place_in_face(gather_triangle(scene, face), point, b1, b2);
-    const SurfacePoint i = surface_point(scene, active, face, b1, b2, w);
-    const Vec3 through =
-        surface_transmittance(scene, i, texture_point(scene, i, -w, splat(static_cast<int>(rays))));
-    return {1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
-}
-
 // A sample but for the light that y scatters, whose path is appended to the queue; its new length.
 EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
                               int at, PieceCursor& piece, Workspace& work, int queued, PiercedSegment& s) {
@@ -156,11 +149,11 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     s.distance = s.lambda = splat(0.0f);
     s.y = still_far_end();
     const PiercedPair& pair = s.pair = pick_pierced(scene, task, p);
-    s.y.face = pair.face, s.y.row = pair.row;
+    s.y.face = pair.face, s.y.instance = pair.instance, s.y.row = pair.row;
     s.y.kind = kind_of_rows(scene.lights, pair.row);
     cut_light_row(scene, s, p);
-    Mask moves = face_point_moves(scene, asked, s.active, pair.hider, s.instance) |
-                 face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, s.instance);
+    Mask moves = face_point_moves(scene, asked, s.active, pair.hider, pair.hider_instance) |
+                 face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, pair.instance);
     if (asked.want_lights) moves |= s.active & (pair.row >= 0);
     if (scene.mesh_contact || (!scatters && scene.face_held)) moves = s.active;  // x may be what moves
     s.active &= moves;
@@ -170,8 +163,9 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     const Vec3 w = direction_about(task, p, density);
     s.towards = -w;
     const Vec3 hidden = hide_beside(p.t, w, s);
-    place_in_face(gather_triangle(scene, select(pair.face >= 0, pair.face, splat(0))), s.point, s.y.b1,
-                  s.y.b2);
+    const Triangle hidden_face =
+        placed_triangle(scene, select(pair.face >= 0, pair.face, splat(0)), pair.instance).triangle;
+    place_in_face(hidden_face, s.point, s.y.b1, s.y.b2);
     Vec3 light = {pair.weight, pair.weight, pair.weight};
     LightSample links =
         no_light_sample(pair.face >= 0, pair.row >= 0, select(pair.row >= 0, pair.row, pair.face), s.y.kind);
@@ -188,7 +182,8 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
     s.active &= ((hider_mask & links.blockers) != 0) & (largest_component(light) > 0.0f);
     if (!any(s.active)) return queued;
-    light = light * stopped_by(scene, s.active, pair.hider, s.point, w, scatters ? kDiffuseRay : kShadowRay);
+    light = light * stopped_by(scene, s.active, pair.hider, pair.hider_instance, s.point, w,
+                               scatters ? kDiffuseRay : kShadowRay);
 
     Float probability;
     const Int length = chain_length(p, task.max_depth - (scatters ? 3 : 2), probability);
@@ -218,7 +213,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
               ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     if (!scatters || !any(s.active)) return queued;
     Closest y = lit.hit;
-    y.face = pair.face, y.instance = s.instance,
+    y.face = pair.face, y.instance = pair.instance,
     y.mesh = mesh_of(scene, select(s.active, pair.face, splat(0)));
     y.b1 = s.y.b1, y.b2 = s.y.b2, y.distance = splat(0.0f);
     const Vec3 aside = leave_contact(scene, s.active, p.t, hidden, y);
@@ -235,11 +230,13 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     Float mu, mu_y;
     part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
-    plane_point_blocks(mode, scene, s.active, pair.hider, s.point, pair.hider_normal * mu, color);
+    plane_point_blocks(mode, scene, asked, s.active, pair.hider, pair.hider_instance, s.point,
+                       pair.hider_normal * mu, color);
     const Vec3 g = pair.normal * mu_y - s.sweep * (1.0f - s.lambda);
     if (any(s.active & (s.lambda > 0.0f))) lit_end_blocks(mode, scene, asked, s, -s.sweep * s.lambda);
     const Mask on_face = s.active & (pair.face >= 0);
-    if (any(on_face)) plane_point_blocks(mode, scene, on_face, pair.face, s.point, g, color);
+    if (any(on_face))
+        plane_point_blocks(mode, scene, asked, on_face, pair.face, pair.instance, s.point, g, color);
     far_end_blocks(mode, scene, asked, s.active, s.y, s.point, s.towards, splat(0.0f), g, color);
 }
 

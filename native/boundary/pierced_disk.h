@@ -39,11 +39,11 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
     s.active = x.x.active;
     s.x = x.x;
     PiercedPair& pair = s.pair;
-    faces_of_line(scene, p.active, p.edge, pair.hider, pair.row);
-    pair.face = splat(-1);
+    faces_of_line(scene, p.active, p.edge, pair.hider, pair.hider_instance, pair.row);
+    pair.face = pair.instance = splat(-1);
     s.y.row = pair.row;
     s.y.kind = kind_of_rows(scene.lights, pair.row);
-    const Triangle triangle = gather_triangle(scene, pair.hider);
+    const Triangle triangle = placed_triangle(scene, pair.hider, pair.hider_instance).triangle;
     pair.hider_normal = unit_normal(triangle);
     const LightRow l = gather_light(scene.lights, pair.row);
     s.u = p.u0 + (p.u1 - p.u0) * p.tau;
@@ -59,7 +59,8 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
                 shines_on(scene, pair.row, x.x.mesh);
     hide_beside(cut.tangent, -s.towards, s);
     // In the plane of the face light comes along the horizon of x (boundary/horizon.h).
-    s.active &= (abs(dot(pair.hider_normal, s.towards)) > 1e-5f) & (x.x.face != pair.hider);
+    s.active &= (abs(dot(pair.hider_normal, s.towards)) > 1e-5f) &
+                ((x.x.face != pair.hider) | (x.x.instance != pair.hider_instance));
     LightSample links = no_light_sample(splat(0), s.active, pair.row, s.y.kind);
     take_links(scene.lights, s.active, pair.row, gather(scene.lights.flags, pair.row), links);
     const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
@@ -67,7 +68,7 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
     s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
     Mask moves = lit_end_moves(scene, asked, s.active, s.x, s.slides) |
-                 face_point_moves(scene, asked, s.active, pair.hider, s.instance);
+                 face_point_moves(scene, asked, s.active, pair.hider, pair.hider_instance);
     if (asked.want_lights) moves |= s.active;
     s.active &= moves;
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
@@ -76,8 +77,9 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
     const AimedSurface surface(scene, x, s.active);
     const Int kinds = scene.lights.any_hidden ? links.visible_to : splat(kScatteredRays);
     const Vec3 value = surface.evaluate(s.active, s.towards, kinds) * (1.0f / max(r2, 1e-30f));
-    const Vec3 light = l.radiance * light_factor(l, s.towards) *
-                       stopped_by(scene, s.active, pair.hider, s.point, -s.towards, kShadowRay);
+    const Vec3 light =
+        l.radiance * light_factor(l, s.towards) *
+        stopped_by(scene, s.active, pair.hider, pair.hider_instance, s.point, -s.towards, kShadowRay);
     s.active &= (largest_component(value) > 0.0f) & (largest_component(light) > 0.0f);
     if (!any(s.active)) return s;
     const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.normal, s.towards);
@@ -100,7 +102,8 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
     Float mu, mu_y;
     part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
-    plane_point_blocks(mode, scene, s.active, pair.hider, s.point, pair.hider_normal * mu, color);
+    plane_point_blocks(mode, scene, asked, s.active, pair.hider, pair.hider_instance, s.point,
+                       pair.hider_normal * mu, color);
     const Vec3 g = pair.normal * mu_y - s.sweep;
     const Vec3 from =
         far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards, s.reach, g, color);

@@ -1,10 +1,11 @@
 #include "boundary/pierced_lights.h"
 
+#include <functional>
 #include <numbers>
-#include <optional>
 #include <variant>
 
-#include "boundary/triangle_cut.h"
+#include "boundary/copy_crossings.h"
+#include "boundary/face_cut.h"
 #include "scene/light_params.h"
 #include "scene/mesh_instances.h"
 
@@ -154,15 +155,24 @@ struct RoundLight {
     }
 };
 
-}  // namespace
+// By visible mesh whether it, or what places it, moves.
+std::vector<uint8_t> moving_meshes(const SceneTables& tables, const Asked& asked) {
+    std::vector<uint8_t> out = asked.moving;
+    if (!asked.instances) return out;
+    for (int32_t mesh : tables.instance_mesh) out[static_cast<size_t>(mesh)] = 1;
+    return out;
+}
 
+using WantedPair = std::function<bool(size_t row, size_t mesh)>;
+
+// The lines of those lights and meshes that are wanted(row, mesh).
 Crossings lines_through_lights(const SceneTables& tables, const WantedPair& wanted, int threads) {
     const auto instances = mesh_instances(tables);
-    // A light and its faces.
+    // A light and the faces near it.
     struct Search {
         std::variant<FlatLight, RoundLight> light;
         size_t row;
-        std::vector<int32_t> faces;
+        std::vector<CrossedFace> faces;
     };
     std::vector<Search> searches;
     for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
@@ -176,51 +186,60 @@ Crossings lines_through_lights(const SceneTables& tables, const WantedPair& want
     const auto box_of_light = [](const Search& s) {
         return std::visit([](const auto& light) { return light.box; }, s.light);
     };
-    for (size_t mesh = 0; mesh < instances.size() && !searches.empty(); ++mesh) {
-        if (is_placed(instances[mesh])) continue;
-        std::vector<Search*> near;
+    for (size_t m = 0; m < instances.size(); ++m) {
+        const auto mesh = static_cast<int32_t>(m);
+        std::vector<Search*> asked;
+        for (Search& s : searches)
+            if (wanted(s.row, m)) asked.push_back(&s);
+        if (asked.empty()) continue;
+        const Box own = mesh_box(tables, m);
+        // The lights that copies of the mesh are near, and their boxes in the mesh's space.
+        std::vector<std::pair<Search*, int32_t>> near;
         std::vector<Box> boxes;
-        std::optional<Box> own;
-        for (Search& s : searches) {
-            if (!wanted(s.row, mesh)) continue;
-            if (!own) own = mesh_box(tables, mesh);
-            if (!own->meets(box_of_light(s))) continue;
-            near.push_back(&s);
-            boxes.push_back(box_of_light(s));
+        for (int32_t instance : instances[m]) {
+            const MeshCopy copy(tables, mesh, instance, own);
+            for (Search* s : asked) {
+                const Box box = box_of_light(*s);
+                if (!copy.box.meets(box)) continue;
+                near.emplace_back(s, instance);
+                boxes.push_back(copy.local(box));
+            }
         }
         if (near.empty()) continue;
-        const auto found = faces_in(tables, static_cast<int32_t>(mesh), boxes, threads);
+        const auto found = faces_in(tables, mesh, boxes, threads);
         for (size_t k = 0; k < near.size(); ++k)
-            near[k]->faces.insert(near[k]->faces.end(), found[k].begin(), found[k].end());
+            for (int32_t face : found[k])
+                near[k].first->faces.push_back({static_cast<uint32_t>(face), near[k].second});
     }
     Crossings out;
     for (const Search& s : searches)
-        for (int32_t face : s.faces) {
+        for (const CrossedFace& f : s.faces) {
             const VisitLine add = [&](const Vector& from, const Vector& to) {
-                for (const Vector& e : {from, to})
-                    for (double x : {e.x, e.y, e.z}) out.ends.push_back(static_cast<float>(x));
-                out.faces.push_back(static_cast<uint32_t>(face));
-                out.faces.push_back(kLightOfTable | static_cast<uint32_t>(s.row));
+                out.add({from, to}, f, {kLightOfTable | static_cast<uint32_t>(s.row)});
             };
-            std::visit([&](const auto& light) { light.cut_by(Triangle3(tables, face), add); }, s.light);
+            const Triangle3 t(tables, static_cast<int32_t>(f.face), Placement::of(tables, f.instance));
+            std::visit([&](const auto& light) { light.cut_by(t, add); }, s.light);
         }
     return out;
 }
 
+}  // namespace
+
 Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,
                               const int32_t* emissive, int threads) {
     Crossings out;
-    for (size_t k = 0; k < static_cast<size_t>(crossings.size()) && emissive; ++k) {
-        const uint32_t* faces = &crossings.faces[2 * k];
+    for (int64_t k = 0; k < crossings.size() && emissive; ++k) {
+        const uint32_t* faces = &crossings.faces[static_cast<size_t>(2 * k)];
         if (emissive[faces[0]] >= 0 || emissive[faces[1]] >= 0) out.add(crossings, k);
     }
+    const std::vector<uint8_t> moving = moving_meshes(tables, asked);
     const Crossings rows = lines_through_lights(
         tables,
         [&](size_t row, size_t mesh) {
-            return tables.lights.kind[row] != kDiskLight && (asked.lights || asked.moving[mesh]);
+            return tables.lights.kind[row] != kDiskLight && (asked.lights || moving[mesh]);
         },
         threads);
-    for (size_t k = 0; k < static_cast<size_t>(rows.size()); ++k) out.add(rows, k);
+    out.add(rows, 0, rows.size());
     return out;
 }
 
@@ -230,11 +249,12 @@ Crossings find_pierced_disks(const SceneTables& tables, int threads) {
 }
 
 Crossings find_seen_lights(const SceneTables& tables, const Asked& asked, bool disks, int threads) {
+    const std::vector<uint8_t> moving = moving_meshes(tables, asked);
     return lines_through_lights(
         tables,
         [&](size_t row, size_t mesh) {
             if (tables.lights.kind[row] == kDiskLight && !disks) return false;
-            return (asked.camera || asked.lights || asked.moving[mesh]) &&
+            return (asked.camera || asked.lights || moving[mesh]) &&
                    (tables.lights.visible_to[row] & tables.mesh_mask[mesh] & (1 << kCameraRay)) != 0;
         },
         threads);

@@ -16,9 +16,9 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 struct PiercedOutline : OutlineSample {
-    Int face;
-    Vec3 by_face;   // mu_1 n_1
-    Vec3 by_light;  // mu_2 n_2
+    Int face, instance;  // that places it
+    Vec3 by_face;        // mu_1 n_1
+    Vec3 by_light;       // mu_2 n_2
 };
 
 EG_OUTLINE PiercedOutline sample_pierced_outline(const SceneView& scene, const BoundaryTask& task, int64_t at,
@@ -27,18 +27,18 @@ EG_OUTLINE PiercedOutline sample_pierced_outline(const SceneView& scene, const B
     const PieceSample p = sample_piece(scene, task, at, piece);
     s.active = p.active;
     s.color = zero3();
-    faces_of_line(scene, s.active, p.edge, s.face, s.row);
+    faces_of_line(scene, s.active, p.edge, s.face, s.instance, s.row);
     s.kind = kind_of_rows(scene.lights, s.row);
     const LightRow l = gather_light(scene.lights, s.row);
-    const Triangle triangle = gather_triangle(scene, s.face);
-    const Vec3 face_normal = unit_normal(triangle);
+    const PlacedTriangle face = placed_triangle(scene, s.face, s.instance);
+    const Vec3 face_normal = unit_normal(face.triangle);
     const LensPoint lens = lens_of(scene.camera, p.random);
     const Float u = p.u0 + (p.u1 - p.u0) * p.tau;
     LightCut cut = light_cut(l, s.kind, p.a + p.t * u, p.t, face_normal);
     const Mask disk = s.active & (s.kind == splat(static_cast<int>(kDiskLight)));
     if (any(disk)) {
         const Vec3 origin = project(scene.camera, l.position, lens).origin;
-        const LightCut facing = facing_disk_cut(l, triangle, face_normal, origin, u);
+        const LightCut facing = facing_disk_cut(l, face.triangle, face_normal, origin, u);
         s.active &= ~disk | facing.active;
         cut.point = select(disk, facing.point, cut.point);
         cut.tangent = select(disk, facing.tangent, cut.tangent);
@@ -72,17 +72,9 @@ EG_OUTLINE PiercedOutline sample_pierced_outline(const SceneView& scene, const B
     rays.ignored = {p.edge, splat(-1)};
     const Vec3 through = transmittance(scene, s.active, start, s.view.origin - start,
                                        1.0f - s.view.near / max(s.view.distance, 1e-30f), rays);
-    s.color = l.radiance * light_factor(l, s.view.direction) * through;
+    s.color = l.radiance * light_factor(l, s.view.direction) * through *
+              stopped_by(scene, s.active, s.face, s.instance, s.point, s.view.direction, kCameraRay);
     s.active &= largest_component(s.color) > 0.0f;
-    if ((scene.all_flags & kHasTransparency) && any(s.active)) {
-        // What the face lets pass isn't hidden.
-        Float b1, b2;
-        place_in_face(triangle, s.point, b1, b2);
-        const SurfacePoint i = surface_point(scene, s.active, s.face, b1, b2, s.view.direction);
-        const Vec3 clear = surface_transmittance(
-            scene, i, texture_point(scene, i, -s.view.direction, splat(static_cast<int>(kCameraRay))));
-        s.color = s.color * Vec3{1.0f - clear.x, 1.0f - clear.y, 1.0f - clear.z};
-    }
     return s;
 }
 
@@ -90,7 +82,8 @@ EG_OUTLINE PiercedOutline sample_pierced_outline(const SceneView& scene, const B
 template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
                              const PiercedOutline& s) {
-    plane_point_blocks(mode, scene, s.active, s.face, s.point, s.by_face * s.weight, s.color);
+    plane_point_blocks(mode, scene, asked, s.active, s.face, s.instance, s.point, s.by_face * s.weight,
+                       s.color);
     outline_blocks(mode, scene, asked, s, s.by_light * s.weight);
 }
 

@@ -1,4 +1,4 @@
-// Triangles of a scene in double precision, and where planes cut them.
+// Lines along which the planes of triangles cut each other, in double precision.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "boundary/face_tree.h"
+#include "boundary/placed_vertex.h"
 
 namespace edgegrad {
 
@@ -19,17 +20,13 @@ struct Triangle3 {
     Vector normal;  // of length |M|
     double size;    // largest coordinate
 
-    Triangle3(const SceneTables& t, int32_t face) : size(0.0) {
-        for (size_t k = 0; k < 3; ++k) {
-            const float* v = corner(t, face, k);
-            p[k] = {v[0], v[1], v[2]};
-            size = std::max({size, std::abs(p[k].x), std::abs(p[k].y), std::abs(p[k].z)});
-        }
-        normal = cross(p[1] - p[0], p[2] - p[0]);
-    }
     Triangle3(Vector p0, Vector p1, Vector p2) : p{p0, p1, p2}, normal(cross(p1 - p0, p2 - p0)), size(0.0) {
         for (const Vector& v : p) size = std::max({size, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     }
+    // A face where an instance places it.
+    Triangle3(const SceneTables& t, int32_t face, Placement place = {})
+        : Triangle3(place(vertex(corner(t, face, 0))), place(vertex(corner(t, face, 1))),
+                    place(vertex(corner(t, face, 2)))) {}
 };
 
 // The part of `t` that lies in the plane of `other`; false if it has none, or an edge of it does.
@@ -49,6 +46,22 @@ inline bool cut(const Triangle3& t, const Triangle3& other, Vector (&ends)[2]) {
         ends[found++] = t.p[k] + (t.p[next] - t.p[k]) * (height[k] / (height[k] - height[next]));
     }
     return found == 2;
+}
+
+// The line that two triangles share; false if there is none.
+inline bool shared_line(const Triangle3& s, const Triangle3& t, Vector (&ends)[2]) {
+    const Vector along = cross(s.normal, t.normal);
+    const double sine2 = dot(along, along), scale2 = dot(s.normal, s.normal) * dot(t.normal, t.normal);
+    if (!(sine2 > kParallel * scale2)) return false;
+    Vector a[2], b[2];
+    if (!cut(s, t, a) || !cut(t, s, b)) return false;
+    // Both lie on one line: what they have in common is between the second and the third of the four ends.
+    if (dot(along, a[0]) > dot(along, a[1])) std::swap(a[0], a[1]);
+    if (dot(along, b[0]) > dot(along, b[1])) std::swap(b[0], b[1]);
+    ends[0] = dot(along, a[0]) > dot(along, b[0]) ? a[0] : b[0];
+    ends[1] = dot(along, a[1]) < dot(along, b[1]) ? a[1] : b[1];
+    return dot(along, ends[1] - ends[0]) > 0.0 &&
+           length(ends[1] - ends[0]) > kOnPlane * std::max(s.size, t.size);
 }
 
 }  // namespace edgegrad

@@ -1,5 +1,6 @@
 """Curves that carry jumps and are no edges, in words: where surfaces pass through others or through lights, where spots
-without blend end, and outlines of lights. The native engine follows the same rules (curve_terms.cpp).
+without blend end, and outlines of lights. The native engine follows the same rules (curve_terms.cpp,
+boundary/pierced_lights.cpp).
 """
 
 from __future__ import annotations
@@ -7,32 +8,44 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .geometry_table import area_light_mesh
-from .light import AreaLight, Light, PointLight, SpotLight, SunLight, is_disk
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight, is_disk, turns_with_point
 from .light_table import LEAST_BLEND
 from .mesh import Mesh
 from .motion import Motion
 from .scene import Scene
-from .shape import crossing_pairs, pierces
+from .shape import MOST_COPIES, copies_near, crossing_pairs, may_cross, pair_words
 
 
-def outlines(scene: Scene, lights: Collection[str], camera: bool) -> str:
-    """What the primary term has of them, if one of some lights or the camera moves: a sentence, or nothing."""
-    seen = [name for name, light in scene.lights.items() if _has_outline(light) and (camera or name in lights)
-            and not _turns_by_ray(scene, light)]
-    return f"besides edges: the outlines of {', '.join(seen)}" if seen else ""
+def seen_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, camera: bool) -> list[str]:
+    """What the primary term has of lights: sentences. `camera`: its rays move."""
+    parallel = scene.camera.kind == "ORTHOGRAPHIC"
+    shown = {name: light for name, light in scene.lights.items() if _has_outline(light)}
+    moving = [name for name in shown if camera or name in moves.lights]
+    ends = [name for name in moving if not _lens_blurs(scene, shown[name])
+            and not (parallel and isinstance(shown[name], SunLight))]
+    out = [f"besides edges: the outlines of {', '.join(ends)}"] if ends else []
+    for name, light in shown.items():
+        if _turns_by_ray(scene, light):
+            continue
+        through = _seen_through(light, placed, list(placed) if name in moving else moves.meshes)
+        if through:
+            out.append(f"besides edges: the lines where {', '.join(through)} may pass through the light '{name}'")
+    return out
 
 
 def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
     """What the shadow term has of them: sentences. `held`: light moves over all of them (contact.py)."""
     for one, other in _moving_pairs(placed, moves, held):
         if scene.emits(one) or scene.emits(other):
-            yield (f"besides edges: what '{one}' and '{other}' hide of the light of each other where they may pass "
+            yield (f"besides edges: what {pair_words(one, other)} hide of the light of each other where they may pass "
                    "through each other")
     for name, light in scene.lights.items():
-        through = _through_flat(light, placed, _moving_against(placed, moves, name))
+        # Some turn with what they light, and where that slides, with the camera.
+        turns = turns_with_point(light) and bool(moves.meshes or moves.lights or moves.camera)
+        against = list(placed) if turns or name in moves.lights else moves.meshes
+        through = _through(light, placed, against)
         if through:
             yield f"besides edges: what {', '.join(through)} hide of the light '{name}' where they may pass through it"
     hard = [name for name, light in scene.lights.items() if isinstance(light, SpotLight) and light.blend < LEAST_BLEND]
@@ -43,32 +56,39 @@ def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: 
 def surface_curves(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
     """The same of the indirect term."""
     for one, other in _moving_pairs(placed, moves, held):
-        yield f"besides edges: the lines where '{one}' and '{other}' may pass through each other"
+        yield f"besides edges: the lines where {pair_words(one, other)} may pass through each other"
 
 
 def missing_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
     """Sentences on those that no term has."""
     shown = [name for name, light in scene.lights.items() if (name in moves.lights or moves.camera)
-             and ((isinstance(light, SunLight) and light.angle > 0.0 and "camera" in light.visible_to)
-                  or (_has_outline(light) and _turns_by_ray(scene, light)))]
+             and _has_outline(light) and _lens_blurs(scene, light)]
     if shown:
-        yield f"the outlines of {', '.join(shown)}, as the camera sees them: suns, or disks that face parallel rays"
+        yield f"the outlines of {', '.join(shown)}, suns or disks that an orthographic camera sees through its lens"
     for name, light in scene.lights.items():
-        against = list(placed) if moves.camera else _moving_against(placed, moves, name)
-        through = _through_flat(light, placed, against) if "camera" in light.visible_to else []
-        if through:
-            yield f"what the camera sees of the light '{name}' where {', '.join(through)} may pass through it"
-        if not isinstance(light, PointLight | SpotLight) or light.radius == 0.0:
+        if not (_has_outline(light) and _turns_by_ray(scene, light)):
             continue
-        through = [m for m in _moving_against(placed, moves, name) if _reaches(placed[m], light.position, light.radius)]
+        moving = moves.camera or name in moves.lights
+        through = _seen_through(light, placed, list(placed) if moving else moves.meshes)
         if through:
-            yield f"what {', '.join(through)} may hide of the light '{name}' by passing through it is left out"
+            yield (f"what the camera sees of the light '{name}' where {', '.join(through)} may pass through it: a disk "
+                   "that faces parallel rays")
+
+
+def missing_glare(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, lit: Collection[str]) -> Iterator[str]:
+    """Sentences on light that jumps on the surfaces `lit` where they pass through what gives it: no term has that."""
+    for name, light in scene.lights.items():
+        moving = moves.camera or name in moves.lights
+        through = [] if is_disk(light) else _through(light, placed, set(lit) & set(placed if moving else moves.meshes))
+        if through:
+            yield (f"how the light of '{name}' jumps on {', '.join(through)} just where they may pass through it: what "
+                   "is found of that are samples without a finite variance")
 
 
 def _has_outline(light: Light) -> bool:
-    """Whether the camera sees where the light ends, at a distance."""
-    sized = isinstance(light, AreaLight) or (isinstance(light, PointLight | SpotLight) and light.radius > 0.0)
-    return sized and "camera" in light.visible_to
+    """Whether the camera may see where the light ends."""
+    sized = light.angle if isinstance(light, SunLight) else 1.0 if isinstance(light, AreaLight) else light.radius
+    return sized > 0.0 and "camera" in light.visible_to
 
 
 def _turns_by_ray(scene: Scene, light: Light) -> bool:
@@ -76,26 +96,47 @@ def _turns_by_ray(scene: Scene, light: Light) -> bool:
     return scene.camera.kind == "ORTHOGRAPHIC" and is_disk(light)
 
 
+def _lens_blurs(scene: Scene, light: Light) -> bool:
+    """Whether an outline is none in the picture, or no circle, for one point of the lens."""
+    lens = scene.camera.kind == "ORTHOGRAPHIC" and scene.camera.aperture_radius > 0.0
+    return lens and (is_disk(light) or isinstance(light, SunLight))
+
+
 def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> list[tuple[str, str]]:
     return [(one, other) for one, other in crossing_pairs(placed)
             if held or one in moves.meshes or other in moves.meshes]
 
 
-def _moving_against(placed: Mapping[str, Mesh], moves: Motion, light: str) -> list[str]:
-    """Meshes that move against a light, or it against them; instances are not looked at."""
-    return [name for name, mesh in placed.items()
-            if mesh.instances is None and (name in moves.meshes or light in moves.lights)]
+def _seen_through(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
+    """Those of some meshes that the camera sees and that may pass through a light."""
+    return _through(light, placed, [name for name in names if "camera" in placed[name].visible_to])
 
 
-def _through_flat(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
-    """Those of some meshes that may pass through an area light."""
-    if not isinstance(light, AreaLight):
+def _through(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
+    """Those of some meshes, or of copies of them, that may pass through a light, in the scene's order."""
+    near = [name for name in placed if name in names]
+    if isinstance(light, AreaLight):
+        flat = Mesh(*area_light_mesh(light), ())
+        return [name for name in near if may_cross(placed[name], flat)]
+    if isinstance(light, SunLight) or light.radius == 0.0:
         return []
-    flat = Mesh(*area_light_mesh(light), ())
-    return [name for name in names if placed[name].instances is None and pierces(placed[name], flat)]
+    return [name for name in near if _reaches(placed[name], light)]
 
 
-def _reaches(mesh: Mesh, center: NDArray[np.float64], radius: float) -> bool:
-    """Whether the mesh's bounding box meets a ball."""
-    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-    return bool(np.linalg.norm(center - np.clip(center, low, high)) < radius)
+def _reaches(mesh: Mesh, light: PointLight | SpotLight) -> bool:
+    """Whether a face of a copy may pass through the sphere of a light or, of a disk that turns, into the ball of its
+    places.
+    """
+    near = copies_near(mesh, light.position - light.radius, light.position + light.radius)
+    return any(tried == MOST_COPIES or _copy_reaches(copy, light) for tried, copy in enumerate(near))
+
+
+def _copy_reaches(mesh: Mesh, light: PointLight | SpotLight) -> bool:
+    faces = mesh.faces
+    for axis in range(3):
+        across = mesh.vertices[faces, axis] - light.position[axis]
+        faces = faces[(across.min(axis=1) < light.radius) & (across.max(axis=1) > -light.radius)]
+    corners = mesh.vertices[faces] - light.position
+    nearest = np.clip(0.0, corners.min(axis=1), corners.max(axis=1))
+    near = np.linalg.norm(nearest, axis=1) < light.radius
+    return bool((np.linalg.norm(corners[near], axis=2) > light.radius).any() if light.sphere else near.any())

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import parameters
 from .contact import touching_meshes
-from .curve_plan import light_curves, missing_curves, surface_curves
+from .curve_plan import light_curves, missing_curves, missing_glare, surface_curves
 from .differentiable import indirect_obstacles, obstacles
 from .held_light import HeldLight, held_light, lets_light_pass
 from .light import AreaLight, PointLight, SpotLight, SunLight
@@ -270,6 +270,7 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
         return
     yield from missing_shadows(scene, moves)
+    yield from missing_glare(scene, placed, moves, [name for name in scene.meshes if _reflects(scene, name)])
     yield from missing_shares(scene, moves)
     smooth = specular_materials(scene)
     if smooth and max_depth > 2:

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import parameters
-from .curve_plan import outlines
+from .curve_plan import seen_curves
 from .expression import Expression, ImageTexture, nodes_of
 from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import Motion
 from .scene import Scene
-from .shape import convex, crossing_pairs
+from .shape import convex, crossing_pairs, pair_words
 
 # Meshes of more faces are not searched for places where they pass through themselves (native/boundary/crossings.h).
 SELF_CROSSING_FACES = 50_000
@@ -52,10 +52,10 @@ def primary_rules(
     """
     camera = moves.camera and any(path.startswith("camera.") and _moves_rays(scene, path) for path in wrt)
     total = sum(e.count for e in edges.values())
-    seen = outlines(scene, moves.lights, camera)
+    seen = seen_curves(scene, placed, moves, camera)
     if not moves.meshes and not camera:
         fixed = "no vertex is a parameter and the camera stands still"
-        return PrimaryRules(bool(seen), 0, total, (fixed, seen) if seen else (fixed,))
+        return PrimaryRules(bool(seen), 0, total, (fixed, *seen))
     swept = list(placed) if camera else list(moves.meshes)
     unseen = [name for name in placed if "camera" not in placed[name].visible_to]
     if camera:
@@ -79,9 +79,8 @@ def primary_rules(
                    "jump")
     for one, other in crossing_pairs(placed):
         if (one in swept or other in swept) and one not in unseen and other not in unseen:
-            why.append(f"besides edges: the lines where '{one}' and '{other}' may pass through each other")
-    if seen:
-        why.append(seen)
+            why.append(f"besides edges: the lines where {pair_words(one, other)} may pass through each other")
+    why += seen
     kept = sum(edges[name].count for name in swept) - plain
     return PrimaryRules(kept > 0 or bool(seen), kept, total, tuple(why))
 
@@ -115,9 +114,6 @@ def missing_jumps(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> It
     if large:
         yield (f"surfaces that pass through themselves: not looked for in {', '.join(large)} of more than "
                f"{SELF_CROSSING_FACES:,} faces, and left out")
-    copies = [name for name in placed if name in moving and placed[name].instances is not None]
-    if copies:
-        yield f"lines where instances of {', '.join(copies)} pass through other surfaces: not looked for, and left out"
     cut = [name for name in placed if name in moving and _is_cut(scene, placed[name])]
     if cut:
         yield f"the borders that the camera's clip distances cut into {', '.join(cut)}: they are no edges"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from itertools import combinations
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import combinations, combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from .mesh import Mesh
 TOLERANCE = 1e-6
 # Vertex and face pairs beyond which `convex` gives up and answers no.
 MOST_PAIRS = 50_000_000
+# Copies, or pairs of them, whose boxes meet beyond which questions about them are answered by yes.
+MOST_COPIES = 100
 
 
 def face_normals(mesh: Mesh) -> NDArray[np.float64]:
@@ -60,9 +62,60 @@ def pierces(a: Mesh, b: Mesh) -> bool:
 
 
 def crossing_pairs(placed: Mapping[str, Mesh]) -> list[tuple[str, str]]:
-    """Names of meshes that may pass through each other; instances are not looked at."""
-    alone = [name for name in placed if placed[name].instances is None]
-    return [(one, other) for one, other in combinations(alone, 2) if pierces(placed[one], placed[other])]
+    """Names of meshes of which some may pass through each other; a mesh beside itself: instances of it."""
+    return [(one, other) for one, other in combinations_with_replacement(placed, 2)
+            if may_cross(placed[one], placed[other], same=one == other)]
+
+
+def pair_words(one: str, other: str) -> str:
+    """The meshes of such a pair in words."""
+    return f"'{one}' and '{other}'" if one != other else f"instances of '{one}'"
+
+
+def may_cross(a: Mesh, b: Mesh, *, same: bool = False) -> bool:
+    """Whether copies of two meshes may pass through each other, or (`same`) different ones of a mesh."""
+    if a.instances is None and b.instances is None:
+        return not same and pierces(a, b)
+    meeting = ((i, j) for i, j in _meeting_copies(a, b) if not same or i < j)
+    return any(tried == MOST_COPIES or pierces(_copy(a, i), _copy(b, j)) for tried, (i, j) in enumerate(meeting))
+
+
+def copy_boxes(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(k, 3) lower and upper corners of boxes around the mesh where instances place it."""
+    low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
+    if mesh.instances is None:
+        return low[None], high[None]
+    middle = mesh.instances[:, :3, :3] @ (0.5 * (low + high)) + mesh.instances[:, :3, 3]
+    half = np.abs(mesh.instances[:, :3, :3]) @ (0.5 * (high - low))
+    return middle - half, middle + half
+
+
+def copies_near(mesh: Mesh, low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[Mesh]:
+    """The mesh where instances place it, of the copies whose boxes meet a box."""
+    lows, highs = copy_boxes(mesh)
+    return (_copy(mesh, int(i)) for i in np.flatnonzero(((lows <= high) & (highs >= low)).all(axis=1)))
+
+
+def _copy(mesh: Mesh, number: int) -> Mesh:
+    if mesh.instances is None:
+        return mesh
+    place = mesh.instances[number]
+    return Mesh(mesh.vertices @ place[:3, :3].T + place[:3, 3], mesh.faces, ())
+
+
+def _meeting_copies(a: Mesh, b: Mesh) -> Iterator[tuple[int, int]]:
+    """Numbers of copies whose boxes meet, looked for among those that are near along the longest axis."""
+    (low_a, high_a), (low_b, high_b) = copy_boxes(a), copy_boxes(b)
+    axis = int(np.argmax(np.maximum(high_a.max(axis=0), high_b.max(axis=0))
+                         - np.minimum(low_a.min(axis=0), low_b.min(axis=0))))
+    order = np.argsort(low_b[:, axis], kind="stable")
+    begins, longest = low_b[order, axis], (high_b - low_b)[:, axis].max()
+    first = np.searchsorted(begins, low_a[:, axis] - longest)
+    last = np.searchsorted(begins, high_a[:, axis], side="right")
+    for i in range(len(low_a)):
+        near = order[first[i]:last[i]]
+        meets = (high_b[near] >= low_a[i]).all(axis=1) & (low_b[near] <= high_a[i]).all(axis=1)
+        yield from ((i, int(j)) for j in near[meets])
 
 
 def close_pairs(placed: Mapping[str, Mesh], pairs: Collection[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -96,9 +96,9 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
     if specular_rule(scene, moves, wrt, max_depth) is None:
         return
     yield ("seen in mirrors and through smooth glass: what is thinner than a quarter of a pixel in the picture may be "
-           "missed; left out are lines where surfaces pass through each other, seams of textures inside of smooth "
-           "surfaces, borders of spots without blend, and where faces of smooth-shaded meshes turn away from lights "
-           "without size"
+           "missed; left out are lines where surfaces pass through each other or through lights, seams of textures "
+           "inside of smooth surfaces, borders of spots without blend, and where faces of smooth-shaded meshes turn "
+           "away from lights without size"
            + (f", and what chains of more than {_LONGEST} surfaces show" if max_depth > _LONGEST else ""))
     clear = [name for name in specular_materials(scene)
              if any(leaf.kind == "REFRACTION" and may_be_specular(leaf) for leaf in scene.leaves(name))]

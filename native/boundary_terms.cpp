@@ -87,7 +87,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         // Where light is held (scene/contact.h) it moves over all of them: they are searched once for both.
         Asked wider = asked;
         wider.camera |= scene.mesh_contact != nullptr;
-        seen = edges.kept.crossings.get({wider.camera, wider.moving}, [&] {
+        seen = edges.kept.crossings.get({wider.camera, wider.instances, wider.moving}, [&] {
             return find_crossings(edges.tables, wider, 1 << kCameraRay, edges.threads);
         });
         auto lines =

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "boundary/pierced_lights.h"
+
 namespace edgegrad {
 namespace {
 
@@ -18,7 +20,8 @@ void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOpti
     const bool meshes = asked.any_mesh_moves();
     // Held light moves over all of them (scene/contact.h).
     const bool held = scene.mesh_contact;
-    if (!held && !(lights && (meshes || asked.lights)) && !(surfaces && meshes)) return;
+    const bool turning = asked.camera && scene.lights.kinds >> kSphereLight & 1;
+    if (!held && !(lights && (meshes || asked.lights || turning)) && !(surfaces && meshes)) return;
     // Else a camera that moves alone moves none of them over what they are cut out of.
     Asked moving = asked;
     moving.camera = held;
@@ -41,6 +44,20 @@ void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOpti
             find_pierced_lights(edges.tables, moving, crossings, scene.lights.face_light, edges.threads),
             options.max_depth > 2);
     if (surfaces) add(kPiercedSurface, std::move(crossings), options.max_depth > 3);
+}
+
+// The same of disks, which turn with what they light: anything that moves moves them against surfaces.
+void add_pierced_disks(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                       const Asked& asked, std::vector<CurveTerm>& out) {
+    if (!options.shadow || !(scene.lights.kinds >> kDiskLight & 1)) return;
+    if (!asked.camera && !asked.lights && !asked.any_mesh_moves()) return;
+    Crossings found = find_pierced_disks(edges.tables, edges.threads);
+    if (found.size() == 0) return;
+    auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
+    const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
+    Candidates candidates = over_directions(lines->crossings(), kDirectionPieces * kPiercedShare * picture,
+                                            options.max_depth > 2);
+    out.push_back({kPiercedDisk, std::move(candidates), std::move(lines), kPiercedShare});
 }
 
 // The curve about a light, cut into pieces.
@@ -77,15 +94,32 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOpt
     if (!options.primary || !(asked.camera || asked.lights)) return;
     const SceneTables::LightRows& lights = edges.tables.lights;
     Candidates outlines;
-    for (int32_t k = 0; k < scene.lights.sized_count; ++k) {
+    const bool parallel = scene.camera.kind == kOrthographic;
+    // Where all rays are parallel they see all of a sun, or none of it.
+    const int32_t count = scene.lights.sized_count + (parallel ? 0 : scene.lights.sized_distant);
+    for (int32_t k = 0; k < count; ++k) {
         const int32_t row = scene.lights.sized[k];
         const int32_t kind = lights.kind[static_cast<size_t>(row)];
         if (!(lights.visible_to[static_cast<size_t>(row)] & (1 << kCameraRay))) continue;
-        // Each of parallel rays has an origin of its own, which a disk would face.
-        if (kind == kDiskLight && scene.camera.kind == kOrthographic) continue;
+        // Rays from one point of a lens are parallel to each other, but not across the camera's plane, where
+        // the origins are that the disks face.
+        if (kind == kDiskLight && parallel && scene.camera.aperture_radius > 0.0f) continue;
         add_turns(row, 1.0, outlines);
     }
     if (outlines.size() > 0) out.push_back({kLightOutline, std::move(outlines), nullptr, kOutlineShare});
+}
+
+// What the camera sees of lights that meshes pass through.
+void add_pierced_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
+                          const Asked& asked, std::vector<CurveTerm>& out) {
+    if (!options.primary || scene.lights.sized_count == 0) return;
+    // Each of parallel rays has an origin of its own, which a disk would face.
+    const bool disks = scene.camera.kind != kOrthographic;
+    Crossings found = find_seen_lights(edges.tables, asked, disks, edges.threads);
+    if (found.size() == 0) return;
+    auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
+    Candidates candidates = lines->crossings();
+    out.push_back({kPiercedOutline, std::move(candidates), std::move(lines), kOutlineShare});
 }
 
 }  // namespace
@@ -94,8 +128,10 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
                                    const RenderOptions& options, const Asked& asked, const Crossings* seen) {
     std::vector<CurveTerm> out;
     add_outlines(scene, edges, options, asked, out);
+    add_pierced_outlines(scene, edges, options, asked, out);
     if (options.max_depth < 2) return out;
     add_pierced(scene, edges, options, asked, seen, out);
+    add_pierced_disks(scene, edges, options, asked, out);
     add_cones(scene, edges, options, out);
     return out;
 }

@@ -81,7 +81,7 @@ void Engine::update_values(ValueTables values) {
     values.filter = inverted_filter(static_cast<PixelFilter>(values.filter_kind), values.filter_width);
     static_cast<ValueTables&>(tables_) = std::move(values);
     lights_ = dark_lights_ = nullptr;
-    kept_.clear();
+    kept_.clear_values();
 }
 
 void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin) {

@@ -126,11 +126,13 @@ enum BoundaryKind : int32_t {
     kConeBorder,        // where spots without blend end (boundary/cone_border.h)
     kLightOutline,      // of lights that the camera sees (boundary/light_outline.h)
     kEmitterOutline,    // of emissive meshes that surfaces see (boundary/emitter_outline.h)
+    kPiercedOutline,    // of lights that meshes pass through (boundary/pierced_outline.h)
+    kPiercedDisk,       // where surfaces pass through lights that face x (boundary/pierced_disk.h)
     kBoundaryKinds
 };
 // The term that each belongs to (core/renderer.py).
-constexpr const char* kBoundaryTerms[] = {"primary", "shadow",   "shadow", "indirect", "indirect",
-                                          "shadow",  "indirect", "shadow", "primary",  "shadow"};
+constexpr const char* kBoundaryTerms[] = {"primary",  "shadow", "shadow",  "indirect", "indirect", "shadow",
+                                          "indirect", "shadow", "primary", "shadow",   "primary",  "shadow"};
 static_assert(sizeof kBoundaryTerms / sizeof *kBoundaryTerms == kBoundaryKinds);
 
 // Pieces of edges as rows of floats, and nodes over them (boundary/edge_tree.h).

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from edgegrad import AreaLight, Material, PointLight, Scene, SpotLight, SunLight
+from edgegrad import AreaLight, Material, PointLight, Renderer, Scene, SpotLight, SunLight
 from edgegrad.light import Light
 from tests import shapes
 from tests.picture_differences import compare, need_every_table
@@ -50,3 +50,18 @@ def test_pictures_change_as_their_derivatives_say(kind: str, field: str) -> None
     # The error of a central difference is of second order in the step.
     assert abs(found - exact) <= 4.0 * error + 1e-3 * abs(found)
     assert 4.0 * error < 0.5 * abs(exact) or field in ("radius", "angle", "size")
+
+
+@pytest.mark.parametrize("field", ["position", "radius"])
+def test_spheres_are_as_sure_as_disks(field: str) -> None:
+    """No sample of a sphere is divided by the cosine at its edge: the variance of both is alike."""
+    need_every_table()
+    variance = []
+    for sphere in (True, False):
+        scene = ball(PointLight(AT, 300.0, 0.5, sphere))
+        tangent = {f"lights.light.{field}": np.full(np.shape(getattr(scene.lights["light"], field)), 0.5)}
+        renderer = Renderer(scene, engine="native")
+        pictures = [renderer.render_forward(tangent, spp=64, max_depth=2, seed=k, terms=("interior",))
+                    for k in range(24)]
+        variance.append(float(np.var(np.array(pictures, np.float64), axis=0, ddof=1).sum()))
+    assert 0.5 < variance[0] / variance[1] < 2.0

@@ -12,7 +12,7 @@ import edgegrad
 from edgegrad import TERMS, AreaLight, Camera, Material, Mesh, Renderer, Scene, SunLight, World, parameters
 from edgegrad.derivative_plan import Term
 from edgegrad.plan import Plan, plan
-from edgegrad.shape import convex, pierces
+from edgegrad.shape import convex, crossing_pairs, pierces
 from tests import shapes
 
 VERTICES = "meshes.object.vertices"
@@ -282,3 +282,25 @@ def test_pierces() -> None:
     assert pierces(still, Mesh(flat @ tilt.T, squares, ("clay",)))
     beside = Mesh(flat @ tilt.T + np.array([0, 0, 4.0]), squares, ("clay",))
     assert not pierces(still, beside), "a plane beside it whose box overlaps"
+
+
+def test_crossings_of_copies_are_told_by_pairs_of_meshes() -> None:
+    """Of copies that meet each other, and other meshes, or nothing; by the boxes of each copy."""
+    cube, faces = shapes.cube()
+    places = np.tile(np.eye(4), (400, 1, 1))
+    places[:, 0, 3] = 3.0 * np.arange(400)
+    copies = Mesh(cube, faces, ("clay",), instances=places)
+    pole = Mesh(cube * 0.4 + [30.3, 3.0, 0.0], faces, ("clay",))
+    assert crossing_pairs({"row": copies, "pole": pole}) == []
+    pole.vertices = cube * [0.4, 4.0, 0.4] + [30.3, 3.0, 0.0]
+    assert crossing_pairs({"row": copies, "pole": pole}) == [("row", "pole")]
+    places[7, 0, 3] -= 1.1
+    assert crossing_pairs({"pole": pole, "row": copies}) == [("pole", "row"), ("row", "row")]
+    places[7, :3, :3] *= 0.5
+    assert crossing_pairs({"row": copies}) == []
+    scene = box()
+    scene.meshes["object"].instances = places[:2].copy()
+    scene.meshes["object"].instances[1, 0, 3] = 0.7
+    made = plan(scene, ["meshes.object.instances"])
+    words = "besides edges: the lines where instances of 'object' may pass through each other"
+    assert words in term(made, "primary").why

@@ -7,7 +7,7 @@
 
 #include "boundary/aimed_lobes.h"
 #include "film/splat.h"
-#include "path/camera_projection.h"
+#include "path/lens_sample.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
 #include "shading/lambertian.h"
@@ -18,12 +18,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Where the camera would see x, through a random point of the lens; inactive where no pixel looks there.
 EG_INLINE Projection place_in_picture(const SceneView& scene, Mask active, Vec3 x, const PathIndex& random) {
     const CameraView& c = scene.camera;
-    LensPoint lens = {splat(0.0f), splat(0.0f)};
-    if (c.aperture_radius > 0.0f) {
-        Float u, v;
-        sobol_pair(random.stream, random.sample, kPairLens, u, v);
-        aperture_point(c, u, v, lens.x, lens.y);
-    }
+    const LensPoint lens = lens_of(c, random);
     Projection view = project(c, x, lens);
     view.active &=
         active & in_reach(c, view.sx, view.sy) & (view.distance > view.near) & (view.distance < view.far);

@@ -4,7 +4,9 @@
 // m_k the velocities of the planes' points at q (derivations, F1).
 #pragma once
 
-#include "path/blocks.h"
+#include "boundary/moving_points.h"
+#include "shading/surface_shader.h"
+#include "shading/surface_transmittance.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -29,16 +31,31 @@ EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
     b2 = dot(m, cross(t.p1 - t.p0, d)) * size;
 }
 
+// The share of light along w that a face, as an instance places it, doesn't let pass at a point: what it lets
+// pass isn't hidden.
+EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int instance, Vec3 at, Vec3 w,
+                          RayKind rays) {
+    if (!(scene.all_flags & kHasTransparency)) return {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Float b1, b2;
+    const PlacedTriangle t = placed_triangle(scene, face, instance);
+    place_in_face(t.triangle, at, b1, b2);
+    const SurfacePoint i = surface_point(scene, active, face, t, b1, b2, w, instance);
+    const Vec3 through =
+        surface_transmittance(scene, i, texture_point(scene, i, -w, splat(static_cast<int>(rays))));
+    return {1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
+}
+
 // g . m(at), times the color, for a point that rides on a face.
 template <typename Mode>
-EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, Mask active, Int face, Vec3 at, Vec3 g,
-                                  Vec3 color) {
-    const Mask moves = active & (gather(scene.face_moving, select(active, face, splat(0))) != 0);
+EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                                  Mask active, Int face, Int instance, Vec3 at, Vec3 g, Vec3 color) {
+    const Mask moves = face_point_moves(scene, asked, active, face, instance);
     if (!any(moves)) return;
-    const Triangle t = gather_triangle(scene, select(moves, face, splat(0)));
+    const PlacedTriangle t =
+        placed_triangle(scene, select(moves, face, splat(0)), select(moves, instance, splat(-1)));
     Float b1, b2;
-    place_in_face(t, at, b1, b2);
-    triangle_blocks(mode, moves, face, t, b1, b2, g, zero3(), color);
+    place_in_face(t.triangle, at, b1, b2);
+    face_point_blocks(mode, scene, asked, moves, face, instance, b1, b2, g, color);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

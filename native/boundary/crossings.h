@@ -2,40 +2,53 @@
 #pragma once
 
 #include "boundary/candidates.h"
+#include "scene/vector.h"
 
 namespace edgegrad {
 
-// Lines by number: their ends (n, 2, 3), and the two faces of each, or a face and a light (kLightOfTable).
+// One of the two surfaces of a line: a face and the instance that places it (-1: none does), or a light
+// (kLightOfTable).
+struct CrossedFace {
+    uint32_t face;
+    int32_t instance = -1;
+};
+
+// Lines by number: their ends in the world (n, 2, 3), and the two faces of each with their instances.
 struct Crossings {
     std::vector<float> ends;
     std::vector<uint32_t> faces;
+    std::vector<int32_t> instances;
 
     int64_t size() const { return static_cast<int64_t>(faces.size() / 2); }
-    // Line k of others.
-    void add(const Crossings& from, size_t k) {
-        const auto line = from.ends.begin() + static_cast<ptrdiff_t>(6 * k);
-        const auto pair = from.faces.begin() + static_cast<ptrdiff_t>(2 * k);
-        ends.insert(ends.end(), line, line + 6);
-        faces.insert(faces.end(), pair, pair + 2);
+    void add(const Vector (&line)[2], CrossedFace one, CrossedFace other) {
+        for (const Vector& e : line)
+            for (double x : {e.x, e.y, e.z}) ends.push_back(static_cast<float>(x));
+        for (const CrossedFace& f : {one, other}) faces.push_back(f.face), instances.push_back(f.instance);
+    }
+    // Lines [first, last) of others.
+    void add(const Crossings& from, int64_t first, int64_t last) {
+        const auto append = [&](auto& to, const auto& all, int64_t each) {
+            to.insert(to.end(), all.begin() + each * first, all.begin() + each * last);
+        };
+        append(ends, from.ends, 6), append(faces, from.faces, 2), append(instances, from.instances, 2);
+    }
+    void add(const Crossings& from, int64_t k) { add(from, k, k + 1); }
+    void add(const std::vector<Crossings>& parts) {
+        for (const Crossings& part : parts) add(part, 0, part.size());
     }
 };
 
 // Meshes of more faces are not searched for places where they pierce themselves.
 constexpr int32_t kSelfCrossingFaces = 50'000;
 
-// All crossings of meshes that rays with one of `seers` (bits 1 << RayKind) meet, and of which one moves, or
-// the camera does. Left out are faces
-// that lie in one plane, or nearly (their line's speed has no bound), and edges that lie in a face: that is
-// contact, which the edge itself covers. Instances are left out.
+// All crossings of meshes, and of the copies of instanced ones, that rays with one of `seers` (bits
+// 1 << RayKind) meet, and of which one moves, or the camera does. Left out are faces that lie in one plane,
+// or nearly (their line's speed has no bound), and edges that lie in a face: that is contact, which the edge
+// itself covers.
 Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t seers, int threads);
 
 // Of crossings that were found for more than what is asked, those of the latter.
 Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const Crossings& all);
-
-// Those of which one face is in `emissive` (by face, -1: it gives no light; null: none does), and the lines
-// along which meshes pass through rectangles and ellipses of the light table, where one of the two moves.
-Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,
-                              const int32_t* emissive, int threads);
 
 // The edges of the scene and its crossings as further edges behind them.
 class EdgesAndCrossings {
@@ -51,6 +64,7 @@ class EdgesAndCrossings {
 
  private:
     int32_t edge_count_;
+    bool placed_;  // instances place some of the scene's meshes
     Crossings crossings_;
     std::vector<uint32_t> face_first_, faces_;
 };

@@ -4,7 +4,7 @@
 
 #include "boundary/pieces.h"
 #include "film/splat.h"
-#include "path/camera_projection.h"
+#include "path/lens_sample.h"
 #include "scene/rays.h"
 #include "shading/surface_shader.h"
 
@@ -56,12 +56,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
                 task.record.u[task.record.place(k)] = s.u[i];
     s.tangent = place.t;
     s.point = place.a + place.t * s.u;
-    LensPoint lens = {splat(0.0f), splat(0.0f)};
-    if (c.aperture_radius > 0.0f) {
-        Float u, v;
-        sobol_pair(place.random.stream, place.random.sample, kPairLens, u, v);
-        aperture_point(c, u, v, lens.x, lens.y);
-    }
+    const LensPoint lens = lens_of(c, place.random);
     s.view = project(c, s.point, lens);
     s.active &= s.view.active & in_reach(c, s.view.sx, s.view.sy) & (s.view.distance > s.view.near) &
                 (s.view.distance < s.view.far);
@@ -73,6 +68,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
 // A face beside an edge: the nearest of those on one side of it, as the camera sees them.
 struct SideFace {
     Int face;      // -1: none is there
+    Int instance;  // that places it
     Int opposite;  // its corner off the edge, 0 to 2
     Float slope;   // of its depth, across the edge
 };
@@ -86,13 +82,14 @@ struct Sides {
 
 // What of a face of an edge doesn't depend on the point of the edge.
 struct EdgeFace {
-    int32_t face, opposite;  // its corner off the edge, 0 to 2
-    float normal[3];         // area normal
-    float way[3];            // from the edge's first end to that corner; 0 of crossings
+    int32_t face, instance, opposite;  // its corner off the edge, 0 to 2
+    float normal[3];                   // area normal
+    float way[3];                      // from the edge's first end to that corner; 0 of crossings
 };
 
-EG_INLINE EdgeFace face_beside(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
-    EdgeFace out{static_cast<int32_t>(scene.edge_faces[k]), 0, {}, {}};
+EG_INLINE EdgeFace face_beside(const SceneView& scene, int32_t edge, int32_t copy, uint32_t k) {
+    const int32_t instance = face_instance(scene, edge, copy, k - scene.edge_face_first[edge]);
+    EdgeFace out{static_cast<int32_t>(scene.edge_faces[k]), instance, 0, {}, {}};
     const int32_t* f = scene.faces + 3 * static_cast<int64_t>(out.face);
     float p[3][3], d1[3], d2[3];
     for (int c = 0; c < 3; ++c) {
@@ -133,7 +130,7 @@ EG_INLINE bool narrow_pair(const EdgeFace (&pair)[2], const float (&t)[3]) {
 // -(n . g)/(n . D), g = +-N (derivations A3). A face seen exactly edge-on lies on no side. Faces that pierce
 // each other are on both sides.
 EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
-    const SideFace none = {splat(-1), splat(0), splat(__builtin_inff())};
+    const SideFace none = {splat(-1), splat(-1), splat(0), splat(__builtin_inff())};
     Sides sides{none, none, splat(-1)};
     // Samples are sorted by edge: neighbours share what doesn't depend on their points.
     int32_t known_edge = -1, known_instance = -1;
@@ -166,6 +163,7 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
             const auto offer = [&](SideFace& best, float slope) {
                 if (!(slope < best.slope[i])) return;
                 best.face[i] = f.face;
+                best.instance[i] = f.instance;
                 best.opposite[i] = f.opposite;
                 best.slope[i] = slope;
             };
@@ -297,7 +295,7 @@ EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const Sid
         edge_place(scene, s.edge[i], s.u[i], face[i], near.opposite[i], b);
         b1[i] = b[1], b2[i] = b[2];
     }
-    place_triangle(scene, select(active, s.instance, splat(-1)), t);
+    place_triangle(scene, select(active, near.instance, splat(-1)), t);
     // Towards the opposite corner, at most an eighth of the way.
     const Vec3 corner = select(near.opposite == 0, t.p0, select(near.opposite == 1, t.p1, t.p2));
     const Vec3 sheet = cross(s.tangent, corner - s.point);

@@ -146,4 +146,28 @@ void FaceTree::split(const Subtree& subtree, std::vector<Subtree>& below) {
     below.push_back({nodes_[at].right, middle, last});
 }
 
+std::vector<std::vector<int32_t>> faces_in(const SceneTables& t, int32_t mesh, std::span<const Box> boxes,
+                                           int threads) {
+    constexpr int32_t kBlock = 1 << 14;
+    const int32_t begin = t.mesh_first_face[static_cast<size_t>(mesh)];
+    const int32_t end = t.mesh_first_face[static_cast<size_t>(mesh) + 1];
+    std::vector<std::vector<std::vector<int32_t>>> parts(
+        static_cast<size_t>((end - begin + kBlock - 1) / kBlock));
+    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
+        auto& found = parts[static_cast<size_t>(part)];
+        found.resize(boxes.size());
+        const int32_t first = begin + static_cast<int32_t>(part) * kBlock;
+        for (int32_t f = first; f < std::min(end, first + kBlock); ++f) {
+            const Box box = box_of(t, f);
+            for (size_t k = 0; k < boxes.size(); ++k)
+                if (box.meets(boxes[k])) found[k].push_back(f);
+        }
+    });
+    std::vector<std::vector<int32_t>> faces(boxes.size());
+    for (const auto& part : parts)
+        for (size_t k = 0; k < boxes.size(); ++k)
+            faces[k].insert(faces[k].end(), part[k].begin(), part[k].end());
+    return faces;
+}
+
 }  // namespace edgegrad

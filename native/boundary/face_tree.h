@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct Box {
 const float* corner(const SceneTables& t, int32_t face, size_t k);
 Box box_of(const SceneTables& t, int32_t face);
 Box mesh_box(const SceneTables& t, size_t mesh);
+// By some boxes the faces of a mesh whose own box meets them.
+std::vector<std::vector<int32_t>> faces_in(const SceneTables& t, int32_t mesh, std::span<const Box> boxes,
+                                           int threads);
 
 // Directions about an axis.
 struct Cone {

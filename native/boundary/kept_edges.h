@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -54,16 +55,22 @@ struct CameraKey {
 struct KeptEdges {
     // From which side solid bodies are seen (boundary/solids.h) follows from the camera.
     using Sides = std::vector<int8_t>;
-    Kept<std::pair<bool, std::vector<uint8_t>>, Crossings> crossings;  // the camera moves; which meshes do
+    // The camera moves; instances do; which meshes do.
+    Kept<std::tuple<bool, bool, std::vector<uint8_t>>, Crossings> crossings;
     Kept<std::pair<CameraKey, Asked>, Candidates> primary;
     Kept<std::pair<std::shared_ptr<const LightList>, Sides>, Candidates> shadow;
     Kept<Sides, Candidates> silhouettes;  // towards the environment and other surfaces
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
 
-    // Where vertices or values have changed.
+    // Where vertices have changed.
     void clear() {
-        crossings.clear(), primary.clear(), shadow.clear(), silhouettes.clear();
+        crossings.clear();
+        clear_values();
+    }
+    // Where values have: surfaces cross where they did.
+    void clear_values() {
+        primary.clear(), shadow.clear(), silhouettes.clear();
         tree.clear(), regions.clear();
     }
 };

@@ -56,8 +56,9 @@ class LearnedMasses {
 // Terms of a derivative (core/renderer.py).
 enum DerivativeTerm : int32_t { kInteriorTerm, kPrimaryTerm, kShadowTerm, kIndirectTerm, kDerivativeTerms };
 // The one that each kind of boundary belongs to.
-constexpr DerivativeTerm kTermOf[] = {kPrimaryTerm, kShadowTerm,   kShadowTerm, kIndirectTerm, kIndirectTerm,
-                                      kShadowTerm,  kIndirectTerm, kShadowTerm, kPrimaryTerm,  kShadowTerm};
+constexpr DerivativeTerm kTermOf[] = {kPrimaryTerm,  kShadowTerm, kShadowTerm,   kIndirectTerm,
+                                      kIndirectTerm, kShadowTerm, kIndirectTerm, kShadowTerm,
+                                      kPrimaryTerm,  kShadowTerm, kPrimaryTerm,  kShadowTerm};
 static_assert(sizeof kTermOf / sizeof *kTermOf == kBoundaryKinds);
 
 // What gradients of one view of a scene have learned.

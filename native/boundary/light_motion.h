@@ -2,14 +2,13 @@
 // term (adjoint/light_arrival.h), in which a sample is a fixed place in the frame of its light. With the
 // light at p, and g the adjoint of the velocity of y:
 //   point               y = p
-//   sphere              -w as of a cone about p - x with sin = R/|p - x|; where x sees its edge stays there,
-//   so that
-//                       no derivative is divided by the cosine, as it would be with y at a fixed place of it
+//   sphere              y = x + r w,                 w as of a cone below, d the unit p - x, sin = R/|p - x|
 //   disk facing x       y = p + (a s + b t) R,       a, b the basis across p - x; s, t fixed
 //   rectangle, ellipse  y = p + X s + Y t,           X, Y half the extents; s, t fixed
 // and of distant lights, with g the adjoint of the velocity of the direction -w to the light:
 //   direction           -w = d,                      d the direction against which it travels
 //   cone                -w = (a s + b t) sin + d cos, 1 - cos = q (1 - cos of half its angle); q, s, t fixed.
+// Were y at a fixed place of a sphere, derivatives would be divided by the cosine there (derivations, C4).
 #pragma once
 
 #include "shading/light_rows.h"
@@ -25,6 +24,7 @@ EG_INLINE Int kind_of_rows(const LightView& lights, Int row) {
     return kind;
 }
 
+// Whether y depends on x.
 EG_INLINE Mask turns_with_point(Int kind) {
     return (kind == splat(static_cast<int>(kSphereLight))) | (kind == splat(static_cast<int>(kDiskLight)));
 }

@@ -57,7 +57,7 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
     hit.hit |= is_near;
     hit.face = select(is_near, near.face, hit.face);
     hit.mesh = select(is_near, mesh, hit.mesh);
-    hit.instance = select(is_near, s.instance, hit.instance);
+    hit.instance = select(is_near, near.instance, hit.instance);
     hit.b1 = select(is_near, b1, hit.b1);
     hit.b2 = select(is_near, b2, hit.b2);
     hit.distance = select(is_near, s.view.distance, hit.distance);
@@ -134,21 +134,34 @@ EG_INLINE Vec3 jump_of(const BoundaryTask& task, const Workspace& work, int at) 
     return minus - plus;
 }
 
+// One of the two faces that pierce each other at lines.
+struct CrossingFace {
+    Int face, instance;
+    Vec3 normal;
+};
+
+EG_INLINE CrossingFace crossing_face(const SceneView& scene, const EdgeSample& s, Mask crossing, uint32_t k) {
+    CrossingFace f = {splat(0), splat(-1), zero3()};
+    for (int i = 0; i < W; ++i) {
+        if (!crossing[i]) continue;
+        f.face[i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
+        f.instance[i] = face_instance(scene, s.edge[i], s.instance[i], k);
+    }
+    f.normal = unit_normal(placed_triangle(scene, f.face, f.instance).triangle);
+    return f;
+}
+
 // The velocity of a line along which two faces pierce each other.
 template <typename Mode>
-EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const EdgeSample& s, Mask crossing, Vec3 g,
-                               Vec3 color) {
-    Int face[2] = {splat(0), splat(0)};
-    for (int i = 0; i < W; ++i)
-        for (uint32_t k = 0; k < 2; ++k)
-            if (crossing[i])
-                face[k][i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
-    const Vec3 n[2] = {unit_normal(gather_triangle(scene, face[0])),
-                       unit_normal(gather_triangle(scene, face[1]))};
-    Float mu[2];
-    part_normals(g, n[0], n[1], mu[0], mu[1]);
-    for (int k = 0; k < 2; ++k)
-        plane_point_blocks(mode, scene, crossing, face[k], s.point, n[k] * mu[k], color);
+EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                               const EdgeSample& s, Mask crossing, Vec3 g, Vec3 color) {
+    const CrossingFace one = crossing_face(scene, s, crossing, 0),
+                       other = crossing_face(scene, s, crossing, 1);
+    Float mu, mu_other;
+    part_normals(g, one.normal, other.normal, mu, mu_other);
+    plane_point_blocks(mode, scene, asked, crossing, one.face, one.instance, s.point, one.normal * mu, color);
+    plane_point_blocks(mode, scene, asked, crossing, other.face, other.instance, s.point,
+                       other.normal * mu_other, color);
 }
 
 // weight N . (de - c), times `color`, for what `asked` names.
@@ -162,7 +175,7 @@ EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeV
         mode.camera(s.active, row, -color);
     }
     const Mask crossing = s.active & s.crossing;
-    if (any(crossing)) crossing_blocks(mode, scene, s, crossing, g, color);
+    if (any(crossing)) crossing_blocks(mode, scene, asked, s, crossing, g, color);
     const Mask on_edge = s.active & ~s.crossing;
     if (any(on_edge)) edge_point_blocks(mode, scene, asked, on_edge, s.edge, s.instance, s.u, g, color);
 }

@@ -82,15 +82,25 @@ EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& t
     return light;
 }
 
-// A disk that faces x: where the segment from x meets it.
-EG_INLINE void meet_facing_disk(const SceneView& scene, BoundarySegment& s) {
-    const Mask disk = s.active & (s.y.row >= 0) & (s.y.kind == splat(static_cast<int>(kDiskLight)));
-    if (!any(disk)) return;
-    const LightRow l = gather_light(scene.lights, select(disk, s.y.row, splat(0)));
+// Where the segment from x meets a disk, which faces x. Of a sphere an edge inside sees the inside, which x
+// sees only if it is inside, too.
+EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
+    const Mask on_row = s.active & (s.y.row >= 0);
+    const Mask disk = on_row & (s.y.kind == splat(static_cast<int>(kDiskLight)));
+    const Mask sphere = on_row & (s.y.kind == splat(static_cast<int>(kSphereLight)));
+    if (!any(disk | sphere)) return;
+    const LightRow l = gather_light(scene.lights, select(disk | sphere, s.y.row, splat(0)));
     Float pdf;
-    const Float way = meet_light(l, kDiskLight, s.x.position, s.towards, pdf);
-    s.distance = select(disk, way - s.reach, s.distance);
-    s.active &= ~disk | (s.distance > 0.0f);
+    if (any(disk)) {
+        const Float way = meet_light(l, kDiskLight, s.x.position, s.towards, pdf);
+        s.distance = select(disk, way - s.reach, s.distance);
+        s.active &= ~disk | (s.distance > 0.0f);
+    }
+    const auto within = [&](Vec3 at) {
+        const Vec3 way = at - l.position;
+        return dot(way, way) <= l.radius * l.radius;
+    };
+    s.active &= ~sphere | (within(s.point) == within(s.x.position));
 }
 
 // Light that arrives at the edge from y, divided by the density of the sample.
@@ -157,7 +167,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.x.mesh = lit.hit.mesh;
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
     s.slides = s.active & ~chained;
-    meet_facing_disk(scene, s);
+    meet_round_light(scene, s);
     divide_segment(s);
     hold_far_end(scene, s);
     hold_contact(scene, length, s);

@@ -5,6 +5,7 @@
 #endif
 #include "boundary/aimed.h"
 #include "boundary/emitter_outline.h"
+#include "boundary/pierced_disk.h"
 #include "kernels/parts.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -14,6 +15,8 @@ void add_aimed_kernels(KernelTable& table) {
                                       lit_segments_backward<sample_aimed>};
     table.boundary[kEmitterOutline] = {direct_forward<sample_emitter_outline>,
                                        direct_backward<sample_emitter_outline>};
+    table.boundary[kPiercedDisk] = {direct_forward<sample_pierced_disk>,
+                                    direct_backward<sample_pierced_disk>};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -138,15 +138,4 @@ struct Backward {
     }
 };
 
-// M and N together: a point at barycentrics (b1, b2) moves with adjoint `point`, the triangle's area
-// normal M with adjoint `normal`: p1 += (p2-p0) x g, p2 += g x (p1-p0), p0 -= both.
-template <typename Mode>
-EG_INLINE void triangle_blocks(Mode& mode, Mask moves, Int face, const Triangle& t, Float b1, Float b2,
-                               Vec3 point, Vec3 normal, Vec3 color) {
-    const Vec3 n1 = cross(t.p2 - t.p0, normal), n2 = cross(normal, t.p1 - t.p0);
-    mode.corner(moves, face, 0, point * (1.0f - b1 - b2) - n1 - n2, color);
-    mode.corner(moves, face, 1, point * b1 + n1, color);
-    mode.corner(moves, face, 2, point * b2 + n2, color);
-}
-
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -84,6 +84,13 @@ struct Ignored {
 
 EG_INLINE Ignored ignore_nothing() { return {splat(-1), splat(-1)}; }
 
+// The instance that places the k-th face of an edge's copy: that copy's. Each of the two faces that pierce
+// each other has its own.
+EG_INLINE int32_t face_instance(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
+    if (edge < scene.edge_count || !scene.crossing_instances) return instance;
+    return scene.crossing_instances[2 * static_cast<int64_t>(edge - scene.edge_count) + k];
+}
+
 // A point of a surface, its normal turned to the viewer.
 struct SurfacePoint {
     Mask active;

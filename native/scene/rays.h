@@ -39,13 +39,14 @@ static void ignore_edge_faces(const embree::FilterArguments* args) {
         const int32_t edge = context->edge[lane];
         if (edge < 0) continue;
         const uint32_t face = hit[5 * n + i] + static_cast<uint32_t>(scene.mesh_first_face[hit[6 * n + i]]);
-        const uint32_t copy = hit[7 * n + i];  // Embree's number of the instance
-        if (copy == embree::kInvalidId
-                ? context->instance[lane] >= 0
-                : static_cast<int32_t>(copy) - scene.mesh_count != context->instance[lane])
-            continue;
-        for (uint32_t k = scene.edge_face_first[edge]; k < scene.edge_face_first[edge + 1]; ++k)
-            if (scene.edge_faces[k] == face) args->valid[i] = 0;
+        const uint32_t number = hit[7 * n + i];  // Embree's, of the instance
+        const int32_t copy =
+            number == embree::kInvalidId ? -1 : static_cast<int32_t>(number) - scene.mesh_count;
+        const uint32_t first = scene.edge_face_first[edge];
+        for (uint32_t k = first; k < scene.edge_face_first[edge + 1]; ++k)
+            if (scene.edge_faces[k] == face &&
+                face_instance(scene, edge, context->instance[lane], k - first) == copy)
+                args->valid[i] = 0;
     }
 }
 

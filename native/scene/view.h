@@ -115,6 +115,7 @@ struct SceneView {
     int32_t edge_count;
     const float* crossing_ends;  // (crossings, 2, 3) ends of the lines with the numbers from edge_count on,
                                  // along which two faces pierce each other (boundary/crossings.h)
+    const int32_t* crossing_instances;  // (crossings, 2) that place those faces, -1: none does; null: of all
 
     CameraView camera;
 };

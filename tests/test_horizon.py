@@ -156,13 +156,13 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}: body moves": (body_moves(light), BODY) for light in (*LIGHTS, "mesh", "sky", "sky image")},
     **{f"{light}: light moves": light_changes(light, position=np.array([1.0, -0.4, 0.3]))
        for light in ("sphere", "disk", "spot")},
-    "disk: light grows": light_changes("disk", radius=0.6),
+    **{f"{light}: light grows": light_changes(light, radius=0.6) for light in ("sphere", "disk")},
     "rectangle: light grows": light_changes("rectangle", size=np.array([0.7, -0.3])),
     "sun: light turns": light_changes("sun", direction=np.array([0.3, 0.1, 0.6])),
     "sun: light grows": light_changes("sun", angle=1.0),
     "mesh: light moves": (moves(lambda: body_under("mesh"), "lamp"), ["meshes.lamp.vertices"]),
     "sky image: light turns": (sky_turns, ["world.rotation"]),
-    "disk: camera moves": (camera_moves("disk"), ["camera.to_world"]),
+    **{f"{light}: camera moves": (camera_moves(light), ["camera.to_world"]) for light in ("sphere", "disk")},
     "glossy": (glossy, BODY),
     "translucent": (translucent, BODY),
     "instances": (placed, ["meshes.body.instances"]),
@@ -200,7 +200,8 @@ def test_the_plan_names_horizons() -> None:
     assert "besides edges: the horizons of the faces of body, where they cut off light of the lights lamp" in words(
         scene, *BODY)
     assert "horizons" not in words(scene, "camera.to_world")
-    assert "body" in words(body_under("disk"), "camera.to_world"), "the disk turns with what it lights"
+    for light in ("sphere", "disk"):
+        assert "body" in words(body_under(light), "camera.to_world"), "it turns with what it lights"
     scene.meshes["floor"] = rectangle((0, -2, 0), (0, 0, 1), (1, 0, 0), "clay")
     assert "skipped: horizons, since neither" in words(scene, "camera.to_world")
     scene.lights["lamp"] = edgegrad.PointLight(SIDE, 90.0)
@@ -216,7 +217,8 @@ def test_horizons_of_later_vertices_agree_with_central_differences(name: str) ->
     check_agreement(along(*DEEP[name]), max_depth=3)
 
 
-@pytest.mark.parametrize("name", ["disk: light moves", "disk: camera moves", "sun: light turns", "mesh: body moves",
+@pytest.mark.parametrize("name", ["disk: light moves", "disk: camera moves", "sphere: camera moves", "sun: light turns",
+                                  "mesh: body moves",
                                   "sky image: light turns", "instances", "body before a wall"])
 def test_reverse_mode_is_the_transpose(name: str) -> None:
     need_every_table()

@@ -153,7 +153,8 @@ BOX, FLOOR, POSE = ["meshes.box.vertices"], ["meshes.floor.vertices"], ["camera.
 CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}: box moves": (box_moves(light), BOX) for light in (*LIGHTS, "mesh", "sky", "sky image")},
     **{f"{light}: floor moves": (floor_moves(light), FLOOR) for light in (*LIGHTS, "mesh", "sky", "sky image")},
-    **{f"{light}: camera moves": (camera_moves(light), POSE) for light in ("spot", "disk", "rectangle", "sun", "sky")},
+    **{f"{light}: camera moves": (camera_moves(light), POSE)
+       for light in ("spot", "sphere", "disk", "rectangle", "sun", "sky")},
     **{f"{light}: light moves": light_changes(light, position=np.array([1.0, -0.4, 0.3]))
        for light in ("point", "sphere", "disk", "spot", "sized spot")},
     "sphere: light grows": light_changes("sphere", radius=0.6),

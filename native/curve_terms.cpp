@@ -13,6 +13,18 @@ constexpr double kPiercedShare = 0.5, kConeShare = 0.25, kOutlineShare = 0.1, kD
 constexpr int kTurnPieces = 64;
 constexpr double kChainedShare = 0.4;
 
+// Lines that hide something over all directions; of paths longer than `direct` chains of surfaces show it,
+// too.
+void add_lines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options, BoundaryKind kind,
+               Crossings found, int direct, std::vector<CurveTerm>& out) {
+    if (found.size() == 0) return;
+    auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
+    const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
+    const double pieces = kDirectionPieces * kPiercedShare * picture;
+    Candidates candidates = over_directions(lines->crossings(), pieces, options.max_depth > direct);
+    out.push_back({kind, std::move(candidates), std::move(lines), kPiercedShare});
+}
+
 void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                  const Asked& asked, const Crossings* seen, std::vector<CurveTerm>& out) {
     const bool lights = options.shadow && scene.lights.count > 0;
@@ -31,19 +43,12 @@ void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOpti
             seen && !scene.rays_differ
                 ? moving_crossings(edges.tables, moving, *seen)
                 : find_crossings(edges.tables, moving, kScatteredRays | 1 << kShadowRay, edges.threads);
-    const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
-    const auto add = [&](BoundaryKind kind, Crossings found, bool chains) {
-        if (found.size() == 0) return;
-        auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
-        const double pieces = kDirectionPieces * kPiercedShare * picture;
-        Candidates candidates = over_directions(lines->crossings(), pieces, chains);
-        out.push_back({kind, std::move(candidates), std::move(lines), kPiercedShare});
-    };
     if (lights)
-        add(kPiercedLight,
-            find_pierced_lights(edges.tables, moving, crossings, scene.lights.face_light, edges.threads),
-            options.max_depth > 2);
-    if (surfaces) add(kPiercedSurface, std::move(crossings), options.max_depth > 3);
+        add_lines(
+            scene, edges, options, kPiercedLight,
+            find_pierced_lights(edges.tables, moving, crossings, scene.lights.face_light, edges.threads), 2,
+            out);
+    if (surfaces) add_lines(scene, edges, options, kPiercedSurface, std::move(crossings), 3, out);
 }
 
 // The same of disks, which turn with what they light: anything that moves moves them against surfaces.
@@ -51,13 +56,7 @@ void add_pierced_disks(const SceneView& scene, const EdgeList& edges, const Rend
                        const Asked& asked, std::vector<CurveTerm>& out) {
     if (!options.shadow || !(scene.lights.kinds >> kDiskLight & 1)) return;
     if (!asked.camera && !asked.lights && !asked.any_mesh_moves()) return;
-    Crossings found = find_pierced_disks(edges.tables, edges.threads);
-    if (found.size() == 0) return;
-    auto lines = std::make_shared<EdgesAndCrossings>(edges.tables, std::move(found));
-    const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
-    Candidates candidates = over_directions(lines->crossings(), kDirectionPieces * kPiercedShare * picture,
-                                            options.max_depth > 2);
-    out.push_back({kPiercedDisk, std::move(candidates), std::move(lines), kPiercedShare});
+    add_lines(scene, edges, options, kPiercedDisk, find_pierced_disks(edges.tables, edges.threads), 2, out);
 }
 
 // The curve about a light, cut into pieces.

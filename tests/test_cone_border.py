@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import edgegrad
 from tests.block_statistics import ALARM
+from tests.motions import camera_moves, lamp_changes
 from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
-from tests.rich_scene import turn
 from tests.slow_cases import slow_but
-from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
+from tests.small_scenes import Make, along, camera, matte, rectangle
 from tests.test_shadow_boundary import mesh_moves
 
 POINT = edgegrad.SpotLight(np.array([0.3, 2.0, -0.2]), np.array([-0.2, -1.0, 0.1]), 90.0, 0.7, 0.0)
@@ -34,30 +35,16 @@ def spot_scene(kind: str) -> edgegrad.Scene:
     )
 
 
-def spot_changes(kind: str, field: str, rate: float | Floats) -> tuple[Make, list[str]]:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = spot_scene(kind)
-        value = getattr(scene.lights["lamp"], field) + theta * np.asarray(rate)
-        scene.lights["lamp"] = replace(scene.lights["lamp"], **{field: float(value) if np.ndim(value) == 0 else value})
-        return scene
-
-    return make, [f"lights.lamp.{field}"]
+def spot_changes(kind: str, field: str, rate: ArrayLike) -> tuple[Make, list[str]]:
+    return lamp_changes(lambda: spot_scene(kind), field, rate)
 
 
 def floor_moves(kind: str) -> tuple[Make, list[str]]:
     return mesh_moves(lambda: spot_scene(kind), "floor", np.array([0.3, 0.8, -0.2])), ["meshes.floor.vertices"]
 
 
-def camera_moves(kind: str) -> tuple[Make, list[str]]:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = spot_scene(kind)
-        to_world = np.array(scene.camera.to_world)
-        to_world[:3, :3] = turn(0.2 * theta, 0.3 * theta, 0.1 * theta) @ to_world[:3, :3]
-        to_world[:3, 3] += theta * np.array([0.5, -0.3, 0.4])
-        scene.camera = replace(scene.camera, to_world=to_world)
-        return scene
-
-    return make, ["camera.to_world"]
+def view_moves(kind: str) -> tuple[Make, list[str]]:
+    return camera_moves(lambda: spot_scene(kind), (0.2, 0.3, 0.1)), ["camera.to_world"]
 
 
 def by_way_of_a_wall(theta: float) -> edgegrad.Scene:
@@ -76,7 +63,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{kind}: light turns": spot_changes(kind, "direction", TURN) for kind in SPOTS},
     **{f"{kind}: cone opens": spot_changes(kind, "angle", 0.8) for kind in SPOTS},
     **{f"{kind}: floor moves": floor_moves(kind) for kind in SPOTS},
-    **{f"{kind}: camera moves": camera_moves(kind) for kind in ("point", "disk")},
+    **{f"{kind}: camera moves": view_moves(kind) for kind in ("point", "disk")},
     "sphere: light grows": spot_changes("sphere", "radius", 0.3),
 }
 DEEP: dict[str, tuple[Make, list[str]]] = {"by way of a wall": (by_way_of_a_wall, ["lights.lamp.position"])}

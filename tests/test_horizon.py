@@ -14,6 +14,7 @@ import edgegrad
 from tests import shapes
 from tests.benchmarks.scenes import displaced_sphere
 from tests.block_statistics import ALARM
+from tests.motions import camera_moves
 from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
 from tests.slow_cases import slow_but
@@ -101,15 +102,8 @@ def sky_turns(theta: float) -> edgegrad.Scene:
     return scene
 
 
-def camera_moves(light: str) -> Make:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = body_under(light)
-        to_world = np.array(scene.camera.to_world)
-        to_world[:3, 3] += theta * np.array([0.5, -0.3, 0.4])
-        scene.camera = replace(scene.camera, to_world=to_world)
-        return scene
-
-    return make
+def view_moves(light: str) -> Make:
+    return camera_moves(lambda: body_under(light))
 
 
 def glossy(theta: float) -> edgegrad.Scene:
@@ -162,7 +156,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "sun: light grows": light_changes("sun", angle=1.0),
     "mesh: light moves": (moves(lambda: body_under("mesh"), "lamp"), ["meshes.lamp.vertices"]),
     "sky image: light turns": (sky_turns, ["world.rotation"]),
-    **{f"{light}: camera moves": (camera_moves(light), ["camera.to_world"]) for light in ("sphere", "disk")},
+    **{f"{light}: camera moves": (view_moves(light), ["camera.to_world"]) for light in ("sphere", "disk")},
     "glossy": (glossy, BODY),
     "translucent": (translucent, BODY),
     "instances": (placed, ["meshes.body.instances"]),

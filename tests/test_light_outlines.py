@@ -6,15 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import edgegrad
 from edgegrad._check import RAYS
 from edgegrad.plan import plan
 from tests.block_statistics import ALARM
+from tests.motions import camera_moves, lamp_changes
 from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.rich_scene import pose, turn
 from tests.slow_cases import slow_but
-from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
+from tests.small_scenes import Make, along, camera, matte, rectangle
 
 PLACE = np.array([0.2, 0.1, 0.3])
 FACING = pose(turn(0.3, 0.4, 0.2) @ np.diag([1.0, -1.0, -1.0]), *PLACE.tolist())  # shines along -Z: at the camera
@@ -53,33 +55,13 @@ def scene_with(light: str, view: str) -> edgegrad.Scene:
     )
 
 
-def light_changes(light: str, view: str, field: str, rate: float | Floats) -> tuple[Make, list[str]]:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = scene_with(light, view)
-        lamp = scene.lights["lamp"]
-        if field == "to_world":
-            value = np.array(lamp.to_world)
-            value[:3, :3] = turn(*(theta * np.asarray(rate))) @ value[:3, :3]
-            value[:3, 3] += theta * np.array([0.6, -0.4, 0.3])
-        else:
-            value = getattr(lamp, field) + theta * np.asarray(rate)
-        scene.lights["lamp"] = replace(lamp, **{field: float(value) if np.ndim(value) == 0 else value})
-        return scene
-
-    return make, [f"lights.lamp.{field}"]
+def light_changes(light: str, view: str, field: str, rate: ArrayLike) -> tuple[Make, list[str]]:
+    return lamp_changes(lambda: scene_with(light, view), field, rate)
 
 
-def camera_moves(light: str, view: str) -> tuple[Make, list[str]]:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = scene_with(light, view)
-        to_world = np.array(scene.camera.to_world)
-        by = theta * scene.camera.fov_x / VIEW.fov_x
-        to_world[:3, :3] = turn(0.2 * by, 0.3 * by, 0.4 * by) @ to_world[:3, :3]
-        to_world[:3, 3] += theta * np.array([0.5, -0.3, 0.4])
-        scene.camera = replace(scene.camera, to_world=to_world)
-        return scene
-
-    return make, ["camera.to_world"]
+def view_moves(light: str, view: str) -> tuple[Make, list[str]]:
+    turns = np.array([0.2, 0.3, 0.4]) * (VIEWS[view].fov_x / VIEW.fov_x)
+    return camera_moves(lambda: scene_with(light, view), turns), ["camera.to_world"]
 
 
 def moves(light: str, view: str) -> tuple[Make, list[str]]:
@@ -96,7 +78,7 @@ PAIRS = [*FAR, *((light, view) for light in list(LIGHTS)[:6] for view in list(VI
                  if (light, view) != ("sun", "orthographic"))]
 CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}, {view}: light moves": moves(light, view) for light, view in PAIRS},
-    **{f"{light}, {view}: camera moves": camera_moves(light, view) for light, view in PAIRS},
+    **{f"{light}, {view}: camera moves": view_moves(light, view) for light, view in PAIRS},
     "sphere: light grows": light_changes("sphere", "perspective", "radius", 0.6),
     "disk: light grows": light_changes("disk", "perspective", "radius", 0.6),
     "disk, orthographic: light grows": light_changes("disk", "orthographic", "radius", 0.6),

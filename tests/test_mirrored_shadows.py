@@ -14,6 +14,7 @@ import pytest
 
 import edgegrad
 from tests import shapes
+from tests.motions import camera_moves
 from tests.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.slow_cases import slow_but
 from tests.small_scenes import Make, along, box, camera, rectangle
@@ -67,15 +68,8 @@ def light_moves(light: str, **rates: object) -> tuple[Make, list[str]]:
     return mirrored(make), paths
 
 
-def camera_moves(light: str) -> Make:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = in_mirror(scene_under(light))
-        to_world = np.array(scene.camera.to_world)
-        to_world[:3, 3] += theta * np.array([0.5, -0.3, 0.4])
-        scene.camera = replace(scene.camera, to_world=to_world)
-        return scene
-
-    return make
+def view_moves(light: str) -> Make:
+    return camera_moves(lambda: in_mirror(scene_under(light)))
 
 
 def through(shape: str, light: str, moving: str) -> Make:
@@ -122,7 +116,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}: floor moves": (floor_moves(light), FLOOR) for light in ("point", "disk", "rectangle", "sun", "mesh")},
     **{f"{light}: mirror moves": (lambda theta, light=light: in_mirror(scene_under(light), theta),
                                   ["meshes.mirror.vertices"]) for light in ("point", "disk", "sky")},
-    **{f"{light}: camera moves": (camera_moves(light), ["camera.to_world"]) for light in ("spot", "rectangle")},
+    **{f"{light}: camera moves": (view_moves(light), ["camera.to_world"]) for light in ("spot", "rectangle")},
     "point: light moves": light_moves("point", position=np.array([1.0, -0.4, 0.3])),
     "disk: light moves": light_moves("disk", position=np.array([1.0, -0.4, 0.3])),
     "rectangle: light moves and turns": light_moves("rectangle", moves=np.array([0.6, -0.4, 0.3]), turns=SPIN),

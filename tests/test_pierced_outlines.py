@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import edgegrad
 from edgegrad._check import RAYS
 from edgegrad.light import is_disk
+from tests.motions import camera_moves, lamp_changes
 from tests.picture_differences import check_agreement, check_transpose, need_every_table
-from tests.rich_scene import turn
 from tests.slow_cases import slow_but
-from tests.small_scenes import Floats, Make, along, matte, rectangle
+from tests.small_scenes import Make, along, matte, rectangle
 from tests.test_light_outlines import LIGHTS as OUTLINED
 from tests.test_light_outlines import PAIRS as ALL_PAIRS
 from tests.test_light_outlines import VIEWS
@@ -39,20 +40,8 @@ def sheet_moves(light: str, view: str, alpha: float = 1.0) -> tuple[Make, list[s
     return moves(lambda: sheet_through(light, view, alpha), "sheet", (0.6, 0.2, 0.3)), SHEET
 
 
-def light_changes(light: str, view: str, field: str, rate: float | Floats) -> tuple[Make, list[str]]:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = sheet_through(light, view)
-        lamp = scene.lights["lamp"]
-        if field == "to_world":
-            value = np.array(lamp.to_world)
-            value[:3, :3] = turn(*(theta * np.asarray(rate))) @ value[:3, :3]
-            value[:3, 3] += theta * np.array([0.6, -0.4, 0.3])
-        else:
-            value = getattr(lamp, field) + theta * np.asarray(rate)
-        scene.lights["lamp"] = replace(lamp, **{field: float(value) if np.ndim(value) == 0 else value})
-        return scene
-
-    return make, [f"lights.lamp.{field}"]
+def light_changes(light: str, view: str, field: str, rate: ArrayLike) -> tuple[Make, list[str]]:
+    return lamp_changes(lambda: sheet_through(light, view), field, rate)
 
 
 def light_moves(light: str, view: str) -> tuple[Make, list[str]]:
@@ -61,22 +50,14 @@ def light_moves(light: str, view: str) -> tuple[Make, list[str]]:
     return light_changes(light, view, "position", np.array([1.0, -0.4, 0.3]))
 
 
-def camera_moves(light: str, view: str) -> tuple[Make, list[str]]:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = sheet_through(light, view)
-        to_world = np.array(scene.camera.to_world)
-        to_world[:3, :3] = turn(0.2 * theta, 0.3 * theta, 0.4 * theta) @ to_world[:3, :3]
-        to_world[:3, 3] += theta * np.array([0.5, -0.3, 0.4])
-        scene.camera = replace(scene.camera, to_world=to_world)
-        return scene
-
-    return make, ["camera.to_world"]
+def view_moves(light: str, view: str) -> tuple[Make, list[str]]:
+    return camera_moves(lambda: sheet_through(light, view), (0.2, 0.3, 0.4)), ["camera.to_world"]
 
 
 CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{light}, {view}: sheet moves": sheet_moves(light, view) for light, view in PAIRS},
     **{f"{light}, {view}: light moves": light_moves(light, view) for light, view in PAIRS},
-    **{f"{light}, {view}: camera moves": camera_moves(light, view) for light, view in PAIRS},
+    **{f"{light}, {view}: camera moves": view_moves(light, view) for light, view in PAIRS},
     **{f"{light}, veil moves": sheet_moves(light, "perspective", 0.6) for light in LIGHTS},
     "sphere: light grows": light_changes("sphere", "perspective", "radius", 0.6),
     "disk: light grows": light_changes("disk", "perspective", "radius", 0.6),

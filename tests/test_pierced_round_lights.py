@@ -9,13 +9,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import edgegrad
 from edgegrad._check import RAYS
+from tests.motions import camera_moves, lamp_changes
 from tests.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
-from tests.rich_scene import turn
 from tests.slow_cases import slow_but
-from tests.small_scenes import Floats, Make, along, camera, matte, rectangle
+from tests.small_scenes import Make, along, camera, matte, rectangle
 from tests.test_pierced_lights import moves
 
 PLACE = np.array([0.1, 1.5, 0.0])
@@ -80,30 +81,16 @@ def seen_by_a_wall(lamp: str) -> edgegrad.Scene:
     return scene
 
 
-def lamp_changes(lamp: str, field: str, rate: float | Floats) -> tuple[Make, list[str]]:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = sheet_through(lamp)
-        value = getattr(LAMPS[lamp], field) + theta * np.asarray(rate)
-        scene.lights["lamp"] = replace(LAMPS[lamp], **{field: float(value) if np.ndim(value) == 0 else value})
-        return scene
+def number_changes(lamp: str, field: str, rate: ArrayLike) -> tuple[Make, list[str]]:
+    return lamp_changes(lambda: sheet_through(lamp), field, rate)
 
-    return make, [f"lights.lamp.{field}"]
+
+def view_moves(make_scene: Callable[[], edgegrad.Scene]) -> tuple[Make, list[str]]:
+    return camera_moves(make_scene, (0.2, 0.3, 0.4)), ["camera.to_world"]
 
 
 def lamp_moves(lamp: str) -> tuple[Make, list[str]]:
-    return lamp_changes(lamp, "position", np.array([0.6, -0.4, 0.3]))
-
-
-def camera_moves(make_scene: Callable[[], edgegrad.Scene]) -> tuple[Make, list[str]]:
-    def make(theta: float) -> edgegrad.Scene:
-        scene = make_scene()
-        to_world = np.array(scene.camera.to_world)
-        to_world[:3, :3] = turn(0.2 * theta, 0.3 * theta, 0.4 * theta) @ to_world[:3, :3]
-        to_world[:3, 3] += theta * np.array([0.5, -0.3, 0.4])
-        scene.camera = replace(scene.camera, to_world=to_world)
-        return scene
-
-    return make, ["camera.to_world"]
+    return number_changes(lamp, "position", np.array([0.6, -0.4, 0.3]))
 
 
 SHEET, FLOOR, WALL = ["meshes.sheet.vertices"], ["meshes.floor.vertices"], ["meshes.wall.vertices"]
@@ -111,12 +98,12 @@ RATE = (1.0, 0.2, 0.3)
 CASES: dict[str, tuple[Make, list[str]]] = {
     **{f"{lamp}: sheet moves": (moves(lambda lamp=lamp: sheet_through(lamp), "sheet", RATE), SHEET) for lamp in LAMPS},
     **{f"{lamp}: lamp moves": lamp_moves(lamp) for lamp in LAMPS},
-    **{f"{lamp}: lamp grows": lamp_changes(lamp, "radius", 0.5) for lamp in LAMPS},
+    **{f"{lamp}: lamp grows": number_changes(lamp, "radius", 0.5) for lamp in LAMPS},
     "sphere: floor moves": (moves(lambda: sheet_through("sphere"), "floor", (0.6, 0.8, 0.3)), FLOOR),
-    "sphere: camera moves": camera_moves(lambda: sheet_through("sphere")),
+    "sphere: camera moves": view_moves(lambda: sheet_through("sphere")),
     **{f"low {lamp}: floor moves": (moves(lambda lamp=lamp: low(lamp), "floor", (2.0, 0.8, 0.3)), FLOOR)
        for lamp in ("sphere", "disk")},
-    **{f"low {lamp}: camera moves": camera_moves(lambda lamp=lamp: low(lamp)) for lamp in ("sphere", "disk")},
+    **{f"low {lamp}: camera moves": view_moves(lambda lamp=lamp: low(lamp)) for lamp in ("sphere", "disk")},
     **{f"{lamp}: sheet that ends inside moves": (moves(lambda lamp=lamp: ending_inside(lamp), "sheet", RATE), SHEET)
        for lamp in ("sphere", "disk")},
     "inside of a sphere: sheet moves": (moves(lit_from_all_around, "sheet", RATE), SHEET),

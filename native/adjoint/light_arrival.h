@@ -81,20 +81,17 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
         Vec3 axis = -l.direction, way = offset;
         Float cap = l.one_minus_cos;
         if (any(sphere)) {
-            const Vec3 to_center = l.position - x;
-            const Float d2 = dot(to_center, to_center);
-            axis = select(sphere, to_center * (1.0f / max(sqrt(d2), 1e-30f)), axis);
-            cap = select(sphere, sphere_cap(d2, l.radius), cap);
+            const SphereCone round = sphere_cone(l.position - x, l.radius);
+            axis = select(sphere, round.axis, axis);
+            cap = select(sphere, round.cap, cap);
             way = select(sphere, offset * (1.0f / max(sqrt(dot(offset, offset)), 1e-30f)), way);
         }
         Vec3 a1, a2;
         basis(axis, a1, a2);
         const Float s = dot(way, detach(a1)), t = dot(way, detach(a2)), c = dot(way, detach(axis));
-        // 1 - c has no digits left in narrow cones.
-        const Float rise = select(c > 0.5f, (s * s + t * t) / (1.0f + max(c, splat(0.5f))), 1.0f - c);
-        const Float z_rise = cap * (rise / max(detach(cap), 1e-30f));
-        const Float turn = relative(sqrt(max(z_rise * (2.0f - z_rise), 0.0f)));
-        a.w = select(cone, (a1 * s + a2 * t) * turn + axis * (1.0f - z_rise), a.w);
+        const Float rise = cap * (rise_from_axis(s * s + t * t, c) / max(detach(cap), 1e-30f));
+        const Float turn = relative(sqrt(max(rise * (2.0f - rise), 0.0f)));
+        a.w = select(cone, (a1 * s + a2 * t) * turn + axis * (1.0f - rise), a.w);
         a.measure = select(cone, relative(cap), a.measure);
     }
     a.measure = select(direction, splat(1.0f), a.measure);

@@ -24,8 +24,8 @@ struct ChainLight {
     Int face, instance;  // or of a surface; -1: none. Neither: the sky
     Mask scatters;       // light of a surface is what it scatters, else what it emits
     Float b1, b2;        // place on the face
-    // y; of distant ones the direction to them, of disks that face x, and cones about
-    // spheres, two coordinates.
+    // y; of distant ones the direction to them, of disks that face x and of cones about spheres
+    // two coordinates.
     Vec3 place;
     Int blockers, visible_to;
     Float density;  // of y by dM
@@ -97,21 +97,17 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     const Mask sphere = on_row & light.is(kSphereLight);
     if (any(sphere)) {
         // The place's radius in the unit disk is the root of its share of the cone.
-        const Vec3 c = l.position - x;
-        const Float d2 = max(dot(c, c), 1e-30f), cap = sphere_cap(d2, l.radius);
-        const Vec3 axis = c * (1.0f / sqrt(d2));
+        const Vec3 center = l.position - x;
+        const SphereCone cone = sphere_cone(center, l.radius);
         Vec3 a, b;
-        basis(axis, a, b);
-        const Float q = light.place.x * light.place.x + light.place.y * light.place.y, rise = q * cap;
-        const Float sine = sqrt(cap * (2.0f - rise));  // by the radius
-        const Vec3 w = (a * light.place.x + b * light.place.y) * sine + axis * (1.0f - rise);
-        const Float half2 = (1.0f - q) * cap * (2.0f - cap - rise);
-        const Float outside = sqrt(d2) * (1.0f - rise - sqrt(max(half2, 0.0f)));
+        basis(cone.axis, a, b);
+        const Float along = light.place.x, across = light.place.y;
+        const Float rise = (along * along + across * across) * cone.cap;
+        const Float sine = sqrt(cone.cap * (2.0f - rise));  // by the radius
+        const Vec3 w = (a * along + b * across) * sine + cone.axis * (1.0f - rise);
         seen.w = select(sphere, w, seen.w);
-        seen.distance =
-            select(sphere, select(l.radius * l.radius < d2, outside, sphere_distance(c, l.radius, w)),
-                   seen.distance);
-        seen.measure = select(sphere, cap, seen.measure);
+        seen.distance = select(sphere, distance_in_cone(center, l.radius, w), seen.distance);
+        seen.measure = select(sphere, cone.cap, seen.measure);
     }
     return seen;
 }
@@ -249,14 +245,13 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
         const Mask sphere = at & light.is(kSphereLight);
         if (any(sphere)) {
             const LightRow l = gather_light(scene.lights, select(sphere, s.row, splat(0)));
-            const Vec3 c = l.position - x.x.position;
-            const Float d2 = max(dot(c, c), 1e-30f), cap = sphere_cap(d2, l.radius);
+            const SphereCone cone = sphere_cone(l.position - x.x.position, l.radius);
             Vec3 a, b;
-            basis(c * (1.0f / sqrt(d2)), a, b);
-            const Float along = dot(s.w, a), across = dot(s.w, b), rest = dot(s.w, c) * (1.0f / sqrt(d2));
+            basis(cone.axis, a, b);
+            const Float along = dot(s.w, a), across = dot(s.w, b);
             const Float sine2 = max(along * along + across * across, 1e-37f);
-            const Float rise = select(rest > 0.5f, sine2 / (1.0f + max(rest, splat(0.5f))), 1.0f - rest);
-            const Float scale = sqrt(min(rise / max(cap, 1e-30f), splat(1.0f)) / sine2);
+            const Float rise = rise_from_axis(sine2, dot(s.w, cone.axis));
+            const Float scale = sqrt(min(rise / max(cone.cap, 1e-30f), splat(1.0f)) / sine2);
             light.place = select(sphere, {along * scale, across * scale, splat(0.0f)}, light.place);
         }
         // What a sample weighs holds the measure of its place as seen from here.

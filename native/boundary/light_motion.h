@@ -48,7 +48,7 @@ EG_INLINE ConeMotion cone_motion(Vec3 axis, Float cap, Vec3 w, Vec3 g) {
     Vec3 a, b;
     basis(axis, a, b);
     const Float s = dot(w, a), t = dot(w, b), z = dot(w, axis), sine2 = max(s * s + t * t, 1e-37f);
-    const Float q = select(z > 0.5f, sine2 / (1.0f + max(z, splat(0.5f))), 1.0f - z) / max(cap, 1e-30f);
+    const Float q = rise_from_axis(sine2, z) / max(cap, 1e-30f);
     const Float widens = dot(g, a * s + b * t) * (z * q / sine2) - q * dot(g, axis);
     return {g * z + basis_adjoint(axis, g * s, g * t), widens};
 }
@@ -100,19 +100,16 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
         put(kLightDirection, cone, -m.axis);
     }
     if (any(sphere)) {
-        // y = x + r w, with w in the cone about c/|c|, c = p - x.
-        const Vec3 c = l.position - x;
-        const Float d2 = max(dot(c, c), 1e-30f), inverse = 1.0f / sqrt(d2);
-        const Float r = sqrt(dot(offset, offset)), cap = sphere_cap(d2, l.radius);
-        const Vec3 axis = c * inverse;
-        const ConeMotion m = cone_motion(axis, cap, offset * (1.0f / max(r, 1e-30f)), g * r);
-        // By sin^2 = R^2/|c|^2; from inside all directions are in it.
-        const Mask outside = l.radius * l.radius < d2;
-        const Float by_sine2 = select(outside, m.cap * 0.5f / max(1.0f - cap, 1e-6f), splat(0.0f));
+        const SphereCone seen = sphere_cone(l.position - x, l.radius);
+        const Float r = sqrt(dot(offset, offset)), inverse = 1.0f / seen.distance;
+        const ConeMotion m = cone_motion(seen.axis, seen.cap, offset * (1.0f / max(r, 1e-30f)), g * r);
+        // By sin^2 = R^2/d^2; from inside all directions are in it.
+        const Mask outside = l.radius < seen.distance;
+        const Float by_sine2 = select(outside, m.cap * 0.5f / max(1.0f - seen.cap, 1e-6f), splat(0.0f));
         const Float ratio = l.radius * inverse;
         row[kLightRadius] = select(sphere, by_sine2 * 2.0f * ratio * inverse, row[kLightRadius]);
         const Vec3 by_center =
-            (m.axis - axis * (dot(axis, m.axis) + by_sine2 * 2.0f * ratio * ratio)) * inverse;
+            (m.axis - seen.axis * (dot(seen.axis, m.axis) + by_sine2 * 2.0f * ratio * ratio)) * inverse;
         put(kLightPosition, sphere, by_center);
         from = select(sphere, g - by_center, from);
     }

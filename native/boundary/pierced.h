@@ -9,11 +9,12 @@
 // planes: with g = sigma (t x w) = mu_i n_i + mu_j n_j,
 //   g . dq = mu_i n_i . m_i(q) + mu_j n_j . m_j(q)     (boundary/crossing_point.h).
 // Where j gives light whose direction is held (shading/held_light.h), lambda = 1 and dx takes the place of
-// dy; near x it does by a share (scene/contact.h). Of a sphere n_j is its normal at q; where disks are cut
-// that face x, which depends on x, is looked for from there (boundary/pierced_disk.h). What x doesn't see of
-// j is on the side of i's plane that is away from x: sigma = sign((t x w) . h) with h in j across the line,
-// (n_i . h) (n_i . w) < 0. L(y) is what j gives by itself (the shadow term), or what it scatters, which the
-// path tracer finds (the indirect one).
+// dy; near x it does by a share (scene/contact.h). Of a sphere n_j is its normal at q, and y has a place in
+// the cone in which x sees it, so that dx counts; where disks are cut that face x, which depends on x, is
+// looked for from there (boundary/pierced_disk.h). What x doesn't see of j is on the side of i's plane that
+// is away from x: sigma = sign((t x w) . h) with h in j across the line, (n_i . h) (n_i . w) < 0. L(y) is
+// what j gives by itself (the shadow term), or what it scatters, which the path tracer finds (the indirect
+// one).
 #pragma once
 
 #include "boundary/light_cut.h"
@@ -224,6 +225,18 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
                              splat(0), length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 
+// The part of sweep . dq by the surface that hides; what is returned is the adjoint of the other's point.
+template <typename Mode>
+EG_INLINE Vec3 hider_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                            const PiercedSegment& s, Vec3 color) {
+    const PiercedPair& pair = s.pair;
+    Float mu, mu_y;
+    part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
+    plane_point_blocks(mode, scene, asked, s.active, pair.hider, pair.hider_instance, s.point,
+                       pair.hider_normal * mu, color);
+    return pair.normal * mu_y;
+}
+
 // Of lines through spheres, the part of q that the surface moves, along its normal, and that of y, which has
 // a place of the cone in which x sees the sphere: what is returned is the adjoint of x by that.
 template <typename Mode>
@@ -248,11 +261,8 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
                              const PiercedSegment& s) {
     const PiercedPair& pair = s.pair;
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
-    Float mu, mu_y;
-    part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
-    plane_point_blocks(mode, scene, asked, s.active, pair.hider, pair.hider_instance, s.point,
-                       pair.hider_normal * mu, color);
-    const Vec3 by_normal = pair.normal * mu_y, by_y = s.sweep * (s.lambda - 1.0f), g = by_normal + by_y;
+    const Vec3 by_normal = hider_blocks(mode, scene, asked, s, color);
+    const Vec3 by_y = s.sweep * (s.lambda - 1.0f), g = by_normal + by_y;
     const Mask sphere = s.active & (s.y.kind == splat(static_cast<int>(kSphereLight)));
     const Vec3 from =
         any(sphere) ? sphere_point_blocks(mode, scene, asked, sphere, s, by_normal, by_y, color) : zero3();

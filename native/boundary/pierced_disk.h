@@ -98,13 +98,8 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
 template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
                              const DiskSegment& s) {
-    const PiercedPair& pair = s.pair;
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
-    Float mu, mu_y;
-    part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
-    plane_point_blocks(mode, scene, asked, s.active, pair.hider, pair.hider_instance, s.point,
-                       pair.hider_normal * mu, color);
-    const Vec3 g = pair.normal * mu_y - s.sweep;
+    const Vec3 g = hider_blocks(mode, scene, asked, s, color) - s.sweep;
     const Vec3 from =
         far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards, s.reach, g, color);
     lit_end_blocks(mode, scene, asked, s, from);

@@ -16,6 +16,12 @@ EG_INLINE Vec3 sample_cone(Vec3 axis, Float one_minus_cos, Float u, Float v) {
     return a * (sine * c) + b * (sine * s) + axis * (1.0f - rise);
 }
 
+// 1 - cos of a unit vector's angle to an axis, by its part z along it and the square of that across: 1 - z
+// has no digits left near the axis.
+EG_INLINE Float rise_from_axis(Float across2, Float z) {
+    return select(z > 0.5f, across2 / (1.0f + max(z, splat(0.5f))), 1.0f - z);
+}
+
 // A point of the unit disk by concentric squares (Shirley and Chiu 1997).
 EG_INLINE void sample_disk(Float u, Float v, Float& x, Float& y) {
     const Float a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;

@@ -151,6 +151,19 @@ EG_INLINE Float sphere_cap(Float d2, Float radius) {
     return select(sine2 < 1.0f, sine2 / (1.0f + sqrt(max(1.0f - sine2, 0.0f))), splat(2.0f));
 }
 
+// The cone of directions to a sphere.
+struct SphereCone {
+    Vec3 axis;  // unit, to the centre
+    Float distance, cap;
+};
+
+EG_INLINE SphereCone sphere_cone(Vec3 center, Float radius) {
+    const Float d2 = dot(center, center), distance = sqrt(max(d2, 1e-37f));
+    const Vec3 axis =
+        select(d2 > 0.0f, center * (1.0f / distance), Vec3{splat(0.0f), splat(0.0f), splat(1.0f)});
+    return {axis, distance, sphere_cap(d2, radius)};
+}
+
 EG_INLINE Float sphere_pdf(Vec3 center, Float radius) {
     return (2.0f * kInvFourPi) / max(sphere_cap(dot(center, center), radius), 1e-37f);
 }
@@ -165,14 +178,16 @@ EG_INLINE Float sphere_distance(Vec3 center, Float radius, Vec3 w) {
     return select(half2 < 0.0f, splat(-1.0f), select(inside, along + half, along - half));
 }
 
-EG_INLINE ShapeSample sample_sphere(Vec3 center, Float radius, Float u, Float v) {
-    const Float d2 = dot(center, center);
-    const Vec3 axis = select(d2 > 0.0f, center * (1.0f / sqrt(max(d2, 1e-37f))),
-                             Vec3{splat(0.0f), splat(0.0f), splat(1.0f)});
-    const Vec3 w = sample_cone(axis, sphere_cap(d2, radius), u, v);
-    // At its edge rounding may miss it: the nearest point is taken.
+// The same along a direction of its cone: at the edge rounding may miss it, and the nearest point is taken.
+EG_INLINE Float distance_in_cone(Vec3 center, Float radius, Vec3 w) {
     const Float distance = sphere_distance(center, radius, w);
-    return {w * select(distance > 0.0f, distance, max(dot(center, w), 1e-30f)), sphere_pdf(center, radius)};
+    return select(distance > 0.0f, distance, max(dot(center, w), 1e-30f));
+}
+
+EG_INLINE ShapeSample sample_sphere(Vec3 center, Float radius, Float u, Float v) {
+    const SphereCone cone = sphere_cone(center, radius);
+    const Vec3 w = sample_cone(cone.axis, cone.cap, u, v);
+    return {w * distance_in_cone(center, radius, w), sphere_pdf(center, radius)};
 }
 
 EG_INLINE ShapeSample sample_facing_disk(Vec3 center, Float radius, Float u, Float v) {

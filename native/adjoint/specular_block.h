@@ -69,14 +69,11 @@ inline Specular plain_specular(Mask active, const SurfacePoint& x, Vec3 view, co
     block.along = pick((c - g) * inverse_eta, 2.0f * c);
     block.along_slope = pick((1.0f - c * inverse_g) * inverse_eta, raw::splat(2.0f));
     block.across = pick(-inverse_eta, raw::splat(-1.0f));
-    // Fresnel's reflectance (s^2 + p^2) / 2, s = (c-g)/(c+g), p = (eta^2 c - g)/(eta^2 c + g); it is mapped
-    // to itself, as it starts from the f0 of the same index.
-    const raw::Float e = eta * eta * c, steep = g - c * c * inverse_g;
-    const raw::Float s = one / (c + g), p = one / (e + g);
-    const raw::Float slope = 2.0f * steep * ((c - g) * s * s * s + (e - g) * eta * eta * p * p * p);
+    // Fresnel's reflectance is mapped to itself, as it starts from the f0 of the same index.
+    const raw::Float fall = reflectance_fall(c, eta, g, inverse_g);
     const raw::Mask splits = interface & (g > 0.0f) & ~glass.refracts_only;
-    const RawVec3 tint = values(glass.transmission), weight = select(through, raw_zero3() - tint, tint);
-    block.slope = weight * raw::select(splits, slope, 0.0f);
+    const RawVec3 tint = values(glass.transmission), weight = select(through, tint, raw_zero3() - tint);
+    block.slope = weight * raw::select(splits, fall, 0.0f);
     return {results(values(fixed.wi), block.first), results(values(fixed.value), block.first + 3)};
 }
 

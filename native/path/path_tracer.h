@@ -193,6 +193,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
     part.active = p.active & ~lambertian;
     if (any(part.active)) {
         ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
+        surface.bsdf.glass.by_slope = vertex && work.vertices->geometry;
         if (vertex && work.vertices->asked.lobes) {
             const AskedSurfaces& asked = work.vertices->asked;
             favour(surface.bsdf, part.active & asks(asked, shader.leaf), asked.lobes,

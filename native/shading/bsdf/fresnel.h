@@ -34,6 +34,15 @@ EG_INLINE Dielectric dielectric(Float cosine, Float eta) {
     return {select(refracts, 0.5f * (s * s + p * p), 1.0f), select(refracts, g / eta, 0.0f)};
 }
 
+// By how much the reflectance (s^2 + p^2) / 2 falls with the cosine c, where light refracts: g = eta
+// cos(theta_t), whose slope is c/g. Also of raw numbers (adjoint/number.h).
+template <typename F>
+EG_INLINE F reflectance_fall(F c, F eta, F g, F inverse_g) {
+    const F e = eta * eta * c, steep = g - c * c * inverse_g;
+    const F s = 1.0f / (c + g), p = 1.0f / (e + g);
+    return -2.0f * steep * ((c - g) * s * s * s + (e - g) * eta * eta * p * p * p);
+}
+
 // Reflectance at normal incidence, and its inverse for indices above 1.
 EG_INLINE Float f0_of_ior(Float eta) {
     const Float r = (eta - 1.0f) / (eta + 1.0f);

@@ -12,6 +12,7 @@ struct Interface {
     Vec3 f0;
     Float eta;           // index of the other side by that of the viewer's
     Mask refracts_only;  // transmits all that isn't totally reflected
+    bool by_slope;       // samples are for derivatives (sample_interface)
 };
 
 EG_INLINE Interface no_interface() {
@@ -19,6 +20,7 @@ EG_INLINE Interface no_interface() {
     g.reflection = g.transmission = g.f0 = zero3();
     g.eta = splat(1.5f);
     g.refracts_only = splat(0);
+    g.by_slope = false;
     return g;
 }
 
@@ -87,12 +89,29 @@ struct InterfaceSample {
     Float probability;  // of the kind
 };
 
+// How often samples for derivatives are reflected by a smooth interface. The slope F' of the reflectance is
+// in both kinds' derivative, however little of the light is of that kind: picked by how much it is, as in
+// pictures, what passes has the second moment F'^2 / T, which has no bound towards the critical angle, where
+// T ~ g and F' ~ 1/g (derivations, N). Relative variance of glass_sphere's interior term at 16 samples for
+// kBySlope = 0, 0.03, 0.1, 0.3 and 1: 8.8, 3.7, 1.4, 1.3 and 1.3 of pixels, 4.7, 0.5, 0.5, 0.5 and 0.5 of the
+// gradient.
+EG_INLINE Float reflect_by_slope(Float picture, Float eta, Float cosine, Float refracted) {
+    constexpr float kBySlope = 0.2f, kLeast = 1e-4f;
+    const Float g = max(eta * refracted, kLeast);
+    const Float slope = kBySlope * abs(reflectance_fall(abs(cosine), eta, g, 1.0f / g));
+    const Mask both = (picture > 0.0f) & (picture < 1.0f);
+    return select(both, (picture + slope) / (1.0f + 2.0f * slope), picture);
+}
+
 EG_INLINE InterfaceSample sample_interface(const Interface& g, Vec3 view, Float choice, Float u, Float v) {
     const Vec3 z = {splat(0.0f), splat(0.0f), splat(1.0f)};
     const Mask smooth = is_smooth(g.ggx);
     const Vec3 h = select(smooth, z, sample_normal(g.ggx, view, splat(1.0f), u, v));
     const Float cosine = dot(h, view);
-    const Split s = split_light(g, cosine);
+    Split s = split_light(g, cosine);
+    if (g.by_slope)
+        s.reflect_probability = select(
+            smooth, reflect_by_slope(s.reflect_probability, g.eta, cosine, s.cosine), s.reflect_probability);
     InterfaceSample r;
     r.found = average(s.reflected + s.transmitted) > 0.0f;
     r.refracted = choice >= s.reflect_probability;

@@ -112,8 +112,10 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
         edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, asked, e.threads_);
     if (edge_on) boundary_chunks += edge_on->chunks();
     if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
-    specular = SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), wanted, e.kept_);
-    if (specular) boundary_chunks += specular->chunks();
+    specular =
+        SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), wanted, e.guided_, e.kept_);
+    for (int pass = 0; specular && pass < specular->passes(); ++pass)
+        boundary_chunks += specular->chunks(pass);
     for (const BoundaryTerm& term : terms)
         for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
 }
@@ -179,7 +181,8 @@ void Engine::DerivativeCall::count_samples(LearnedSampling& learned) const {
     if (edge_on) learned.taken[kInteriorTerm] += static_cast<double>(edge_on->total());
     if (horizon_chunks > 0)
         learned.taken[kShadowTerm] = static_cast<double>(horizon.pixels) * horizon.options.samples;
-    if (specular) learned.taken[kPrimaryTerm] += static_cast<double>(specular->total());
+    for (int pass = 0; specular && pass < specular->passes(); ++pass)
+        learned.taken[kPrimaryTerm] += static_cast<double>(specular->total(pass));
     for (const BoundaryTerm& term : terms)
         for (int pass = 0; pass < term.plan.passes(); ++pass)
             learned.taken[kTermOf[term.plan.kind()]] += static_cast<double>(term.plan.total(pass));

@@ -67,7 +67,16 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             kernels_.add_splats(scene.camera, splats(0), batch, image);
         }
     };
+    std::vector<ChainWorkspace> chains(static_cast<size_t>(call.specular ? threads_ : 0));
     const auto add_pass = [&](int pass) {
+        if (call.specular && pass < call.specular->passes())
+            add_samples(
+                call.specular->total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
+                    DroppedSamples lost;
+                    call.specular->forward(kernels_, scene, pass, first, count, work[thread].view(),
+                                           adjoint_work[thread], chains[thread], tables, d, out, lost);
+                    call.dropped_chains.add(lost, pass == 0 ? 0 : call.specular->total(0));
+                });
         for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;
             add_samples(term.plan.total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
@@ -79,6 +88,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
         }
     };
     add_pass(0);
+    if (call.specular) call.specular->guide();
     call.thin_interior(guide_second_passes(call.terms), part(0), work, adjoint_work);
     if (call.image_chunks > 0) {
         parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
@@ -122,15 +132,6 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             call.edge_on->forward(kernels_, scene, sweep, first, w, out);
             call.dropped.add(lost);
         });
-    if (call.specular) {
-        std::vector<ChainWorkspace> chains(static_cast<size_t>(threads_));
-        add_samples(call.specular->total(), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
-            DroppedSamples lost;
-            call.specular->forward(kernels_, scene, first, count, work[thread].view(), adjoint_work[thread],
-                                   chains[thread], tables, d, out, lost);
-            call.dropped_chains.add(lost);
-        });
-    }
     dropped = call.all_dropped();
     if (progress) progress(1.0);  // second passes may have spared samples
 }
@@ -175,17 +176,19 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             }
         }
     };
-    std::vector<ChainWorkspace> chains(static_cast<size_t>(threads_));
-    const auto add_specular = [&](size_t thread, int64_t group, const GradientGroups::View& gradient) {
+    std::vector<ChainWorkspace> chains(static_cast<size_t>(call.specular ? threads_ : 0));
+    const auto add_specular = [&](size_t thread, int64_t group, int pass,
+                                  const GradientGroups::View& gradient) {
+        if (!call.specular || pass >= call.specular->passes()) return;
         const DerivativeView d = call.boundary_view(gradient);
-        const SpecularTerm& term = *call.specular;
-        for (int64_t chunk = group; chunk < term.chunks() && !stop; chunk += count, ++done) {
+        SpecularTerm& term = *call.specular;
+        for (int64_t chunk = group; chunk < term.chunks(pass) && !stop; chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
-            term.backward(kernels_, scene, first, std::min(kBoundaryChunk, term.total() - first),
+            term.backward(kernels_, scene, pass, first, std::min(kBoundaryChunk, term.total(pass) - first),
                           work[thread].view(), adjoint_work[thread], chains[thread], gradient.tables, d,
                           adjoint, lost);
-            call.dropped_chains.add(lost);
+            call.dropped_chains.add(lost, pass == 0 ? 0 : term.total(0));
         }
     };
     const auto add_edge_on = [&](size_t thread, int64_t group, const GradientGroups::View& gradient) {
@@ -204,8 +207,9 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     parallel_for(threads_, count, report, [&](int thread, int64_t group) {
         const GradientGroups::View gradient = groups.view(group);
         add_pass(thread, group, 0, gradient);
-        if (call.specular) add_specular(static_cast<size_t>(thread), group, gradient);
+        add_specular(static_cast<size_t>(thread), group, 0, gradient);
     });
+    if (call.specular) call.specular->guide();
     call.thin_interior(guide_second_passes(call.terms), report, work, adjoint_work);
     parallel_for(threads_, count, report, [&](int thread, int64_t group) {
         const GradientGroups::View gradient = groups.again(group);
@@ -237,6 +241,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             });
         }
         if (call.edge_on) add_edge_on(static_cast<size_t>(thread), group, gradient);
+        add_specular(static_cast<size_t>(thread), group, 1, gradient);
         add_pass(thread, group, 1, gradient);
     });
     for (const BoundaryTerm& term : call.terms)

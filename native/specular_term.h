@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "boundary/boundary_plan.h"
-#include "boundary/specular_bounds.h"
+#include "boundary/scan_plan.h"
 #include "boundary/surface_regions.h"
 #include "derivative_tables.h"
 #include "workspace.h"
@@ -18,28 +18,35 @@ class SpecularTerm {
  public:
     // None where no surface is a mirror or smooth glass, or nothing asked for moves rays or edges.
     static std::optional<SpecularTerm> of(const SceneView& scene, const SceneTables& tables,
-                                          const RenderOptions& options, const Wanted& wanted,
+                                          const RenderOptions& options, const Wanted& wanted, bool guided,
                                           KeptEdges& kept);
 
-    int64_t total() const { return total_; }
-    int64_t chunks() const { return (total_ + kBoundaryChunk - 1) / kBoundaryChunk; }
+    int passes() const { return plan_.passes(); }
+    int64_t total(int pass) const { return plan_.total(pass); }
+    int64_t chunks(int pass) const { return (total(pass) + kBoundaryChunk - 1) / kBoundaryChunk; }
+    // Between the passes.
+    void guide() {
+        if (passes() > 1) plan_.guide(sizes_);
+    }
 
-    // Segments [first, first + count), count <= kBoundaryChunk: one splat for each.
-    void forward(const KernelTable& kernels, const SceneView& scene, int64_t first, int64_t count,
+    // Segments [first, first + count) of a pass, count <= kBoundaryChunk: one splat for each. Chunks of the
+    // first pass, by threads of their own, write down what the second one is guided by.
+    void forward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
                  Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
                  const DifferentiableTables& tables, DerivativeView tangent, Splats splats,
-                 DroppedSamples& dropped) const;
-    void backward(const KernelTable& kernels, const SceneView& scene, int64_t first, int64_t count,
+                 DroppedSamples& dropped);
+    void backward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
                   Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
                   const DifferentiableTables& tables, DerivativeView gradient, const float* picture_adjoint,
-                  DroppedSamples& dropped) const;
+                  DroppedSamples& dropped);
 
  private:
     struct Parts {
         bool edges, lights, surfaces;  // as of a ScanTask
     };
     SpecularTerm(const SceneView& scene, const RenderOptions& options,
-                 std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts);
+                 std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts,
+                 bool guided);
     // What finding crossings and what jumps there leaves.
     struct Found {
         int count;
@@ -47,15 +54,16 @@ class SpecularTerm {
         AdjointTask sweep;
         DroppedSamples vertices;  // none: they are without light
     };
-    void find(const KernelTable& kernels, const SceneView& scene, int64_t first, int64_t count,
+    void find(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
               Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains, Found& found,
-              DroppedSamples& dropped) const;
+              DroppedSamples& dropped);
 
     RenderOptions options_;
     std::shared_ptr<const SurfaceRegions> regions_;
-    ScanTask scan_{};
-    int64_t total_ = 0;
-    double shift_[2][kCameraFloats] = {};  // of the camera's floats: that of the picture by a pixel
+    Parts parts_;
+    ScanPlan plan_;
+    std::vector<std::vector<CrossingSize>> sizes_;  // by chunk of the first pass
+    double shift_[2][kCameraFloats] = {};           // of the camera's floats: that of the picture by a pixel
 };
 
 }  // namespace edgegrad

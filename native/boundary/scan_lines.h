@@ -12,8 +12,11 @@
 //
 // Every second place of a line chooses a chain, which those on both sides of it follow: three chains are
 // traced for two segments. Lines begin anywhere within a pair, so that either end of a segment is as often
-// the one that chooses: what only one of them sees counts twice.
+// the one that chooses: what only one of them sees counts twice. They end with their tile of the picture
+// (boundary/scan_plan.h).
 #pragma once
+
+#include <algorithm>
 
 #include "boundary/pieces.h"
 #include "boundary/specular_chain.h"
@@ -31,30 +34,48 @@ struct SegmentPair {
     Mask active, horizontal;
     PicturePoint chosen, end[2];
     UInt stream;
+    Float low, high;  // of the tile, along the line: what crosses the line elsewhere is other tiles'
+    Float density;    // of lines there, per pixel
 };
 
 // Of the task's segments from `at` on.
 EG_INLINE SegmentPair scan_segments(const ScanTask& task, int64_t at) {
     SegmentPair s;
     s.active = splat(0);
+    const int64_t tiles = static_cast<int64_t>(task.columns) * task.rows;
+    int64_t tile =
+        std::upper_bound(task.tile_first, task.tile_first + tiles, task.first + at) - task.tile_first - 1;
     for (int i = 0; i < W; ++i) {
         const int64_t k = task.first + at + 2 * i;
         s.active[i] = at + 2 * i < task.count ? -1 : 0;
-        const bool flat = k < task.horizontal;
-        const int64_t number = flat ? k : k - task.horizontal, per = flat ? task.per_row : task.per_column;
-        const auto line = static_cast<uint32_t>(number / per);
+        while (tile + 1 < tiles && task.tile_first[tile + 1] <= k) ++tile;
+        const int32_t lines = task.tile_lines[tile];
+        const auto number = static_cast<int32_t>(k - task.tile_first[tile]), line = number / kScanLine;
+        const bool flat = line < lines;
+        const int along = flat ? 0 : 1;
+        const int64_t place_of_tile[2] = {tile % task.columns, tile / task.columns};
+        float low[2], high[2];
+        for (int axis = 0; axis < 2; ++axis) {
+            low[axis] = task.low[axis] + kScanTile * static_cast<float>(place_of_tile[axis]);
+            high[axis] = __builtin_fminf(low[axis] + kScanTile, task.high[axis]);
+        }
+        const float width = high[1 - along] - low[1 - along];
         // Lines are spaced evenly, each with a place of its own within its strip.
-        const uint32_t random = hash(line ^ hash(task.seed ^ (flat ? 0x3779u : 0x85ebu)));
+        const uint32_t random = hash(static_cast<uint32_t>(k - number % kScanLine) ^ hash(task.seed));
         const auto uniform = [random](uint32_t which) {
             return static_cast<float>(hash(random ^ (0x9e3779b9u * which)) >> 8) * 5.9604645e-8f;
         };
-        const int along = flat ? 0 : 1;
-        const float across = task.low[1 - along] + (static_cast<float>(line) + uniform(1)) / task.density;
+        const float across =
+            low[1 - along] +
+            width * (static_cast<float>(flat ? line : line - lines) + uniform(1)) / static_cast<float>(lines);
         const float begin =
-            task.low[along] + (static_cast<float>(number % per) - 2.0f * uniform(2)) * task.length;
+            low[along] + (static_cast<float>(number % kScanLine) - 2.0f * uniform(2)) * kScanSegment;
+        s.active[i] &= begin < high[along] ? -1 : 0;
         s.horizontal[i] = flat ? -1 : 0;
+        s.low[i] = low[along], s.high[i] = high[along];
+        s.density[i] = static_cast<float>(lines) / width;
         const auto place = [&](PicturePoint& p, float steps) {
-            const float here = begin + steps * task.length;
+            const float here = begin + steps * kScanSegment;
             p.x[i] = flat ? here : across, p.y[i] = flat ? across : here;
             p.lens_u[i] = uniform(3), p.lens_v[i] = uniform(4);
         };
@@ -168,8 +189,8 @@ EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task,
 }
 
 // Appends lane i's crossing.
-EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask& task, int64_t segment,
-                               Mask horizontal, const PicturePoint& place, const ChainChoices& choices,
+EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, int64_t segment, Mask horizontal,
+                               const PicturePoint& place, const ChainChoices& choices,
                                const SpecularChain& chain, int level, const TouchedEdge& edge, float weight) {
     const ChainLight& light = choices.light;
     const bool lit = level > choices.lit[i];
@@ -196,7 +217,7 @@ EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, const ScanTask
         probability *= choices.probability[k][i];
     }
     out.edge[n] = edge.edge, out.edge_instance[n] = edge.instance, out.u[n] = edge.u;
-    out.weight[n] = weight / (probability * task.density);
+    out.weight[n] = weight / probability;
 }
 
 // Lanes whose chain ends where some of the light of the chosen surface arrives. Of opaque scenes where the
@@ -218,6 +239,8 @@ struct CrossedSegments {
     PicturePoint chosen, end;
     UInt stream;
     Mask horizontal;
+    Float low, high;   // of the tile
+    Float share;       // of a line
     Int number, half;  // in the task; which of its pair
     ChainChoices choices;
     SpecularChain at_chosen, at_end;
@@ -262,6 +285,8 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
     for (int i = 0; i < count; ++i) {
         const int k = level[i];
         if (!active[i] || k < 1) continue;
+        const float along = s.horizontal[i] ? p.x[i] : p.y[i];
+        if (along < s.low[i] || along >= s.high[i]) continue;
         const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
         // Where it is another face of the mesh that sends the ray into itself, that is due to their edge.
         const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
@@ -277,8 +302,8 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
         if (edge.edge < 0 && (!horizon || parted)) continue;
         out.parted[found] = parted ? -1 : 0;
         const bool twice = s.common[i] <= k || (s.lone[i] && k > choices.lit[i]);
-        append_crossing(out, found++, i, task, s.number[i], s.horizontal, below ? q : p, choices,
-                        below ? chain_q : chain_p, k, edge, weight[i] * (twice ? 2.0f : 1.0f));
+        append_crossing(out, found++, i, s.number[i], s.horizontal, below ? q : p, choices,
+                        below ? chain_q : chain_p, k, edge, s.share[i] * weight[i] * (twice ? 2.0f : 1.0f));
     }
     return found;
 }
@@ -302,6 +327,8 @@ EG_OUTLINE int sort_out_crossed(const SceneView& scene, const ScanTask& task, co
         const int to = crossed.waiting++;
         move_lane(crossed.chosen, to, s.chosen, i), move_lane(crossed.end, to, s.end[half], i);
         move_lane(crossed.stream, to, s.stream, i), move_lane(crossed.horizontal, to, s.horizontal, i);
+        move_lane(crossed.low, to, s.low, i), move_lane(crossed.high, to, s.high, i);
+        crossed.share[to] = task.scale / s.density[i];
         crossed.number[to] = static_cast<int32_t>(at) + 2 * i + half, crossed.half[to] = half;
         move_lane(crossed.choices, to, choices, i);
         move_lane(crossed.at_chosen, to, chosen, i), move_lane(crossed.at_end, to, end, i);

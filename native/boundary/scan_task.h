@@ -8,16 +8,23 @@ namespace edgegrad {
 // Most surfaces that a chain of mirrors, smooth glass and transparent surfaces meets, its end included.
 constexpr int kMostChain = 16;
 
-// Scan lines over the picture, cut into segments with numbers: those of all horizontal lines, row by row,
-// then those of the vertical ones.
+// Length of a segment of a scan line, pixels: what lies between its ends and is seen from neither is missed.
+// At corners of shadows 24 pixels wide that was 3 % of 8 x 8 blocks with 0.5, and 1 % with 0.25.
+constexpr float kScanSegment = 0.25f;
+// Side of a tile, pixels, and the segments of a line over it, which begins up to two before it.
+constexpr float kScanTile = 4.0f;
+constexpr int32_t kScanLine = 2 * (static_cast<int32_t>(kScanTile / (2.0f * kScanSegment)) + 1);
+
+// Scan lines over the picture, cut into segments with numbers: tile by tile those of the horizontal lines,
+// then those of as many vertical ones.
 struct ScanTask {
     const int32_t *region, *face_edge;  // boundary/surface_regions.h
+    const int64_t* tile_first;          // segments before each tile's, and of all
+    const int32_t* tile_lines;          // of each direction
+    int32_t columns, rows;              // of tiles
     int64_t first, count;               // segments, both even
-    int64_t horizontal;                 // segments of horizontal lines
-    int64_t per_row, per_column;        // segments of one line
     float low[2], high[2];              // what is scanned, pixels
-    float density;                      // lines per pixel
-    float length;                       // of a segment, pixels
+    float scale;                        // what the pass counts for
     uint32_t seed;
     // Whether edges that chains show are asked for, those of shadows there, and those between a surface that
     // they show and others that light it.

@@ -205,13 +205,14 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
         const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, far,
                                       {s.edge, s.instance}, embree::kCoherent, s.mask);
         // Contact: the hit is about at e, and the edge lies in its plane.
-        Triangle t = gather_triangle(scene, hit.face);
-        place_triangle(scene, hit.instance, t);
-        const Vec3 m = area_normal(t);
-        const Float length = max(sqrt(dot(m, m)), 1e-30f);
-        const Mask touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere) &
-                             (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
-                             (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
+        Mask touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere);
+        if (any(touched)) {
+            const Triangle t = placed_triangle(scene, hit.face, hit.instance).triangle;
+            const Vec3 m = area_normal(t);
+            const Float length = max(sqrt(dot(m, m)), 1e-30f);
+            touched &= (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
+                       (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
+        }
         const Mask blocked =
             looking & hit.hit & ~touched & (hit.distance < s.view.distance - scale * kBefore);
         const Mask seen = looking & ~blocked;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "scene/brute_force.h"
+#include "simd/lanes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -33,7 +34,10 @@ static void ignore_edge_faces(const embree::FilterArguments* args) {
     const auto* ray = static_cast<const uint32_t*>(args->ray);
     const auto* hit = static_cast<const uint32_t*>(args->hit);
     const uint32_t n = args->n;
-    for (uint32_t i = 0; i < n; ++i) {
+    // Mostly a few of them have hit something: a branch for each would be mispredicted.
+    uint32_t waiting = n == W ? lane_bits(load(args->valid)) : (1u << n) - 1u;
+    for (; waiting; waiting &= waiting - 1u) {
+        const uint32_t i = static_cast<uint32_t>(__builtin_ctz(waiting));
         if (!args->valid[i]) continue;
         const uint32_t lane = ray[10 * n + i];
         const int32_t edge = context->edge[lane];

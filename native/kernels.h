@@ -52,7 +52,7 @@ struct Workspace {
     VertexMemory* vertices;
     ValueMemory* values;
     CameraSamples camera;
-    int32_t* visible;      // by sample of an edge: whether it is seen
+    int32_t* visible;      // by path (path/touched_vertices.h): whether it counts
     EdgeStarts edges;      // memory of hits.edges
     TapeBuffer* segments;  // of a boundary task (boundary/segment.h), in packets
 };

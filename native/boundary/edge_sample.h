@@ -17,6 +17,7 @@ struct EdgeSample {
     Float u;        // position along the edge
     Float weight;   // kappa / density
     Vec3 point, tangent;
+    Vec3 end;     // the edge's first
     Vec3 normal;  // N = D x t
     Projection view;
     PathIndex random;
@@ -55,6 +56,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
             if (const int64_t k = task.first + at + i; task.record.has(k))
                 task.record.u[task.record.place(k)] = s.u[i];
     s.tangent = place.t;
+    s.end = place.a;
     s.point = place.a + place.t * s.u;
     const LensPoint lens = lens_of(c, place.random);
     s.view = project(c, s.point, lens);
@@ -80,50 +82,44 @@ struct Sides {
     Mask narrow;
 };
 
-// What of a face of an edge doesn't depend on the point of the edge.
+// One face of each lane's edge.
 struct EdgeFace {
-    int32_t face, instance, opposite;  // its corner off the edge, 0 to 2
-    float normal[3];                   // area normal
-    float way[3];                      // from the edge's first end to that corner; 0 of crossings
+    Int face, instance, opposite;  // its corner off the edge, 0 to 2
+    Vec3 normal;                   // area normal
+    Vec3 way;                      // from the edge's first end to that corner; 0 of crossings
 };
 
-EG_INLINE EdgeFace face_beside(const SceneView& scene, int32_t edge, int32_t copy, uint32_t k) {
-    const int32_t instance = face_instance(scene, edge, copy, k - scene.edge_face_first[edge]);
-    EdgeFace out{static_cast<int32_t>(scene.edge_faces[k]), instance, 0, {}, {}};
-    const int32_t* f = scene.faces + 3 * static_cast<int64_t>(out.face);
-    float p[3][3], d1[3], d2[3];
-    for (int c = 0; c < 3; ++c) {
-        for (int x = 0; x < 3; ++x) p[c][x] = scene.vertices[3 * static_cast<int64_t>(f[c]) + x];
-        place_point(scene, instance, p[c]);
-    }
-    for (int x = 0; x < 3; ++x) d1[x] = p[1][x] - p[0][x], d2[x] = p[2][x] - p[0][x];
-    out.normal[0] = d1[1] * d2[2] - d1[2] * d2[1], out.normal[1] = d1[2] * d2[0] - d1[0] * d2[2];
-    out.normal[2] = d1[0] * d2[1] - d1[1] * d2[0];
-    if (edge >= scene.edge_count) return out;
-    while (out.opposite < 2 && f[out.opposite] != static_cast<int32_t>(scene.edge_opposite[k]))
-        ++out.opposite;
-    float a[3];
-    edge_end(scene, edge, instance, 0, a);
-    for (int x = 0; x < 3; ++x) out.way[x] = p[out.opposite][x] - a[x];
-    return out;
+// Entry `place` of the edges' faces, the k-th of each, of the lanes that have one.
+EG_INLINE EdgeFace face_beside(const SceneView& scene, const EdgeSample& s, Mask there, Int place, int k) {
+    const Mask crossing = there & s.crossing;
+    const auto entries = [&](const uint32_t* table, Mask m) {
+        return gather(reinterpret_cast<const int32_t*>(table), select(m, place, splat(0)));
+    };
+    EdgeFace f;
+    f.face = entries(scene.edge_faces, there);
+    f.instance = face_instance(scene, s.edge, crossing, select(there, s.instance, splat(-1)), k);
+    const Int corner = entries(scene.edge_opposite, there & ~crossing);
+    Rows corners[3];
+    gather_corners(scene.faces, f.face, corners);
+    Triangle t = {gather3(scene.vertices, corners[0]), gather3(scene.vertices, corners[1]),
+                  gather3(scene.vertices, corners[2])};
+    place_triangle(scene, f.instance, t);
+    f.normal = area_normal(t);
+    const Mask zero = packet(corners[0]) == corner, one = packet(corners[1]) == corner;
+    f.opposite = select(crossing | zero, splat(0), select(one, splat(1), splat(2)));
+    f.way = select(crossing, zero3(), select(zero, t.p0, select(one, t.p1, t.p2)) - s.end);
+    return f;
 }
 
 // Whether the faces of a pair are not blunt to each other across their edge of direction t.
-EG_INLINE bool narrow_pair(const EdgeFace (&pair)[2], const float (&t)[3]) {
-    float across[2][3], size[2] = {0.0f, 0.0f}, cosine = 0.0f;
+EG_INLINE Mask narrow_pair(const EdgeFace (&pair)[2], Vec3 t) {
+    Vec3 across[2];
     for (int k = 0; k < 2; ++k) {
-        const float (&m)[3] = pair[k].normal, (&way)[3] = pair[k].way;
-        float (&g)[3] = across[k];
-        g[0] = m[1] * t[2] - m[2] * t[1], g[1] = m[2] * t[0] - m[0] * t[2], g[2] = m[0] * t[1] - m[1] * t[0];
-        const bool outwards = g[0] * way[0] + g[1] * way[1] + g[2] * way[2] < 0.0f;
-        for (int x = 0; x < 3; ++x) {
-            g[x] = outwards ? -g[x] : g[x];
-            size[k] += g[x] * g[x];
-        }
+        const Vec3 g = cross(pair[k].normal, t);
+        across[k] = select(dot(g, pair[k].way) < 0.0f, -g, g);
     }
-    for (int x = 0; x < 3; ++x) cosine += across[0][x] * across[1][x];
     constexpr float kBlunt = -0.25f;
-    return cosine >= kBlunt * __builtin_sqrtf(size[0] * size[1]);
+    return dot(across[0], across[1]) >= kBlunt * sqrt(dot(across[0], across[0]) * dot(across[1], across[1]));
 }
 
 // Per side the face that is nearest to the camera just beside the edge: the one of smallest depth slope
@@ -132,45 +128,31 @@ EG_INLINE bool narrow_pair(const EdgeFace (&pair)[2], const float (&t)[3]) {
 EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
     const SideFace none = {splat(-1), splat(-1), splat(0), splat(__builtin_inff())};
     Sides sides{none, none, splat(-1)};
-    // Samples are sorted by edge: neighbours share what doesn't depend on their points.
-    int32_t known_edge = -1, known_instance = -1;
-    EdgeFace known[2];
-    bool narrow = true;
-    for (int i = 0; i < W; ++i) {
-        if (!s.active[i]) continue;
-        const int32_t edge = s.edge[i], instance = s.instance[i];
-        const uint32_t first = scene.edge_face_first[edge], count = scene.edge_face_first[edge + 1] - first;
-        if (edge != known_edge || instance != known_instance) {
-            for (uint32_t k = 0; k < 2 && k < count; ++k)
-                known[k] = face_beside(scene, edge, instance, first + k);
-            narrow = count != 1;
-            if (count == 2 && !s.crossing[i]) {
-                const float t[3] = {s.tangent.x[i], s.tangent.y[i], s.tangent.z[i]};
-                narrow = narrow_pair(known, t);
-            }
-            known_edge = edge, known_instance = instance;
-        }
-        sides.narrow[i] = narrow ? -1 : 0;
-        const float n[3] = {s.normal.x[i], s.normal.y[i], s.normal.z[i]};
-        const float d[3] = {s.view.across_of.x[i], s.view.across_of.y[i], s.view.across_of.z[i]};
-        for (uint32_t k = 0; k < count; ++k) {
-            const EdgeFace f = k < 2 ? known[k] : face_beside(scene, edge, instance, first + k);
-            const auto along = [](const float (&a)[3], const float (&b)[3]) {
-                return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-            };
-            const float md = along(f.normal, d), mn = along(f.normal, n), side = along(n, f.way);
-            if (md == 0.0f || (side == 0.0f && !s.crossing[i])) continue;
-            const auto offer = [&](SideFace& best, float slope) {
-                if (!(slope < best.slope[i])) return;
-                best.face[i] = f.face;
-                best.instance[i] = f.instance;
-                best.opposite[i] = f.opposite;
-                best.slope[i] = slope;
-            };
-            if (side >= 0.0f) offer(sides.plus, -mn / md);
-            if (side <= 0.0f) offer(sides.minus, mn / md);
-        }
+    const auto* const first_face = reinterpret_cast<const int32_t*>(scene.edge_face_first);
+    const Int edge = select(s.active, s.edge, splat(0)), first = gather(first_face, edge);
+    const Int count = s.active & (gather(first_face + 1, edge) - first);
+    EdgeFace pair[2];
+    for (int k = 0; any(count > k); ++k) {
+        const Mask there = count > k;
+        const EdgeFace f = face_beside(scene, s, there, first + k, k);
+        if (k < 2) pair[k] = f;
+        const Float md = dot(f.normal, s.view.across_of), mn = dot(f.normal, s.normal);
+        const Float side = dot(s.normal, f.way);
+        const Mask beside = there & (md != 0.0f) & ((side != 0.0f) | s.crossing);
+        const Float slope = -mn / select(md != 0.0f, md, 1.0f);
+        const auto offer = [&](SideFace& best, Mask here, Float lower) EG_INLINE_LAMBDA {
+            const Mask better = beside & here & (lower < best.slope);
+            best.face = select(better, f.face, best.face);
+            best.instance = select(better, f.instance, best.instance);
+            best.opposite = select(better, f.opposite, best.opposite);
+            best.slope = select(better, lower, best.slope);
+        };
+        offer(sides.plus, side >= 0.0f, slope);
+        offer(sides.minus, side <= 0.0f, -slope);
     }
+    sides.narrow = count != 1;
+    const Mask two = (count == 2) & ~s.crossing;
+    if (any(two)) sides.narrow &= ~two | narrow_pair(pair, s.tangent);
     return sides;
 }
 
@@ -223,13 +205,14 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
         const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, far,
                                       {s.edge, s.instance}, embree::kCoherent, s.mask);
         // Contact: the hit is about at e, and the edge lies in its plane.
-        Triangle t = gather_triangle(scene, hit.face);
-        place_triangle(scene, hit.instance, t);
-        const Vec3 m = area_normal(t);
-        const Float length = max(sqrt(dot(m, m)), 1e-30f);
-        const Mask touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere) &
-                             (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
-                             (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
+        Mask touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere);
+        if (any(touched)) {
+            const Triangle t = placed_triangle(scene, hit.face, hit.instance).triangle;
+            const Vec3 m = area_normal(t);
+            const Float length = max(sqrt(dot(m, m)), 1e-30f);
+            touched &= (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
+                       (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
+        }
         const Mask blocked =
             looking & hit.hit & ~touched & (hit.distance < s.view.distance - scale * kBefore);
         const Mask seen = looking & ~blocked;
@@ -285,16 +268,10 @@ EG_INLINE Vec3 beside_in_plane(const EdgeSample& s, const Triangle& t, Vec3 outw
 // (+-N) points.
 EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const SideFace& near, Vec3 outwards,
                           Float& b1, Float& b2) {
-    b1 = b2 = splat(0.0f);
     const Mask active = s.active & (near.face >= 0);
     const Int face = select(active, near.face, splat(0));
     Triangle t = gather_triangle(scene, face);
-    for (int i = 0; i < W; ++i) {
-        if (!active[i] || s.crossing[i]) continue;
-        float b[3];
-        edge_place(scene, s.edge[i], s.u[i], face[i], near.opposite[i], b);
-        b1[i] = b[1], b2[i] = b[2];
-    }
+    edge_place(scene, select(active & ~s.crossing, s.edge, splat(0)), s.u, t, near.opposite, b1, b2);
     place_triangle(scene, select(active, near.instance, splat(-1)), t);
     // Towards the opposite corner, at most an eighth of the way.
     const Vec3 corner = select(near.opposite == 0, t.p0, select(near.opposite == 1, t.p1, t.p2));

@@ -26,10 +26,10 @@ EG_INLINE Vec3 into_instance(const SceneView& scene, Int instance, Vec3 g) {
 
 // The first of an edge's faces.
 EG_INLINE Int edge_face(const SceneView& scene, Int edge) {
-    Int face;
-    for (int i = 0; i < W; ++i)
-        face[i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[edge[i]]]);
-    return face;
+    const auto entries = [](const uint32_t* table, Int place) {
+        return gather(reinterpret_cast<const int32_t*>(table), place);
+    };
+    return entries(scene.edge_faces, entries(scene.edge_face_first, edge));
 }
 
 // Whether the vertices of the edge's mesh are among the parameters.

@@ -77,8 +77,7 @@ EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const PieceSample& p, M
     }
     for (uint32_t k = 0; k < most; ++k) {
         Mask here = splat(0), above = splat(0);
-        Int face = splat(0);
-        Float b1 = splat(0.0f), b2 = b1;
+        Int face = splat(0), opposite = splat(0);
         for (int i = 0; i < W; ++i) {
             const uint32_t place = scene.edge_face_first[p.edge[i]] + k;
             if (!active[i] || place >= scene.edge_face_first[p.edge[i] + 1]) continue;
@@ -88,13 +87,12 @@ EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const PieceSample& p, M
             above[i] = side > 0 ? -1 : 0;
             face[i] = static_cast<int32_t>(scene.edge_faces[place]);
             const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face[i]);
-            int corner = 0;
-            while (corner < 2 && f[corner] != static_cast<int32_t>(scene.edge_opposite[place])) ++corner;
-            float b[3];
-            edge_place(scene, p.edge[i], u[i], face[i], corner, b);
-            b1[i] = b[1], b2[i] = b[2];
+            while (opposite[i] < 2 && f[opposite[i]] != static_cast<int32_t>(scene.edge_opposite[place]))
+                ++opposite[i];
         }
         if (!any(here)) continue;
+        Float b1, b2;
+        edge_place(scene, select(here, p.edge, splat(0)), u, gather_triangle(scene, face), opposite, b1, b2);
         const SurfacePoint x = surface_point(scene, here, face, b1, b2, towards, p.instance);
         const Vec3 through = surface_transmittance(
             scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(kShadowRay))));

@@ -36,23 +36,49 @@ EG_INLINE void edge_end(const SceneView& scene, int32_t edge, int32_t instance, 
     place_point(scene, instance, p);
 }
 
-// Barycentrics of the point at u on an edge in one of its faces, whose corner `opposite` is off the edge.
-// Which of the others is the edge's first vertex is told by distance, since copies of one vertex differ.
-EG_INLINE void edge_place(const SceneView& scene, int32_t edge, float u, int32_t face, int opposite,
-                          float (&b)[3]) {
-    const int one = (opposite + 1) % 3, other = (opposite + 2) % 3;
-    float a[3];
-    edge_end(scene, edge, -1, 0, a);
-    const auto distance = [&](int corner) {
-        const float* p =
-            scene.vertices + 3 * static_cast<int64_t>(scene.faces[3 * static_cast<int64_t>(face) + corner]);
-        const float x = p[0] - a[0], y = p[1] - a[1], z = p[2] - a[2];
-        return x * x + y * y + z * z;
-    };
-    const bool first = distance(one) <= distance(other);
-    b[opposite] = 0.0f;
-    b[first ? one : other] = 1.0f - u;
-    b[first ? other : one] = u;
+// An end (0 or 1) of each lane's edge, where its mesh has it.
+EG_INLINE Vec3 gather_edge_end(const SceneView& scene, Int edge, int end) {
+    Rows vertex;
+    for (int i = 0; i < W; ++i)
+        vertex[i] = static_cast<int32_t>(scene.edge_vertices[2 * static_cast<int64_t>(edge[i]) + end]);
+    return gather3(scene.vertices, vertex);
+}
+
+// The first ends of edges, or of lines along which two faces pierce each other, and the ways to the second.
+EG_INLINE void gather_edges(const SceneView& scene, Int edge, Int instance, Vec3& a, Vec3& t) {
+    const Mask crossing = edge >= scene.edge_count, placed = instance >= 0;
+    const Int known = select(crossing, splat(0), edge);
+    a = gather_edge_end(scene, known, 0);
+    Vec3 b = gather_edge_end(scene, known, 1);
+    if (any(placed)) {
+        const Placement m = gather_placement(scene, instance);
+        a = select(placed, place_point(m, a), a);
+        b = select(placed, place_point(m, b), b);
+    }
+    for (int i = 0; any(crossing) && i < W; ++i) {
+        if (!crossing[i]) continue;
+        float p[3], q[3];
+        edge_end(scene, edge[i], instance[i], 0, p);
+        edge_end(scene, edge[i], instance[i], 1, q);
+        a.x[i] = p[0], a.y[i] = p[1], a.z[i] = p[2];
+        b.x[i] = q[0], b.y[i] = q[1], b.z[i] = q[2];
+    }
+    t = b - a;
+}
+
+// Barycentrics of the points at u on edges in one of their faces, which their mesh has at `t` and whose
+// corner `opposite` is off the edge. Which of the others is the edge's first vertex is told by distance,
+// since copies of one vertex differ.
+EG_INLINE void edge_place(const SceneView& scene, Int edge, Float u, const Triangle& t, Int opposite,
+                          Float& b1, Float& b2) {
+    const Vec3 a = gather_edge_end(scene, edge, 0);
+    const Mask zero = opposite == 0, one = opposite == 1;
+    const Vec3 next = select(zero, t.p1, select(one, t.p2, t.p0)) - a;
+    const Vec3 last = select(zero, t.p2, select(one, t.p0, t.p1)) - a;
+    const Mask first = dot(next, next) <= dot(last, last);
+    const Float at_next = select(first, 1.0f - u, u), at_last = select(first, u, 1.0f - u);
+    b1 = select(zero, at_next, select(one, splat(0.0f), at_last));
+    b2 = select(zero, at_last, select(one, at_next, splat(0.0f)));
 }
 
 // The random numbers of a boundary term.
@@ -117,13 +143,7 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
     // random numbers.
     s.random.pixel = splat(0);
     s.random.stream = splat(boundary_stream(task));
-    for (int i = 0; i < W; ++i) {
-        float p[3], q[3];
-        edge_end(scene, s.edge[i], s.instance[i], 0, p);
-        edge_end(scene, s.edge[i], s.instance[i], 1, q);
-        s.a.x[i] = p[0], s.a.y[i] = p[1], s.a.z[i] = p[2];
-        s.t.x[i] = q[0] - p[0], s.t.y[i] = q[1] - p[1], s.t.z[i] = q[2] - p[2];
-    }
+    gather_edges(scene, s.edge, s.instance, s.a, s.t);
     return s;
 }
 

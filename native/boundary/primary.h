@@ -80,17 +80,31 @@ EG_INLINE Mask bent_lambertian(const SceneView& scene, const EdgeSample& s, cons
     return bends & ((flags & kPlain) != 0) & ((flags & kOther) == 0);
 }
 
-// Estimates both sides' radiance into work.radiance, of the samples that are seen (work.visible) and that
-// wanted(sample) keeps.
-template <typename Wanted>
-EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                            const Wanted& wanted) {
+// A packet of samples, kept while their paths are followed: `active` are those that are seen and count for
+// something.
+struct TracedSample {
+    EdgeSample sample;
+    Vec3 factor;  // of what they count for
+};
+
+// Estimates both sides' radiance into work.radiance. Samples whose factor(sample) is zero are left out, but
+// for those of a first pass (weigh).
+template <typename Factor>
+EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                     const Factor& factor) {
     const int count = static_cast<int>(task.count);
+    const auto packets = static_cast<size_t>((count + W - 1) / W);
+    auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
     PieceCursor piece = first_piece(task);
     int queued = 0;
     for (int at = 0; at < count; at += W) {
-        EdgeSample s = sample_edge(scene, task, at, piece);
-        if (any(s.active)) s.active &= wanted(s);
+        TracedSample& kept = traced[at / W];
+        EdgeSample& s = kept.sample;
+        s = sample_edge(scene, task, at, piece);
+        if (any(s.active)) {
+            kept.factor = factor(s);
+            if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
+        }
         Sides sides;
         if (any(s.active)) {
             sides = visible_faces(scene, s);
@@ -99,7 +113,6 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
         }
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
-        store(work.visible + at, s.active);
         if (!any(s.active)) continue;
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
         const Int path = lane_index() + at;
@@ -124,6 +137,7 @@ EG_OUTLINE void trace_sides(const SceneView& scene, const BoundaryTask& task, Wo
         if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
     }
     run_appended(scene, side_paths(task), work, queued, 2 * task.count);
+    return traced;
 }
 
 // L- - L+ of the samples from `at` on.
@@ -201,37 +215,31 @@ EG_INLINE void weigh(const BoundaryTask& task, int at, EdgeSample& s, Vec3 jump)
 static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                    const DerivativeView& tangent, Splats& splats) {
     // Where nothing moves, nothing is traced.
-    trace_sides(scene, task, work, [&](const EdgeSample& s) {
-        return task.score ? splat(-1) : sweep(scene, tangent, s) != 0.0f;
-    });
-    PieceCursor piece = first_piece(task);
-    for (int at = 0; at < static_cast<int>(task.count); at += W) {
-        EdgeSample s = sample_edge(scene, task, at, piece);
-        s.active &= load(work.visible + at);
-        const Vec3 jump = jump_of(task, work, at);
-        weigh(task, at, s, jump);
-        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, jump * sweep(scene, tangent, s));
+    TracedSample* traced =
+        trace_sides(scene, task, work, [&](const EdgeSample& s) { return gray(sweep(scene, tangent, s)); });
+    for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
+        EdgeSample& s = traced->sample;
+        Vec3 value = zero3();
+        if (any(s.active)) {
+            const Vec3 jump = jump_of(task, work, at);
+            weigh(task, at, s, jump);
+            value = jump * traced->factor;
+        }
+        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, value);
     }
 }
 
 static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                     const float* adjoint, DerivativeView& gradient) {
-    const auto adjoint_of = [&](const EdgeSample& s) EG_INLINE_LAMBDA {
-        return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
-    };
     // Where nothing is asked, nothing is traced.
-    trace_sides(scene, task, work, [&](const EdgeSample& s) {
-        return task.score ? splat(-1) : largest_component(adjoint_of(s)) > 0.0f;
+    TracedSample* traced = trace_sides(scene, task, work, [&](const EdgeSample& s) {
+        return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
     });
-    PieceCursor piece = first_piece(task);
-    for (int at = 0; at < static_cast<int>(task.count); at += W) {
-        const Mask seen = load(work.visible + at);
-        if (!any(seen)) continue;  // no score, no worth
-        EdgeSample s = sample_edge(scene, task, at, piece);
-        s.active &= seen;
-        const Vec3 jump = jump_of(task, work, at);
+    for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
+        EdgeSample& s = traced->sample;
+        if (!any(s.active)) continue;  // no score, no worth
+        const Vec3 jump = jump_of(task, work, at), a = traced->factor;
         weigh(task, at, s, jump);
-        const Vec3 a = any(s.active) ? adjoint_of(s) : zero3();
         s.active &= largest_component(a) > 0.0f;
         if (!any(s.active)) continue;
         record_worth(task, at, s.active, jump, a, s.weight * sqrt(dot(s.normal, s.normal)));

@@ -125,15 +125,8 @@ EG_INLINE EdgeSample chain_edge(const SceneView& scene, const ChainCrossings& c,
     s.instance = select(s.active, load(c.edge_instance + at), splat(-1));
     s.crossing = splat(0);
     s.u = select(s.active, load(c.u + at), 0.0f);
-    for (int i = 0; i < W; ++i) {
-        float a[3], b[3];
-        edge_end(scene, s.edge[i], s.instance[i], 0, a);
-        edge_end(scene, s.edge[i], s.instance[i], 1, b);
-        s.tangent.x[i] = b[0] - a[0], s.tangent.y[i] = b[1] - a[1], s.tangent.z[i] = b[2] - a[2];
-        s.point.x[i] = a[0] + s.u[i] * (b[0] - a[0]);
-        s.point.y[i] = a[1] + s.u[i] * (b[1] - a[1]);
-        s.point.z[i] = a[2] + s.u[i] * (b[2] - a[2]);
-    }
+    gather_edges(scene, s.edge, s.instance, s.end, s.tangent);
+    s.point = s.end + s.tangent * s.u;
     const Vec3 way = s.point - origin;
     Projection& v = s.view;
     v.active = s.active;

@@ -49,6 +49,11 @@ EG_INLINE Vec3 place_normal(const Placement& p, Vec3 v) {
     return Vec3{dot(a, v), dot(b, v), dot(c, v)} * select(dot(p.x, a) < 0.0f, splat(-1.0f), 1.0f);
 }
 
+// Points of instanced meshes in the world.
+EG_INLINE Vec3 place_point(const Placement& m, Vec3 p) {
+    return Vec3{dot(m.x, p), dot(m.y, p), dot(m.z, p)} + m.origin;
+}
+
 // The corners of faces in the world, where `instance` places them (-1: they stand in it themselves). Returns
 // -1 where that mirrors them, and so turns their winding, else 1.
 EG_INLINE Float place_triangle(const SceneView& scene, Int instance, Triangle& t) {
@@ -56,8 +61,7 @@ EG_INLINE Float place_triangle(const SceneView& scene, Int instance, Triangle& t
     if (!any(placed)) return splat(1.0f);
     const Placement m = gather_placement(scene, instance);
     Vec3* const corners[3] = {&t.p0, &t.p1, &t.p2};
-    for (Vec3* p : corners)
-        *p = select(placed, Vec3{dot(m.x, *p), dot(m.y, *p), dot(m.z, *p)} + m.origin, *p);
+    for (Vec3* p : corners) *p = select(placed, place_point(m, *p), *p);
     return select(placed, handedness(m), splat(1.0f));
 }
 
@@ -89,6 +93,11 @@ EG_INLINE Ignored ignore_nothing() { return {splat(-1), splat(-1)}; }
 EG_INLINE int32_t face_instance(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
     if (edge < scene.edge_count || !scene.crossing_instances) return instance;
     return scene.crossing_instances[2 * static_cast<int64_t>(edge - scene.edge_count) + k];
+}
+EG_INLINE Int face_instance(const SceneView& scene, Int edge, Mask crossing, Int instance, int k) {
+    if (!scene.crossing_instances || !any(crossing)) return instance;
+    const Int row = select(crossing, edge - scene.edge_count, splat(0));
+    return select(crossing, gather(scene.crossing_instances, 2 * row + k), instance);
 }
 
 // A point of a surface, its normal turned to the viewer.
@@ -148,16 +157,14 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
 
 // The mesh that a face belongs to.
 EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
-    Int mesh;
-    for (int i = 0; i < W; ++i) {
-        int low = 0, high = scene.mesh_count;
-        while (high - low > 1) {
-            const int mid = (low + high) / 2;
-            (scene.mesh_first_face[mid] <= face[i] ? low : high) = mid;
-        }
-        mesh[i] = low;
+    Int low = splat(0), high = splat(scene.mesh_count);
+    while (any(high - low > 1)) {
+        const Int mid = (low + high) / 2;
+        const Mask behind = gather(scene.mesh_first_face, mid) <= face;
+        low = select(behind, mid, low);
+        high = select(behind, high, mid);
     }
-    return mesh;
+    return low;
 }
 
 // The corner normals of faces, interpolated; `smooth` is where a face of an active lane has all three.

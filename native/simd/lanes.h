@@ -16,6 +16,17 @@ EG_INLINE int first_lane(Mask m) {
 #endif
 }
 
+// The lanes of a mask as bits.
+EG_INLINE uint32_t lane_bits(Mask m) {
+#if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
+    return _mm512_test_epi32_mask((__m512i)m, (__m512i)m);
+#else
+    uint32_t lanes = 0;
+    for (int i = 0; i < W; ++i) lanes |= static_cast<uint32_t>(m[i] & 1) << i;
+    return lanes;
+#endif
+}
+
 // The sum of all lanes, in halves.
 EG_INLINE double sum_of_lanes(Float a) {
 #if EDGEGRAD_WIDTH == 16 && defined(__AVX512F__)

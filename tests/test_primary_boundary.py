@@ -200,7 +200,7 @@ def folded(theta: float) -> edgegrad.Scene:
 def sunk_balls(theta: float) -> edgegrad.Scene:
     """A ball of many faces that sinks into another."""
     scene = glowing_scene(VIEW)
-    vertices, faces = shapes.ball(3, 0.5)
+    vertices, faces = shapes.ball(5, 0.5)
     other = 0.7 * vertices @ turn(0.3, 0).T + [0.05, 0.0, 0.25] + theta * np.array([0.4, 0.5, -0.7])
     scene.meshes = {"ball": edgegrad.Mesh(vertices, faces, ("warm",)), "other": edgegrad.Mesh(other, faces, ("cold",))}
     return scene

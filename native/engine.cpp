@@ -66,7 +66,7 @@ void Engine::update(SceneTables next) {
                        tables_.vertices.begin() + first))
             continue;
         moved.push_back(m);
-        far = place_vertices(m, [&](size_t k) { return next.vertices[k]; }) || far;
+        far = place_vertices(m, [&](size_t k, size_t) { return next.vertices[k]; }) || far;
     }
     // Area lights' vertices, which no BVH holds.
     const auto hidden = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[tables_.visible_meshes]);
@@ -90,7 +90,7 @@ void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, c
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
     const double* from = vertices - 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[mesh]);
     const bool far =
-        place_vertices(mesh, [&](size_t k) { return static_cast<float>(from[k] - origin[k % 3]); });
+        place_vertices(mesh, [&](size_t k, size_t c) { return static_cast<float>(from[k] - origin[c]); });
     moved_vertices({mesh}, far);
 }
 
@@ -100,29 +100,30 @@ void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, c
 template <typename F>
 bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
     constexpr double kRebuildMotion = 0.05;  // as a share of the mesh's size
-    constexpr int64_t kPart = 3 << 16;
-    const int64_t first = 3 * static_cast<int64_t>(tables_.mesh_first_vertex[mesh]);
-    const int64_t last = 3 * static_cast<int64_t>(tables_.mesh_first_vertex[mesh + 1]);
+    constexpr int64_t kPart = 1 << 14;
+    const int64_t first = tables_.mesh_first_vertex[mesh], last = tables_.mesh_first_vertex[mesh + 1];
     struct Range {
         float motion = 0.0f, low = 3e38f, high = -3e38f;
+        void add(const Range& r) {
+            motion = std::max(motion, r.motion), low = std::min(low, r.low), high = std::max(high, r.high);
+        }
     };
     std::vector<Range> ranges(static_cast<size_t>((last - first + kPart - 1) / kPart));
     parallel_for(threads_, static_cast<int64_t>(ranges.size()), nullptr, [&](int, int64_t part) {
-        Range r;
+        Range along[3];  // axes, which don't wait for each other
         const int64_t end = std::min(last, first + (part + 1) * kPart);
-        for (int64_t i = first + part * kPart; i < end; ++i) {
-            const size_t k = static_cast<size_t>(i);
-            const float x = coordinate(k);
-            r.motion = std::max(r.motion, std::abs(x - built_vertices_[k]));
-            r.low = std::min(r.low, x);
-            r.high = std::max(r.high, x);
-            tables_.vertices[k] = x;
+        for (int64_t v = first + part * kPart; v < end; ++v) {
+            for (size_t c = 0; c < 3; ++c) {
+                const size_t k = 3 * static_cast<size_t>(v) + c;
+                const float x = coordinate(k, c);
+                along[c].add({std::abs(x - built_vertices_[k]), x, x});
+                tables_.vertices[k] = x;
+            }
         }
-        ranges[static_cast<size_t>(part)] = r;
+        for (const Range& r : along) ranges[static_cast<size_t>(part)].add(r);
     });
     Range all;
-    for (const Range& r : ranges)
-        all = {std::max(all.motion, r.motion), std::min(all.low, r.low), std::max(all.high, r.high)};
+    for (const Range& r : ranges) all.add(r);
     return static_cast<double>(all.motion) > kRebuildMotion * static_cast<double>(all.high - all.low);
 }
 

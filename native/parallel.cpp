@@ -54,23 +54,22 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
         for (std::thread& t : pool) t.join();
         pool.clear();
     };
+    // The calling thread reports: only it may talk to the caller. Else it works.
+    const int started = progress ? threads : threads - 1;
     try {
-        pool.reserve(static_cast<size_t>(threads));
-        for (int t = 0; t < threads; ++t) {
-            {
-                const std::lock_guard lock(mutex);
-                ++running;
-            }
+        pool.reserve(static_cast<size_t>(started));
+        running = threads;
+        for (int t = 0; t < started; ++t) {
             try {
                 pool.emplace_back(work, t);
             } catch (...) {  // the system has no more threads: those that run do the work
                 const std::lock_guard lock(mutex);
-                --running;
-                if (pool.empty()) throw;
+                running -= started - t;
+                if (progress && pool.empty()) throw;
                 break;
             }
         }
-        // The calling thread reports: only it may talk to the caller.
+        if (!progress) work(started);
         std::unique_lock lock(mutex);
         while (!finished.wait_for(lock, std::chrono::milliseconds(50), [&] { return running == 0; })) {
             lock.unlock();

@@ -12,9 +12,10 @@ using Progress = std::function<void(double)>;
 // Number of threads to use for `asked` (0: all cores).
 int thread_count(int asked);
 
-// Runs body(thread, item) for every item in [0, items) on `threads` threads of its own (one without progress
-// is the caller's), item by item as threads get free. Rethrows the first exception of a body or of
-// `progress`, after all threads have stopped; the items not yet begun are then left out.
+// Runs body(thread, item) for every item in [0, items) on `threads` threads, item by item as they get free.
+// Without progress the caller's is one of them: starting two threads takes twice as long as starting one, and
+// small items take no longer. Rethrows the first exception of a body or of `progress`, after all threads have
+// stopped; the items not yet begun are then left out.
 void parallel_for(int threads, int64_t items, const Progress& progress,
                   const std::function<void(int thread, int64_t item)>& body);
 

@@ -15,7 +15,7 @@ import pytest
 import edgegrad
 from edgegrad.renderer import Renderer
 from tests import shapes
-from tests.picture_differences import check_agreement, check_transpose
+from tests.picture_differences import check_agreement, check_equal_bits, check_transpose
 from tests.slow_cases import slow_but
 from tests.small_scenes import Floats, Make, along, box, camera, glowing, need, rectangle
 
@@ -197,6 +197,27 @@ def folded(theta: float) -> edgegrad.Scene:
     return scene
 
 
+def sunk_balls(theta: float) -> edgegrad.Scene:
+    """A ball of many faces that sinks into another."""
+    scene = glowing_scene(VIEW)
+    vertices, faces = shapes.ball(5, 0.5)
+    other = 0.7 * vertices @ turn(0.3, 0).T + [0.05, 0.0, 0.25] + theta * np.array([0.4, 0.5, -0.7])
+    scene.meshes = {"ball": edgegrad.Mesh(vertices, faces, ("warm",)), "other": edgegrad.Mesh(other, faces, ("cold",))}
+    return scene
+
+
+def grown_together(theta: float) -> edgegrad.Scene:
+    """Both as one mesh, in which the second is inside out: normals that differ little are one smooth surface's."""
+    scene = sunk_balls(theta)
+    one, other = scene.meshes.values()
+    faces = np.concatenate([one.faces, other.faces[:, ::-1] + len(one.vertices)])
+    material = np.repeat(np.array([0, 1], np.int32), len(one.faces))
+    vertices = np.concatenate([one.vertices, other.vertices])
+    scene.meshes = {"balls": edgegrad.Mesh(vertices, faces, ("both", "in"), face_material=material)}
+    scene.materials = {"both": glowing(1.5, True), "in": glowing(0.4, True)}
+    return scene
+
+
 def crossing_view(theta: float) -> edgegrad.Scene:
     """The camera moves before two boxes that stand still in each other."""
     scene = crossing_boxes(0.0)
@@ -208,6 +229,8 @@ PIERCING: dict[str, tuple[Make, list[str]]] = {
     "boxes": (crossing_boxes, ["meshes.one.vertices", "meshes.other.vertices"]),
     "ball in the floor": (sunk_ball, ["meshes.ball.vertices"]),
     "a mesh and itself": (folded, ["meshes.bands.vertices"]),
+    "meshes of many faces": (sunk_balls, ["meshes.ball.vertices", "meshes.other.vertices"]),
+    "a mesh of many faces and itself": (grown_together, ["meshes.balls.vertices"]),
     "seen by a moving camera": (crossing_view, POSE),
 }
 
@@ -216,6 +239,20 @@ PIERCING: dict[str, tuple[Make, list[str]]] = {
 def test_piercing_surfaces_agree_with_central_differences(name: str) -> None:
     need("native")
     check_agreement(along(*PIERCING[name]), noise=0.1, **PRIMARY)
+
+
+@pytest.mark.parametrize("name", [name for name in PIERCING if "many faces" in name])
+def test_threads_share_the_search_of_many_faces(name: str) -> None:
+    need("native")
+    make, paths = PIERCING[name]
+
+    def lit(theta: float) -> edgegrad.Scene:
+        """All edges between facets count."""
+        scene = make(theta)
+        scene.materials = {name: edgegrad.Material(np.full(3, 0.5)) for name in scene.materials}
+        return scene
+
+    check_equal_bits(lit, paths, spp=4, terms=("primary",))
 
 
 # ---------------------------------------------------------------- behind what lets light pass

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "boundary/picture_frame.h"
 #include "boundary/placed_vertex.h"
@@ -81,21 +82,64 @@ struct RunMasses {
     }
 };
 
-// Candidates of runs of edges by visit(run, task's memory, add) in parallel, joined by place.
-template <typename Visit>
-Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
+}  // namespace
+
+// By run, in its order, what becomes a candidate.
+struct CandidateParts {
     struct Entry {
         int32_t edge;
         float u0, u1, mass;
         uint32_t place;
     };
-    const auto count = static_cast<int64_t>(runs.size());
-    const bool placed = !edges.tables.instance_mesh.empty();
-    std::vector<std::vector<Entry>> parts(runs.size());
+    std::vector<std::vector<Entry>> runs;
+};
+
+namespace {
+
+// Joins candidates by place, and where that is the same in the order of runs: a counting sort, by as many
+// ranges of the runs as there are threads.
+void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed, int threads,
+          Candidates& out) {
+    using Entry = CandidateParts::Entry;
+    const size_t ranges = std::clamp<size_t>(runs.size(), 1, static_cast<size_t>(threads));
+    std::vector<std::vector<size_t>> at(ranges);  // by range and place: the next of them on the list
+    const auto each_range = [&](const auto& visit) {
+        parallel_for(threads, static_cast<int64_t>(ranges), nullptr, [&](int, int64_t k) {
+            const auto range = static_cast<size_t>(k);
+            const size_t last = runs.size() * (range + 1) / ranges;
+            at[range].resize(kPlaces);
+            for (size_t run = runs.size() * range / ranges; run < last; ++run)
+                for (const Entry& entry : parts.runs[run]) visit(run, entry, at[range][entry.place]);
+        });
+    };
+    each_range([](size_t, const Entry&, size_t& count) { ++count; });
+    size_t all = 0;
+    for (size_t place = 0; place < kPlaces; ++place)
+        for (std::vector<size_t>& next : at) all += std::exchange(next[place], all);
+    out.edge.resize(all), out.u0.resize(all), out.u1.resize(all), out.cumulative.resize(all + 1);
+    out.instance.resize(placed ? all : 0);
+    each_range([&](size_t run, const Entry& entry, size_t& next) {
+        const size_t to = next++;
+        out.edge[to] = entry.edge;
+        if (placed) out.instance[to] = runs[run].instance;
+        out.u0[to] = entry.u0, out.u1[to] = entry.u1;
+        out.cumulative[to + 1] = static_cast<double>(entry.mass);
+    });
+    for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
+}
+
+// Candidates of runs of edges by visit(run, task's memory, add) in parallel, joined by place; in memory that
+// is spare.
+template <typename Visit>
+Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
+    std::shared_ptr<CandidateParts> parts = edges.kept.spare_parts.take();
+    if (!parts) parts = std::make_shared<CandidateParts>();
+    parts->runs.resize(runs.size());
     std::vector<RunMasses> memory(static_cast<size_t>(edges.threads));
-    parallel_for(edges.threads, count, nullptr, [&](int thread, int64_t k) {
+    parallel_for(edges.threads, static_cast<int64_t>(runs.size()), nullptr, [&](int thread, int64_t k) {
         const Run& run = runs[static_cast<size_t>(k)];
-        std::vector<Entry>& part = parts[static_cast<size_t>(k)];
+        std::vector<CandidateParts::Entry>& part = parts->runs[static_cast<size_t>(k)];
+        part.clear();
         part.reserve(static_cast<size_t>(run.count));
         visit(run, memory[static_cast<size_t>(thread)],
               [&](int64_t edge, double u0, double u1, double mass, uint32_t place) {
@@ -104,25 +148,13 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
                                       static_cast<float>(u1), static_cast<float>(mass), place});
               });
     });
-    // By place, and where that is the same in the order of runs: a counting sort.
-    std::vector<size_t> at(kPlaces + 1);
-    for (const std::vector<Entry>& part : parts)
-        for (const Entry& entry : part) ++at[entry.place + 1];
-    for (size_t k = 0; k < kPlaces; ++k) at[k + 1] += at[k];
-    const size_t all = at[kPlaces];
     Candidates out;
-    out.edge.resize(all), out.u0.resize(all), out.u1.resize(all), out.cumulative.resize(all + 1);
-    if (placed) out.instance.resize(all);
-    for (size_t p = 0; p < parts.size(); ++p) {
-        for (const Entry& entry : parts[p]) {
-            const size_t to = at[entry.place]++;
-            out.edge[to] = entry.edge;
-            if (placed) out.instance[to] = runs[p].instance;
-            out.u0[to] = entry.u0, out.u1[to] = entry.u1;
-            out.cumulative[to + 1] = static_cast<double>(entry.mass);
-        }
+    if (const std::shared_ptr<Candidates> old = edges.kept.spare_candidates.take()) {
+        out.edge.swap(old->edge), out.instance.swap(old->instance);
+        out.u0.swap(old->u0), out.u1.swap(old->u1), out.cumulative.swap(old->cumulative);
     }
-    for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
+    join(*parts, runs, !edges.tables.instance_mesh.empty(), edges.threads, out);
+    edges.kept.spare_parts.give(std::move(parts));
     return out;
 }
 

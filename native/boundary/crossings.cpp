@@ -12,12 +12,8 @@
 namespace edgegrad {
 namespace {
 
-// Whether two faces have a corner in common (by place: copies of a vertex count as one).
+// Whether two faces have a corner in common, by place: copies of a vertex count as one.
 bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
-    const int32_t* f = &t.faces[3 * static_cast<size_t>(face)];
-    const int32_t* g = &t.faces[3 * static_cast<size_t>(other)];
-    for (int k = 0; k < 3; ++k)
-        if (f[k] == g[0] || f[k] == g[1] || f[k] == g[2]) return true;
     for (size_t j = 0; j < 3; ++j)
         for (size_t k = 0; k < 3; ++k) {
             const float *p = corner(t, face, j), *q = corner(t, other, k);

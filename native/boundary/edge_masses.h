@@ -5,6 +5,7 @@
 #include "boundary/edge_mass_task.h"
 #include "scene/geometry.h"
 #include "simd/elementary.h"
+#include "simd/lanes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -59,13 +60,31 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int
     const Int edge = static_cast<int32_t>(task.first + at) +
                      select(lane < static_cast<int32_t>(left < W ? left : W), lane, splat(0));
     Wedges w;
-    const Int first = gather(list(scene.edge_face_first), edge);
-    w.faces = gather(list(scene.edge_face_first), edge + 1) - first;
-    Int slot[2] = {first, first + select(w.faces > 1, splat(1), splat(0))}, face[2];
+    Int first, from, to;
+    if (left >= W) {
+        const int64_t at_edge = task.first + at;
+        first = load(list(scene.edge_face_first) + at_edge);
+        w.faces = load(list(scene.edge_face_first) + at_edge + 1) - first;
+        load_pairs(list(scene.edge_vertices) + 2 * at_edge, from, to);
+    } else {
+        first = gather(list(scene.edge_face_first), edge);
+        w.faces = gather(list(scene.edge_face_first), edge + 1) - first;
+        from = gather(list(scene.edge_vertices), edge * 2);
+        to = gather(list(scene.edge_vertices), edge * 2 + 1);
+    }
+    Int slot[2] = {first, first + select(w.faces > 1, splat(1), splat(0))}, face[2], corner[2];
+    if (left >= W && !any(w.faces != 2)) {
+        load_pairs(list(scene.edge_faces) + first[0], face[0], face[1]);
+        load_pairs(list(scene.edge_opposite) + first[0], corner[0], corner[1]);
+    } else {
+        for (int k = 0; k < 2; ++k) {
+            face[k] = gather(list(scene.edge_faces), slot[k]);
+            corner[k] = gather(list(scene.edge_opposite), slot[k]);
+        }
+    }
     Vec3 wound[2];
     Mask no_area = splat(0);
     for (int k = 0; k < 2; ++k) {
-        face[k] = gather(list(scene.edge_faces), slot[k]);
         wound[k] = gather3(task.normal, face[k]);
         no_area |= dot(wound[k], wound[k]) == 0.0f;
     }
@@ -76,6 +95,7 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int
             if (odd[i]) find_faces(scene, task, i, edge, slot, w.faces, w.same_surface);
         for (int k = 0; k < 2; ++k) {
             face[k] = gather(list(scene.edge_faces), slot[k]);
+            corner[k] = gather(list(scene.edge_opposite), slot[k]);
             wound[k] = gather3(task.normal, face[k]);
         }
     }
@@ -83,13 +103,10 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int
         for (int i = 0; i < W; ++i)
             if (task.seam[at + (i < left ? i : 0)]) w.same_surface[i] = 0;
 
-    const Int from = gather(list(scene.edge_vertices), edge * 2);
-    const Int to = gather(list(scene.edge_vertices), edge * 2 + 1);
     w.a = placed_vertex(scene, task.instance, from);
     w.t = placed_vertex(scene, task.instance, to) - w.a;
     for (int k = 0; k < 2; ++k) {
-        const Int corner = gather(list(scene.edge_opposite), slot[k]);
-        w.third[k] = placed_vertex(scene, task.instance, corner) - w.a;
+        w.third[k] = placed_vertex(scene, task.instance, corner[k]) - w.a;
         Vec3 n = k == 0 ? cross(w.t, w.third[k]) : cross(w.third[k], w.t);
         if (task.instance < 0) {
             // In double precision the faces' normals were found, which slivers need.
@@ -97,7 +114,7 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int
             w.oriented[k] = select(dot(n, wound[k]) < 0.0f, -wound[k], wound[k]);
             continue;
         }
-        const Vec3 a = gather3(scene.vertices, from), c = gather3(scene.vertices, corner) - a;
+        const Vec3 a = gather3(scene.vertices, from), c = gather3(scene.vertices, corner[k]) - a;
         const Vec3 t = gather3(scene.vertices, to) - a;
         const Vec3 still = k == 0 ? cross(t, c) : cross(c, t);
         n = n * (1.0f / max(sqrt(dot(n, n)), 1e-30f));

@@ -14,6 +14,7 @@
 
 namespace edgegrad {
 
+struct CandidateParts;
 struct Candidates;
 struct Crossings;
 class EdgeTree;
@@ -29,20 +30,43 @@ class Kept {
     std::shared_ptr<const Value> get(const Key& key, const Make& make) {
         const std::lock_guard<std::mutex> lock(lock_);
         if (!value_ || !(key_ == key)) {
-            value_ = std::make_shared<const Value>(make());
+            value_ = std::make_shared<Value>(make());
             key_ = key;
         }
         return value_;
     }
-    void clear() {
+    // Nothing is kept any more; what was.
+    std::shared_ptr<Value> clear() {
         const std::lock_guard<std::mutex> lock(lock_);
-        value_ = nullptr;
+        return std::move(value_);
     }
 
  private:
     std::mutex lock_;
     Key key_{};
-    std::shared_ptr<const Value> value_;
+    std::shared_ptr<Value> value_;
+};
+
+// Memory that calls leave to later ones: of fresh memory every page is a fault. Where the system took back in
+// between what calls had freed, that was a sixth of the time of derivatives of 200,000 faces.
+template <typename T>
+class Spare {
+ public:
+    // Null: there is none.
+    std::shared_ptr<T> take() {
+        const std::lock_guard<std::mutex> lock(lock_);
+        return std::move(value_);
+    }
+    // Unless somebody else holds it.
+    void give(std::shared_ptr<T> value) {
+        if (value.use_count() != 1) return;
+        const std::lock_guard<std::mutex> lock(lock_);
+        value_ = std::move(value);
+    }
+
+ private:
+    std::mutex lock_;
+    std::shared_ptr<T> value_;
 };
 
 struct CameraKey {
@@ -62,6 +86,9 @@ struct KeptEdges {
     Kept<Sides, Candidates> silhouettes;  // towards the environment and other surfaces
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
+    // What candidates of the primary term are made in.
+    Spare<Candidates> spare_candidates;
+    Spare<CandidateParts> spare_parts;
 
     // Where vertices have changed.
     void clear() {
@@ -70,7 +97,8 @@ struct KeptEdges {
     }
     // Where values have: surfaces cross where they did.
     void clear_values() {
-        primary.clear(), shadow.clear(), silhouettes.clear();
+        spare_candidates.give(primary.clear());
+        shadow.clear(), silhouettes.clear();
         tree.clear(), regions.clear();
     }
 };

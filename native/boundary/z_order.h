@@ -13,11 +13,13 @@ inline uint32_t z_order(double x, double y, uint32_t bits) {
     const auto tile = [bits](double at) {
         return static_cast<uint32_t>(std::clamp(at, 0.0, 0.999) * (1u << bits));
     };
-    const uint32_t column = tile(x), row = tile(y);
-    uint32_t place = 0;
-    for (uint32_t k = 0; k < bits; ++k)
-        place |= ((column >> k & 1u) << (2 * k)) | ((row >> k & 1u) << (2 * k + 1));
-    return place;
+    // Every bit of up to 8 is followed by a zero.
+    const auto spread = [](uint32_t tile) {
+        tile = (tile | tile << 4) & 0x0f0fu;
+        tile = (tile | tile << 2) & 0x3333u;
+        return (tile | tile << 1) & 0x5555u;
+    };
+    return spread(tile(x)) | spread(tile(y)) << 1;
 }
 
 }  // namespace edgegrad

@@ -27,6 +27,17 @@ EG_INLINE uint32_t lane_bits(Mask m) {
 #endif
 }
 
+// Pairs of numbers that lie one after the other, the first of each and the second.
+EG_INLINE void load_pairs(const int32_t* p, Int& first, Int& second) {
+#if EDGEGRAD_WIDTH == 16 && defined(__AVX512F__)
+    const Int a = load(p), b = load(p + W);
+    first = __builtin_shufflevector(a, b, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    second = __builtin_shufflevector(a, b, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+#else
+    for (int i = 0; i < W; ++i) first[i] = p[2 * i], second[i] = p[2 * i + 1];
+#endif
+}
+
 // The sum of all lanes, in halves.
 EG_INLINE double sum_of_lanes(Float a) {
 #if EDGEGRAD_WIDTH == 16 && defined(__AVX512F__)

@@ -67,7 +67,7 @@ def pixel_means(a: Floats, across: int, along: int) -> Floats:
 
 
 def test_slope_of_what_passes() -> None:
-    """Mean and clipped second moment of single samples against closed forms of how they are picked."""
+    """Mean, frequency and clipped second moment of single samples against closed forms of how they are picked."""
     need_every_table()
     seeds, across, along, h, most = 400, 2048, 2, 1e-4, 50.0
 
@@ -92,8 +92,12 @@ def test_slope_of_what_passes() -> None:
     z = (samples.mean(0) - truth)[lit] / error[lit]
     assert (z**2).mean() < 1 + 5 * np.sqrt(2 / lit.sum())
     assert abs(truth[~lit]).max() == 0
+    # How often they pass, and what those count for: neither is the picture's.
+    more = np.minimum(0.2 * abs(slope), 0.25) * (share > 0)
+    chance = (share + more) / (1 + 2 * more)
+    often, picked = (samples != 0).mean(), pixel_means(chance, across, along)
+    spread = np.sqrt((picked * (1 - picked)).mean() / samples.size)
+    assert abs(often - picked.mean()) < 4 * spread
+    assert abs(often - share.mean()) > 20 * spread
     clipped = np.minimum(abs(samples), most) ** 2
-    found, spread = clipped.mean(), clipped.std() / np.sqrt(clipped.size)
-    assert abs(found - square((share + 0.2 * abs(slope)) / (1 + 0.4 * abs(slope)))) < 4 * spread
-    # Picked as pictures do, samples are as large as they are rare: unclipped, their square has no bound.
-    assert abs(found - square(share)) > 10 * spread
+    assert abs(clipped.mean() - square(chance)) < 4 * clipped.std() / np.sqrt(clipped.size)

@@ -13,7 +13,7 @@ constexpr float kFirstWeight = 0.02f;
 // Part of the second pass' lines that goes to all tiles alike: in one where the first pass has found nothing
 // there may be something. Most that a tile counts for, beside one of mean size, and a tile itself beside each
 // of the eight around it, which the picture of the same edge may reach.
-constexpr double kAlike = 0.2, kLargest = 16.0, kOwn = 4.0;
+constexpr double kAlike = 0.5, kLargest = 16.0, kOwn = 4.0;
 
 // A number of lines near `wanted` that pixels share evenly: with 13 lines in 4 pixels instead of 12 or 16 the
 // variance along a sharp edge is 3.5 times as large.

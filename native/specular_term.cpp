@@ -10,9 +10,9 @@ namespace edgegrad {
 namespace {
 
 // Lines per pixel, of each direction, and sample of the picture: a segment costs about what a sample does.
-// Beside 0.25 in one pass, seconds x variance of 17 scenes with edges in mirrors and glass falls to 0.40,
-// of 41 with shadows there to 0.76; with 0.25 in two to 0.41 and 0.65, at 1.1 times the seconds
-// (tests/test_specular_boundary.py, tests/test_mirrored_shadows.py).
+// Beside 0.25 in one pass, for the same seconds, seconds x variance of 17 scenes with edges in mirrors and
+// glass falls to 0.53 and of 41 with shadows there to 0.88 (tests/test_specular_boundary.py,
+// tests/test_mirrored_shadows.py).
 constexpr double kLines = 0.2;
 
 float length(const float* const (&v)[3], int i) {

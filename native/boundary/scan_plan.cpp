@@ -11,8 +11,10 @@ namespace {
 constexpr double kFirst = 0.25;
 constexpr float kFirstWeight = 0.02f;
 // Part of the second pass' lines that goes to all tiles alike: in one where the first pass has found nothing
-// there may be something. Most that a tile counts for, beside one of mean size, and a tile itself beside each
-// of the eight around it, which the picture of the same edge may reach.
+// there may be something (with 0.2 the scenes of specular_term.cpp have 0.40 and 0.76 for 0.53 and 0.88, but
+// what few of many seeds find there counts for ten times as much). Most that a tile counts for, beside one of
+// mean size, and a tile itself beside each of the eight around it, which the picture of the same edge may
+// reach.
 constexpr double kAlike = 0.5, kLargest = 16.0, kOwn = 4.0;
 
 // A number of lines near `wanted` that pixels share evenly: with 13 lines in 4 pixels instead of 12 or 16 the

@@ -15,13 +15,10 @@ namespace {
 // tests/test_mirrored_shadows.py).
 constexpr double kLines = 0.2;
 
-float length(const float* const (&v)[3], int i) {
-    return std::sqrt(v[0][i] * v[0][i] + v[1][i] * v[1][i] + v[2][i] * v[2][i]);
-}
-
-float column(float* const (&v)[3], const float* const (&w)[3], int i) {
+float column(const float* const (&v)[3], const float* const (&w)[3], int i) {
     return v[0][i] * w[0][i] + v[1][i] * w[1][i] + v[2][i] * w[2][i];
 }
+float length(const float* const (&v)[3], int i) { return std::sqrt(column(v, v, i)); }
 
 // What is left of a sum, of its terms' sizes, where it says nothing any more. A shadow on a face whose plane
 // the light is in does not move in the picture, and rounding finds edges in all places of it.
@@ -128,8 +125,7 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int 
     if (pass > 0 || plan_.passes() == 1) return;
     std::vector<CrossingSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
     for (int i = 0; i < found.count; ++i) {
-        const float motion = length(c.by_point, i);
-        if (const float size = length(c.jump, i) * motion; size > 0.0f)
+        if (const float size = length(c.jump, i) * length(c.by_point, i); size > 0.0f)
             sizes.push_back({(first + c.segment[i]) / kScanLine, size});
     }
 }

@@ -67,10 +67,10 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int
         w.faces = load(list(scene.edge_face_first) + at_edge + 1) - first;
         load_pairs(list(scene.edge_vertices) + 2 * at_edge, from, to);
     } else {
-        first = gather(list(scene.edge_face_first), edge);
-        w.faces = gather(list(scene.edge_face_first), edge + 1) - first;
-        from = gather(list(scene.edge_vertices), edge * 2);
-        to = gather(list(scene.edge_vertices), edge * 2 + 1);
+        first = gather(scene.edge_face_first, edge);
+        w.faces = gather(scene.edge_face_first, edge + 1) - first;
+        from = gather(scene.edge_vertices, edge * 2);
+        to = gather(scene.edge_vertices, edge * 2 + 1);
     }
     Int slot[2] = {first, first + select(w.faces > 1, splat(1), splat(0))}, face[2], corner[2];
     if (left >= W && !any(w.faces != 2)) {
@@ -78,8 +78,8 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int
         load_pairs(list(scene.edge_opposite) + first[0], corner[0], corner[1]);
     } else {
         for (int k = 0; k < 2; ++k) {
-            face[k] = gather(list(scene.edge_faces), slot[k]);
-            corner[k] = gather(list(scene.edge_opposite), slot[k]);
+            face[k] = gather(scene.edge_faces, slot[k]);
+            corner[k] = gather(scene.edge_opposite, slot[k]);
         }
     }
     Vec3 wound[2];
@@ -94,8 +94,8 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int
         for (int i = 0; i < W; ++i)
             if (odd[i]) find_faces(scene, task, i, edge, slot, w.faces, w.same_surface);
         for (int k = 0; k < 2; ++k) {
-            face[k] = gather(list(scene.edge_faces), slot[k]);
-            corner[k] = gather(list(scene.edge_opposite), slot[k]);
+            face[k] = gather(scene.edge_faces, slot[k]);
+            corner[k] = gather(scene.edge_opposite, slot[k]);
             wound[k] = gather3(task.normal, face[k]);
         }
     }

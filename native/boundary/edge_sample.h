@@ -93,7 +93,7 @@ struct EdgeFace {
 EG_INLINE EdgeFace face_beside(const SceneView& scene, const EdgeSample& s, Mask there, Int place, int k) {
     const Mask crossing = there & s.crossing;
     const auto entries = [&](const uint32_t* table, Mask m) {
-        return gather(reinterpret_cast<const int32_t*>(table), select(m, place, splat(0)));
+        return gather(table, select(m, place, splat(0)));
     };
     EdgeFace f;
     f.face = entries(scene.edge_faces, there);
@@ -128,9 +128,8 @@ EG_INLINE Mask narrow_pair(const EdgeFace (&pair)[2], Vec3 t) {
 EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
     const SideFace none = {splat(-1), splat(-1), splat(0), splat(__builtin_inff())};
     Sides sides{none, none, splat(-1)};
-    const auto* const first_face = reinterpret_cast<const int32_t*>(scene.edge_face_first);
-    const Int edge = select(s.active, s.edge, splat(0)), first = gather(first_face, edge);
-    const Int count = s.active & (gather(first_face + 1, edge) - first);
+    const Int edge = select(s.active, s.edge, splat(0)), first = gather(scene.edge_face_first, edge);
+    const Int count = s.active & (gather(scene.edge_face_first + 1, edge) - first);
     EdgeFace pair[2];
     for (int k = 0; any(count > k); ++k) {
         const Mask there = count > k;

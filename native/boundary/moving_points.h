@@ -26,10 +26,7 @@ EG_INLINE Vec3 into_instance(const SceneView& scene, Int instance, Vec3 g) {
 
 // The first of an edge's faces.
 EG_INLINE Int edge_face(const SceneView& scene, Int edge) {
-    const auto entries = [](const uint32_t* table, Int place) {
-        return gather(reinterpret_cast<const int32_t*>(table), place);
-    };
-    return entries(scene.edge_faces, entries(scene.edge_face_first, edge));
+    return gather(scene.edge_faces, gather(scene.edge_face_first, edge));
 }
 
 // Whether the vertices of the edge's mesh are among the parameters.

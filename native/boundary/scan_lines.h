@@ -35,7 +35,7 @@ struct SegmentPair {
     PicturePoint chosen, end[2];
     UInt stream;
     Float low, high;  // of the tile, along the line: what crosses the line elsewhere is other tiles'
-    Float density;    // of lines there, per pixel
+    Float share;      // what a line counts for: their distance, and what the pass does
 };
 
 // Of the task's segments from `at` on.
@@ -73,7 +73,7 @@ EG_INLINE SegmentPair scan_segments(const ScanTask& task, int64_t at) {
         s.active[i] &= begin < high[along] ? -1 : 0;
         s.horizontal[i] = flat ? -1 : 0;
         s.low[i] = low[along], s.high[i] = high[along];
-        s.density[i] = static_cast<float>(lines) / width;
+        s.share[i] = task.scale / (static_cast<float>(lines) / width);
         const auto place = [&](PicturePoint& p, float steps) {
             const float here = begin + steps * kScanSegment;
             p.x[i] = flat ? here : across, p.y[i] = flat ? across : here;
@@ -328,7 +328,7 @@ EG_OUTLINE int sort_out_crossed(const SceneView& scene, const ScanTask& task, co
         move_lane(crossed.chosen, to, s.chosen, i), move_lane(crossed.end, to, s.end[half], i);
         move_lane(crossed.stream, to, s.stream, i), move_lane(crossed.horizontal, to, s.horizontal, i);
         move_lane(crossed.low, to, s.low, i), move_lane(crossed.high, to, s.high, i);
-        crossed.share[to] = task.scale / s.density[i];
+        move_lane(crossed.share, to, s.share, i);
         crossed.number[to] = static_cast<int32_t>(at) + 2 * i + half, crossed.half[to] = half;
         move_lane(crossed.choices, to, choices, i);
         move_lane(crossed.at_chosen, to, chosen, i), move_lane(crossed.at_end, to, end, i);

@@ -133,6 +133,10 @@ EG_INLINE Int gather(const int32_t* base, Int index) {
     return r;
 }
 #endif
+// Of unsigned numbers below 2^31.
+EG_INLINE Int gather(const uint32_t* base, Int index) {
+    return gather(reinterpret_cast<const int32_t*>(base), index);
+}
 
 // Values of the lanes of a mask, to places of which no two are the same.
 template <typename V, typename T>

@@ -38,11 +38,10 @@ struct Engine::DerivativeCall {
     Dropped all_dropped() const;
     // Between the passes over the boundary terms' samples, whose variance is given: takes fewer samples of
     // the interior term where it has far less (interior_pilot.cpp).
-    void thin_interior(double boundary_variance, const Progress& progress, std::vector<ThreadWorkspace>& work,
-                       std::vector<AdjointWorkspace>& adjoint_work);
+    void thin_interior(double boundary_variance, const Progress& progress,
+                       std::vector<ThreadMemory>& of_thread);
     bool may_thin_interior() const;
-    double interior_variance(const Progress& progress, std::vector<ThreadWorkspace>& work,
-                             std::vector<AdjointWorkspace>& adjoint_work) const;
+    double interior_variance(const Progress& progress, std::vector<ThreadMemory>& of_thread) const;
     // Derivatives by strengths and colours are pictures: they, and what is asked for beside, have their
     // numbers.
     ImagePlan interior_plan(const RenderOptions& options) const;

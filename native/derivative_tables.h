@@ -2,13 +2,14 @@
 #pragma once
 
 #include <map>
-#include <mutex>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "adjoint/tables.h"
 #include "parallel.h"
 #include "scene/tables.h"
+#include "spare.h"
 
 namespace edgegrad {
 
@@ -68,22 +69,13 @@ class Wanted {
     std::vector<uint8_t> moving_;
 };
 
-// Buffers of zeros that calls leave to later ones: of fresh memory every page is a fault, which took half the
-// time of clearing and summing the gradients of 100,000 vertices.
-class SpareBuffers {
- public:
-    std::vector<double> take(size_t size);
-    void give(std::vector<double> buffer);
-
- private:
-    std::mutex lock_;
-    std::vector<std::vector<double>> buffers_;
-};
+// Buffers of zeros.
+using SpareZeros = Spare<std::vector<double>>;
 
 // Gradient buffers, summed in a fixed order.
 class GradientGroups {
  public:
-    GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareBuffers& spare);
+    GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareZeros& spare);
     GradientGroups(const GradientGroups&) = delete;
     GradientGroups& operator=(const GradientGroups&) = delete;
 
@@ -107,8 +99,8 @@ class GradientGroups {
     };
     std::vector<Part> parts_;
     size_t size_ = 0;
-    std::vector<std::vector<double>> groups_;
-    SpareBuffers& spare_;
+    std::vector<std::shared_ptr<std::vector<double>>> groups_;  // null: no work has come to it
+    SpareZeros& spare_;
 };
 
 // The tables with their tangents.

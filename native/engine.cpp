@@ -200,12 +200,19 @@ void Engine::render(const RenderOptions& options, const Progress& progress, floa
     const SceneView& scene = prepared.view();
     const ImagePlan plan(scene.camera, options);
     std::fill_n(image, plan.pixels * 3, 0.0f);
-    std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
+    auto memory = thread_memory();
     parallel_for(threads_, plan.chunks, progress, [&](int thread, int64_t chunk) {
         plan.for_each_task(chunk, [&](const ImageTask& task) {
-            kernels_.radiance(scene, task, work[thread].view(), image);
+            kernels_.radiance(scene, task, (*memory)[static_cast<size_t>(thread)].paths(), image);
         });
     });
+    spare_memory_.give(std::move(memory));
+}
+
+std::shared_ptr<std::vector<ThreadMemory>> Engine::thread_memory() const {
+    auto memory = spare_memory_.take();
+    if (memory->empty()) *memory = std::vector<ThreadMemory>(static_cast<size_t>(threads_));
+    return memory;
 }
 
 std::shared_ptr<const LightList> Engine::lights(bool dark_too) const {

@@ -17,8 +17,11 @@
 #include "parallel.h"
 #include "scene/bvh.h"
 #include "scene/light_list.h"
+#include "spare.h"
 
 namespace edgegrad {
+
+class ThreadMemory;
 
 struct RenderOptions {
     int32_t samples = 1;
@@ -95,6 +98,9 @@ class Engine {
     bool hides_no_light() const;
     bool hides_no_surface() const;
 
+    // By thread; to be given back.
+    std::shared_ptr<std::vector<ThreadMemory>> thread_memory() const;
+
     const embree::Api& api_;
     const KernelTable& kernels_;
     SceneTables tables_;
@@ -111,7 +117,8 @@ class Engine {
     mutable std::vector<std::optional<bool>> convex_;  // by mesh
     mutable std::optional<bool> apart_;                // the scene's two
     mutable KeptEdges kept_;
-    mutable SpareBuffers spare_;
+    mutable SpareZeros spare_zeros_;
+    mutable Spare<std::vector<ThreadMemory>> spare_memory_;
     std::unique_ptr<Bvh> bvh_;
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     bool has_edges_ = false, guided_ = true;

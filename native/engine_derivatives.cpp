@@ -45,8 +45,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
         };
     };
 
-    std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
-    std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
+    auto memory = thread_memory();
+    std::vector<ThreadMemory>& of_thread = *memory;
     // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
     const auto add_samples = [&](int64_t total, const auto& run) {
         std::vector<float> memory[5];
@@ -67,43 +67,43 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             kernels_.add_splats(scene.camera, splats(0), batch, image);
         }
     };
-    std::vector<ChainWorkspace> chains(static_cast<size_t>(call.specular ? threads_ : 0));
     const auto add_pass = [&](int pass) {
         if (call.specular && pass < call.specular->passes())
-            add_samples(
-                call.specular->total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
-                    DroppedSamples lost;
-                    call.specular->forward(kernels_, scene, pass, first, count, work[thread].view(),
-                                           adjoint_work[thread], chains[thread], tables, d, out, lost);
-                    call.dropped_chains.add(lost, pass == 0 ? 0 : call.specular->total(0));
-                });
+            add_samples(call.specular->total(pass),
+                        [&](size_t thread, int64_t first, int64_t count, Splats& out) {
+                            DroppedSamples lost;
+                            call.specular->forward(kernels_, scene, pass, first, count, of_thread[thread],
+                                                   tables, d, out, lost);
+                            call.dropped_chains.add(lost, pass == 0 ? 0 : call.specular->total(0));
+                        });
         for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;
             add_samples(term.plan.total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
                 DroppedSamples lost;
                 const BoundaryTask task = term.task(pass, first, count, lost);
-                kernels_.boundary[task.kind].forward(term.view(scene), task, work[thread].view(), d, out);
+                kernels_.boundary[task.kind].forward(term.view(scene), task, of_thread[thread].paths(), d,
+                                                     out);
                 term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
             });
         }
     };
     add_pass(0);
     if (call.specular) call.specular->guide();
-    call.thin_interior(guide_second_passes(call.terms), part(0), work, adjoint_work);
+    call.thin_interior(guide_second_passes(call.terms), part(0), of_thread);
     if (call.image_chunks > 0) {
         parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
             plan.for_each_task(chunk, [&](const ImageTask& task) {
-                Workspace& w = work[static_cast<size_t>(thread)].view();
+                ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
+                Workspace& w = mine.paths();
                 DroppedSamples lost;
-                AdjointWorkspace& memory = adjoint_work[static_cast<size_t>(thread)];
                 const auto run = [&](auto sweep, auto kernel) {
                     sweep.dropped = &lost;
                     kernel(scene, sweep, w.radiance);
                 };
                 if (call.values_alone)
-                    run(call.record_values(task, w, memory, tables), kernels_.values_forward);
+                    run(call.record_values(task, w, mine.adjoint, tables), kernels_.values_forward);
                 else
-                    run(call.record(task, w, memory, tables), kernels_.path_forward);
+                    run(call.record(task, w, mine.adjoint, tables), kernels_.path_forward);
                 call.dropped.add(lost);
                 kernels_.accumulate(task, w, image);
             });
@@ -113,7 +113,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
         parallel_for(threads_, call.horizon_chunks, part(call.horizon_chunks),
                      [&](int thread, int64_t chunk) {
                          call.horizon.for_each_task(chunk, [&](const ImageTask& task) {
-                             Workspace& w = work[static_cast<size_t>(thread)].view();
+                             Workspace& w = of_thread[static_cast<size_t>(thread)].paths();
                              DroppedSamples lost;
                              kernels_.horizon_forward(scene, call.horizon_task(task, lost), w, d);
                              call.dropped_horizons.add(lost);
@@ -125,13 +125,15 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     if (call.edge_on)
         add_samples(call.edge_on->total(), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
             DroppedSamples lost;
-            Workspace& w = work[thread].view();
+            ThreadMemory& mine = of_thread[thread];
+            Workspace& w = mine.paths();
             const ImageTask image = EdgeOnTerm::image(count);
-            AdjointTask sweep = call.recording(image, w, adjoint_work[thread], tables);
+            AdjointTask sweep = call.recording(image, w, mine.adjoint, tables);
             sweep.dropped = &lost;
             call.edge_on->forward(kernels_, scene, sweep, first, w, out);
             call.dropped.add(lost);
         });
+    spare_memory_.give(std::move(memory));
     dropped = call.all_dropped();
     if (progress) progress(1.0);  // second passes may have spared samples
 }
@@ -142,12 +144,12 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
 
-    GradientGroups groups(call.tables, wanted, spare_);
+    GradientGroups groups(call.tables, wanted, spare_zeros_);
     for (BoundaryTerm& term : call.terms)
         if (term.masses) term.plan.record();
 
-    std::vector<ThreadWorkspace> work(static_cast<size_t>(threads_));
-    std::vector<AdjointWorkspace> adjoint_work(static_cast<size_t>(threads_));
+    auto memory = thread_memory();
+    std::vector<ThreadMemory>& of_thread = *memory;
     std::atomic<bool> stop{false};
     std::atomic<int64_t> done{0};
     // Groups take long: progress counts chunks, and cancelling is seen between them.
@@ -163,7 +165,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     const int64_t count = groups.count();
     const auto add_pass = [&](int thread, int64_t group, int pass, const GradientGroups::View& gradient) {
         DerivativeView d = call.boundary_view(gradient);
-        Workspace& w = work[static_cast<size_t>(thread)].view();
+        Workspace& w = of_thread[static_cast<size_t>(thread)].paths();
         for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;
             for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !stop; chunk += count, ++done) {
@@ -176,7 +178,6 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             }
         }
     };
-    std::vector<ChainWorkspace> chains(static_cast<size_t>(call.specular ? threads_ : 0));
     const auto add_specular = [&](size_t thread, int64_t group, int pass,
                                   const GradientGroups::View& gradient) {
         if (!call.specular || pass >= call.specular->passes()) return;
@@ -186,8 +187,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
             term.backward(kernels_, scene, pass, first, std::min(kBoundaryChunk, term.total(pass) - first),
-                          work[thread].view(), adjoint_work[thread], chains[thread], gradient.tables, d,
-                          adjoint, lost);
+                          of_thread[thread], gradient.tables, d, adjoint, lost);
             call.dropped_chains.add(lost, pass == 0 ? 0 : term.total(0));
         }
     };
@@ -196,9 +196,10 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         for (int64_t chunk = group; chunk < term.chunks() && !stop; chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
-            Workspace& w = work[thread].view();
+            ThreadMemory& mine = of_thread[thread];
+            Workspace& w = mine.paths();
             const ImageTask image = EdgeOnTerm::image(std::min(kBoundaryChunk, term.total() - first));
-            AdjointTask sweep = call.recording(image, w, adjoint_work[thread], gradient.tables);
+            AdjointTask sweep = call.recording(image, w, mine.adjoint, gradient.tables);
             sweep.dropped = &lost;
             term.backward(kernels_, scene, sweep, first, w, adjoint);
             call.dropped.add(lost);
@@ -210,24 +211,24 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         add_specular(static_cast<size_t>(thread), group, 0, gradient);
     });
     if (call.specular) call.specular->guide();
-    call.thin_interior(guide_second_passes(call.terms), report, work, adjoint_work);
+    call.thin_interior(guide_second_passes(call.terms), report, of_thread);
     parallel_for(threads_, count, report, [&](int thread, int64_t group) {
         const GradientGroups::View gradient = groups.again(group);
-        Workspace& w = work[static_cast<size_t>(thread)].view();
+        ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
+        Workspace& w = mine.paths();
         // A group's chunks are spread over the picture, so that groups take about equally long.
         for (int64_t chunk = group; chunk < call.image_chunks && !stop; chunk += count, ++done) {
             if (!plan.any_adjoint(chunk, adjoint)) continue;
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 DroppedSamples lost;
-                AdjointWorkspace& memory = adjoint_work[static_cast<size_t>(thread)];
                 const auto run = [&](auto sweep, auto kernel) {
                     sweep.dropped = &lost;
                     kernel(scene, sweep, adjoint);
                 };
                 if (call.values_alone)
-                    run(call.record_values(task, w, memory, gradient.tables), kernels_.values_backward);
+                    run(call.record_values(task, w, mine.adjoint, gradient.tables), kernels_.values_backward);
                 else
-                    run(call.record(task, w, memory, gradient.tables), kernels_.path_backward);
+                    run(call.record(task, w, mine.adjoint, gradient.tables), kernels_.path_backward);
                 call.dropped.add(lost);
             });
         }
@@ -244,6 +245,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         add_specular(static_cast<size_t>(thread), group, 1, gradient);
         add_pass(thread, group, 1, gradient);
     });
+    spare_memory_.give(std::move(memory));
     for (const BoundaryTerm& term : call.terms)
         if (term.masses) term.plan.teach(*term.masses);
     if (learned) call.count_samples(*learned);

@@ -56,8 +56,8 @@ bool Engine::DerivativeCall::may_thin_interior() const {
     return !learns && !dense && image_chunks >= kLeastChunks && plan.options.samples >= 4;
 }
 
-double Engine::DerivativeCall::interior_variance(const Progress& progress, std::vector<ThreadWorkspace>& work,
-                                                 std::vector<AdjointWorkspace>& adjoint_work) const {
+double Engine::DerivativeCall::interior_variance(const Progress& progress,
+                                                 std::vector<ThreadMemory>& of_thread) const {
     TableValues motion = random_motion(tables, wanted);
     if (wanted.any("normals"))
         push_shading_normals(engine.tables_, engine.threads_, motion.at("vertices").data(),
@@ -69,9 +69,10 @@ double Engine::DerivativeCall::interior_variance(const Progress& progress, std::
     std::vector<double> variance(static_cast<size_t>(chunks), 0.0);
     parallel_for(engine.threads_, chunks, progress, [&](int thread, int64_t chunk) {
         pilot.for_each_task(chunk * stride + stride / 2, [&](const ImageTask& task) {
-            Workspace& w = work[static_cast<size_t>(thread)].view();
+            ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
+            Workspace& w = mine.paths();
             DroppedSamples lost;
-            AdjointTask sweep = record(task, w, adjoint_work[static_cast<size_t>(thread)], along);
+            AdjointTask sweep = record(task, w, mine.adjoint, along);
             sweep.dropped = &lost;
             engine.kernels_.path_forward(scene, sweep, w.radiance);
             for (int pixel = 0; pixel < task.pixel_count; ++pixel) {
@@ -94,10 +95,9 @@ double Engine::DerivativeCall::interior_variance(const Progress& progress, std::
 }
 
 void Engine::DerivativeCall::thin_interior(double boundary_variance, const Progress& progress,
-                                           std::vector<ThreadWorkspace>& work,
-                                           std::vector<AdjointWorkspace>& adjoint_work) {
+                                           std::vector<ThreadMemory>& of_thread) {
     if (!(boundary_variance > 0.0) || !may_thin_interior()) return;
-    const double ratio = interior_variance(progress, work, adjoint_work) / boundary_variance;
+    const double ratio = interior_variance(progress, of_thread) / boundary_variance;
     if (!(ratio < kHalf)) return;
     RenderOptions fewer = plan.options;
     fewer.samples /= ratio < kQuarter ? 4 : 2;

@@ -85,19 +85,19 @@ SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
 }
 
 void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
-                        int64_t count, Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
-                        Found& found, DroppedSamples& dropped) {
+                        int64_t count, ThreadMemory& memory, Found& found, DroppedSamples& dropped) {
     ScanTask scan = plan_.task(pass, first, count);
     scan.region = regions_->region.data(), scan.face_edge = regions_->face_edge.data();
     scan.edges = parts_.edges, scan.lights = parts_.lights, scan.surfaces = parts_.surfaces;
     found.image = {};
     found.image.pixel_count = 1;
     found.image.weight = 1.0f;
-    found.sweep = adjoint.task(found.image, work);
+    Workspace& work = memory.paths();
+    found.sweep = memory.adjoint.task(found.image, work);
     AdjointWorkspace::release(work);
     found.sweep.geometry = found.sweep.camera_moves = true;
     found.sweep.dropped = &found.vertices;
-    ChainCrossings& c = chains.view(found.sweep.camera);
+    ChainCrossings& c = memory.chains.view(found.sweep.camera);
     found.count = kernels.scan(scene, scan, options_.limits, options_.max_depth, c);
     if (found.count == 0) return;
     found.image.samples = found.count;
@@ -131,14 +131,14 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int 
 }
 
 void SpecularTerm::forward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
-                           int64_t count, Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
-                           const DifferentiableTables& tables, DerivativeView tangent, Splats splats,
-                           DroppedSamples& dropped) {
+                           int64_t count, ThreadMemory& memory, const DifferentiableTables& tables,
+                           DerivativeView tangent, Splats splats, DroppedSamples& dropped) {
     std::fill_n(splats.x, count, kNowhere);
     Found found;
-    find(kernels, scene, pass, first, count, work, adjoint, chains, found, dropped);
+    find(kernels, scene, pass, first, count, memory, found, dropped);
     if (found.count == 0) return;
-    const ChainCrossings& c = chains.view(found.sweep.camera);
+    const ChainCrossings& c = memory.chains.view(found.sweep.camera);
+    Workspace& work = memory.paths();
     found.sweep.tables = &tables;
     kernels.path_forward(scene, found.sweep, work.radiance);
     for (int i = 0; i < found.count; ++i)
@@ -149,15 +149,14 @@ void SpecularTerm::forward(const KernelTable& kernels, const SceneView& scene, i
 }
 
 void SpecularTerm::backward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
-                            int64_t count, Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
-                            const DifferentiableTables& tables, DerivativeView gradient,
-                            const float* picture_adjoint, DroppedSamples& dropped) {
+                            int64_t count, ThreadMemory& memory, const DifferentiableTables& tables,
+                            DerivativeView gradient, const float* picture_adjoint, DroppedSamples& dropped) {
     Found found;
-    find(kernels, scene, pass, first, count, work, adjoint, chains, found, dropped);
+    find(kernels, scene, pass, first, count, memory, found, dropped);
     if (found.count == 0) return;
-    const ChainCrossings& c = chains.view(found.sweep.camera);
+    const ChainCrossings& c = memory.chains.view(found.sweep.camera);
     gradient.want_camera = false;
-    float* seeds = work.radiance[0];
+    float* seeds = memory.paths().radiance[0];
     kernels.chain_backward(scene, c, found.count, picture_adjoint, gradient, seeds);
     for (int i = 0; i < found.count; ++i) {
         for (int k = 0; k < 3; ++k) {

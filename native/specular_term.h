@@ -32,13 +32,11 @@ class SpecularTerm {
     // Segments [first, first + count) of a pass, count <= kBoundaryChunk: one splat for each. Chunks of the
     // first pass, by threads of their own, write down what the second one is guided by.
     void forward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
-                 Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
-                 const DifferentiableTables& tables, DerivativeView tangent, Splats splats,
-                 DroppedSamples& dropped);
+                 ThreadMemory& memory, const DifferentiableTables& tables, DerivativeView tangent,
+                 Splats splats, DroppedSamples& dropped);
     void backward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
-                  Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains,
-                  const DifferentiableTables& tables, DerivativeView gradient, const float* picture_adjoint,
-                  DroppedSamples& dropped);
+                  ThreadMemory& memory, const DifferentiableTables& tables, DerivativeView gradient,
+                  const float* picture_adjoint, DroppedSamples& dropped);
 
  private:
     struct Parts {
@@ -55,8 +53,7 @@ class SpecularTerm {
         DroppedSamples vertices;  // none: they are without light
     };
     void find(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
-              Workspace& work, AdjointWorkspace& adjoint, ChainWorkspace& chains, Found& found,
-              DroppedSamples& dropped);
+              ThreadMemory& memory, Found& found, DroppedSamples& dropped);
 
     RenderOptions options_;
     std::shared_ptr<const SurfaceRegions> regions_;

@@ -27,6 +27,10 @@ class AdjointWorkspace {
             take(task_.next);
         }
         work.vertices = &vertices_;
+        // What an earlier call asked for is none of this one's business.
+        vertices_.geometry = vertices_.misses = true;
+        vertices_.asked = {};
+        vertices_.passed.leaves = nullptr;
         work.camera = camera_;
         task_.image = &image;
         task_.vertices = &vertices_;
@@ -126,6 +130,18 @@ class ThreadWorkspace {
     std::vector<float> memory_;
     TapeBuffer segments_;
     Workspace view_{};
+};
+
+// What one thread of a call computes in.
+class ThreadMemory {
+ public:
+    Workspace& paths() { return paths_.view(); }
+
+    AdjointWorkspace adjoint;
+    ChainWorkspace chains;
+
+ private:
+    ThreadWorkspace paths_;
 };
 
 }  // namespace edgegrad

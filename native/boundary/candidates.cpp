@@ -133,7 +133,6 @@ void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed
 template <typename Visit>
 Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
     std::shared_ptr<CandidateParts> parts = edges.kept.spare_parts.take();
-    if (!parts) parts = std::make_shared<CandidateParts>();
     parts->runs.resize(runs.size());
     std::vector<RunMasses> memory(static_cast<size_t>(edges.threads));
     parallel_for(edges.threads, static_cast<int64_t>(runs.size()), nullptr, [&](int thread, int64_t k) {
@@ -149,10 +148,9 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
               });
     });
     Candidates out;
-    if (const std::shared_ptr<Candidates> old = edges.kept.spare_candidates.take()) {
-        out.edge.swap(old->edge), out.instance.swap(old->instance);
-        out.u0.swap(old->u0), out.u1.swap(old->u1), out.cumulative.swap(old->cumulative);
-    }
+    const std::shared_ptr<Candidates> old = edges.kept.spare_candidates.take();
+    out.edge.swap(old->edge), out.instance.swap(old->instance);
+    out.u0.swap(old->u0), out.u1.swap(old->u1), out.cumulative.swap(old->cumulative);
     join(*parts, runs, !edges.tables.instance_mesh.empty(), edges.threads, out);
     edges.kept.spare_parts.give(std::move(parts));
     return out;

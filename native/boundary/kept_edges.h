@@ -11,6 +11,7 @@
 
 #include "scene/tables.h"
 #include "scene/view.h"
+#include "spare.h"
 
 namespace edgegrad {
 
@@ -45,28 +46,6 @@ class Kept {
     std::mutex lock_;
     Key key_{};
     std::shared_ptr<Value> value_;
-};
-
-// Memory that calls leave to later ones: of fresh memory every page is a fault. Where the system took back in
-// between what calls had freed, that was a sixth of the time of derivatives of 200,000 faces.
-template <typename T>
-class Spare {
- public:
-    // Null: there is none.
-    std::shared_ptr<T> take() {
-        const std::lock_guard<std::mutex> lock(lock_);
-        return std::move(value_);
-    }
-    // Unless somebody else holds it.
-    void give(std::shared_ptr<T> value) {
-        if (value.use_count() != 1) return;
-        const std::lock_guard<std::mutex> lock(lock_);
-        value_ = std::move(value);
-    }
-
- private:
-    std::mutex lock_;
-    std::shared_ptr<T> value_;
 };
 
 struct CameraKey {

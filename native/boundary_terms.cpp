@@ -42,6 +42,10 @@ double scattered(const Candidates& pieces, double each, double samples) {
                       1.0);
 }
 
+using SharedCandidates = std::shared_ptr<const Candidates>;
+SharedCandidates shared(SharedCandidates known) { return known; }
+SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
+
 // Whether a surface may have lobes that the aimed estimator takes (aimed_kinds of
 // boundary/aimed_lobes.h).
 bool any_aimed(const SceneView& scene, const SceneTables& tables, float aimed) {
@@ -69,8 +73,8 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                          std::shared_ptr<const EdgeTree> tree = nullptr) {
         LearnedMasses* masses = learned ? &learned->masses[kind] : nullptr;
         const bool known = masses && masses->knows(edges, found);
-        Candidates sampled = known ? masses->pieces(found) : pieces();
-        if (masses && !known) masses->begin(edges, found, sampled.direction_cells, chains, cells);
+        auto sampled = known ? shared(masses->pieces(found)) : shared(pieces());
+        if (masses && !known) masses->begin(edges, found, sampled->direction_cells, chains, cells);
         const double share = learned ? learned->share[kTermOf[kind]] : 1.0;
         BoundaryPlan plan(std::move(sampled), share * samples, share * most * picture, options, kind,
                           guided && !known);
@@ -102,7 +106,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         const double all = std::min(candidates.mass() * options.samples, kMostPrimary * picture);
         const double samples = std::max(scattered(candidates, 1.0, all) * all, kLeastPrimary * picture);
         add(
-            kPrimaryBoundary, candidates, [&] { return candidates; }, false, learned_cells(samples), samples,
+            kPrimaryBoundary, candidates, [&] { return found; }, false, learned_cells(samples), samples,
             kMostPrimary, std::move(lines));
     }
     if (options.shadow && options.max_depth >= 2 && !scene.convex) {
@@ -154,7 +158,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
     }
     for (CurveTerm& curve : curve_terms(scene, edges, options, asked, seen.get())) {
         const double samples = (learned ? learned->share[kTermOf[curve.kind]] : 1.0) * curve.share * picture;
-        BoundaryPlan plan(std::move(curve.candidates), samples, samples, options, curve.kind, guided);
+        BoundaryPlan plan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind, guided);
         // What surfaces hide of others by passing through them has no aimed estimator.
         const float lobes = curve.kind == kPiercedSurface ? 0.0f : aimed;
         if (plan.total(0) > 0)

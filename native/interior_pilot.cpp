@@ -14,7 +14,7 @@ namespace edgegrad {
 namespace {
 
 // Chunks of the picture of which one is in the pilot, and fewest of the picture; most in the pilot.
-constexpr int64_t kStride = 32, kLeastChunks = 128, kMostChunks = 64;
+constexpr int64_t kStride = 64, kLeastChunks = 128, kMostChunks = 32;
 // In denser meshes a vertex is met by so few paths that all of them count for its derivative.
 constexpr size_t kMostFloats = size_t{1} << 18;
 // Up to which part of the boundary terms' variance half the samples do, and a quarter. At the first the gain

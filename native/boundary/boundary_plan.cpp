@@ -27,10 +27,10 @@ constexpr double kDensity = 2.5;
 
 }  // namespace
 
-BoundaryPlan::BoundaryPlan(Candidates candidates, double wanted, double most, const RenderOptions& options,
-                           BoundaryKind kind, bool guided)
+BoundaryPlan::BoundaryPlan(std::shared_ptr<const Candidates> candidates, double wanted, double most,
+                           const RenderOptions& options, BoundaryKind kind, bool guided)
     : candidates_(std::move(candidates)), options_(options), kind_(kind), guided_(guided) {
-    const double all = candidates_.size() == 0 ? 0.0 : std::ceil(std::min(wanted, most));
+    const double all = candidates_->size() == 0 ? 0.0 : std::ceil(std::min(wanted, most));
     total_[0] = static_cast<int64_t>(all);
     if (!guided_ || total_[0] == 0) return;
     total_[0] =
@@ -107,14 +107,15 @@ void BoundaryPlan::thin(double part) {
 
 BoundaryTask BoundaryPlan::task(int pass, int64_t first, int64_t count) {
     BoundaryTask t{};
-    t.edge = candidates_.edge.data();
-    t.instance = candidates_.instance.empty() ? nullptr : candidates_.instance.data();
-    t.u0 = candidates_.u0.data();
-    t.u1 = candidates_.u1.data();
-    t.cell = candidates_.cell.empty() ? nullptr : candidates_.cell.data();
-    t.direction_cells = candidates_.direction_cells;
-    t.cumulative = candidates_.cumulative.data();
-    t.pieces = candidates_.size();
+    const Candidates& list = *candidates_;
+    t.edge = list.edge.data();
+    t.instance = list.instance.empty() ? nullptr : list.instance.data();
+    t.u0 = list.u0.data();
+    t.u1 = list.u1.data();
+    t.cell = list.cell.empty() ? nullptr : list.cell.data();
+    t.direction_cells = list.direction_cells;
+    t.cumulative = list.cumulative.data();
+    t.pieces = list.size();
     t.first = first;
     t.count = count;
     t.total = total_[pass];
@@ -156,7 +157,7 @@ void BoundaryPlan::teach(LearnedMasses& masses) const {
         for (float w : r.worth) total += std::ldexp(static_cast<double>(w), r.shift);
     masses.age();
     for (int pass = 0; pass < passes(); ++pass)
-        masses.learn(candidates_, view(pass), ((total_[pass] - 1) >> records_[pass].shift) + 1,
+        masses.learn(*candidates_, view(pass), ((total_[pass] - 1) >> records_[pass].shift) + 1,
                      static_cast<double>(scale(pass)), total);
 }
 

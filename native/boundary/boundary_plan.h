@@ -2,6 +2,8 @@
 // which the first says where the second is worth its while.
 #pragma once
 
+#include <memory>
+
 #include "boundary/candidates.h"
 #include "boundary/learned_masses.h"
 #include "engine.h"
@@ -17,8 +19,8 @@ class BoundaryPlan {
     // One pass of `wanted` samples, at most `most`; `guided`: a quarter or an eighth of them, then the others
     // by the sizes that those had. Both passes estimate the whole term, and their weighted mean is the
     // result: the weights are fixed, so that it stays unbiased though the second pass depends on the first.
-    BoundaryPlan(Candidates candidates, double wanted, double most, const RenderOptions& options,
-                 BoundaryKind kind, bool guided);
+    BoundaryPlan(std::shared_ptr<const Candidates> candidates, double wanted, double most,
+                 const RenderOptions& options, BoundaryKind kind, bool guided);
 
     BoundaryKind kind() const { return kind_; }
 
@@ -44,7 +46,7 @@ class BoundaryPlan {
     float scale(int pass) const;  // what a pass' samples count for
     SampleRecord view(int pass) const;
 
-    Candidates candidates_;
+    std::shared_ptr<const Candidates> candidates_;
     RenderOptions options_;
     BoundaryKind kind_;
     bool guided_;

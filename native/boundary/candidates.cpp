@@ -29,13 +29,10 @@ constexpr int64_t kEdgeBlock = 1 << 13;
 // Where candidates are listed: silhouettes, borders and sharp creases first, then blunt ones, each by tiles
 // of the picture along a Z-order curve. Neighbours on the list then are of one kind and place,
 // so that systematic samples are spread evenly and a guide can tell of each by its neighbours.
-constexpr uint32_t kTileBits = 6, kTiles = 1u << (2 * kTileBits), kPlaces = 2 * kTiles;
-constexpr double kBlunt = 0.5;
+constexpr uint32_t kTiles = 1u << (2 * kTileBits), kPlaces = 2 * kTiles;
+constexpr float kBlunt = 0.5f;
 
-uint32_t place_of(const CameraView& camera, const PictureFrame::Piece& piece, double weight) {
-    return z_order(piece.x / camera.width, piece.y / camera.height, kTileBits) +
-           (weight < kBlunt ? kTiles : 0u);
-}
+uint32_t place_of(uint32_t tile, float weight) { return tile + (weight < kBlunt ? kTiles : 0u); }
 
 // Edges of one mesh, where one instance places them.
 struct Run {
@@ -62,22 +59,21 @@ std::vector<Run> runs_of(const EdgeList& edges, const Wanted& wanted) {
 
 // What the kernel of masses writes for a run, in memory of one thread.
 struct RunMasses {
-    std::vector<float> floats[4];
-    std::vector<int32_t> flat;
+    std::vector<float> mass, pixels;
+    std::vector<int32_t> tile, flat;
     std::vector<uint8_t> seam;
 
     EdgeMassTask task(const EdgeList& edges, const Run& run, EdgeMassKind kind) {
-        for (auto& column : floats) column.resize(kEdgeBlock + kMaxWidth);
-        flat.resize(kEdgeBlock + kMaxWidth);
+        for (auto* column : {&mass, &pixels}) column->resize(kEdgeBlock + kMaxWidth);
+        for (auto* column : {&tile, &flat}) column->resize(kEdgeBlock + kMaxWidth);
         EdgeMassTask t{};
         t.kind = kind;
         t.instance = run.instance;
         t.first = run.first, t.count = run.count;
         t.normal = edges.normal;
         t.solid_side = edges.solid_side[run.mesh];
-        t.mass = floats[0].data(), t.pixels = floats[1].data();
-        t.x = floats[2].data(), t.y = floats[3].data();
-        t.flat = flat.data();
+        t.mass = mass.data(), t.pixels = pixels.data();
+        t.tile = tile.data(), t.flat = flat.data();
         return t;
     }
 };
@@ -89,9 +85,13 @@ struct CandidateParts {
     struct Entry {
         int32_t edge;
         float u0, u1, mass;
-        uint32_t place;
     };
-    std::vector<std::vector<Entry>> runs;
+    // Places by themselves: to count them is the first of two passes.
+    struct Run {
+        std::vector<Entry> entries;
+        std::vector<uint16_t> places;
+    };
+    std::vector<Run> runs;
 };
 
 namespace {
@@ -100,7 +100,6 @@ namespace {
 // ranges of the runs as there are threads.
 void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed, int threads,
           Candidates& out) {
-    using Entry = CandidateParts::Entry;
     const size_t ranges = std::clamp<size_t>(runs.size(), 1, static_cast<size_t>(threads));
     std::vector<std::vector<size_t>> at(ranges);  // by range and place: the next of them on the list
     const auto each_range = [&](const auto& visit) {
@@ -109,21 +108,26 @@ void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed
             const size_t last = runs.size() * (range + 1) / ranges;
             at[range].resize(kPlaces);
             for (size_t run = runs.size() * range / ranges; run < last; ++run)
-                for (const Entry& entry : parts.runs[run]) visit(run, entry, at[range][entry.place]);
+                visit(run, parts.runs[run], at[range]);
         });
     };
-    each_range([](size_t, const Entry&, size_t& count) { ++count; });
+    each_range([](size_t, const CandidateParts::Run& part, std::vector<size_t>& count) {
+        for (uint16_t place : part.places) ++count[place];
+    });
     size_t all = 0;
     for (size_t place = 0; place < kPlaces; ++place)
         for (std::vector<size_t>& next : at) all += std::exchange(next[place], all);
     out.edge.resize(all), out.u0.resize(all), out.u1.resize(all), out.cumulative.resize(all + 1);
     out.instance.resize(placed ? all : 0);
-    each_range([&](size_t run, const Entry& entry, size_t& next) {
-        const size_t to = next++;
-        out.edge[to] = entry.edge;
-        if (placed) out.instance[to] = runs[run].instance;
-        out.u0[to] = entry.u0, out.u1[to] = entry.u1;
-        out.cumulative[to + 1] = static_cast<double>(entry.mass);
+    each_range([&](size_t run, const CandidateParts::Run& part, std::vector<size_t>& next) {
+        for (size_t k = 0; k < part.entries.size(); ++k) {
+            const CandidateParts::Entry& entry = part.entries[k];
+            const size_t to = next[part.places[k]]++;
+            out.edge[to] = entry.edge;
+            if (placed) out.instance[to] = runs[run].instance;
+            out.u0[to] = entry.u0, out.u1[to] = entry.u1;
+            out.cumulative[to + 1] = static_cast<double>(entry.mass);
+        }
     });
     for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
 }
@@ -137,14 +141,15 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
     std::vector<RunMasses> memory(static_cast<size_t>(edges.threads));
     parallel_for(edges.threads, static_cast<int64_t>(runs.size()), nullptr, [&](int thread, int64_t k) {
         const Run& run = runs[static_cast<size_t>(k)];
-        std::vector<CandidateParts::Entry>& part = parts->runs[static_cast<size_t>(k)];
-        part.clear();
-        part.reserve(static_cast<size_t>(run.count));
+        CandidateParts::Run& part = parts->runs[static_cast<size_t>(k)];
+        part.entries.clear(), part.places.clear();
+        part.entries.reserve(static_cast<size_t>(run.count)),
+            part.places.reserve(static_cast<size_t>(run.count));
         visit(run, memory[static_cast<size_t>(thread)],
-              [&](int64_t edge, double u0, double u1, double mass, uint32_t place) {
-                  if (mass > 0.0)
-                      part.push_back({static_cast<int32_t>(edge), static_cast<float>(u0),
-                                      static_cast<float>(u1), static_cast<float>(mass), place});
+              [&](int64_t edge, float u0, float u1, float mass, uint32_t place) {
+                  if (!(mass > 0.0f)) return;
+                  part.entries.push_back({static_cast<int32_t>(edge), u0, u1, mass});
+                  part.places.push_back(static_cast<uint16_t>(place));
               });
     });
     Candidates out;
@@ -197,17 +202,23 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
         edges.kernels.edge_masses(scene, task);
         const Placement place = Placement::of(scene, run.instance);
         for (int64_t k = 0; k < run.count; ++k) {
-            const double weight = task.mass[k];
+            const float weight = task.mass[k];
             const int64_t edge = run.first + k;
-            if (weight == 0.0 || (task.flat[k] && !is_seam(tables, edge))) continue;
-            const auto put = [&](const PictureFrame::Piece& piece) {
-                add(edge, piece.u0, piece.u1, piece.pixels * weight, place_of(camera, piece, weight));
-            };
-            if (task.pixels[k] >= 0.0f)
-                put({0.0, 1.0, task.pixels[k], task.x[k], task.y[k]});
-            else
-                frame.pieces(place(vertex(scene, scene.edge_vertices[2 * edge])),
-                             place(vertex(scene, scene.edge_vertices[2 * edge + 1])), put);
+            if (weight == 0.0f || (task.flat[k] && !is_seam(tables, edge))) continue;
+            if (task.pixels[k] >= 0.0f) {
+                add(edge, 0.0f, 1.0f, task.pixels[k] * weight,
+                    place_of(static_cast<uint32_t>(task.tile[k]), weight));
+                continue;
+            }
+            frame.pieces(place(vertex(scene, scene.edge_vertices[2 * edge])),
+                         place(vertex(scene, scene.edge_vertices[2 * edge + 1])),
+                         [&](const PictureFrame::Piece& piece) {
+                             const uint32_t tile =
+                                 z_order(piece.x / camera.width, piece.y / camera.height, kTileBits);
+                             add(edge, static_cast<float>(piece.u0), static_cast<float>(piece.u1),
+                                 static_cast<float>(piece.pixels * static_cast<double>(weight)),
+                                 place_of(tile, weight));
+                         });
         }
     });
 }
@@ -225,7 +236,7 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
         edges.kernels.edge_masses(scene, task);
         for (int64_t k = 0; k < run.count; ++k)
             if (!task.flat[k] || is_seam(edges.tables, run.first + k))
-                add(run.first + k, 0.0, 1.0, static_cast<double>(task.mass[k]), 0u);
+                add(run.first + k, 0.0f, 1.0f, task.mass[k], 0u);
     });
 }
 
@@ -250,14 +261,15 @@ Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
             const int64_t edge = run.first + k;
             if (task.flat[k] || !any_held(scene, edge)) continue;
             // Between faces of different materials light begins as seen from all sides.
-            double mass = task.mass[k];
+            float mass = task.mass[k];
             const uint32_t first = scene.edge_face_first[edge];
             if (scene.edge_face_first[edge + 1] - first == 2 &&
                 scene.face_material[scene.edge_faces[first]] !=
                     scene.face_material[scene.edge_faces[first + 1]])
-                mass = 3.14159265 * length(vertex(scene, scene.edge_vertices[2 * edge + 1]) -
-                                           vertex(scene, scene.edge_vertices[2 * edge]));
-            add(edge, 0.0, 1.0, mass, 0u);
+                mass =
+                    static_cast<float>(3.14159265 * length(vertex(scene, scene.edge_vertices[2 * edge + 1]) -
+                                                           vertex(scene, scene.edge_vertices[2 * edge])));
+            add(edge, 0.0f, 1.0f, mass, 0u);
         }
     });
 }

@@ -5,6 +5,9 @@
 
 namespace edgegrad {
 
+// Tiles along each side of the picture: bits of their number.
+constexpr uint32_t kTileBits = 6;
+
 // By what edges are sampled: what they sweep in the picture, or what light they may hide.
 enum EdgeMassKind : int32_t { kPictureMass, kLightMass, kSkyMass };
 
@@ -22,8 +25,10 @@ struct EdgeMassTask {
     float lens_reach;    // PictureFrame
     float margin;
     // By edge from `first` on, in whole packets. The mass, in the picture that of a pixel; `pixels`: the
-    // edge's length there, and its middle. Less than 0: it is to be cut to the frame first.
-    float *mass, *pixels, *x, *y;
+    // edge's length there, and the tile of its middle along a Z-order curve. Less than 0: it is to be cut to
+    // the frame first.
+    float *mass, *pixels;
+    int32_t* tile;
     int32_t* flat;  // -1: the mass counts only if a seam is there
 };
 

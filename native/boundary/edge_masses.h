@@ -3,6 +3,7 @@
 #pragma once
 
 #include "boundary/edge_mass_task.h"
+#include "path/stream.h"
 #include "scene/geometry.h"
 #include "simd/elementary.h"
 #include "simd/lanes.h"
@@ -167,7 +168,8 @@ EG_INLINE Float jump_share(const EdgeMassTask& task, const Wedges& w, Vec3 ray) 
 EG_INLINE void place_in_frame(const CameraView& c, const EdgeMassTask& task, const Wedges& w, int64_t at,
                               Float share) {
     Mask out = splat(0);
-    Float x = splat(0.0f), y = splat(0.0f), pixels = splat(-1.0f);
+    Float pixels = splat(-1.0f);
+    Int tile = splat(0);
     if (!task.cut_all) {
         const Vec3 ends[2] = {w.a - splat3(c.position), w.a + w.t - splat3(c.position)};
         Float sx[2], sy[2];
@@ -195,12 +197,16 @@ EG_INLINE void place_in_frame(const CameraView& c, const EdgeMassTask& task, con
         for (const Mask& m : beyond) out |= m;
         const Float dx = sx[1] - sx[0], dy = sy[1] - sy[0];
         pixels = select(whole, sqrt(dx * dx + dy * dy), pixels);
-        x = 0.5f * (sx[0] + sx[1]), y = 0.5f * (sy[0] + sy[1]);
+        const auto tile_of = [](Float twice, float size) {
+            constexpr float tiles = 1 << kTileBits;
+            const Float at = twice * (0.5f * tiles / size);
+            return spread_bits(bits(to_int(min(max(at, splat(0.0f)), splat(tiles - 0.5f)))));
+        };
+        tile = reinterpret_cast<Int>(tile_of(sx[0] + sx[1], size_x) | (tile_of(sy[0] + sy[1], size_y) << 1));
     }
     store(task.mass + at, select(out, splat(0.0f), share));
     store(task.pixels + at, pixels);
-    store(task.x + at, x);
-    store(task.y + at, y);
+    store(task.tile + at, tile);
 }
 
 // Whether two faces may lie on one side of the sheet through the edge and a point of a ball around d (from

@@ -14,7 +14,7 @@ from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import Motion
 from .scene import Scene
-from .shape import convex, crossing_pairs, pair_words
+from .shape import crossing_pairs, pair_words, star_shaped
 
 # Meshes of more faces are not searched for places where they pass through themselves (native/boundary/crossings.h).
 SELF_CROSSING_FACES = 50_000
@@ -110,7 +110,7 @@ def missing_jumps(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> It
     """Sentences on jumps that the camera may see and that are no edges: nothing computes them."""
     moving = set(placed) if moves.camera else set(moves.meshes)
     large = [name for name in placed if name in moves.meshes and len(placed[name].faces) > SELF_CROSSING_FACES
-             and not convex(placed[name])]
+             and not star_shaped(placed[name])]
     if large:
         yield (f"surfaces that pass through themselves: not looked for in {', '.join(large)} of more than "
                f"{SELF_CROSSING_FACES:,} faces, and left out")

@@ -51,6 +51,35 @@ def convex(mesh: Mesh) -> bool:
     return closed and (high <= slack or low >= -slack)
 
 
+def star_shaped(mesh: Mesh) -> bool:
+    """Whether a closed mesh certainly is seen whole, from behind, from the middle of its bounds: then it doesn't pass
+    through itself (native/boundary/star_shaped.h has the reason).
+    """
+    if len(mesh.faces) == 0:
+        return False
+    used = mesh.vertices[np.unique(mesh.faces)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    size = float(np.linalg.norm(high - low))
+    at = mesh.vertices - 0.5 * (low + high)
+    p, q, r = (at[mesh.faces[:, k]] for k in range(3))
+    normal = np.cross(q - p, r - p)
+    height = np.einsum("ij,ij->i", normal, p)
+    side = 1.0 if height[0] >= 0.0 else -1.0
+    if not (side * height > TOLERANCE * size * np.linalg.norm(normal, axis=1)).all():
+        return False
+    way = (p[0] + q[0] + r[0]) / 3.0
+    inside = np.all([side * (np.cross(u, v) @ way) > -1e-12 * size**3 for u, v in ((p, q), (q, r), (r, p))], axis=0)
+    if np.count_nonzero(inside) != 1:
+        return False
+    edges = topology.edges(mesh.faces, topology.weld(mesh.vertices))
+    if (np.diff(edges.face_first.astype(np.int64)) != 2).any():
+        return False
+    # Of two faces that are wound alike, one lies on each side of their edge.
+    along = np.cross(at[edges.vertices[:, 0]], at[edges.vertices[:, 1]])
+    sides = [np.einsum("ij,ij->i", along, at[edges.opposite[k::2]]) > 0.0 for k in (0, 1)]
+    return bool((sides[0] != sides[1]).all())
+
+
 def pierces(a: Mesh, b: Mesh) -> bool:
     """Whether two meshes may pass through each other: False only if they certainly do not."""
     corners = [(m.vertices.min(axis=0), m.vertices.max(axis=0)) for m in (a, b)]

@@ -29,7 +29,7 @@ double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0
 // systematic samples get better much faster than they get more: 0.15 instead of 0.1 have half the variance in
 // crease, tri_black and sphere_env, for 1.0 to 1.2 times the seconds. The most is met by flat-shaded meshes
 // (blob_flat), whose edges all count.
-constexpr double kLeastPrimary = 0.15, kMostPrimary = 0.45;
+constexpr double kLeastPrimary = 0.15, kMostPrimary = 0.27;
 
 // Where samples are fewer than pieces (of directions towards light: than a few on each), they hit them at
 // random: seconds x variance then is about the same for any number of them, where along few pieces it falls
@@ -91,9 +91,8 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         // Where light is held (scene/contact.h) it moves over all of them: they are searched once for both.
         Asked wider = asked;
         wider.camera |= scene.mesh_contact != nullptr;
-        seen = edges.kept.crossings.get({wider.camera, wider.instances, wider.moving}, [&] {
-            return find_crossings(edges.tables, wider, 1 << kCameraRay, edges.threads);
-        });
+        seen = edges.kept.crossings.get({wider.camera, wider.instances, wider.moving},
+                                        [&] { return find_crossings(edges, wider, 1 << kCameraRay); });
         auto lines =
             std::make_shared<EdgesAndCrossings>(edges.tables, moving_crossings(edges.tables, asked, *seen));
         const auto found = edges.kept.primary.get({{scene.camera}, asked}, [&] {

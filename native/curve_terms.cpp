@@ -39,10 +39,9 @@ void add_pierced(const SceneView& scene, const EdgeList& edges, const RenderOpti
     moving.camera = held;
     Crossings crossings;
     if ((meshes || held) && (surfaces || (lights && scene.lights.face_light)))
-        crossings =
-            seen && !scene.rays_differ
-                ? moving_crossings(edges.tables, moving, *seen)
-                : find_crossings(edges.tables, moving, kScatteredRays | 1 << kShadowRay, edges.threads);
+        crossings = seen && !scene.rays_differ
+                        ? moving_crossings(edges.tables, moving, *seen)
+                        : find_crossings(edges, moving, kScatteredRays | 1 << kShadowRay);
     if (lights)
         add_lines(
             scene, edges, options, kPiercedLight,

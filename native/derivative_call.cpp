@@ -105,8 +105,9 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
     if (anything_moves(asked) && (edges.primary || edges.shadow || edges.indirect)) {
         const auto normals = e.normals();
         terms = boundary_terms(
-            scene, {e.tables_, sides.data(), normals->data(), e.kernels_, e.threads_, lights, e.kept_}, edges,
-            asked, e.guided_, e.aimed_, learned);
+            scene,
+            {e.tables_, sides.data(), e.closed_, normals->data(), e.kernels_, e.threads_, lights, e.kept_},
+            edges, asked, e.guided_, e.aimed_, learned);
     }
     if (image_chunks > 0 && geometry)
         edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, asked, e.threads_);

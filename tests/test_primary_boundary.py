@@ -218,6 +218,21 @@ def grown_together(theta: float) -> edgegrad.Scene:
     return scene
 
 
+def grown_about_one_middle(theta: float) -> edgegrad.Scene:
+    """A mesh of two bodies that cross, each of which is seen whole from the middle of both."""
+    scene = glowing_scene(VIEW)
+    ball, faces = shapes.ball(4, 1.0)
+    tilt = turn(0.5, 1).T @ turn(0.3, 0).T
+    one, other = ball * [0.75, 0.3, 0.22] @ tilt, ball * [0.2, 0.42, 0.7] @ tilt
+    vertices = np.concatenate([one, other + theta * np.array([0.4, 0.3, -0.5])])
+    material = np.repeat(np.array([0, 1], np.int32), len(faces))
+    scene.meshes = {
+        "bodies": edgegrad.Mesh(vertices, np.concatenate([faces, faces + len(ball)]), ("both", "in"), face_material=material)
+    }
+    scene.materials = {"both": glowing(1.5, True), "in": glowing(0.4, True)}
+    return scene
+
+
 def crossing_view(theta: float) -> edgegrad.Scene:
     """The camera moves before two boxes that stand still in each other."""
     scene = crossing_boxes(0.0)
@@ -231,6 +246,7 @@ PIERCING: dict[str, tuple[Make, list[str]]] = {
     "a mesh and itself": (folded, ["meshes.bands.vertices"]),
     "meshes of many faces": (sunk_balls, ["meshes.ball.vertices", "meshes.other.vertices"]),
     "a mesh of many faces and itself": (grown_together, ["meshes.balls.vertices"]),
+    "bodies about one middle": (grown_about_one_middle, ["meshes.bodies.vertices"]),
     "seen by a moving camera": (crossing_view, POSE),
 }
 

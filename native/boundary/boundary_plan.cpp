@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace edgegrad {
 namespace {
@@ -44,12 +45,13 @@ void BoundaryPlan::guide() {
     // The best density of samples is in proportion to the root of their mean square, here that of neighbours
     // on the list, which are neighbours in the picture.
     const auto shares = static_cast<int64_t>(score_.size());
-    std::vector<double> squares{0.0};
+    std::vector<double> squares(score_.size() + 1);
     const auto square = [&](int64_t k) {
         return static_cast<double>(score_[static_cast<size_t>(k)]) *
                static_cast<double>(score_[static_cast<size_t>(k)]);
     };
-    for (int64_t k = 0; k < shares; ++k) squares.push_back(squares.back() + square(k));
+    for (int64_t k = 0; k < shares; ++k)
+        squares[static_cast<size_t>(k) + 1] = squares[static_cast<size_t>(k)] + square(k);
     std::vector<double> with(score_.size()), without(score_.size());  // a share's own sample
     double mean_with = 0.0, mean_without = 0.0;
     for (int64_t k = 0; k < shares; ++k) {
@@ -72,23 +74,30 @@ void BoundaryPlan::guide() {
     }
     // Whether neighbours tell anything of a share is seen from what they would have made of the first pass:
     // the second moment of its samples under their guidance, relative to how many samples that would spare.
-    double best = 0.0, alike = 1.0, part = 1.0;
-    for (double a : kAlike) {
-        double moment = 0.0, total = 0.0, inverse = 0.0, weight = 0.0;
-        for (int64_t k = 0; k < shares; ++k) {
-            const auto i = static_cast<size_t>(k);
-            const double g = a + (1.0 - a) * without[i];
-            moment += square(k) / g, total += g;
-            inverse += with[i] / (a + (1.0 - a) * relative_with[i]), weight += with[i];
+    // All parts in one loop, side by side in vectors.
+    constexpr size_t kParts = std::size(kAlike);
+    double moments[kParts] = {}, totals[kParts] = {}, inverses[kParts] = {}, weight = 0.0;
+    for (int64_t k = 0; k < shares; ++k) {
+        const auto i = static_cast<size_t>(k);
+        const double size = square(k), own = without[i], all = with[i], guided = relative_with[i];
+        for (size_t j = 0; j < kParts; ++j) {
+            const double a = kAlike[j], g = a + (1.0 - a) * own;
+            moments[j] += size / g, totals[j] += g;
+            inverses[j] += all / (a + (1.0 - a) * guided);
         }
-        moment *= total / static_cast<double>(shares);
+        weight += all;
+    }
+    double best = 0.0, alike = 1.0, part = 1.0;
+    for (size_t j = 0; j < kParts; ++j) {
+        const double moment = moments[j] * (totals[j] / static_cast<double>(shares));
         if (best == 0.0 || moment < best) {
-            best = moment, alike = a;
-            part = weight > 0.0 ? std::min(1.0, kDensity * inverse / weight) : 0.1;
+            best = moment, alike = kAlike[j];
+            part = weight > 0.0 ? std::min(1.0, kDensity * inverses[j] / weight) : 0.1;
         }
     }
-    guide_.assign(1, 0.0);
-    for (double s : relative_with) guide_.push_back(guide_.back() + alike + (1.0 - alike) * s);
+    guide_.resize(score_.size() + 1);
+    for (size_t k = 0; k < relative_with.size(); ++k)
+        guide_[k + 1] = guide_[k] + alike + (1.0 - alike) * relative_with[k];
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(std::ceil(part * static_cast<double>(total_[1]))));
 }
 

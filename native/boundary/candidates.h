@@ -37,8 +37,9 @@ std::vector<float> unit_normals(const SceneTables& tables, int threads);
 // All edges of a scene, in the order of meshes.
 struct EdgeList {
     const SceneTables& tables;
-    const int8_t* solid_side;  // by mesh (boundary/solids.h)
-    const float* normal;       // by face (unit_normals)
+    const int8_t* solid_side;            // by mesh (boundary/solids.h)
+    const std::vector<uint8_t>& closed;  // the same
+    const float* normal;                 // by face (unit_normals)
     const KernelTable& kernels;
     int threads;
     const std::shared_ptr<const LightList>& lights;

@@ -38,14 +38,15 @@ struct Crossings {
     }
 };
 
-// Meshes of more faces are not searched for places where they pierce themselves.
+// Meshes of more faces are not searched for places where they pierce themselves, unless they are
+// star-shaped: these don't.
 constexpr int32_t kSelfCrossingFaces = 50'000;
 
 // All crossings of meshes, and of the copies of instanced ones, that rays with one of `seers` (bits
 // 1 << RayKind) meet, and of which one moves, or the camera does. Left out are faces that lie in one plane,
 // or nearly (their line's speed has no bound), and edges that lie in a face: that is contact, which the edge
 // itself covers.
-Crossings find_crossings(const SceneTables& tables, const Asked& asked, int32_t seers, int threads);
+Crossings find_crossings(const EdgeList& edges, const Asked& asked, int32_t seers);
 
 // Of crossings that were found for more than what is asked, those of the latter.
 Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const Crossings& all);

@@ -29,7 +29,7 @@ double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0
 // systematic samples get better much faster than they get more: 0.15 instead of 0.1 have half the variance in
 // crease, tri_black and sphere_env, for 1.0 to 1.2 times the seconds. The most is met by flat-shaded meshes
 // (blob_flat), whose edges all count.
-constexpr double kLeastPrimary = 0.15, kMostPrimary = 0.27;
+constexpr double kLeastPrimary = 0.15, kMostPrimary = 0.27, kLeastScattered = 0.09;
 
 // Where samples are fewer than pieces (of directions towards light: than a few on each), they hit them at
 // random: seconds x variance then is about the same for any number of them, where along few pieces it falls
@@ -103,7 +103,9 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         const Candidates& candidates = *found;
         // As many samples per pixel of edge as the picture has per pixel.
         const double all = std::min(candidates.mass() * options.samples, kMostPrimary * picture);
-        const double samples = std::max(scattered(candidates, 1.0, all) * all, kLeastPrimary * picture);
+        const double part = scattered(candidates, 1.0, all);
+        const double samples =
+            std::max(part * all, (part < 1.0 ? kLeastScattered : kLeastPrimary) * picture);
         add(
             kPrimaryBoundary, candidates, [&] { return found; }, false, learned_cells(samples), samples,
             kMostPrimary, std::move(lines));

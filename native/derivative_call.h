@@ -40,6 +40,8 @@ struct Engine::DerivativeCall {
     // the interior term where it has far less (interior_pilot.cpp).
     void thin_interior(double boundary_variance, const Progress& progress,
                        std::vector<ThreadMemory>& of_thread);
+    // A part of the interior term's samples instead of all.
+    void divide_interior(int by);
     bool may_thin_interior() const;
     double interior_variance(const Progress& progress, std::vector<ThreadMemory>& of_thread) const;
     // Derivatives by strengths and colours are pictures: they, and what is asked for beside, have their
@@ -69,6 +71,7 @@ struct Engine::DerivativeCall {
     std::vector<BoundaryTerm> terms;
     std::optional<SpecularTerm> specular;
     std::optional<EdgeOnTerm> edge_on;
+    bool divided = false;  // the interior term takes fewer samples
     int64_t image_chunks = 0, horizon_chunks = 0, boundary_chunks = 0;
     mutable DropCount dropped;           // by the interior term
     mutable DropCount dropped_horizons;  // by the horizon term

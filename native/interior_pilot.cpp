@@ -53,7 +53,7 @@ bool Engine::DerivativeCall::may_thin_interior() const {
     const bool vertices = wanted.any("vertices");
     if (wanted.any("normals") && !vertices) return false;
     const bool dense = vertices && engine.tables_.vertices.size() > kMostFloats;
-    return !learns && !dense && image_chunks >= kLeastChunks && plan.options.samples >= 4;
+    return !learns && !dense && !divided && image_chunks >= kLeastChunks && plan.options.samples >= 4;
 }
 
 double Engine::DerivativeCall::interior_variance(const Progress& progress,
@@ -99,10 +99,15 @@ void Engine::DerivativeCall::thin_interior(double boundary_variance, const Progr
     if (!(boundary_variance > 0.0) || !may_thin_interior()) return;
     const double ratio = interior_variance(progress, of_thread) / boundary_variance;
     if (!(ratio < kHalf)) return;
+    divide_interior(ratio < kQuarter ? 4 : 2);
+}
+
+void Engine::DerivativeCall::divide_interior(int by) {
     RenderOptions fewer = plan.options;
-    fewer.samples /= ratio < kQuarter ? 4 : 2;
+    fewer.samples = std::max(1, fewer.samples / by);
     plan = interior_plan(fewer);
     image_chunks = plan.chunks;
+    divided = true;
     if (!edge_on) return;
     boundary_chunks -= edge_on->chunks();
     edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, fewer, asked, engine.threads_);

@@ -23,6 +23,7 @@ class SpecularTerm {
 
     int passes() const { return plan_.passes(); }
     int64_t total(int pass) const { return plan_.total(pass); }
+    int64_t total() const { return total(0) + (passes() > 1 ? total(1) : 0); }
     int64_t chunks(int pass) const { return (total(pass) + kBoundaryChunk - 1) / kBoundaryChunk; }
     // Between the passes.
     void guide() {

@@ -11,7 +11,7 @@
 namespace edgegrad {
 
 // Boundary samples per task, and per batch of stored splats (20 MB).
-constexpr int64_t kBoundaryChunk = 4096;
+constexpr int64_t kBoundaryChunk = 2048;
 constexpr int64_t kSplatBatch = int64_t{1} << 20;
 
 class BoundaryPlan {

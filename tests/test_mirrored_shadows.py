@@ -151,7 +151,7 @@ def depth_of(name: str) -> int:
 
 def options_of(name: str) -> dict[str, int]:
     """Few samples, of many pixels: what is thinner than a quarter of one may be missed."""
-    few = {"spp": 128, "seeds": 16} if name.startswith("bounced") else {"spp": 32, "seeds": 8}
+    few = {"spp": 128, "seeds": 16} if name.startswith("bounced") else {"spp": 64, "seeds": 8}
     return {**few, "reference_spp": 256, "max_depth": depth_of(name)}
 
 

@@ -226,9 +226,8 @@ def grown_about_one_middle(theta: float) -> edgegrad.Scene:
     one, other = ball * [0.75, 0.3, 0.22] @ tilt, ball * [0.2, 0.42, 0.7] @ tilt
     vertices = np.concatenate([one, other + theta * np.array([0.4, 0.3, -0.5])])
     material = np.repeat(np.array([0, 1], np.int32), len(faces))
-    scene.meshes = {
-        "bodies": edgegrad.Mesh(vertices, np.concatenate([faces, faces + len(ball)]), ("both", "in"), face_material=material)
-    }
+    faces = np.concatenate([faces, faces + len(ball)])
+    scene.meshes = {"bodies": edgegrad.Mesh(vertices, faces, ("both", "in"), face_material=material)}
     scene.materials = {"both": glowing(1.5, True), "in": glowing(0.4, True)}
     return scene
 

@@ -10,7 +10,8 @@
 
 namespace edgegrad {
 
-// Boundary samples per task, and per batch of stored splats (20 MB).
+// Boundary samples per task, and per batch of stored splats (20 MB). Of 4096 dense_200k has so few tasks that
+// threads wait for each other, which takes 0.06 of the seconds; 1024 are no faster.
 constexpr int64_t kBoundaryChunk = 2048;
 constexpr int64_t kSplatBatch = int64_t{1} << 20;
 

@@ -36,7 +36,8 @@ def markdown(report: Report, peer_wrong: Sequence[str], right: float) -> str:
         f"# Derivatives beside Mitsuba 3\n\n{about}. Seconds are medians of warm calls in turn.\n",
         "Lower by: seconds × variance of Mitsuba's / Edgegrad's, of the derivative picture by pixels and by sums over "
         "8 × 8 blocks, and of the gradient of all values. Error: of the blocks' mean against central differences, "
-        "noise taken out. Backward / render: seconds of Edgegrad's gradient by those of its picture.\n",
+        "noise taken out. Backward / render: seconds of Edgegrad's gradient by those of its picture, of all terms, and "
+        "of the interior and primary terms alone.\n",
     ]
     for spp in dict.fromkeys(r.spp for r in report.rows):
         lines += _table(report, spp, peer_wrong, right)
@@ -58,7 +59,8 @@ def _table(report: Report, spp: int, peer_wrong: Sequence[str], right: float) ->
         "|---" * 8 + "|",
     ]
     counted: dict[str, dict[str, float]] = {part: {} for part in PARTS}
-    backward = {}
+    backward: dict[str, float] = {}
+    direct: dict[str, float] = {}
     for case, pair in pairs(report, spp).items():
         ours, theirs = pair
         wrong = case in peer_wrong or theirs.bias > right
@@ -69,11 +71,13 @@ def _table(report: Report, spp: int, peer_wrong: Sequence[str], right: float) ->
         times = [" ".join(_number(t.seconds if t else None, 3) for t in (r.pixels, r.gradient)) for r in pair]
         if ours.gradient is not None and ours.render:
             backward[case] = ours.gradient.seconds / ours.render
+        if ours.direct is not None and ours.render:
+            direct[case] = ours.direct / ours.render
         cells = [f"{'(' if wrong else '**'}{_number(v)}{')' if wrong else '**'}" if v is not None else ""
                  for v in ratios.values()]
         lines.append(
             f"| {case} | {times[0]} | {times[1]} ({theirs.setting}) | {' | '.join(cells)} | {ours.bias:.3f}, "
-            f"{theirs.bias:.3f} | {_number(backward.get(case))} |"
+            f"{theirs.bias:.3f} | {_number(backward.get(case))}, {_number(direct.get(case))} |"
         )
     for part, values in counted.items():
         if values:
@@ -81,10 +85,11 @@ def _table(report: Report, spp: int, peer_wrong: Sequence[str], right: float) ->
             mean = geometric_mean(values.values())
             lines.append(f"\n{part.capitalize()}: geometric mean **{mean:.1f} ×** lower, worst {values[worst]:.2g} × "
                          f"({worst}), over the {len(values)} cases that both get right.")
-    if backward:
-        worst = max(backward, key=lambda case: backward[case])
-        lines.append(f"\nBackward / render: geometric mean **{geometric_mean(backward.values()):.2f}**, largest "
-                     f"{backward[worst]:.2f} ({worst}).")
+    for name, pictures in (("all terms", backward), ("interior and primary", direct)):
+        if pictures:
+            most = max(pictures, key=lambda case: pictures[case])
+            lines.append(f"\nBackward / render, {name}: geometric mean **{geometric_mean(pictures.values()):.2f}**, "
+                         f"largest {pictures[most]:.2f} ({most}).")
     return lines
 
 

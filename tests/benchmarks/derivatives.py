@@ -8,7 +8,8 @@ and writes it as Markdown, JSON and pictures. Per case, renderer and number of s
   (reverse mode).
 
 Each has seconds (median of warm calls that the renderers make in turn, a step of an optimiser each: the scene takes
-the parameter's values, then its derivative is computed), the relative variance from seed to seed, and the pictures
+the parameter's values, then its derivative is computed; and so are our pictures, beside which gradients are set), the
+relative variance from seed to seed, and the pictures
 have the relative error against the differences. What counts is seconds x variance: the time for a given noise. Whatever
 a renderer learns for its samples it learns within the call. Mitsuba computes with the integrator that is made for the
 case, in each of its settings; of those that aren't wrong, the one of the least seconds x variance at the middle number
@@ -83,6 +84,7 @@ class Row:
     gradient: Timed | None
     bias: float  # of the mean's block sums, noise taken out
     render: float | None = None  # seconds of a picture
+    direct: float | None = None  # of a gradient of the interior and primary terms alone
 
 
 @dataclass
@@ -101,6 +103,7 @@ class Side:
     forward: Call
     backward: Call | None
     render: Call | None = None
+    direct: Call | None = None
 
 
 def find_cases() -> dict[str, Path]:
@@ -186,12 +189,16 @@ class Case:
             self.renderer.update(paths)
             return self.renderer.render_forward(self.tangent, seed=seed, **options).astype(np.float64)
 
-        def backward(seed: int) -> F64:
+        def backward(seed: int, **terms: Any) -> F64:
             self.renderer.update(paths)
-            found = self.renderer.render_backward(self.adjoint, paths, seed=seed, **options)
+            found = self.renderer.render_backward(self.adjoint, paths, seed=seed, **options, **terms)
             return np.concatenate([found[path].ravel() for path in paths])
 
-        return Side(forward, backward, lambda seed: self.renderer.render(seed=seed, **options).astype(np.float64))
+        def render(seed: int) -> F64:
+            self.renderer.update(paths)
+            return self.renderer.render(seed=seed, **options).astype(np.float64)
+
+        return Side(forward, backward, render, lambda seed: backward(seed, terms=("interior", "primary")))
 
     def theirs(self, spp: int, setting: str) -> Side:
         """Mitsuba's calls."""
@@ -235,7 +242,7 @@ class Case:
                 variance, norm = spread(found)
                 gradient = Timed(seconds, variance / norm)
             out.append(Row(self.name, name, setting if name == "Mitsuba" else "", spp, pixels, blocks, gradient, bias,
-                           parts["render"][0] if "render" in parts else None))
+                           *(parts[part][0] if part in parts else None for part in ("render", "direct"))))
         return out
 
 

@@ -17,10 +17,10 @@ namespace {
 // its time.
 constexpr double kHorizonShare = 0.125;
 
-// Segments of scan lines, by sample of the picture, beyond which the interior term takes half of the samples.
-// Where mirrors and glass fill so much of the picture, its paths take twice as long to derive as to follow,
-// and the lines as long again: glass_sphere's interior and primary terms took 4.2 pictures, and take 2.4.
-// With twice the samples the noise is what it was, and so are the seconds.
+// Segments of scan lines, by sample of the picture, beyond which the interior term of motions takes half of
+// the samples. Where mirrors and glass fill so much of the picture, its paths take twice as long to derive as
+// to follow, and the lines as long again: glass_sphere's interior and primary terms took 4.2 pictures, and
+// take 2.4. With twice the samples the noise is what it was, and so are the seconds.
 constexpr double kManySegments = 0.25;
 
 // A light's strength has a derivative even where it is zero.
@@ -123,7 +123,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
         SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), wanted, e.guided_, e.kept_);
     for (int pass = 0; specular && pass < specular->passes(); ++pass)
         boundary_chunks += specular->chunks(pass);
-    if (specular && image_chunks > 0 && !learns &&
+    if (specular && image_chunks > 0 && !learns && asks_motion_alone() &&
         static_cast<double>(specular->total()) >
             kManySegments * static_cast<double>(plan.pixels) * options.samples)
         divide_interior(2);

@@ -42,6 +42,8 @@ struct Engine::DerivativeCall {
                        std::vector<ThreadMemory>& of_thread);
     // A part of the interior term's samples instead of all.
     void divide_interior(int by);
+    // Whether nothing but where vertices and the camera are is asked for.
+    bool asks_motion_alone() const;
     bool may_thin_interior() const;
     double interior_variance(const Progress& progress, std::vector<ThreadMemory>& of_thread) const;
     // Derivatives by strengths and colours are pictures: they, and what is asked for beside, have their

@@ -49,14 +49,14 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     std::vector<ThreadMemory>& of_thread = *memory;
     // Splats are stored and added in order: two threads adding to one pixel would do it in any order.
     const auto add_samples = [&](int64_t total, const auto& run) {
-        std::vector<float> memory[5];
+        std::vector<float> values[5];
         for (int64_t first = 0; first < total; first += kSplatBatch) {
             const int64_t batch = std::min(kSplatBatch, total - first);
-            for (auto& column : memory) column.resize(static_cast<size_t>(batch));
+            for (auto& column : values) column.resize(static_cast<size_t>(batch));
             const auto splats = [&](int64_t at) -> Splats {
-                return {memory[0].data() + at,
-                        memory[1].data() + at,
-                        {memory[2].data() + at, memory[3].data() + at, memory[4].data() + at}};
+                return {values[0].data() + at,
+                        values[1].data() + at,
+                        {values[2].data() + at, values[3].data() + at, values[4].data() + at}};
             };
             const int64_t chunks = (batch + kBoundaryChunk - 1) / kBoundaryChunk;
             parallel_for(threads_, chunks, part(chunks), [&](int thread, int64_t chunk) {

@@ -47,11 +47,15 @@ TableValues random_motion(const std::vector<NamedTable>& tables, const Wanted& w
 
 }  // namespace
 
-bool Engine::DerivativeCall::may_thin_interior() const {
+bool Engine::DerivativeCall::asks_motion_alone() const {
     for (const auto& span : wanted.spans())
         if (span.first != "vertices" && span.first != "normals" && span.first != "camera") return false;
+    return wanted.any("vertices") || !wanted.any("normals");
+}
+
+bool Engine::DerivativeCall::may_thin_interior() const {
+    if (!asks_motion_alone()) return false;
     const bool vertices = wanted.any("vertices");
-    if (wanted.any("normals") && !vertices) return false;
     const bool dense = vertices && engine.tables_.vertices.size() > kMostFloats;
     return !learns && !dense && !divided && image_chunks >= kLeastChunks && plan.options.samples >= 4;
 }

@@ -38,8 +38,8 @@ struct Crossings {
     }
 };
 
-// Meshes of more faces are not searched for places where they pierce themselves, unless they are
-// star-shaped: these don't.
+// Meshes of more faces are not searched for places where they pierce themselves. Star-shaped ones of any size
+// have none (boundary/star_shaped.h).
 constexpr int32_t kSelfCrossingFaces = 50'000;
 
 // All crossings of meshes, and of the copies of instanced ones, that rays with one of `seers` (bits

@@ -13,6 +13,8 @@ from .mesh import Mesh
 
 # Distances below this fraction of the size count as touching.
 TOLERANCE = 1e-6
+# Products of three distances below this fraction of the size's are those of rounding.
+ROUNDING = 1e-12
 # Vertex and face pairs beyond which `convex` gives up and answers no.
 MOST_PAIRS = 50_000_000
 # Copies, or pairs of them, whose boxes meet beyond which questions about them are answered by yes.
@@ -68,7 +70,7 @@ def star_shaped(mesh: Mesh) -> bool:
     if not (side * height > TOLERANCE * size * np.linalg.norm(normal, axis=1)).all():
         return False
     way = (p[0] + q[0] + r[0]) / 3.0
-    inside = np.all([side * (np.cross(u, v) @ way) > -1e-12 * size**3 for u, v in ((p, q), (q, r), (r, p))], axis=0)
+    inside = np.all([side * (np.cross(u, v) @ way) > -ROUNDING * size**3 for u, v in ((p, q), (q, r), (r, p))], axis=0)
     if np.count_nonzero(inside) != 1:
         return False
     edges = topology.edges(mesh.faces, topology.weld(mesh.vertices))

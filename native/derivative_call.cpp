@@ -115,9 +115,6 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
             {e.tables_, sides.data(), e.closed_, normals->data(), e.kernels_, e.threads_, lights, e.kept_},
             edges, asked, e.guided_, e.aimed_, learned);
     }
-    if (image_chunks > 0 && geometry)
-        edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, asked, e.threads_);
-    if (edge_on) boundary_chunks += edge_on->chunks();
     if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
     specular =
         SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), wanted, e.guided_, e.kept_);
@@ -127,6 +124,9 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
         static_cast<double>(specular->total()) >
             kManySegments * static_cast<double>(plan.pixels) * options.samples)
         divide_interior(2);
+    if (image_chunks > 0 && geometry)
+        edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, asked, e.threads_);
+    if (edge_on) boundary_chunks += edge_on->chunks();
     for (const BoundaryTerm& term : terms)
         for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
 }

@@ -7,8 +7,8 @@
 
 #include "boundary/picture_frame.h"
 #include "boundary/placed_vertex.h"
-#include "boundary/z_order.h"
 #include "parallel.h"
+#include "sampling/z_order.h"
 #include "scene/mesh_instances.h"
 
 namespace edgegrad {

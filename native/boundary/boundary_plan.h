@@ -17,8 +17,8 @@ constexpr int64_t kSplatBatch = int64_t{1} << 20;
 
 class BoundaryPlan {
  public:
-    // One pass of `wanted` samples, at most `most`; `guided`: a quarter or an eighth of them, then the others
-    // by the sizes that those had. Both passes estimate the whole term, and their weighted mean is the
+    // One pass of `wanted` samples, at most `most`; `guided`: a part of them, then the others by the
+    // sizes that those had. Both passes estimate the whole term, and their weighted mean is the
     // result: the weights are fixed, so that it stays unbiased though the second pass depends on the first.
     BoundaryPlan(std::shared_ptr<const Candidates> candidates, double wanted, double most,
                  const RenderOptions& options, BoundaryKind kind, bool guided);

@@ -7,9 +7,9 @@
 #include "boundary/picture_frame.h"
 #include "boundary/placed_vertex.h"
 #include "boundary/seams.h"
-#include "boundary/z_order.h"
 #include "kernels.h"
 #include "parallel.h"
+#include "sampling/z_order.h"
 #include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
 
@@ -143,8 +143,8 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
         const Run& run = runs[static_cast<size_t>(k)];
         CandidateParts::Run& part = parts->runs[static_cast<size_t>(k)];
         part.entries.clear(), part.places.clear();
-        part.entries.reserve(static_cast<size_t>(run.count)),
-            part.places.reserve(static_cast<size_t>(run.count));
+        const auto most = static_cast<size_t>(run.count);
+        part.entries.reserve(most), part.places.reserve(most);
         visit(run, memory[static_cast<size_t>(thread)],
               [&](int64_t edge, float u0, float u1, float mass, uint32_t place) {
                   if (!(mass > 0.0f)) return;

@@ -38,7 +38,7 @@ std::vector<float> unit_normals(const SceneTables& tables, int threads);
 struct EdgeList {
     const SceneTables& tables;
     const int8_t* solid_side;            // by mesh (boundary/solids.h)
-    const std::vector<uint8_t>& closed;  // the same
+    const std::vector<uint8_t>& closed;  // by mesh (closed_meshes)
     const float* normal;                 // by face (unit_normals)
     const KernelTable& kernels;
     int threads;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "boundary/edge_mass_task.h"
-#include "path/stream.h"
+#include "sampling/z_order.h"
 #include "scene/geometry.h"
 #include "simd/elementary.h"
 #include "simd/lanes.h"

@@ -4,6 +4,7 @@
 #include "kernels.h"
 #include "path/camera_rays.h"
 #include "sampling/sobol.h"
+#include "sampling/z_order.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -21,13 +22,6 @@ struct PathIndex {
     UInt sample;
     UInt stream;  // random numbers of the pixel
 };
-
-// Bits of x with a zero behind each.
-EG_INLINE UInt spread_bits(UInt x) {
-    x = (x | (x << 4)) & 0x0f0f0f0fu;
-    x = (x | (x << 2)) & 0x33333333u;
-    return (x | (x << 1)) & 0x55555555u;
-}
 
 // Random numbers of pixels whose derivatives are summed up: each takes its samples from one sequence, in the
 // order of a curve that fills a square (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte

@@ -8,12 +8,11 @@ and writes it as Markdown, JSON and pictures. Per case, renderer and number of s
   (reverse mode).
 
 Each has seconds (median of warm calls that the renderers make in turn, a step of an optimiser each: the scene takes
-the parameter's values, then its derivative is computed; and so are our pictures, beside which gradients are set), the
-relative variance from seed to seed, and the pictures
-have the relative error against the differences. What counts is seconds x variance: the time for a given noise. Whatever
-a renderer learns for its samples it learns within the call. Mitsuba computes with the integrator that is made for the
-case, in each of its settings; of those that aren't wrong, the one of the least seconds x variance at the middle number
-of samples goes on.
+the parameter's values, then its derivative is computed; so are our pictures, beside which gradients are set), the
+relative variance from seed to seed, and the pictures have the relative error against the differences. What counts is
+seconds x variance: the time for a given noise. Whatever a renderer learns for its samples it learns within the call.
+Mitsuba computes with the integrator that is made for the case, in each of its settings; of those that aren't wrong, the
+one of the least seconds x variance at the middle number of samples goes on.
 """
 
 from __future__ import annotations

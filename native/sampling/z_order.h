@@ -7,19 +7,21 @@
 
 namespace edgegrad {
 
+// Bits of up to 8 of x, each with a zero behind it; of a number, or of all in a packet.
+template <typename Bits>
+inline __attribute__((always_inline)) Bits spread_bits(Bits x) {
+    x = (x | (x << 4)) & 0x0f0f0f0fu;
+    x = (x | (x << 2)) & 0x33333333u;
+    return (x | (x << 1)) & 0x55555555u;
+}
+
 // The tile of (x, y), both from 0 to 1 over the picture, of 2^bits x 2^bits; what is outside is at its
 // border.
 inline uint32_t z_order(double x, double y, uint32_t bits) {
     const auto tile = [bits](double at) {
         return static_cast<uint32_t>(std::clamp(at, 0.0, 0.999) * (1u << bits));
     };
-    // Every bit of up to 8 is followed by a zero.
-    const auto spread = [](uint32_t tile) {
-        tile = (tile | tile << 4) & 0x0f0fu;
-        tile = (tile | tile << 2) & 0x3333u;
-        return (tile | tile << 1) & 0x5555u;
-    };
-    return spread(tile(x)) | spread(tile(y)) << 1;
+    return spread_bits(tile(x)) | spread_bits(tile(y)) << 1;
 }
 
 }  // namespace edgegrad

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -218,16 +219,31 @@ def grown_together(theta: float) -> edgegrad.Scene:
     return scene
 
 
-def grown_about_one_middle(theta: float) -> edgegrad.Scene:
-    """A mesh of two bodies that cross, each of which is seen whole from the middle of both."""
+def grown_about_one_middle(theta: float, way: int = 1) -> edgegrad.Scene:
+    """A mesh of two bodies that cross, each of which is seen whole from the middle of both; `way` -1: the second is
+    inside out.
+    """
     scene = glowing_scene(VIEW)
     ball, faces = shapes.ball(4, 1.0)
     tilt = turn(0.5, 1).T @ turn(0.3, 0).T
     one, other = ball * [0.75, 0.3, 0.22] @ tilt, ball * [0.2, 0.42, 0.7] @ tilt
     vertices = np.concatenate([one, other + theta * np.array([0.4, 0.3, -0.5])])
     material = np.repeat(np.array([0, 1], np.int32), len(faces))
-    faces = np.concatenate([faces, faces + len(ball)])
+    faces = np.concatenate([faces, faces[:, ::way] + len(ball)])
     scene.meshes = {"bodies": edgegrad.Mesh(vertices, faces, ("both", "in"), face_material=material)}
+    scene.materials = {"both": glowing(1.5, True), "in": glowing(0.4, True)}
+    return scene
+
+
+def speared(theta: float) -> edgegrad.Scene:
+    """A ball whose hindmost vertex is drawn through it and out in front: most faces are seen from behind, not those."""
+    scene = glowing_scene(VIEW)
+    vertices, faces = shapes.ball(2, 0.7)
+    hindmost = int(np.argmin(vertices[:, 2] + 1e-3 * vertices[:, 0]))
+    vertices[hindmost] = np.array([0.5, -0.1, 1.1]) + theta * np.array([0.8, 0.5, 0.0])
+    spear = (faces == hindmost).any(axis=1)
+    assert not spear[0]
+    scene.meshes = {"body": edgegrad.Mesh(vertices, faces, ("both", "in"), face_material=spear.astype(np.int32))}
     scene.materials = {"both": glowing(1.5, True), "in": glowing(0.4, True)}
     return scene
 
@@ -246,6 +262,8 @@ PIERCING: dict[str, tuple[Make, list[str]]] = {
     "meshes of many faces": (sunk_balls, ["meshes.ball.vertices", "meshes.other.vertices"]),
     "a mesh of many faces and itself": (grown_together, ["meshes.balls.vertices"]),
     "bodies about one middle": (grown_about_one_middle, ["meshes.bodies.vertices"]),
+    "one of them inside out": (partial(grown_about_one_middle, way=-1), ["meshes.bodies.vertices"]),
+    "a ball and its spear": (speared, ["meshes.body.vertices"]),
     "seen by a moving camera": (crossing_view, POSE),
 }
 

@@ -64,6 +64,14 @@ def two(cuts: int = 3) -> edgegrad.Mesh:
     return edgegrad.Mesh(np.concatenate([mesh.vertices, stretched]), faces, ("warm",))
 
 
+def hollow(cuts: int = 3) -> edgegrad.Mesh:
+    """The same, the second inside out: its faces are seen from the front."""
+    mesh = two(cuts)
+    half = len(mesh.faces) // 2
+    mesh.faces = np.concatenate([mesh.faces[:half], mesh.faces[half:, ::-1]])
+    return mesh
+
+
 def ring(cuts: int = 3) -> edgegrad.Mesh:
     n = 8 * 2**cuts
     u, v = (2.0 * np.pi * x.ravel() / n for x in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
@@ -75,7 +83,7 @@ def ring(cuts: int = 3) -> edgegrad.Mesh:
 
 
 STAR_SHAPED: list[Callable[[int], edgegrad.Mesh]] = [ball, bumpy, inside_out, split]
-OTHERS: list[Callable[[int], edgegrad.Mesh]] = [opened, pulled_through, two, ring]
+OTHERS: list[Callable[[int], edgegrad.Mesh]] = [opened, pulled_through, two, hollow, ring]
 
 
 @pytest.mark.parametrize("make", STAR_SHAPED)

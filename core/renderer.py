@@ -43,7 +43,7 @@ CONVEXITY_FACES = 20_000
 
 # Derivatives have random numbers of their own. An adjoint picture that comes from a picture of the same seed
 # would otherwise be correlated with the derivative, and the gradient of a loss of a noisy picture be biased.
-_DERIVATIVE_STREAM = 0xBB67AE85
+DERIVATIVE_STREAM = 0xBB67AE85
 
 # Parameters that neither change textures nor are changed by them.
 _UNTEXTURED = ("camera.", "world.", "lights.")
@@ -321,7 +321,7 @@ class Renderer:
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
         options = _options(spp, max_depth, seed, bounces, deepest)
-        return {**options, "seed": options["seed"] ^ _DERIVATIVE_STREAM, "terms": computed}
+        return {**options, "seed": options["seed"] ^ DERIVATIVE_STREAM, "terms": computed}
 
     def _may_be_convex(self) -> bool:
         faces = int(self._tables.mesh_first_face[-1])

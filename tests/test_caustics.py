@@ -16,7 +16,7 @@ GLASS = edgegrad.Material(np.ones(3), kind="GLASS", roughness=0.0, ior=1.4)
 
 
 def floor_by_a_mirror(mirror: edgegrad.Material, both_sides: bool = False) -> edgegrad.Scene:
-    """A floor beside a standing mirror. A lamp between them shines on the mirror, and on the floor if on `both_sides`."""
+    """A floor beside a standing mirror. A lamp between them shines on the mirror; on `both_sides`, on the floor too."""
     meshes = {
         "floor": rectangle((0, 0, 0), (0, 0, 0.5), (0.5, 0, 0), "clay"),
         "mirror": rectangle((1.0, 1.0, 0), (0, 1.0, 0), (0, 0, 1.0), "mirror"),

@@ -13,8 +13,10 @@ from edgegrad.output_files import replacing
 
 from .problem import Problem
 
-END = b"ENDB"  # code of the last block of an uncompressed .blend, whose header is at most END_BYTES long
-END_BYTES = 32
+# An uncompressed .blend ends in the header of an empty block of this code; from Blender 5.0 on, headers are longer and
+# the file's version number begins with the length of its own header ("BLENDER17-…" instead of "BLENDER-…").
+END = b"ENDB"
+END_BYTES, END_BYTES_BEFORE_5 = 32, 24
 # The end of a compressed .blend is Zstandard's seek table: frames' sizes, then their number, flags and this number.
 SEEK_TABLE = 0x8F92EAB1
 FOOTER = struct.Struct("<IBI")
@@ -82,11 +84,11 @@ def save_blend(path: Path) -> None:
 def is_complete(path: Path) -> bool:
     """Whether a .blend has its end. Blender reports no error where it writes a compressed one to a full disk."""
     with path.open("rb") as file:
-        start = file.read(7)
+        start = file.read(8)
         size = file.seek(0, os.SEEK_END)
-        if start == b"BLENDER":
-            file.seek(max(size - END_BYTES, 0))
-            return END in file.read()
+        if start.startswith(b"BLENDER"):
+            file.seek(max(size - (END_BYTES if start[7:].isdigit() else END_BYTES_BEFORE_5), 0))
+            return file.read(len(END)) == END
         if size < FOOTER.size:
             return False
         file.seek(size - FOOTER.size)

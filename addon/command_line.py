@@ -186,7 +186,9 @@ def _fit(arguments: argparse.Namespace) -> list[str]:
     session.write(result)
     failures = output.write(session, result)
     _print_notes([note for note in result.notes if note not in session.notes])
-    _say(f"loss {result.losses[0]:.5g} -> {result.losses[result.best]:.5g} in {result.seconds:.1f} s", sys.stdout)
+    where = f", saved as '{arguments.save}'" if arguments.save in output.written else ""
+    losses = f"{result.losses[0]:.5g} -> {result.losses[result.best]:.5g}"
+    _say(f"loss {losses} in {result.seconds:.1f} s{where}", sys.stdout)
     return failures
 
 

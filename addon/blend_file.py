@@ -36,7 +36,7 @@ def open_blend(blend: str | None, allow_scripts: bool) -> str | None:
 
     Returns
     -------
-    One sentence, if Python in the file was not run; else None.
+    One sentence on what the user may not expect: Python in the file was not run, or there is no file; else None.
 
     Raises
     ------
@@ -52,6 +52,8 @@ def open_blend(blend: str | None, allow_scripts: bool) -> str | None:
             bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False, use_scripts=allow_scripts)
         except RuntimeError as error:
             raise Problem(f"file '{blend}': can't be opened ({str(error).strip()})") from None
+    if not path:
+        return "no .blend is given or open, so this is about the scene that Blender starts with"
     if not bpy.app.autoexec_fail:
         return None
     skipped = f"file '{blend or opened}': Python in it was not run ({bpy.app.autoexec_fail_message})"

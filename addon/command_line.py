@@ -124,9 +124,9 @@ def _names(arguments: argparse.Namespace) -> Names:
 
 
 def _open(arguments: argparse.Namespace) -> None:
-    skipped = open_blend(arguments.blend, arguments.allow_scripts)
-    if skipped is not None:
-        _print_warnings([skipped])
+    warning = open_blend(arguments.blend, arguments.allow_scripts)
+    if warning is not None:
+        _print_warnings([warning])
 
 
 def _by_camera(option: str, texts: Sequence[str]) -> dict[str, str]:

@@ -134,3 +134,12 @@ def test_a_file_that_blender_opened_follows_blenders_own_option(scripted: Any, t
     assert not any(trace.exists() for trace in traces.values())
     bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=True)
     assert render(tmp_path, "--allow-scripts") == 0 and all(trace.exists() for trace in traces.values())
+
+
+def test_no_file_at_all_is_told(tmp_path: Path, capsys: Any) -> None:
+    bs.empty(4)
+    bs.camera()
+    bs.world((0.2, 0.2, 0.2))
+    bs.add("Cube", bs.cube("Cube"))
+    assert render(tmp_path) == 0
+    assert "edgegrad: warning: no .blend is given or open" in capsys.readouterr().err

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import errno
 import hashlib
 import json
@@ -191,7 +192,13 @@ def test_a_closed_log_does_not_lose_the_fitted_scene(tmp_path: Path, monkeypatch
 
         flush = isatty = lambda self: False
 
-    start = saved(tmp_path, "Front")
+    start, run = saved(tmp_path, "Front"), Session.run
+
+    def run_with_note(self: Session, *arguments: Any, **options: Any) -> Any:
+        result = run(self, *arguments, **options)
+        return dataclasses.replace(result, notes=("something to say",))
+
+    monkeypatch.setattr(Session, "run", run_with_note)
     monkeypatch.setattr("sys.stderr", Closed())
     code = fit(start, "--save", tmp_path / "fitted.blend")
     monkeypatch.undo()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
 import tempfile
 import unicodedata
 from collections.abc import Iterator, Sequence
@@ -120,13 +119,12 @@ class FitOutput:
         except OSError as error:
             yield str(error)
         # The fit may have taken hours, so its result is not given up for want of space in one folder.
-        rescue = Path(tempfile.gettempdir()) / f"{blend.stem}_{secrets.token_hex(4)}.blend"
         try:
-            save_blend(rescue)
+            rescue = _save_in_temporary_folder(blend.name)
             self.written.append(rescue)
             yield f"the fitted scene was saved as '{rescue}' instead of '{blend}'"
         except OSError as error:
-            yield str(error)
+            yield f"the fitted scene can't be saved in the temporary folder either: {error}"
 
     @property
     def _report(self) -> Path:
@@ -177,6 +175,16 @@ class FitOutput:
             self.written.append(self._report)
         except OSError as error:
             yield str(error)
+
+
+def _save_in_temporary_folder(name: str) -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="edgegrad-"))
+    try:
+        save_blend(folder / name)
+    except OSError:
+        folder.rmdir()
+        raise
+    return folder / name
 
 
 def picture_names(cameras: Sequence[str]) -> dict[str, str]:

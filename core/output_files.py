@@ -7,6 +7,7 @@ process or an error of the writer leaves an earlier file of that name whole.
 from __future__ import annotations
 
 import contextlib
+import errno
 import glob
 import os
 import secrets
@@ -17,6 +18,7 @@ from pathlib import Path
 
 # How all temporary names begin; the final name isn't part of them, since with it they could get too long.
 TEMPORARY = ".edgegrad-"
+CANNOT_FLUSH = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # of file systems that know no flushing
 PROBE_BYTES = 4096  # a full disk still takes the name of a file, but not its first block
 
 
@@ -50,9 +52,10 @@ def check_outputs(paths: Sequence[str | Path], suffixes: Sequence[str]) -> None:
             raise WriteError(f"file '{path}': must end in {' or '.join(suffixes)}{instead}")
         with _naming(f"file '{path}': can't be written"):
             folder = _destination(Path(path)).parent
-            if folder not in tried:
+        if folder not in tried:
+            with _naming(f"file '{path}': no file can be made in its folder"):
                 _try_to_create(folder)
-                tried.add(folder)
+            tried.add(folder)
 
 
 def check_output_folder(path: str | Path) -> None:
@@ -95,7 +98,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
             with contextlib.suppress(OSError):  # file systems without modes
                 shutil.copymode(final, temporary)
             with temporary.open("r+b") as file:
-                os.fsync(file.fileno())
+                _flush(file.fileno())
             temporary.replace(final)
         except BaseException:
             _remove(temporary)
@@ -128,7 +131,7 @@ def _try_to_create(folder: Path) -> None:
         with probe.open("xb") as file:
             file.write(bytes(PROBE_BYTES))
             file.flush()
-            os.fsync(file.fileno())
+            _flush(file.fileno())
     finally:
         _remove(probe)
 
@@ -142,6 +145,15 @@ def _remove(temporary: Path) -> None:
     for left in temporary.parent.glob(glob.escape(temporary.name) + "*"):
         with contextlib.suppress(OSError):
             left.unlink()
+
+
+def _flush(descriptor: int) -> None:
+    """Wait until what was written is on the disk: some systems report only then that there was no space for it."""
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in CANNOT_FLUSH:
+            raise
 
 
 def _flush_folder(folder: Path) -> None:

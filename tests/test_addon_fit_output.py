@@ -178,9 +178,21 @@ def test_a_full_disk_does_not_lose_the_fitted_scene(tmp_path: Path, capsys: Any,
         assert names(disk) == ["filler", "fitted.blend"]
         assert hashlib.sha256(earlier.read_bytes()).digest() == digest
     said = errors(capsys)
-    (rescued,) = (tmp_path / "temporary").iterdir()
+    (rescued,) = (tmp_path / "temporary").rglob("fitted.blend")
     assert len(said) == 2 and f"file '{earlier}': can't be written" in said[0] and str(rescued) in said[1]
     assert is_fitted(rescued)
+
+
+def test_no_space_anywhere_is_told_and_leaves_nothing(tmp_path: Path, capsys: Any, monkeypatch: Any) -> None:
+    start = saved(tmp_path, "Front")
+    with small_disk(tmp_path / "disk", 1024) as disk:
+        monkeypatch.setattr(tempfile, "tempdir", str(disk))
+        fill_after_the_fit(monkeypatch, disk, leave=8192)
+        assert fit(start, "--save", disk / "fitted.blend", "--out", tmp_path / "out") == 1
+        assert names(disk) == ["filler"]
+    said = errors(capsys)
+    assert len(said) == 2 and "fitted.blend'" in said[0] and "temporary folder" in said[1]
+    assert "after_Front.png" in names(tmp_path / "out")
 
 
 def test_a_closed_log_does_not_lose_the_fitted_scene(tmp_path: Path, monkeypatch: Any) -> None:

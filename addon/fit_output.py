@@ -25,6 +25,8 @@ from .session import Session, absolute
 SPP = 64  # samples per pixel of the pictures
 BEFORE, AFTER = "before", "after"
 SUFFIXES = (".exr", ".png")
+# What must not keep other files from being written.
+NOT_RENDERED = (ValueError, RuntimeError, FloatingPointError, MemoryError)
 # Bytes of a picture's name that come from its camera's: file systems take 255 in all.
 NAME_BYTES = 200
 
@@ -96,7 +98,7 @@ class FitOutput:
         Raises
         ------
         KeyboardInterrupt
-            Saying what has been written.
+            Saying what has been written, and what failed.
         """
         failures: list[str] = []
         self.written.clear()
@@ -108,7 +110,8 @@ class FitOutput:
                 failures += self._write_pictures(session, AFTER)
         except KeyboardInterrupt:
             done = ", ".join(f"'{path}'" for path in self.written) or "no file"
-            raise KeyboardInterrupt(f"the fit had ended; of its result, {done} was written") from None
+            said = "; ".join([f"the fit had ended; of its result, {done} was written", *failures])
+            raise KeyboardInterrupt(said) from None
         return failures
 
     def _save(self, blend: Path) -> Iterator[str]:
@@ -139,12 +142,16 @@ class FitOutput:
         """Render and write; yields a sentence for each failure."""
         if self.folder is None:
             return
-        renderer, limits = edgegrad.Renderer(session.export.scene), session.export.settings
+        try:
+            renderer, limits = edgegrad.Renderer(session.export.scene), session.export.settings
+        except NOT_RENDERED as error:
+            yield f"no picture {prefix} the fit can be rendered ({error})"
+            return
         for picture, target in zip(session.request.pictures, session.targets, strict=True):
             try:
                 pixels = renderer.render(spp=SPP, max_depth=limits.max_depth, bounces=limits.bounces,
                                          camera=target.camera)  # fmt: skip
-            except (ValueError, RuntimeError, FloatingPointError, MemoryError) as error:
+            except NOT_RENDERED as error:
                 yield f"camera '{picture.camera}': its picture {prefix} the fit can't be rendered ({error})"
                 continue
             for path in self._pictures(prefix, picture.camera):

@@ -18,6 +18,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
+import edgegrad
 from edgegrad import images
 from edgegrad_addon import command_line
 from edgegrad_addon.fit_output import picture_names
@@ -140,6 +141,24 @@ def test_a_picture_that_fails_loses_nothing_else(tmp_path: Path, capsys: Any, mo
     assert names(out) == ["after_Back.exr", "after_Back.png", *(f"before_{name}" for name in
                           ("Back.exr", "Back.png", "Front.exr", "Front.png")), "report.json"]  # fmt: skip
     assert is_fitted(fitted)
+
+
+def test_pictures_that_cannot_be_rendered_lose_nothing_else(tmp_path: Path, capsys: Any, monkeypatch: Any) -> None:
+    start, run = saved(tmp_path, "Front"), Session.run
+
+    def run_out_of_memory(self: Session, *arguments: Any, **options: Any) -> Any:
+        result = run(self, *arguments, **options)
+
+        def fail(*_: Any) -> Any:
+            raise MemoryError("no more")
+
+        monkeypatch.setattr(edgegrad, "Renderer", fail)
+        return result
+
+    monkeypatch.setattr(Session, "run", run_out_of_memory)
+    assert fit(start, "--out", tmp_path / "out", "--save", tmp_path / "fitted.blend") == 1
+    assert errors(capsys) == ["no picture after the fit can be rendered (no more)"]
+    assert "report.json" in names(tmp_path / "out") and is_fitted(tmp_path / "fitted.blend")
 
 
 def fill_after_the_fit(monkeypatch: pytest.MonkeyPatch, disk: Path, leave: int) -> None:

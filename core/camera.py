@@ -58,8 +58,8 @@ class Camera:
         (x0, y0, x1, y1): only these pixels of the full picture are rendered, x0 <= x < x1, row 0 on top;
         None: all. Rendered pictures have the crop's size.
     filter, filter_width
-        Pixel filter ``"BOX"``, ``"BLACKMAN_HARRIS"`` or ``"GAUSSIAN"`` and its full width in pixels, > 0, as
-        in Cycles (whose filters end at half that width to each side).
+        Pixel filter ``"BOX"``, ``"BLACKMAN_HARRIS"`` or ``"GAUSSIAN"`` and its full width in pixels, in (0, 256],
+        as in Cycles (whose filters end at half that width to each side).
     """
 
     to_world: NDArray[np.float64]

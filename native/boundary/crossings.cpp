@@ -125,8 +125,10 @@ Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const 
         return asked.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
     };
     Crossings out;
-    for (int64_t k = 0; k < all.size(); ++k)
+    for (int64_t k = 0; k < all.size(); ++k) {
+        may_cancel();
         if (moves(static_cast<size_t>(2 * k)) || moves(static_cast<size_t>(2 * k + 1))) out.add(all, k);
+    }
     return out;
 }
 
@@ -153,6 +155,7 @@ SceneView EdgesAndCrossings::view(SceneView scene) const {
 Candidates EdgesAndCrossings::crossings() const {
     Candidates out;
     for (int64_t k = 0; k < crossings_.size(); ++k) {
+        may_cancel();
         const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
         out.edge.push_back(edge_count_ + static_cast<int32_t>(k));
         out.u0.push_back(0.0f);
@@ -165,6 +168,7 @@ Candidates EdgesAndCrossings::crossings() const {
 void EdgesAndCrossings::add_candidates(const CameraView& camera, Candidates& candidates) const {
     const PictureFrame frame(camera);
     for (int64_t k = 0; k < crossings_.size(); ++k) {
+        may_cancel();
         const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
         frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::Piece& piece) {
             if (!(piece.pixels > 0.0)) return;

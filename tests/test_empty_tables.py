@@ -14,7 +14,7 @@ from edgegrad import expression as e
 from edgegrad.light import Light
 
 from .apart import apart
-from .small_scenes import camera, need, rectangle, white_world
+from .small_scenes import camera, need, rectangle
 
 SEEN = frozenset(("camera", "diffuse", "glossy", "transmission", "shadow"))
 TURNED = np.array([[0.8, 0.0, 0.6, 0.1], [0.0, 1.0, 0.0, 0.2], [-0.6, 0.0, 0.8, 0.3], [0.0, 0.0, 0.0, 1.0]])
@@ -29,10 +29,21 @@ LIGHTS: Mapping[str, Light] = {
 }
 
 
+# What no mesh has.
+UNUSED = {
+    "mirror": Material(kind="GLOSSY", roughness=0.0),
+    "brushed": Material(kind="GLOSSY", anisotropy=0.5),
+    "glass": Material(kind="GLASS", roughness=0.0, textures={"normal": e.Attribute("map")}),
+    "lamp": Material(emission=np.ones(3), textures={"emission": e.ImageTexture("image", e.Attribute("UVMap"))}),
+}
+IMAGES = {"image": edgegrad.Image(np.full((2, 3, 3), 0.5, np.float32))}
+
+
 def differentiate_without_meshes(name: str, kind: str, sky: bool) -> None:
     scene = Scene(replace(camera(), kind=kind), lights={name: LIGHTS[name]})
     if sky:
-        scene.world = white_world()
+        scene.world = edgegrad.World(np.ones(3), image="image")
+        scene.materials, scene.images = UNUSED, IMAGES
     moving = "direction" if name == "sun" else "to_world" if name in ("square", "ellipse") else "position"
     for path in (f"lights.{name}.{moving}", "camera.to_world"):
         for depth in (1, 3):
@@ -45,8 +56,9 @@ def differentiate_without_meshes(name: str, kind: str, sky: bool) -> None:
 
 def differentiate_all_lights() -> None:
     for name in LIGHTS:
-        differentiate_without_meshes(name, "PERSPECTIVE", name == "ball")
-        differentiate_without_meshes(name, "ORTHOGRAPHIC", False)
+        for kind in ("PERSPECTIVE", "ORTHOGRAPHIC"):
+            for sky in (False, True):
+                differentiate_without_meshes(name, kind, sky)
 
 
 def test_moving_lights_and_cameras_of_a_scene_without_meshes() -> None:

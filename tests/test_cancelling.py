@@ -5,6 +5,8 @@ Each call is cancelled when it first tells its progress, in a process with littl
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import sys
 from collections.abc import Callable
 
@@ -88,3 +90,26 @@ def cancel_all(name: str) -> None:
 def test_no_term_takes_memory_by_sample(name: str) -> None:
     need("native")
     apart(cancel_all, name, room=ROOM)
+
+
+def stop_at(last: int) -> Callable[[float], None]:
+    """A progress function that cancels when it is called for the `last` time."""
+    calls = itertools.count(1)
+
+    def progress(fraction: float) -> None:
+        if next(calls) == last:
+            raise edgegrad.Cancelled
+
+    return progress
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_what_follows_a_cancelled_call_is_the_same(name: str) -> None:
+    need("native")
+    path, adjoint = "meshes.box.vertices", np.ones((32, 32, 3), np.float32)
+    expected = Renderer(SCENES[name]()).render_backward(adjoint, [path], spp=4, max_depth=4)[path]
+    renderer = Renderer(SCENES[name]())
+    for last in range(1, 5):  # how often progress is told depends on the machine
+        with contextlib.suppress(edgegrad.Cancelled):
+            renderer.render_backward(adjoint, [path], spp=4, max_depth=4, progress=stop_at(last))
+    np.testing.assert_array_equal(renderer.render_backward(adjoint, [path], spp=4, max_depth=4)[path], expected)

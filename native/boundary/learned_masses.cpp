@@ -28,7 +28,7 @@ constexpr double kMostUnknown = 0.25;
 // Cells, about, beyond which directions have fewer than the samples' own.
 constexpr double kMostCells = 1 << 20;
 
-// The cell of directions, of n x n, in which the middle of a cell of others is.
+// The cell among n x n in which a cell among others x others begins.
 int32_t cell_among(int32_t cell, int32_t others, int32_t n) {
     if (n == others) return cell;
     const int32_t place = cell & ~kChained;
@@ -51,11 +51,10 @@ bool LearnedMasses::knows(const EdgeList& edges, const Candidates& candidates) c
 void LearnedMasses::begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells,
                           bool chains, double wanted) {
     const SceneTables& tables = edges.tables;
-    // Every edge has all cells of its directions: of many edges, fewer.
-    const double edges_cells =
-        static_cast<double>(std::max<int64_t>(1, candidates.size())) * (chains ? 2 : 1);
-    direction_cells = std::clamp(static_cast<int32_t>(std::sqrt(std::max(wanted, kMostCells) / edges_cells)),
-                                 1, direction_cells);
+    // Every edge has all cells of directions: where there are many edges, there are fewer cells.
+    const double lists = static_cast<double>(std::max<int64_t>(1, candidates.size())) * (chains ? 2 : 1);
+    direction_cells =
+        std::clamp(static_cast<int32_t>(std::sqrt(std::max(wanted, kMostCells) / lists)), 1, direction_cells);
     direction_cells_ = direction_cells, chains_ = chains, learned_ = false;
     guess_ = 1, mixture_ = 2, std::fill_n(&square_[0][0], kGuesses * kMixtures, 0.0);
     std::vector<int32_t> copies(static_cast<size_t>(tables.visible_meshes), 0);

@@ -9,6 +9,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Renderer, Scene, parameters
+from edgegrad import expression as e
 
 from .apart import apart
 from .small_scenes import box, camera, floating_box, matte, need
@@ -84,6 +85,13 @@ def test_numbers_beyond_single_precision_are_refused() -> None:
     apart(give_all)
 
 
+def test_numbers_of_expressions_are_refused() -> None:
+    scene = floating_box()
+    scene.materials["clay"].textures = {"roughness": e.Math("MULTIPLY", 1e60, e.Channel(e.Coordinates("POSITION"), 0))}
+    with pytest.raises(ValueError, match=r"material 'clay': textures\['roughness'\]: a number must not exceed 3\.4e"):
+        Renderer(scene)
+
+
 def test_what_transforms_make_of_vertices_is_refused() -> None:
     scene = floating_box()
     scene.meshes["box"].vertices = scene.meshes["box"].vertices * 1e12
@@ -122,7 +130,6 @@ def test_directions_that_are_no_numbers_stay_within_the_sky(which: int) -> None:
 
 
 def read_everywhere(instruction_set: str) -> None:
-    from edgegrad import expression as e
     from edgegrad.procedural import Brick
 
     from .texture_points import at_values

@@ -18,6 +18,7 @@ from .motion import motion
 from .picture_plan import picture_plan
 from .primary_plan import missing_texel_borders
 from .renderer import MAX_DERIVATIVE_DEPTH
+from .rim_plan import missing_rims
 from .scene import Scene
 from .specular_plan import missing_specular
 from .table_derivatives import asked_tables, wanted_tables
@@ -92,4 +93,5 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     left_out += missing_texel_borders(scene, wrt)
     if not narrow:
         left_out += missing_specular(scene, moves, wrt, max_depth)
+        left_out += missing_rims(scene, moves, wrt, max_depth)
     return Plan(picture, terms(scene, tables, wrt, moves, max_depth), tuple(left_out))

@@ -55,8 +55,8 @@ def textured(field: str, pixels: Floats, kind: str = "PRINCIPLED") -> Scene:
     )  # fmt: skip
 
 
-def picture(scene: Scene, **options: int) -> Floats:
-    return edgegrad.render(scene, **{"spp": 16, "max_depth": 3, **options}).astype(np.float64)
+def picture(scene: Scene) -> Floats:
+    return edgegrad.render(scene, spp=16, max_depth=3).astype(np.float64)
 
 
 @pytest.mark.parametrize("field", [*SHARES, *LAYERS, *COLORS, *OTHERS])

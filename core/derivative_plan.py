@@ -22,6 +22,7 @@ from .passed_surfaces import changing_shares, missing_shares
 from .placement import placed_meshes
 from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .renderer import TERMS
+from .rim_plan import rim_rule
 from .scene import Scene
 from .shadow_plan import horizon_rule, missing_shadows
 from .shape import close_pairs, convex, hide_nothing
@@ -106,6 +107,9 @@ def _interior(
         why.append(words)
     if computed and (met := _met_alone(scene, wrt)):
         why.append(f"only paths that meet {' or '.join(met)} are recorded")
+    rims = rim_rule(scene, moves, wrt, max_depth)
+    if computed and rims is not None:
+        why.append(rims)
     shares = changing_shares(scene, wrt, moves)
     if computed and shares is not None:
         why.append(shares)

@@ -11,8 +11,9 @@ from .scene import Scene
 
 
 def mean_color(image: Image, sphere: bool = False) -> NDArray[np.float64]:
-    """(3,) mean of an image; `sphere`: of the directions of an equirectangular one."""
-    rows = image.pixels.mean(axis=1, dtype=np.float64)
+    """(3,) mean of an image, what is negative counted as black; `sphere`: of directions of an equirectangular one."""
+    pixels = image.pixels if image.pixels.min() >= 0.0 else np.maximum(image.pixels, 0.0)
+    rows = pixels.mean(axis=1, dtype=np.float64)
     weights = np.ones(len(rows))
     if sphere:
         weights = np.sin(np.pi * (np.arange(len(rows)) + 0.5) / len(rows))

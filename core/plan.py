@@ -19,6 +19,7 @@ from .picture_plan import picture_plan
 from .primary_plan import missing_texel_borders
 from .render import caustic_share
 from .renderer import MAX_DERIVATIVE_DEPTH
+from .rim_plan import missing_rims
 from .scene import Scene
 from .specular_plan import causes_caustics, missing_caustics, missing_specular
 from .table_derivatives import asked_tables, wanted_tables
@@ -101,4 +102,5 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
         if thrown:
             share = caustic_share(scene, spp=measure, max_depth=max_depth) if measure else None
             left_out.append(missing_caustics(thrown, share))
+        left_out += missing_rims(scene, moves, wrt, max_depth)
     return Plan(picture, terms(scene, tables, wrt, moves, max_depth), tuple(left_out))

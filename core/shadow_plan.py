@@ -21,7 +21,7 @@ def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str
     bent = [name for name in scene.meshes if is_bent(scene, name)]
     if not bent:
         return False, "skipped: horizons, since no mesh is shaded with other normals than those of its faces"
-    sized = [name for name, light in scene.lights.items() if _has_size(light)]
+    sized = [name for name, light in scene.lights.items() if has_size(light)]
     lit = [f"the lights {', '.join(sized)}"] if sized else []
     if any(scene.emits(name) for name in scene.meshes):
         lit.append("emissive meshes")
@@ -45,7 +45,7 @@ def is_bent(scene: Scene, name: str) -> bool:
     return mesh.smoothing is not None or mapped
 
 
-def _has_size(light: Light) -> bool:
+def has_size(light: Light) -> bool:
     """Whether a plane can cut the light in two."""
     if isinstance(light, SunLight):
         return light.angle > 0.0
@@ -54,7 +54,7 @@ def _has_size(light: Light) -> bool:
 
 def missing_shadows(scene: Scene, moves: Motion) -> Iterator[str]:
     """Sentences on jumps of direct light that no edge carries: nothing computes them."""
-    sized = any(_has_size(light) for light in scene.lights.values())
+    sized = any(has_size(light) for light in scene.lights.values())
     sized = sized or any(scene.emits(name) for name in scene.meshes)
     sky = bool(np.any(scene.world.color * scene.world.strength))
     scattered = set(RAYS) - {"camera"}

@@ -126,8 +126,12 @@ def missing_caustics(materials: Sequence[str], share: float | None) -> str:
 
 
 def bends_rays(scene: Scene, wrt: Iterable[str]) -> bool:
-    """Whether `wrt` has a mirror's or glass' index or normal map, what its textures read, or normals."""
-    materials = specular_materials(scene)
+    """Whether `wrt` has a mirror's or smooth glass' index or normal map, what its textures read, or normals."""
+    return asks_bending(scene, specular_materials(scene), wrt)
+
+
+def asks_bending(scene: Scene, materials: list[str], wrt: Iterable[str]) -> bool:
+    """Whether `wrt` has the index or normal map of one of the materials, what its textures read, or normals."""
     if not materials:
         return False
     mixed = [scene.materials[name] for name in materials]

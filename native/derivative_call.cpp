@@ -17,6 +17,9 @@ namespace {
 // its time.
 constexpr double kHorizonShare = 0.125;
 
+// Paths that look for rims, per pixel and sample of the picture.
+constexpr double kRimShare = 0.5;
+
 // Segments of scan lines, by sample of the picture, beyond which the interior term of motions takes half of
 // the samples. Where mirrors and glass fill so much of the picture, its paths take twice as long to derive as
 // to follow, and the lines as long again: glass_sphere's interior and primary terms took 4.2 pictures, and
@@ -84,6 +87,12 @@ RenderOptions horizon_options(RenderOptions options) {
     return options;
 }
 
+RenderOptions rim_options(RenderOptions options) {
+    options.samples = std::max(1, static_cast<int>(std::lround(kRimShare * options.samples)));
+    options.seed ^= 0x9b05688cu;
+    return options;
+}
+
 }  // namespace
 
 Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& options, const Wanted& asked_of,
@@ -98,6 +107,8 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       scene(prepared.view()),
       plan(interior_plan(of_term(options, learned, kInteriorTerm))),
       horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
+      rims(ImagePlan(scene.camera, rim_options(of_term(options, learned, kInteriorTerm)), kRecordedPaths)
+               .sharing()),
       tables(differentiable_tables(scene, e.tables_)),
       passed(passed_leaves(scene, e.tables_, wanted, geometry)),
       surfaces(asked_surfaces(scene, e.tables_, wanted, passed)),
@@ -105,6 +116,8 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       learns(learned) {
     if (options.interior && !shading_is_constant(scene, e.tables_, wanted, options.max_depth))
         image_chunks = plan.chunks;
+    if (image_chunks > 0 && options.max_depth >= 2 && rims_move(scene, e.tables_, wanted))
+        rim_chunks = rims.chunks;
     // Where nothing is between surfaces, no edge hides one from another.
     RenderOptions edges = options;
     edges.indirect = options.indirect && options.max_depth >= 3 && !e.hides_no_surface();
@@ -156,6 +169,17 @@ AdjointTask Engine::DerivativeCall::record(const ImageTask& task, Workspace& wor
     return sweep;
 }
 
+AdjointTask Engine::DerivativeCall::record_rims(const ImageTask& task, Workspace& work,
+                                                AdjointWorkspace& adjoint,
+                                                const DifferentiableTables& of) const {
+    const AdjointTask sweep = recording(task, work, adjoint, of);
+    work.vertices->rims = true;
+    engine.kernels_.record(scene, task, work);
+    engine.kernels_.close_up(work, task.pixel_count * task.samples);
+    AdjointWorkspace::release(work);
+    return sweep;
+}
+
 ValueTask Engine::DerivativeCall::record_values(const ImageTask& task, Workspace& work,
                                                 AdjointWorkspace& adjoint,
                                                 const DifferentiableTables& of) const {
@@ -189,6 +213,8 @@ void Engine::DerivativeCall::count_samples(LearnedSampling& learned) const {
     std::fill_n(learned.taken, kDerivativeTerms, 0.0);
     if (image_chunks > 0)
         learned.taken[kInteriorTerm] = static_cast<double>(plan.pixels) * plan.options.samples;
+    if (rim_chunks > 0)
+        learned.taken[kInteriorTerm] += static_cast<double>(rims.pixels) * rims.options.samples;
     if (edge_on) learned.taken[kInteriorTerm] += static_cast<double>(edge_on->total());
     if (horizon_chunks > 0)
         learned.taken[kShadowTerm] = static_cast<double>(horizon.pixels) * horizon.options.samples;

@@ -25,6 +25,9 @@ struct Engine::DerivativeCall {
     // Renders a task's paths with their vertices; the task of sweeps over them.
     AdjointTask record(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
                        const DifferentiableTables& of) const;
+    // The same of paths that look for rims of transmission lobes (path/rim.h).
+    AdjointTask record_rims(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
+                            const DifferentiableTables& of) const;
     // The same where light is a product and a sum of what is asked for.
     ValueTask record_values(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
                             const DifferentiableTables& of) const;
@@ -65,7 +68,7 @@ struct Engine::DerivativeCall {
     const PreparedScene prepared;
     const SceneView& scene;
     ImagePlan plan;
-    const ImagePlan horizon;
+    const ImagePlan horizon, rims;
     const std::vector<NamedTable> tables;
     const std::vector<int32_t> passed;  // PassedLeaf bits by leaf; empty: none
     const AskedSurfaces surfaces;
@@ -74,7 +77,7 @@ struct Engine::DerivativeCall {
     std::optional<SpecularTerm> specular;
     std::optional<EdgeOnTerm> edge_on;
     bool divided = false;  // the interior term takes fewer samples
-    int64_t image_chunks = 0, horizon_chunks = 0, boundary_chunks = 0;
+    int64_t image_chunks = 0, horizon_chunks = 0, rim_chunks = 0, boundary_chunks = 0;
     mutable DropCount dropped;           // by the interior term
     mutable DropCount dropped_horizons;  // by the horizon term
     mutable DropCount dropped_chains;    // by the specular one

@@ -37,7 +37,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
                                                  values("light_params"),
                                                  values("environment_rotation")});
 
-    const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
+    const int64_t all = call.image_chunks + call.horizon_chunks + call.rim_chunks + call.boundary_chunks;
     int64_t done = 0;
     // Progress of a part of `size` chunks as that of the whole.
     const auto part = [&](int64_t size) -> Progress {
@@ -127,6 +127,20 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
                          });
                      });
     }
+    if (call.rim_chunks > 0) {
+        parallel_for(threads_, call.rim_chunks, part(call.rim_chunks), [&](int thread, int64_t chunk) {
+            call.rims.for_each_task(chunk, [&](const ImageTask& task) {
+                ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
+                Workspace& w = mine.paths();
+                DroppedSamples lost;
+                AdjointTask sweep = call.record_rims(task, w, mine.adjoint, tables);
+                sweep.dropped = &lost;
+                kernels_.path_forward(scene, sweep, w.radiance);
+                call.dropped.add(lost);
+                kernels_.accumulate(task, w, image);
+            });
+        });
+    }
     add_pass(1);
     if (call.edge_on)
         add_samples(call.edge_on->total(), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
@@ -162,7 +176,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     std::vector<ThreadMemory>& of_thread = *memory;
     std::atomic<int64_t> done{0};
     const Progress report = [&](double) {  // groups take long: progress counts chunks
-        const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
+        const int64_t all = call.image_chunks + call.horizon_chunks + call.rim_chunks + call.boundary_chunks;
         told = all ? static_cast<double>(done) / static_cast<double>(all) : 1.0;
         if (progress) progress(told);
     };
@@ -244,6 +258,16 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
                 DroppedSamples lost;
                 kernels_.horizon_backward(scene, call.horizon_task(task, lost), w, adjoint, d);
                 call.dropped_horizons.add(lost);
+            });
+        }
+        for (int64_t chunk = group; chunk < call.rim_chunks && !cancelled(); chunk += count, ++done) {
+            if (!call.rims.any_adjoint(chunk, adjoint)) continue;
+            call.rims.for_each_task(chunk, [&](const ImageTask& task) {
+                DroppedSamples lost;
+                AdjointTask sweep = call.record_rims(task, w, mine.adjoint, gradient.tables);
+                sweep.dropped = &lost;
+                kernels_.path_backward(scene, sweep, adjoint);
+                call.dropped.add(lost);
             });
         }
         if (call.edge_on) add_edge_on(static_cast<size_t>(thread), group, gradient);

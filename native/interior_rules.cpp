@@ -116,6 +116,22 @@ bool shading_is_constant(const SceneView& scene, const SceneTables& tables, cons
            nothing_shaded_moves(scene, tables, wanted, max_depth);
 }
 
+bool rims_move(const SceneView& scene, const SceneTables& tables, const Wanted& wanted) {
+    const bool textures = wanted.any("texture_pixels") || wanted.any("texture_attributes") ||
+                          wanted.any("texture_lookups") || wanted.any("texture_constants");
+    for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf) {
+        if (!may_refract_roughly(tables, leaf)) continue;
+        if (wanted.geometry()) return true;
+        // Of a shader's values, its index and what bends its normals.
+        const auto asks = [&](size_t first, size_t last) {
+            return wanted.any("leaf_params", leaf * kMaterialParams + first, leaf * kMaterialParams + last);
+        };
+        if (asks(kIor, kIor + 1) || asks(kNormalMap, kNormalStrength + 1)) return true;
+        if (textures && scene.textures.leaf_program && scene.textures.leaf_program[leaf] >= 0) return true;
+    }
+    return false;
+}
+
 AskedSurfaces asked_surfaces(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
                              const std::vector<int32_t>& passed) {
     AskedSurfaces out;

@@ -14,6 +14,9 @@ namespace edgegrad {
 bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
                          int max_depth);
 
+// Whether rims of transmission lobes may move (path/rim.h).
+bool rims_move(const SceneView& scene, const SceneTables& tables, const Wanted& wanted);
+
 // Which surfaces have derivatives, where nothing else does. Emission is seen from everywhere, and shadows of
 // what lets light through (`passed`, of passed_leaves.h) are.
 AskedSurfaces asked_surfaces(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,

@@ -30,6 +30,7 @@ class AdjointWorkspace {
         // What an earlier call asked for is none of this one's business.
         vertices_.geometry = vertices_.misses = true;
         vertices_.asked = {};
+        vertices_.rims = false;
         vertices_.passed.leaves = nullptr;
         work.camera = camera_;
         task_.image = &image;

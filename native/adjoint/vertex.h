@@ -82,6 +82,18 @@ EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask ac
     return scattered_moving(scene, surface, active, s);
 }
 
+// A surface at whose vertices paths go along the rim of its transmission lobe: what moves the rim instead of
+// the BSDF (path/rim.h). That lights are seen through transmission was made sure of when they were found.
+struct RimOfSurface {
+    const ShadedSurface& surface;
+
+    static constexpr bool kSmooth = false;
+    EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
+        return {surface.evaluate_rim(active, w), splat(0.0f)};
+    }
+    EG_INLINE BsdfValue evaluate_for(Int, Mask active, Vec3 w) const { return evaluate(active, w); }
+};
+
 // Light of the lights of the table that specular and camera rays meet on their way.
 EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
     Vec3 sum = zero3();
@@ -235,7 +247,9 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         out.direction = mirrored.wi;
     } else if (scatters || any(perfect)) {
         const ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
-        reflected = reflected + scattered(scene, surface, others, s);
+        const Mask rim = others & load(v.rim);
+        reflected = reflected + scattered(scene, surface, others & ~rim, s);
+        if (any(rim)) reflected = reflected + scattered(scene, RimOfSurface{surface}, rim, s);
         if (any(perfect)) {
             const Specular mirrored = scatter_specular(surface.bsdf, load(v.lobe), load(v.transmitted));
             Vec3 value = mirrored.value;

@@ -22,6 +22,7 @@ struct PathPacket {
     Int vertex;       // surfaces met, passed ones included: which random numbers come next
     Int kind;         // RayKind
     Mask touched;     // recorded paths: it has met what has a derivative
+    Mask past_rim;    // of paths that look for rims: it has been scattered along one (path/rim.h)
     Mask final_ray;   // it brings light that it meets, and isn't scattered again
     // A surface scattered the path by a lobe that is not perfect, and after that one by a perfect lobe: its
     // light is a caustic on the first of them.
@@ -37,7 +38,8 @@ EG_INLINE Int pack_state(const PathPacket& p) {
            ((p.both_sides & 1) << (kSegmentBits + kVertexBits + 4)) |
            ((p.touched & 1) << (kSegmentBits + kVertexBits + 5)) |
            ((p.blurred & 1) << (kSegmentBits + kVertexBits + 6)) |
-           ((p.caustic & 1) << (kSegmentBits + kVertexBits + 7));
+           ((p.caustic & 1) << (kSegmentBits + kVertexBits + 7)) |
+           ((p.past_rim & 1) << (kSegmentBits + kVertexBits + 8));
 }
 
 EG_INLINE void unpack_state(Int state, PathPacket& p) {
@@ -49,6 +51,7 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.touched = ((state >> (kSegmentBits + kVertexBits + 5)) & 1) != 0;
     p.blurred = ((state >> (kSegmentBits + kVertexBits + 6)) & 1) != 0;
     p.caustic = ((state >> (kSegmentBits + kVertexBits + 7)) & 1) != 0;
+    p.past_rim = ((state >> (kSegmentBits + kVertexBits + 8)) & 1) != 0;
 }
 
 // Number of bounces of a kind (kDiffuseRay, kGlossyRay, kTransmissionRay, or 4: transparent) so far.

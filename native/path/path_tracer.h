@@ -12,6 +12,7 @@
 #include "path/edge_step.h"
 #include "path/first_rays.h"
 #include "path/recorder.h"
+#include "path/rim.h"
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
 #include "path/value_recorder.h"
@@ -194,6 +195,15 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
     if (any(part.active)) {
         ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
         surface.bsdf.glass.by_slope = vertex && work.vertices->geometry;
+        if (vertex && work.vertices->rims) {
+            const RimChoice rims = choose_rims(task, part, surface, index);
+            if (any(rims.taken)) {
+                alive = scatter_at_rim(scene, task, work, part, x, surface, rims, alive, *vertex);
+                part.active &= ~rims.taken;
+                if (!any(part.active)) return alive;
+            }
+            part.throughput = part.throughput * rims.others;
+        }
         if (vertex && work.vertices->asked.lobes) {
             const AskedSurfaces& asked = work.vertices->asked;
             favour(surface.bsdf, part.active & asks(asked, shader.leaf), asked.lobes,

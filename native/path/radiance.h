@@ -25,10 +25,11 @@ static void radiance_kernel(const SceneView& scene, const ImageTask& task, Works
     accumulate(task, work, image);
 }
 
-// The same paths, whose vertices are recorded in work.vertices.
+// The same paths, whose vertices are recorded in work.vertices, or others that look for rims.
 static void record_kernel(const SceneView& scene, const ImageTask& task, Workspace& work) {
     work.vertices->clear();
     run_paths(scene, task, work, start_paths(scene, task, work));
+    if (work.vertices->rims) keep_rims(*work.vertices);
 }
 
 // The same paths, of which work.values takes what derivatives by colours and strengths need.

@@ -155,6 +155,8 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     const ValueMemory* values = work.values;
     const bool recorded = vertex || values;
     if (recorded) p.active &= p.touched;
+    const bool rims = vertex && work.vertices->rims;
+    if (rims) p.active &= p.past_rim;
     if (any(p.active)) {
         if (scene.lights.count > 0 && (!values || wants_lights(*values)))
             add_light(scene, work, p, x, surface, alone, index, vertex);
@@ -181,6 +183,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     // A path's last surface doesn't scatter; it is worth meeting only for what the path has met before.
     if (recorded && !(scene.all_flags & kHasTransparency)) p.active &= p.touched | ~p.final_ray;
     if (values && !wants_met_light(scene, *values)) p.active &= ~p.final_ray;
+    if (rims) p.active &= p.past_rim | ~p.final_ray;
     p.throughput = p.throughput * s.weight;
     if (values) p.throughput = p.throughput * scattering_color(*values);
     const Float brightest = largest_component(p.throughput);

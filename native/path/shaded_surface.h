@@ -35,6 +35,11 @@ struct ShadedSurface {
         f.value = select(dot(bsdf.ng, w) > 0.0f, above, below);
         return f;
     }
+    // What moves the rim of its transmission lobe (shading/bsdf/transmission_rim.h); its value is 0.
+    EG_INLINE Vec3 evaluate_rim(Mask active, Vec3 w) const {
+        const Vec3 change = EDGEGRAD_ISA::evaluate_rim(bsdf, active, w);
+        return smooth ? change * detach(bump_shadowing(*smooth, normal, w, diffuse)) : change;
+    }
     EG_INLINE BsdfSample sample(Mask active, Float choice, Float u, Float v) const {
         BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, choice, u, v);
         if (smooth) s.weight = s.weight * bump_shadowing(*smooth, normal, s.wi, diffuse);

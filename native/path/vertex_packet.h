@@ -56,6 +56,7 @@ struct alignas(64) VertexPacket {
     Ints samples;    // -1: a direction was sampled, even if no ray was traced along it
     Ints continues;  // -1: light may come along it
     Ints specular, transmitted, lobe;
+    Ints rim;  // -1: it goes along the rim of the transmission lobe (path/rim.h), as its light sample does
     Floats next_direction[3], next_scale;
     Floats last_scale[3];  // of environment's light along it, where nothing else could be met
 
@@ -70,6 +71,7 @@ struct VertexMemory {
     bool geometry = true;  // positions or directions have derivatives
     bool misses = true;    // so has what rays bring that meet nothing
     AskedSurfaces asked;
+    bool rims = false;    // paths look for rims of transmission lobes, and bring nothing else (path/rim.h)
     PassedMemory passed;  // by the vertices' shadow rays
 
     void clear() { count = passed.count = 0; }

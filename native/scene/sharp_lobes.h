@@ -19,6 +19,13 @@ inline bool has_sharp_lobe(const SceneTables& tables, size_t leaf, float widest)
     return sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness));
 }
 
+// Whether a shader may have a transmission lobe that isn't perfect.
+inline bool may_refract_roughly(const SceneTables& tables, size_t leaf) {
+    const float* row = tables.leaf_params.data() + leaf * kMaterialParams;
+    return (tables.leaf_flags[leaf] & kHasRefraction) &&
+           (row[kRoughness] > 0.0f || is_textured(tables, leaf, kRoughness));
+}
+
 // Whether a shader may be a perfect mirror, or glass that is perfectly smooth. (Textures of roughness may say
 // so anywhere.)
 inline bool may_be_specular(const SceneTables& tables, size_t leaf) {

@@ -3,6 +3,7 @@
 
 #include "sampling/sobol.h"
 #include "scene/geometry.h"
+#include "shading/value_ranges.h"
 #include "texture/normal_map.h"
 #include "texture/program.h"
 
@@ -87,8 +88,10 @@ EG_OUTLINE Shader leaf_shader(const SceneView& scene, const SurfacePoint& x, Int
     } else {
         load_row<kMaterialParams>(scene, s, 0);
     }
-    if (scene.textures.leaf_program)
+    if (scene.textures.leaf_program) {
         run_program(scene, x.active, gather(scene.textures.leaf_program, s.leaf), point, s.row);
+        keep_in_ranges(s.row, scene.all_flags, scene.common_flags & kLambertian);
+    }
     return s;
 }
 

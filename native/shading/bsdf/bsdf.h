@@ -141,6 +141,13 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
     return sum;
 }
 
+// What moves the rim of the transmission lobe, as a function whose value is 0: see shading/bsdf/transmission_rim.h.
+EG_INLINE Vec3 evaluate_rim(const Bsdf& f, Mask active, Vec3 wi) {
+    const Mask under = active & (dot(f.ng, wi) < 0.0f);
+    if (!f.any_lobe[kInterfaceLobe] || !any(under)) return zero3();
+    return select(under, rim_change(f.glass, f.view, to_local(f, wi)), zero3());
+}
+
 // Directions of one kind of lobe for the lanes that picked it; the rest of a sample follows from them.
 struct Direction {
     Vec3 wi;

@@ -6,6 +6,7 @@
 #include "shading/bsdf/oren_nayar.h"
 #include "shading/bsdf/sample.h"
 #include "shading/bsdf/sheen.h"
+#include "shading/bsdf/transmission_rim.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -61,14 +61,18 @@ EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view,
                           (2.0f * max(detach(view.z) + detach(g.ggx.stretched), 1e-20f)))};
 }
 
+// `kOnRim`: of a direction on the lobe's rim (shading/bsdf/transmission_rim.h), the limit from inside the
+// lobe.
+template <bool kOnRim = false>
 EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
     const Vec3 sum = view + w * g.eta;
     // The normal of refracting microfacets points from the denser medium to the other.
     const Float inverse = select(g.eta > 1.0f, splat(-1.0f), 1.0f) / max(sqrt(dot(sum, sum)), 1e-20f);
     const Vec3 h = sum * inverse;
     const Float ho = dot(h, view), hi = dot(h, w);
+    const Mask inside = kOnRim ? splat(-1) : h.z > 0.0f;
     const Mask rough =
-        ~refracts_smoothly(g) & (view.z > 0.0f) & (w.z < 0.0f) & (h.z > 0.0f) & (ho > 0.0f) & (hi < 0.0f);
+        ~refracts_smoothly(g) & (view.z > 0.0f) & (w.z < 0.0f) & inside & (ho > 0.0f) & (hi < 0.0f);
     // No early return where no lane refracts: GCC 12 takes it always when a packet has one lane.
     const Split s = split_light(g, ho);
     const Float jacobian = g.eta * g.eta * inverse * inverse * abs(hi);

@@ -36,7 +36,10 @@ EG_INLINE Vec3 coat_filter(const MaterialValues& v, Float cosine) {
         return select(t > 0.0f, pow_positive(max(t, 1e-20f), depth), 0.0f);
     };
     const Vec3 tint = {power(v.coat_tint.x), power(v.coat_tint.y), power(v.coat_tint.z)};
-    return mix(white(), tint, v.coat_weight);
+    // A coat of more than all of the surface lets nothing through where it would take more light than there
+    // is.
+    const Vec3 share = mix(white(), tint, v.coat_weight);
+    return {max(share.x, 0.0f), max(share.y, 0.0f), max(share.z, 0.0f)};
 }
 
 // Sheen and coat of a packet, and what they leave of light from below.

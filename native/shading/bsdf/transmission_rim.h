@@ -1,0 +1,71 @@
+// The rim of the transmission lobe, where refraction stops at once.
+//
+// Light from w is refracted towards the view v by microfacets whose normal h is along v + eta w. No
+// microfacet is turned away from the surface, so that there is no light where h.z < 0, while at h.z = 0 the
+// GGX distribution is alpha^2 / pi: f jumps to 0 at the rim
+//   g(v, w) = v.z + eta w.z = 0,
+// a cone of directions about the shading normal (the local z). The lobe is where (1 - eta) g > 0. The domain
+// of
+//   L = int f |w.z| L(w) dw
+// thus moves with v, with the normal and with eta. In polar coordinates about z, |dg/dw.z| = eta, and
+// (Reynolds; derivations, O)
+//   dI = sign(1 - eta) int dphi f |w.z| L(w) dg/eta,
+// with dg along the w that the interior term holds: a direction, or one that rides with what it leads to.
+#pragma once
+
+#include "shading/bsdf/interface.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Whether the lobe ends at a rim. Seen steeply from the denser medium (v.z > eta) all of it is inside.
+EG_INLINE Mask has_rim(const Interface& g, Vec3 view) {
+    return ~refracts_smoothly(g) & (largest_component(g.transmission) > 0.0f) & (view.z > 0.0f) &
+           (view.z < g.eta);
+}
+
+struct RimSample {
+    Mask active;
+    Vec3 w;     // in the local frame
+    Float pdf;  // by angle about the normal
+};
+
+// A direction on the rim. f is in proportion to (h.v) |h.w| / |v + eta w|^2, a peak opposite to the view that
+// is the narrower the closer eta is to 1: the density of angles is in proportion to 1 / |v + eta w|^2, whose
+// integral is an arctangent.
+EG_INLINE RimSample sample_rim(const Interface& g, Vec3 view, Float u) {
+    const Float v2 = view.x * view.x + view.y * view.y, sine = sqrt(v2);
+    // v + eta w has the length |r e^(i psi) - sine| in the plane, psi the angle from the direction opposite
+    // to v.
+    const Float r2 = max(g.eta * g.eta - view.z * view.z, 0.0f), r = sqrt(r2);
+    const Float across = max(abs(g.eta * g.eta - 1.0f), 1e-12f), along = sine + r;
+    const Float k = along * along / across;
+    Float s, c;
+    sincos_turn(0.5f * u, s, c);  // tan(psi / 2) = -c / (k s)
+    const Float a = k * k * s * s, b = c * c, scale = 1.0f / max(a + b, 1e-30f);
+    const Float cosine = (a - b) * scale, turn = -2.0f * k * s * c * scale;
+    const Float near = across / max(along, 1e-20f);
+    const Float sum2 = near * near + 4.0f * sine * r * b * scale;
+    const Float inverse = 1.0f / max(sine, 1e-20f);
+    const Mask tilted = sine > 1e-10f;
+    const Float x = select(tilted, view.x * inverse, splat(1.0f)), y = select(tilted, view.y * inverse, 0.0f);
+    const Float out = r / g.eta;
+    RimSample sample;
+    sample.active = has_rim(g, view);
+    sample.w = {(-x * cosine - y * turn) * out, (-y * cosine + x * turn) * out, -view.z / g.eta};
+    sample.pdf = across * 0.159154943f / max(sum2, 1e-30f);
+    return sample;
+}
+
+// sign(1 - eta) f |w.z| g / eta for a direction on the rim, with the derivative of g alone: its value is 0.
+EG_INLINE Vec3 rim_change(const Interface& g, Vec3 view, Vec3 w) {
+    const Vec3 f = detach(evaluate_refraction<true>(g, view, w).value);
+    const Float moved = view.z + g.eta * w.z, eta = detach(g.eta);
+    return f * ((moved - detach(moved)) * select(eta > 1.0f, -1.0f / eta, 1.0f / eta));
+}
+
+// How much f |w.z| is there: what the rim is worth to a sample.
+EG_INLINE Vec3 rim_value(const Interface& g, Vec3 view, Vec3 w) {
+    return evaluate_refraction<true>(g, view, w).value;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

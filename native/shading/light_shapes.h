@@ -20,11 +20,14 @@ struct ShapeSample {
 
 // ---- Triangles: corners relative to the point, m = (p1 - p0) x (p2 - p0) ----
 
+// r^2 / (A cos). The normal m is scaled first: the fourth power of a small light's size is no single-precision
+// number.
 EG_INLINE Float area_pdf(Vec3 offset, Vec3 m, Float area) {
-    const Float r2 = dot(offset, offset), r = sqrt(r2);
-    const Float facing = abs(dot(offset, m));  // r |m| cos
-    const Float length = sqrt(dot(m, m));
-    return r2 * r * length / max(area * facing, 1e-37f);
+    const Vec3 n = m * (1.0f / max(max(abs(m.x), max(abs(m.y), abs(m.z))), 1e-37f));
+    const Float r2 = dot(offset, offset);
+    const Float facing = abs(dot(offset, n));  // r |n| cos
+    const Float cosine = facing / max(sqrt(r2 * dot(n, n)), 1e-37f);
+    return r2 / max(area, 1e-37f) / max(cosine, 1e-37f);
 }
 
 // Weights of a triangle's second and third corner where the ray along w meets it.

@@ -123,10 +123,11 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
     edges.indirect = options.indirect && options.max_depth >= 3 && !e.hides_no_surface();
     if (anything_moves(asked) && (edges.primary || edges.shadow || edges.indirect)) {
         const auto normals = e.normals();
-        terms = boundary_terms(
-            scene,
-            {e.tables_, sides.data(), e.closed_, normals->data(), e.kernels_, e.threads_, lights, e.kept_},
-            edges, asked, e.guided_, e.aimed_, learned);
+        const std::vector<uint8_t> clear = e.clear_emitters(*lights);
+        terms = boundary_terms(scene,
+                               {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
+                                e.threads_, lights, e.kept_},
+                               edges, asked, e.guided_, e.aimed_, learned);
     }
     if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
     specular =

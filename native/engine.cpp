@@ -45,9 +45,7 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
     tables_.edge_faces = std::move(faces);
     tables_.edge_opposite = std::move(opposite);
     closed_ = closed_meshes(tables_);
-    connected_.clear();
-    for (size_t mesh = 0; mesh < closed_.size() && closed_.size() <= kMostConvex; ++mesh)
-        connected_.push_back(closed_[mesh] && is_connected(tables_, mesh));
+    connected_.assign(closed_.size(), std::nullopt);
     bodies_ = nullptr;
     forget_shapes();
     kept_.clear();
@@ -159,17 +157,30 @@ void Engine::forget_shapes() {
     apart_.reset();
 }
 
-// Whether a mesh hides nothing of itself: a flat sheet, or a convex body. Of few meshes' scenes.
+// Whether a mesh hides nothing of itself: a flat sheet, or a convex body.
 bool Engine::is_convex_mesh(size_t mesh) const {
     const int8_t side = (*bodies())[mesh].side;
     const std::lock_guard<std::mutex> lock(made_lock_);
     convex_.resize(closed_.size());
     std::optional<bool>& convex = convex_[mesh];
-    if (!convex && closed_[mesh])
-        convex = connected_[mesh] && side != 0 && is_convex(tables_, mesh, side, threads_);
-    else if (!convex)
+    if (!convex && closed_[mesh]) {
+        convex = side != 0 && is_convex(tables_, mesh, side, threads_);
+        std::optional<bool>& connected = connected_[mesh];
+        if (*convex && !connected) connected = is_connected(tables_, mesh);
+        convex = *convex && *connected;
+    } else if (!convex)
         convex = is_flat(tables_, mesh);
     return *convex;
+}
+
+// By mesh: whether it gives light, and hides nothing of itself. Lights are picked among groups: only meshes
+// that are a group by themselves are looked at.
+std::vector<uint8_t> Engine::clear_emitters(const LightList& lights) const {
+    std::vector<uint8_t> clear(closed_.size(), 0);
+    for (int32_t mesh : lights.top_mesh())
+        if (mesh >= 0 && !clear[static_cast<size_t>(mesh)])
+            clear[static_cast<size_t>(mesh)] = is_convex_mesh(static_cast<size_t>(mesh));
+    return clear;
 }
 
 // Whether the scene is a flat sheet or one convex body, seen from outside, whose light only leaves it above

@@ -96,6 +96,7 @@ class Engine {
     std::shared_ptr<const std::vector<float>> normals() const;
     void forget_shapes();
     bool is_convex_mesh(size_t mesh) const;
+    std::vector<uint8_t> clear_emitters(const LightList& lights) const;
     bool hides_no_light() const;
     bool hides_no_surface() const;
 
@@ -125,8 +126,8 @@ class Engine {
     bool has_edges_ = false, guided_ = true;
     float aimed_ = 0.25f;
     // What the topology alone says, once the edges are known.
-    std::vector<uint8_t> closed_;     // by mesh
-    std::vector<uint8_t> connected_;  // by mesh, of scenes of one or two
+    std::vector<uint8_t> closed_;                         // by mesh
+    mutable std::vector<std::optional<bool>> connected_;  // by mesh, once it is asked for
 };
 
 }  // namespace edgegrad

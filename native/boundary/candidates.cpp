@@ -10,6 +10,7 @@
 #include "kernels.h"
 #include "parallel.h"
 #include "sampling/z_order.h"
+#include "scene/light_list.h"
 #include "scene/mesh_edges.h"
 #include "scene/mesh_instances.h"
 
@@ -73,6 +74,8 @@ struct RunMasses {
         t.instance = run.instance;
         t.first = run.first, t.count = run.count;
         t.normal = edges.normal;
+        t.clear_mesh = edges.clear[static_cast<size_t>(run.mesh)] ? run.mesh : -2;
+        t.light_mesh = edges.lights->top_mesh().data();
         t.solid_side = edges.solid_side[run.mesh];
         t.mass = mass.data(), t.pixels = pixels.data();
         t.tile = tile.data(), t.flat = flat.data();

@@ -49,6 +49,7 @@ struct EdgeList {
     const SceneTables& tables;
     const int8_t* solid_side;            // by mesh (boundary/solids.h)
     const std::vector<uint8_t>& closed;  // by mesh (closed_meshes)
+    const std::vector<uint8_t>& clear;   // by mesh: it gives light and hides nothing of itself
     const float* normal;                 // by face (unit_normals)
     const KernelTable& kernels;
     int threads;

@@ -19,6 +19,10 @@ struct EdgeMassTask {
     const float* normal;  // (F, 3) of faces as they are wound, unit; 0 where they have no area
     const uint8_t*
         seam;  // by edge from `first` on; null: found where it matters, of the edges that are `flat`
+    // The mesh of these edges if it hides nothing of the light that its own faces give (convex_meshes.h),
+    // else -2; and by node on top of the lights, the mesh whose faces alone it consists of, or -1.
+    int32_t clear_mesh;
+    const int32_t* light_mesh;
     int32_t solid_side;  // boundary/solids.h
     bool sharp;          // shadows of lights without size
     bool cut_all;        // all edges are to be cut to the frame

@@ -220,10 +220,13 @@ EG_INLINE Mask may_be_silhouette(const Wedges& w, Vec3 d, float radius) {
 }
 
 // Bound of the light that edges may take from surfaces: of the nodes among which a light is picked, those
-// that may see it as a silhouette, by what they give at its distance.
-EG_INLINE Float hidden_light(const LightView& lights, const Wedges& w, Mask all_sides) {
+// that may see it as a silhouette, by what they give at its distance. The faces of a mesh that hides nothing
+// of itself are nearest to its own edges, which would get most of the samples for nothing.
+EG_INLINE Float hidden_light(const LightView& lights, const EdgeMassTask& task, const Wedges& w,
+                             Mask all_sides) {
     Float sum = splat(0.0f);
     for (int32_t k = 0; k < lights.top; ++k) {
+        if (task.light_mesh[k] == task.clear_mesh && !any(all_sides)) continue;
         const LightNode& n = lights.nodes[k];
         const float power = n.power > 1e-30f ? n.power : 1e-30f;
         if (n.radius < 0.0f) {
@@ -252,7 +255,7 @@ EG_INLINE Float hiding_mass(const SceneView& scene, const EdgeMassTask& task, co
         const Float angle = atan2(sqrt(dot(sine, sine)), dot(w.oriented[0], w.oriented[1]));
         mass *= select((w.faces == 2) & ~all_sides, angle, splat(kPi));
     } else {
-        mass *= hidden_light(scene.lights, w, all_sides);
+        mass *= hidden_light(scene.lights, task, w, all_sides);
     }
     const Mask concave =
         (w.faces == 2) & (static_cast<float>(task.solid_side) * dot(w.normal[0], w.third[1]) > 0.0f);

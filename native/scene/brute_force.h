@@ -47,9 +47,9 @@ EG_INLINE BruteHit brute_force(const SceneView& scene, Mask active, Vec3 o, Vec3
         const Float low = min(min(side[0], side[1]), side[2]), high = max(max(side[0], side[1]), side[2]);
         Mask hit = active & ((low >= 0.0f) | (high <= 0.0f));
         if (!any(hit)) continue;
-        // The three add up to d . normal, but for a triangle that is far away for its size they cancel: a shadow
-        // ray that ends just before its light would then meet it. 0 (a ray in the plane) gives a distance that
-        // fails the tests.
+        // The three add up to d . normal, but for a triangle that is far away for its size they cancel: a
+        // shadow ray that ends just before its light would then meet it. 0 (a ray in the plane) gives a
+        // distance that fails the tests.
         const Float inverse = 1.0f / (side[0] + side[1] + side[2]);
         const Float distance = (t.offset - (o.x * t.normal[0] + o.y * t.normal[1] + o.z * t.normal[2])) /
                                (d.x * t.normal[0] + d.y * t.normal[1] + d.z * t.normal[2]);

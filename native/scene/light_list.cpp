@@ -151,10 +151,12 @@ void LightList::add_faces(const SceneTables& t) {
     if (std::all_of(emission.begin(), emission.end(), [](float e) { return !(e > 0.0f); })) return;
     // Area lights have faces behind those of the visible meshes, for derivatives only: here they are rows.
     const auto faces = static_cast<size_t>(t.mesh_first_face[static_cast<size_t>(t.visible_meshes)]);
+    int32_t mesh = 0;
     for (size_t f = 0; f < faces; ++f) {
+        while (static_cast<size_t>(t.mesh_first_face[static_cast<size_t>(mesh) + 1]) <= f) ++mesh;
         const auto material = static_cast<size_t>(t.face_material[f]);
         if (!(emission[material] > 0.0f)) continue;
-        Light light{kTriangleLight, static_cast<int32_t>(f), {}, 0.0};
+        Light light{kTriangleLight, static_cast<int32_t>(f), {}, 0.0, mesh};
         if (!triangle_node(t, f, light.node)) continue;
         light.area = light.node.power;
         light.node.power *= emission[material];
@@ -172,8 +174,8 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
         if (which && !(*which)[k]) continue;
         const float radiance = mean(&lights.params[kLightParams * k + kLightRadiance]);
         const bool dark = dark_too && !(radiance > 0.0f);
-        Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k, dark ? 1.0f : radiance),
-                    0.0};
+        Light light{lights.kind[k], static_cast<int32_t>(k), row_node(lights, k, dark ? 1.0f : radiance), 0.0,
+                    -1};
         if (!(light.node.power > 0.0f)) continue;
         if (dark) light.node.power = 0.0f;
         const bool distant = light.node.radius < 0.0f;
@@ -236,8 +238,12 @@ void LightList::arrange() {
     }
     view_.any_group = near_.size() > kMostFlatLights;
     const size_t single = view_.any_group ? distant_.size() : all.size();
-    for (size_t k = 0; k < single; ++k) nodes_.push_back(all[k].node);
+    for (size_t k = 0; k < single; ++k) nodes_.push_back(all[k].node), top_mesh_.push_back(all[k].mesh);
     if (view_.any_group) {
+        const int32_t mesh = near_.front().mesh;
+        const bool alone =
+            std::all_of(near_.begin(), near_.end(), [&](const Light& l) { return l.mesh == mesh; });
+        top_mesh_.push_back(alone ? mesh : -1);
         std::vector<LightNode> lights;
         for (size_t k = single; k < all.size(); ++k) lights.push_back(all[k].node);
         const std::vector<LightNode> tree = light_tree(std::move(lights), static_cast<int32_t>(single));

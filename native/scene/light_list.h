@@ -21,6 +21,8 @@ class LightList {
 
     // Points into the list and the tables: both must outlive it.
     const LightView& view() const { return view_; }
+    // By node on top of the view: the mesh all of whose lights are faces of it; -1: there is none.
+    const std::vector<int32_t>& top_mesh() const { return top_mesh_; }
 
  private:
     void add_faces(const SceneTables& tables);
@@ -32,10 +34,11 @@ class LightList {
     struct Light {
         int32_t kind, index;
         LightNode node;
-        double area;  // of a face; of a row 0
+        double area;   // of a face; of a row 0
+        int32_t mesh;  // of a face; of a row -1
     };
     std::vector<Light> near_, distant_;
-    std::vector<int32_t> kind_, index_, node_of_, face_light_, light_of_row_, sized_;
+    std::vector<int32_t> kind_, index_, node_of_, face_light_, light_of_row_, sized_, top_mesh_;
     std::vector<LightNode> nodes_;
     LightView view_{};
 };

@@ -63,6 +63,12 @@ def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:
     }
     if light in lamps:
         scene.lights = {"lamp": lamps[light]}
+    if light == "pair":
+        # One light before the other, and no shadow of a wall from the nearer.
+        near = edgegrad.PointLight(np.array([-0.7, -0.3, -0.5]), 8.0, 0.3, casts_shadow=False)
+        scene.lights = {"lamp": lamps["rectangle"], "near": near}
+        scene.meshes = {**scene.meshes, "wall": rectangle((-0.5, -0.2, -0.3), (0.15, 0, 0), (0, 0.15, 0), "wall")}
+        scene.materials = {**scene.materials, "wall": matte(0.0, 0.0, 0.0)}
     if light in ("mesh", "wall"):
         lamp = rectangle((-0.9, -0.3, -0.8), (0.8, 0, 0.2), (0, 0.6, 0), "lamp")
         scene.meshes = {**scene.meshes, "lamp": lamp}
@@ -75,7 +81,7 @@ def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:
     return scene
 
 
-LIT = [f"{light}, {what}" for light in ("rectangle", "ellipse", "sphere", "disk", "sun", "mesh", "wall")
+LIT = [f"{light}, {what}" for light in ("rectangle", "ellipse", "sphere", "disk", "sun", "pair", "mesh", "wall")
        for what in ("camera", "ior", "vertices")]  # fmt: skip
 
 

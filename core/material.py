@@ -57,7 +57,9 @@ class Material:
         Name of the UV map whose tangents the normal map is relative to; anisotropy turns about them too.
         The mesh's attribute "NAME.tangent" (m, 3, 4), tangent and sign, is used where there is one.
     textures
-        Field name to an expression that replaces the field's value at each point of a surface.
+        Field name to an expression that replaces the field's value at each point of a surface. Values outside of
+        the field's range count as its nearest end, and have no derivative. As in Cycles `coat_weight`,
+        `sheen_weight`, `specular_ior_level` and colours have no upper end then.
     """
 
     base_color: NDArray[np.float64] = field(default_factory=lambda: _rgb(0.8))
@@ -132,7 +134,7 @@ class Mixture:
     weights
         (k,) one for each part, >= 0.
     textures
-        Position of a part ("0", "1", ...) to an expression that replaces its weight.
+        Position of a part ("0", "1", ...) to an expression that replaces its weight; below 0 it counts as 0.
     """
 
     parts: tuple[str, ...]

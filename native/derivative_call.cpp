@@ -17,7 +17,8 @@ namespace {
 // its time.
 constexpr double kHorizonShare = 0.125;
 
-// Paths that look for rims, per pixel and sample of the picture.
+// Paths that look for rims, per pixel and sample of the picture: at equal numbers they cost as much as the
+// interior term's, and have less noise.
 constexpr double kRimShare = 0.5;
 
 // Segments of scan lines, by sample of the picture, beyond which the interior term of motions takes half of

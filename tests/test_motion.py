@@ -68,6 +68,7 @@ def test_interior_names_every_parameter() -> None:
         "'lights.ball.radius': changes radiance",
         "'materials.clay.roughness': changes radiance and moves no edge",
         "'meshes.still.attributes.unread': zero, since nothing of the picture reads it",
+        "besides: the directions at which rough glass (wood, sum, clay, glow) stops to let light through",
         "what wood, sum let through changes, on the way to lights and between surfaces",
     )
 

@@ -11,6 +11,9 @@ import pytest
 
 import edgegrad
 from edgegrad import expression as e
+from edgegrad import native_engine
+from edgegrad.table_derivatives import asked_tables, push_forward, wanted_tables
+from edgegrad.tables import flatten
 from tests.motions import camera_moves
 from tests.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.rough_glass import PARAMETERS, changing, glass, sheet, under_sky
@@ -63,6 +66,12 @@ def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:
     }
     if light in lamps:
         scene.lights = {"lamp": lamps[light]}
+    if light == "pair":
+        # One light before the other, and no shadow of a wall from the nearer.
+        near = edgegrad.PointLight(np.array([-0.7, -0.3, -0.5]), 8.0, 0.3, casts_shadow=False)
+        scene.lights = {"lamp": lamps["rectangle"], "near": near}
+        scene.meshes = {**scene.meshes, "wall": rectangle((-0.5, -0.2, -0.3), (0.15, 0, 0), (0, 0.15, 0), "wall")}
+        scene.materials = {**scene.materials, "wall": matte(0.0, 0.0, 0.0)}
     if light in ("mesh", "wall"):
         lamp = rectangle((-0.9, -0.3, -0.8), (0.8, 0, 0.2), (0, 0.6, 0), "lamp")
         scene.meshes = {**scene.meshes, "lamp": lamp}
@@ -75,7 +84,7 @@ def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:
     return scene
 
 
-LIT = [f"{light}, {what}" for light in ("rectangle", "ellipse", "sphere", "disk", "sun", "mesh", "wall")
+LIT = [f"{light}, {what}" for light in ("rectangle", "ellipse", "sphere", "disk", "sun", "pair", "mesh", "wall")
        for what in ("camera", "ior", "vertices")]  # fmt: skip
 
 
@@ -182,6 +191,21 @@ def test_seen_in_a_mirror() -> None:
 def test_both_modes_take_the_same_samples(make: Make, paths: list[str]) -> None:
     check_transpose(make, paths, spp=8, seed=4, max_depth=3)
     check_equal_bits(make, paths, spp=2, seed=4, max_depth=3)
+
+
+@pytest.mark.parametrize("name", native_engine.instruction_sets())
+def test_instruction_sets_agree(name: str) -> None:
+    scene = under_sky(glass("GLASS", 1.2, 0.8), smooth=True)
+    tangent = {"camera.to_world": np.eye(4) * 0.0, "materials.glass.ior": np.array(1.0)}
+    tangent["camera.to_world"][:3, 3] = [0.5, -0.3, 0.4]
+    tables = asked_tables(scene, flatten(scene), tangent)
+    wanted, velocity = wanted_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
+    images = []
+    for isa in ("scalar", name):
+        engine = native_engine.Engine(tables, 2, isa)
+        engine.set_edges(tables.edges())
+        images.append(engine.forward(tables, velocity, wanted, spp=8, seed=1, max_depth=3, terms=("interior",)))
+    assert np.mean(np.abs(images[0] - images[1]) > 1e-3 * np.abs(images[0]).max()) < 0.01
 
 
 def test_the_plan_names_what_is_computed_and_what_is_not() -> None:

@@ -22,39 +22,34 @@ constexpr float kRimChance = 0.5f;
 // The density of such rays: beside it that of other strategies is nothing (power_heuristic).
 constexpr float kRimDensity = 1e18f;
 
-// One of the sized lights of the table along w, all equally likely, as an emitter sample that counts `count`
-// times.
+// One of the sized lights of the table that are met along w, all equally likely (reservoir sampling), as an
+// emitter sample that counts `count` times.
 EG_OUTLINE LightSample light_on_rim(const SceneView& scene, const PathPacket& p, const SurfacePoint& x,
                                     Vec3 w, Float u, Float& count) {
     const LightView& lights = scene.lights;
-    const Int kind = splat(static_cast<int>(kTransmissionRay));
-    Int row = splat(-1);
-    count = splat(0.0f);
-    for_each_met_light(scene, p.active, x.position, x.mesh, w, splat(0.0f), splat(__builtin_inff()), kind,
-                       [&](int, Mask seen, const LightRow&, Float)
-                           EG_INLINE_LAMBDA { count = count + select(seen, splat(1.0f), 0.0f); });
-    LightSample s = no_light_sample(splat(0), count > 0.0f, row, splat(0));
-    s.active = count > 0.0f;
-    if (!any(s.active)) return s;
-    Float left = floor(min(u, splat(0.99999994f)) * count);
-    s.row = splat(-1);
-    s.r = splat(0.0f);
-    s.distant = splat(0);
-    for_each_met_light(scene, p.active, x.position, x.mesh, w, splat(0.0f), splat(__builtin_inff()), kind,
-                       [&](int number, Mask seen, const LightRow& l, Float) EG_INLINE_LAMBDA {
-                           const Mask here = seen & (left == 0.0f) & (s.row < 0);
-                           left = left - select(seen, splat(1.0f), 0.0f);
-                           if (!any(here)) return;
-                           const int light = lights.kind[lights.light_of_row[number]];
-                           Float pdf;
-                           s.row = select(here, splat(number), s.row);
-                           s.kind = select(here, splat(light), s.kind);
-                           s.r = select(here, meet_light(l, light, x.position, w, pdf), s.r);
-                           s.distant |= here & splat(light >= kDirectionLight ? -1 : 0);
-                           take_links(lights, here, splat(number), l.flags, s);
-                       });
-    s.active &= s.row >= 0;
+    LightSample s = no_light_sample(splat(0), splat(0), splat(-1), splat(0));
     s.w = w;
+    s.r = count = splat(0.0f);
+    s.distant = splat(0);
+    const auto meet = [&](int row, Mask seen, const LightRow& l, Float) EG_INLINE_LAMBDA {
+        count = count + select(seen, splat(1.0f), 0.0f);
+        const Float share = 1.0f / max(count, 1.0f);
+        const Mask taken = seen & (u < share);
+        u = select(seen, select(taken, u * count, (u - share) / max(1.0f - share, 1e-6f)), u);
+        const int kind = lights.kind[lights.light_of_row[row]];
+        Float unused;
+        s.row = select(taken, splat(row), s.row);
+        s.kind = select(taken, splat(kind), s.kind);
+        s.r = select(taken, meet_light(l, kind, x.position, w, unused), s.r);
+        s.distant = select(taken, splat(kind >= kDirectionLight ? -1 : 0), s.distant);
+    };
+    for_each_met_light(scene, p.active, x.position, x.mesh, w, splat(0.0f), splat(__builtin_inff()),
+                       splat(static_cast<int>(kTransmissionRay)), meet);
+    s.active = s.row >= 0;
+    if (any(s.active)) {
+        const Int row = select(s.active, s.row, splat(0));
+        take_links(lights, s.active, row, gather_light(lights, row).flags, s);
+    }
     s.end = x.position + w * select(s.distant, splat(1.0f), s.r);
     return s;
 }
@@ -125,16 +120,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     p.throughput = p.throughput * f * scale;
     p.past_rim = splat(-1);
     p.both_sides = splat(-1);
-    p.origin = leave_surface(x, w);
-    p.direction = w;
-    p.from = x.position;
-    p.from_normal = x.normal;
-    p.from_mesh = x.mesh;
-    p.pdf = splat(kRimDensity);
-    p.bounces = add_bounce(p.bounces, p.active, kind);
-    p.kind = kind;
-    p.segment = p.segment + 1;
-    p.vertex = p.vertex + 1;
+    leave(p, x, w, kind, splat(kRimDensity));
     return append_paths(work.paths, alive, p);
 }
 

@@ -142,6 +142,20 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
     add_radiance(work, p, active, light);
 }
 
+// Paths go on from x by a bounce of `kind` along w, which was sampled with the density `pdf`.
+EG_INLINE void leave(PathPacket& p, const SurfacePoint& x, Vec3 w, Int kind, Float pdf) {
+    p.origin = leave_surface(x, w);
+    p.direction = w;
+    p.from = x.position;
+    p.from_normal = x.normal;
+    p.from_mesh = x.mesh;
+    p.pdf = pdf;
+    p.bounces = add_bounce(p.bounces, p.active, kind);
+    p.kind = kind;
+    p.segment = p.segment + 1;
+    p.vertex = p.vertex + 1;
+}
+
 // Appends the rays that go on to the queue; its new length.
 template <typename Surface>
 EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
@@ -203,18 +217,9 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
         if (vertex) record_survival(*vertex, p.active, splat(1.0f));
         if (values) record_next(*work.values, p.active, s.weight);
     }
-    p.origin = leave_surface(x, s.wi);
-    p.direction = s.wi;
-    p.from = x.position;
-    p.from_normal = x.normal;
-    p.from_mesh = x.mesh;
-    p.pdf = select(s.specular, splat(0.0f), s.pdf);
     p.caustic |= p.blurred & s.specular;
     p.blurred |= ~s.specular;
-    p.bounces = add_bounce(p.bounces, p.active, s.ray_kind);
-    p.kind = s.ray_kind;
-    p.segment = p.segment + 1;
-    p.vertex = p.vertex + 1;
+    leave(p, x, s.wi, s.ray_kind, select(s.specular, splat(0.0f), s.pdf));
     return append_paths(work.paths, alive, p);
 }
 

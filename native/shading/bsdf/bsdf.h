@@ -141,7 +141,7 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
     return sum;
 }
 
-// What moves the rim of the transmission lobe, as a function whose value is 0: see shading/bsdf/transmission_rim.h.
+// What moves the rim of the transmission lobe (shading/bsdf/transmission_rim.h); its value is 0.
 EG_INLINE Vec3 evaluate_rim(const Bsdf& f, Mask active, Vec3 wi) {
     const Mask under = active & (dot(f.ng, wi) < 0.0f);
     if (!f.any_lobe[kInterfaceLobe] || !any(under)) return zero3();

@@ -14,9 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
-from typing import ClassVar
+from functools import cache
+from typing import Any, ClassVar
 
-from ._check import choice
+from ._check import choice, flag, number, text, whole
+from ._fields import Check, by
+
+# By a field's type, what it may be. Operands are checked where they become constants of a program (`lowering`).
+_CHECKS: dict[str, Check] = {"str": text, "bool": flag, "float": number, "int": by(whole, -(2**31), 2**31 - 1)}
+
+
+@cache
+def _checked_fields(kind: Any) -> tuple[tuple[str, Check], ...]:
+    return tuple((f.name, _CHECKS[str(f.type)]) for f in fields(kind) if f.type in _CHECKS)
 
 
 class Expression:
@@ -26,8 +36,12 @@ class Expression:
     choices: ClassVar[dict[str, tuple[str, ...]]] = {}
 
     def __post_init__(self) -> None:
+        where = f"expression {type(self).__name__}"
+        kind: Any = type(self)
+        for name, check in _checked_fields(kind):
+            check(where, name, getattr(self, name))
         for name, among in self.choices.items():
-            choice(f"expression {type(self).__name__}", name, getattr(self, name), among)
+            choice(where, name, getattr(self, name), among)
 
 
 Operand = Expression | float | tuple[float, ...]

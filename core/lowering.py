@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import expression as e
+from ._check import number
 from .expression import Expression, nodes_of
 from .texture_ops import Builder, Number, Value
 
@@ -135,21 +136,18 @@ def rule(kind: type[Expression]) -> Callable[[Rule], Rule]:
 
 
 def _operand(value: Any) -> Components:
-    if isinstance(value, (bool, int, float, np.integer, np.floating)):
-        numbers: tuple[float, ...] = (constant(value),) * 4
-    elif isinstance(value, tuple) and len(value) in (3, 4) and all(np.isscalar(v) for v in value):
-        numbers = (*(constant(v) for v in value), 1.0)[:4]
-    else:
+    if isinstance(value, tuple) and len(value) not in (3, 4):
         raise ValueError(f"expressions have numbers, tuples of three or four numbers and expressions as operands, "
-                         f"not {value!r}")
-    if not np.isfinite(numbers).all():
-        raise ValueError(f"expressions have finite numbers as operands, not {value!r}")
-    return numbers
+                         f"not a tuple of {len(value)}")
+    numbers = tuple(constant(v) for v in (value if isinstance(value, tuple) else (value,) * 4))
+    return (*numbers, 1.0)[:4]
 
 
 def constant(value: Any) -> float:
     """A float, unless it is a parameter: that stays a `Number`."""
-    return value if isinstance(value, Number) else float(value)
+    if isinstance(value, (bool, np.bool_)):
+        return float(value)
+    return value if isinstance(value, Number) else number("expressions", "one of their operands", value)
 
 
 def vector(x: Value, y: Value, z: Value) -> Components:

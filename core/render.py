@@ -13,9 +13,10 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._check import whole
 from .bounces import Bounces
-from .engines import Progress
-from .renderer import TERMS, Renderer
+from .engines import Progress, engine_name
+from .renderer import MOST_THREADS, TERMS, Renderer
 from .scene import Scene
 
 _last: dict[tuple[str, int], Renderer] = {}  # at most one, by engine and threads
@@ -25,6 +26,7 @@ _lock = threading.Lock()
 @contextmanager
 def _prepared(scene: Scene, engine: str, threads: int) -> Iterator[Renderer]:
     """A renderer of the scene: the last one where that fits."""
+    engine, threads = engine_name(engine), whole("render", "threads", threads, 0, MOST_THREADS)
     # Another thread, or a progress callback of the running call, may want one too: it gets its own.
     if not _lock.acquire(blocking=False):
         yield Renderer(scene, threads=threads, engine=engine)

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import narrow_derivatives, parameters
 from . import tables as flat
-from ._check import array, whole
+from ._check import array, flag, function, instance, mapping, names, shown, whole
+from ._fields import optional
 from .bounces import MAX_DEPTH, UNLIMITED, Bounces
 from .camera import Camera
 from .differentiable import indirect_obstacles, obstacles
@@ -40,6 +41,7 @@ MAX_DERIVATIVE_DEPTH = 2
 # Up to so many faces a lone mesh's edges are worth knowing for its picture alone: if it turns out to be a
 # convex body, its light needs no shadow rays.
 CONVEXITY_FACES = 20_000
+MOST_THREADS = 4096
 
 # Parameters that neither change textures nor are changed by them.
 _UNTEXTURED = ("camera.", "world.", "lights.")
@@ -74,8 +76,9 @@ class Renderer:
     """
 
     def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False) -> None:
+        threads = whole("renderer", "threads", threads, 0, MOST_THREADS)
+        learn = flag("renderer", "learn", learn)
         self.scene = scene
-        threads = whole("renderer", "threads", threads, 0, 4096)
         self._tables = flat.flatten(scene)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
@@ -121,8 +124,10 @@ class Renderer:
         ValueError
             For wrong values, or if the topology has changed.
         """
-        if paths is not None and self._update_named(paths):
-            return
+        if paths is not None:
+            paths = names("update", "paths", paths, "parameter paths")
+            if self._update_named(paths):
+                return
         tables = flat.flatten(self.scene, origin=self._tables.origin)
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         if not same or len(tables.vertices) != len(self._tables.vertices):
@@ -186,6 +191,7 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """The picture; see `edgegrad.render`."""
         options = _options(spp, max_depth, seed, bounces)
+        progress = checked_progress("render", progress)
         if self._may_be_convex():
             _ = self.edges
         picture = self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
@@ -205,7 +211,9 @@ class Renderer:
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
+        tangent = mapping("render_forward", "tangent", tangent)
         options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms)
+        progress = checked_progress("render_forward", progress)
         tables, wanted = self._asked(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
         learned = {}
@@ -233,11 +241,11 @@ class Renderer:
         progress: Progress | None = None,
     ) -> dict[str, NDArray[np.float64]]:
         """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
-        if isinstance(wrt, str):
-            raise ValueError("wrt must be a list of parameter paths, not one string")
+        wrt = names("render_backward", "wrt", wrt, "parameter paths")
+        progress = checked_progress("render_backward", progress)
         options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(wrt, camera)
-        image = array("adjoint image", "pixels", adjoint, (tables.height, tables.width, 3), np.float32)
+        image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32)
 
         def gradients(options: Mapping[str, Any], progress: Progress | None = progress) -> Gradient:
             gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
@@ -308,7 +316,7 @@ class Renderer:
     def _seen(self, tables: flat.Tables, camera: Camera | None) -> flat.Tables:
         if camera is None:
             return tables
-        camera.validate()
+        instance("render", "camera", camera, Camera).validate()
         return replace(tables, **flat.camera_fields(camera, tables.origin))
 
 
@@ -335,8 +343,7 @@ def _held(scene: Scene, path: str) -> Any:
 def _options(
     spp: Any, max_depth: Any, seed: Any, bounces: Bounces | None, deepest: int = MAX_DEPTH
 ) -> dict[str, Any]:
-    bounces = UNLIMITED if bounces is None else bounces
-    bounces.validate()
+    bounces = checked_bounces("render", bounces) or UNLIMITED
     return {
         "bounces": bounces,
         "spp": whole("render", "spp", spp, 1, 1 << 24),
@@ -345,8 +352,21 @@ def _options(
     }
 
 
-def _terms(terms: Sequence[str]) -> tuple[str, ...]:
-    wrong = [t for t in terms if t not in TERMS]
-    if wrong or isinstance(terms, str):
-        raise ValueError(f"terms must be a list of {', '.join(TERMS)}, not {terms!r}")
-    return tuple(terms)
+def checked_bounces(where: str, bounces: Any) -> Bounces | None:
+    """`bounces` with its fields checked, or None."""
+    if bounces is not None:
+        instance(where, "bounces", bounces, Bounces).validate()
+    return bounces
+
+
+def checked_progress(where: str, progress: Any) -> Progress | None:
+    """`progress`, which must be a function or None."""
+    return optional(function)(where, "progress", progress)
+
+
+def _terms(terms: Any) -> tuple[str, ...]:
+    kinds = names("render", "terms", terms, ", ".join(TERMS))
+    for term in kinds:
+        if term not in TERMS:
+            raise ValueError(f"render: terms must be a list of {', '.join(TERMS)}, but contains {shown(term)}")
+    return kinds

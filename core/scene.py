@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import RAYS, array, number, rays
+from ._check import RAYS, array, instance, mapping, number, orthonormal, rays, shown, text
+from ._fields import Check, Checked, by, near, optional
 from .camera import Camera
 from .expression import images_of
 from .image import Image
-from .light import Light
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .mesh import Mesh
 
 
 @dataclass
-class World:
+class World(Checked):
     """The environment: radiance color * strength, times the image's where there is one, from every direction.
 
     Attributes
@@ -43,18 +45,22 @@ class World:
     rotation: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     visible_to: frozenset[str] = frozenset(RAYS)
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "color": by(array, (3,), np.float64, least=0.0),
+        "strength": by(number, least=0.0),
+        "image": optional(text),
+        "rotation": by(array, (3, 3), np.float64),
+        "visible_to": rays,
+    }
+
     def validate(self) -> None:
         """Raise ``ValueError`` with one sentence that names the wrong field."""
-        self.color = array("world", "color", self.color, (3,), np.float64, least=0.0)
-        self.strength = number("world", "strength", self.strength, least=0.0)
-        self.rotation = array("world", "rotation", self.rotation, (3, 3), np.float64)
-        if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=1e-4):
-            raise ValueError("world: rotation must be a rotation; its axes are not orthonormal")
-        self.visible_to = rays("world", "visible_to", self.visible_to)
+        self.check_fields("world")
+        orthonormal("world", "rotation", self.rotation, "rotation")
 
 
 @dataclass
-class Scene:
+class Scene(Checked):
     """Camera, meshes, materials, lights and world, each by the name that its parameter path uses.
 
     Raises
@@ -70,10 +76,20 @@ class Scene:
     world: World = field(default_factory=World)
     images: Mapping[str, Image] = field(default_factory=dict)
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "camera": by(instance, Camera),
+        "meshes": by(mapping, by(instance, Mesh)),
+        "materials": by(mapping, by(instance, (Material, Mixture))),
+        "lights": by(mapping, by(instance, (PointLight, SpotLight, SunLight, AreaLight))),
+        "world": by(instance, World),
+        "images": by(mapping, by(instance, Image)),
+    }
+
     def validate(self) -> None:
         """Check every field; arrays of another type are converted, wrong ones raise."""
-        if not isinstance(self.camera, Camera):
+        if self.camera is None:
             raise ValueError("scene: has no camera")
+        self.check_fields("scene")
         self.camera.validate()
         for name, material in self.materials.items():
             material.validate(name)
@@ -118,7 +134,8 @@ class Scene:
         for name, mesh in self.meshes.items():
             for slot in mesh.materials:
                 if slot not in self.materials:
-                    raise ValueError(f"mesh '{name}': material '{slot}' is not in the scene")
+                    raise ValueError(f"mesh '{name}': material '{slot}' is not in the scene"
+                                     f"{near(slot, self.materials)}")
         for name, light in self.lights.items():
             for key in (*(light.receivers or ()), *(light.blockers or ())):
                 if key not in self.meshes:
@@ -132,3 +149,11 @@ class Scene:
             or bool(np.any(self.world.color * self.world.strength > 0.0))
             or any(self.emits(name) for name in self.meshes)
         )
+
+
+def validated(scene: Any) -> Scene:
+    """`scene` after `Scene.validate`; anything else is refused."""
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene must be an edgegrad.Scene, not {shown(scene)}")
+    scene.validate()
+    return scene

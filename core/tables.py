@@ -21,7 +21,7 @@ from .material_table import MaterialTable, material_table
 from .mean_color import mean_expression
 from .parameters import split
 from .placement import placed_meshes
-from .scene import Scene
+from .scene import Scene, validated
 from .texture_program import TextureTables, compile_textures
 
 F32 = NDArray[np.float32]
@@ -148,7 +148,7 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
 
     Raises ``ValueError`` as `Scene.validate` does.
     """
-    scene.validate()
+    validated(scene)
     meshes = placed_meshes(scene)
     placed = geometry(scene, meshes, origin)
     origin = placed["origin"]

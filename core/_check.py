@@ -10,7 +10,7 @@ import math
 import numbers
 import os
 import reprlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,8 @@ RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 # Tolerance of a rigid transform's axes: poses come from single precision.
 _ORTHONORMAL = 1e-4
 
+# Characters that systems allow in a path.
+_LONGEST_PATH = 4096
 # Characters of a value that an error message shows.
 _SHOWN = 60
 
@@ -194,10 +196,20 @@ def whole(where: str, name: str, value: Any, least: int, most: int) -> int:
     return int(value)
 
 
+def _items(value: Any) -> tuple[Any, ...] | None:
+    """What a list holds; None: it is none. Letters are no items of a text."""
+    if isinstance(value, (str, bytes)):
+        return None
+    try:
+        return tuple(value)
+    except TypeError:
+        return None
+
+
 def wholes(where: str, name: str, value: Any, count: int, least: int, most: int) -> tuple[int, ...]:
     """`value` as a tuple of `count` ints within [least, most]."""
-    items = [] if isinstance(value, (str, bytes)) or not isinstance(value, Iterable) else list(value)
-    if len(items) != count:
+    items = _items(value)
+    if items is None or len(items) != count:
         raise ValueError(f"{where}: {name} must be {count} whole numbers, not {shown(value)}")
     return tuple(whole(where, name, item, least, most) for item in items)
 
@@ -225,7 +237,7 @@ def choice(where: str, name: str, value: Any, among: Sequence[str]) -> str:
 
 def names(where: str, name: str, value: Any, what: str = "names") -> tuple[str, ...]:
     """`value` as a tuple of texts; one text by itself is none."""
-    items = None if isinstance(value, (str, bytes)) or not isinstance(value, Iterable) else tuple(value)
+    items = _items(value)
     if items is None:
         raise ValueError(f"{where}: {name} must be a list of {what}, not {shown(value)}")
     for item in items:
@@ -236,9 +248,10 @@ def names(where: str, name: str, value: Any, what: str = "names") -> tuple[str, 
 
 def rays(where: str, name: str, value: Any) -> frozenset[str]:
     """`value` as a set of kinds of rays (`RAYS`)."""
-    if isinstance(value, str) or not isinstance(value, Iterable):
+    items = _items(value)
+    if items is None:
         raise ValueError(f"{where}: {name} must be a set of {', '.join(RAYS)}, not {shown(value)}")
-    for ray in (items := list(value)):
+    for ray in items:
         if not isinstance(ray, str) or ray not in RAYS:
             raise ValueError(f"{where}: {name} must be a set of {', '.join(RAYS)}, but contains {shown(ray)}")
     return frozenset(items) if not isinstance(value, frozenset) else value
@@ -277,8 +290,8 @@ def file_path(where: str, name: str, value: Any) -> Path:
     """`value` as the path of a file."""
     if not isinstance(value, (str, os.PathLike)) or not isinstance(os.fspath(value), str):
         raise ValueError(f"{where}: {name} must be the path of a file, not {shown(value)}")
-    if "\0" in os.fspath(value):
-        raise ValueError(f"{where}: {name} must be the path of a file, but contains a NUL character")
+    if "\0" in os.fspath(value) or len(os.fspath(value)) > _LONGEST_PATH:
+        raise ValueError(f"{where}: {name} must be the path of a file, but is {shown(os.fspath(value))}")
     return Path(value)
 
 

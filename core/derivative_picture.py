@@ -44,7 +44,9 @@ def derivative_image(dimage: ArrayLike, scale: float | None = None) -> NDArray[n
     limit = picture_scale(dimage) if scale is None else number("derivative_image", "scale", scale, above=0.0)
     value = _luminance(dimage)
     finite = np.isfinite(value)
-    return _colours(np.clip(np.where(finite, value, 0.0) / limit, -1.0, 1.0), finite)
+    with np.errstate(over="ignore"):  # beyond the scale, as other large values
+        shares = np.where(finite, value, 0.0) / limit
+    return _colours(np.clip(shares, -1.0, 1.0), finite)
 
 
 def write_derivative(path: str | Path, dimage: ArrayLike, scale: float | None = None) -> float:

@@ -17,11 +17,28 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, ClassVar
 
-from ._check import choice, flag, number, text, whole
-from ._fields import Check, by
+import numpy as np
 
-# By a field's type, what it may be. Operands are checked where they become constants of a program (`lowering`).
-_CHECKS: dict[str, Check] = {"str": text, "bool": flag, "float": number, "int": by(whole, -(2**31), 2**31 - 1)}
+from ._check import choice, flag, number, text, whole
+from ._fields import Check, by, optional
+
+
+def _operand(where: str, name: str, value: Any) -> Any:
+    if isinstance(value, (Expression, bool, np.bool_)):
+        return value
+    if not isinstance(value, tuple):
+        return number(where, f"operand {name}", value)
+    if len(value) not in (3, 4):
+        raise ValueError(f"{where}: operand {name} must be a number, a tuple of three or four, or an expression, "
+                         f"not a tuple of {len(value)}")
+    return tuple(number(where, f"operand {name}", one) for one in value)
+
+
+# By a field's type, what it may be. Tables and matrices are checked where they become a program's (`lowering`).
+_CHECKS: dict[str, Check] = {
+    "Operand": _operand, "Operand | None": optional(_operand), "str": text, "bool": flag, "float": number,
+    "int": by(whole, -(2**31), 2**31 - 1),
+}
 
 
 @cache

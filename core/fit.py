@@ -15,6 +15,7 @@ from ._fields import optional
 from .bounces import MAX_DEPTH, Bounces
 from .engines import Progress, engine_class
 from .fit_run import ON_CANCEL, Callback, Run
+from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .plan import plan
 from .renderer import (
@@ -182,7 +183,7 @@ def fit(
     callback, progress = optional(function)("fit", "callback", callback), checked_progress("fit", progress)
     loss = Pyramid() if loss is None else function("fit", "loss", loss)
     if smoothness is not None:
-        smoothness = number("fit", "smoothness", smoothness, least=0.0)
+        smoothness = number("fit", "smoothness", smoothness, least=0.0, most=MOST_SMOOTHNESS)
     if slide is not None:
         slide = number("fit", "slide", slide, least=0.0, most=1.0)
     steps = _checked_steps(paths, step_sizes)

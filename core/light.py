@@ -72,6 +72,8 @@ def _direction(where: str, name: str, value: Any) -> NDArray[np.float64]:
 
 # Half a turn, and a little more for its rounding to single precision.
 _HALF_TURN = np.pi + 1e-6
+# Radians; the cube of a narrower spread leaves single precision.
+_LEAST_SPREAD = 1e-9
 _point: Check = by(array, (3,), np.float64)
 _amount: Check = by(number, least=0.0)
 
@@ -199,7 +201,7 @@ class AreaLight(_Light):
         "size": by(array, (2,), np.float64, least=0.0),
         "shape": by(choice, SHAPES),
         "power": _amount,
-        "spread": by(number, above=0.0, below=_HALF_TURN),
+        "spread": by(number, above=0.0, least=_LEAST_SPREAD, below=_HALF_TURN),
     }
 
     def _validate(self, where: str) -> None:

@@ -9,10 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from . import expression as e
-from ._check import number
 from .expression import Expression, nodes_of
 from .texture_ops import Builder, Number, Value
 
@@ -51,13 +48,7 @@ class Lowering:
         self._kept: list[Expression] = []  # ids stay valid while their objects live
 
     def components(self, node: e.Operand) -> Components:
-        """The components of an expression or constant.
-
-        Raises
-        ------
-        ValueError
-            For an operand that is neither.
-        """
+        """The components of an expression or constant."""
         if not isinstance(node, Expression):
             return _operand(node)
         for step in nodes_of(node):
@@ -136,18 +127,13 @@ def rule(kind: type[Expression]) -> Callable[[Rule], Rule]:
 
 
 def _operand(value: Any) -> Components:
-    if isinstance(value, tuple) and len(value) not in (3, 4):
-        raise ValueError(f"expressions have numbers, tuples of three or four numbers and expressions as operands, "
-                         f"not a tuple of {len(value)}")
     numbers = tuple(constant(v) for v in (value if isinstance(value, tuple) else (value,) * 4))
     return (*numbers, 1.0)[:4]
 
 
 def constant(value: Any) -> float:
     """A float, unless it is a parameter: that stays a `Number`."""
-    if isinstance(value, (bool, np.bool_)):
-        return float(value)
-    return value if isinstance(value, Number) else number("expressions", "one of their operands", value)
+    return value if isinstance(value, Number) else float(value)
 
 
 def vector(x: Value, y: Value, z: Value) -> Components:

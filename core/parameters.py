@@ -58,7 +58,7 @@ def split(path: str) -> tuple[str, str, str]:
     name, dot, fieldname = rest.rpartition(".")
     if collection in COLLECTIONS and dot and name and fieldname:
         return collection, name, fieldname
-    raise ValueError(f"unknown parameter path '{path}'; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
+    raise ValueError(f"unknown parameter path {shown(path)}; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
                      "meshes.NAME.attributes.LAYER, materials.NAME.FIELD, materials.NAME.textures.FIELD, "
                      "lights.NAME.FIELD or images.NAME.pixels")
 

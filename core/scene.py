@@ -129,19 +129,16 @@ class Scene(Checked):
                     raise ValueError(f"material '{name}': part '{part}' is not a shader in the scene")
             for value in material.textures.values():
                 for image in images_of(value):
-                    if image not in self.images:
-                        raise ValueError(f"material '{name}': image '{image}' is not in the scene")
+                    _check_known(f"material '{name}': image", image, self.images)
         for name, mesh in self.meshes.items():
             for slot in mesh.materials:
-                if slot not in self.materials:
-                    raise ValueError(f"mesh '{name}': material '{slot}' is not in the scene"
-                                     f"{near(slot, self.materials)}")
+                _check_known(f"mesh '{name}': material", slot, self.materials)
         for name, light in self.lights.items():
-            for key in (*(light.receivers or ()), *(light.blockers or ())):
-                if key not in self.meshes:
-                    raise ValueError(f"light '{name}': mesh '{key}' is not in the scene")
-        if self.world.image is not None and self.world.image not in self.images:
-            raise ValueError(f"world: image '{self.world.image}' is not in the scene")
+            for field_name in ("receivers", "blockers"):
+                for key in getattr(light, field_name) or ():
+                    _check_known(f"light '{name}': {field_name}: mesh", key, self.meshes)
+        if self.world.image is not None:
+            _check_known("world: image", self.world.image, self.images)
 
     def _is_lit(self) -> bool:
         return (
@@ -149,6 +146,11 @@ class Scene(Checked):
             or bool(np.any(self.world.color * self.world.strength > 0.0))
             or any(self.emits(name) for name in self.meshes)
         )
+
+
+def _check_known(what: str, name: str, among: Mapping[str, Any]) -> None:
+    if name not in among:
+        raise ValueError(f"{what} {shown(name)} is not in the scene{near(name, among)}")
 
 
 def validated(scene: Any) -> Scene:

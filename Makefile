@@ -11,6 +11,10 @@ PYTHON ?= $(shell for p in python3.11 python3.13 python3 python; do \
     $$p -c 'import sys; sys.exit(sys.version_info[:2] not in ((3, 11), (3, 13)))' >/dev/null 2>&1 && { echo $$p; exit; }; \
   done; echo python3)
 
+# Instruction sets of the kernels: this machine's fastest and the scalar reference that tests compare it with.
+# Empty: all, as in wheels.
+KERNELS ?= native
+
 VENV := .venv
 RUN := $(VENV)/bin/python
 PIP := $(RUN) -m pip install --quiet --disable-pip-version-check
@@ -84,7 +88,7 @@ $(RUN): | check-machine
 
 $(VENV)/installed: $(PACKAGE) | $(RUN)
 	@echo "Building Edgegrad and installing it with Blender's Python module into $(VENV) (a few minutes the first time)"
-	$(PIP) '.[test]'
+	$(PIP) '.[test]' -C cmake.define.EDGEGRAD_KERNELS=$(KERNELS)
 	@touch $@
 
 $(VENV)/installed-%: pyproject.toml $(VENV)/installed

@@ -7,27 +7,26 @@ sentence, 2 wrong arguments, 130 interrupted.
 from __future__ import annotations
 
 import argparse
-import json
+import contextlib
 import sys
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import bpy
-import numpy as np
 
-import edgegrad
 from edgegrad import images
+from edgegrad.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
+from .blend_file import open_blend
 from .derivative import DIRECTIONS, derivative_picture
 from .export import export_scene, render_export
+from .fit_output import FitOutput
 from .parameters import Names
-from .problem import Problem, Report
-from .session import Picture, Request, Session, find_camera
-
-SPP_OF_PICTURES = 64  # samples per pixel of the pictures that are written before and after a fit
+from .problem import Problem
+from .session import Picture, Request, Session, camera_names, find_camera
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -45,15 +44,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with warnings.catch_warnings():
             warnings.showwarning = _show_warning
-            _open(arguments.blend)
-            arguments.run(arguments)
-    except KeyboardInterrupt:
-        print("edgegrad: interrupted; nothing was changed", file=sys.stderr)
+            failures = arguments.run(arguments)
+    except KeyboardInterrupt as interrupt:
+        _say(f"interrupted; {str(interrupt) or 'nothing was changed'}")
         return 130
     except (Problem, ValueError, OSError, RuntimeError, FloatingPointError, ImportError) as error:
-        print(f"edgegrad: error: {str(error).strip()}", file=sys.stderr)
-        return 1
-    return 0
+        failures = [str(error).strip()]
+    for failure in failures:
+        _say(f"error: {failure}")
+    return 1 if failures else 0
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -63,7 +62,8 @@ def _parser() -> argparse.ArgumentParser:
     fit = commands.add_parser("fit", help="move parameters until the cameras see their targets")
     _common(fit, 16)
     _parameters(fit)
-    fit.add_argument("--target", action="append", required=True, metavar="CAMERA=FILE", help="picture of a camera")
+    fit.add_argument("--target", action="append", required=True, metavar="CAMERA=FILE",
+                     help="picture of a camera (its name may contain =: the longest that fits is meant)")  # fmt: skip
     fit.add_argument("--mask", action="append", default=[], metavar="CAMERA=FILE", help="black pixels are ignored")
     fit.add_argument("--iterations", type=_positive, default=200)
     fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per step (default: all)")
@@ -71,7 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("--vertex-step", type=float, metavar="F", help="first step, as a fraction of the object's size")
     fit.add_argument("--slide", type=float, metavar="F", help="share of the motion along the surface that is kept")
     fit.add_argument("--out", type=Path, metavar="DIR", help="folder for pictures before and after, and report.json")
-    fit.add_argument("--save", type=Path, metavar="BLEND", help="write the fitted scene into this file")
+    fit.add_argument("--save", type=Path, metavar="BLEND", help="write the fitted scene into this .blend")
     where = fit.add_mutually_exclusive_group()
     where.add_argument("--shape-key", action="store_true", help="write vertices as a new shape key (default)")
     where.add_argument("--in-place", action="store_true", help="write vertices into the mesh itself")
@@ -99,6 +99,9 @@ def _common(parser: argparse.ArgumentParser, samples: int) -> None:
     parser.add_argument("blend", nargs="?", help="the .blend to open (default: the one that is open)")
     parser.add_argument("--samples", type=_positive, default=samples, help=f"per pixel (default: {samples})")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--allow-scripts", action="store_true",
+                        help="run Python in the .blend: drivers and registered texts (default: don't; a file that "
+                        "Blender opens before --command follows blender's own --enable-autoexec)")  # fmt: skip
 
 
 def _parameters(parser: argparse.ArgumentParser) -> None:
@@ -120,26 +123,20 @@ def _names(arguments: argparse.Namespace) -> Names:
                  tuple(arguments.power))  # fmt: skip
 
 
-def _open(blend: str | None) -> None:
-    """Open the file, unless it is open already."""
-    if blend is None:
-        return
-    path = Path(blend).resolve()
-    if bpy.data.filepath and Path(bpy.data.filepath).resolve() == path:
-        return
-    if not path.is_file():
-        raise Problem(f"file '{blend}': there is no such file")
-    try:
-        bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False)
-    except RuntimeError as error:
-        raise Problem(f"file '{blend}': can't be opened ({str(error).strip()})") from None
+def _open(arguments: argparse.Namespace) -> None:
+    warning = open_blend(arguments.blend, arguments.allow_scripts)
+    if warning is not None:
+        _print_warnings([warning])
 
 
 def _by_camera(option: str, texts: Sequence[str]) -> dict[str, str]:
+    cameras = sorted(camera_names(bpy.context.scene), key=len, reverse=True)
     out: dict[str, str] = {}
     for text in texts:
-        camera, equals, path = text.partition("=")
-        if not equals or not camera or not path:
+        # A camera's name may contain "=", and so may a file's.
+        named = next((name for name in cameras if text.startswith(f"{name}=")), text.partition("=")[0])
+        camera, path = named, text[len(named) + 1 :]
+        if not camera or not path:
             raise Problem(f"{option} '{text}': must have the form CAMERA=FILE")
         if camera in out:
             raise Problem(f"{option} '{text}': camera '{camera}' has one already")
@@ -167,15 +164,17 @@ def _request(arguments: argparse.Namespace) -> Request:
     )
 
 
-def _fit(arguments: argparse.Namespace) -> None:
-    request = _request(arguments)
-    _check_can_write(arguments.save)
-    session = Session.prepare(bpy.context, request)
-    _print_warnings(session.export.report)
+def _fit(arguments: argparse.Namespace) -> list[str]:
+    output = FitOutput(arguments.out, arguments.save)
+    output.check()
+    _open(arguments)
+    session = Session.prepare(bpy.context, _request(arguments))
+    output.prepare(session)
+    _print_warnings(session.export.report.lines)
     _print_notes(session.notes)
-    if arguments.out is not None:
-        arguments.out.mkdir(parents=True, exist_ok=True)
-        _write_pictures(session, arguments.out, "before")
+    if arguments.save is None:
+        _print_notes(["the fitted scene will be in no file; --save BLEND writes it into one"])
+    output.write_before(session)
     with ProgressBar("fit") as bar:
         note = ""
 
@@ -185,37 +184,40 @@ def _fit(arguments: argparse.Namespace) -> None:
 
         result = session.run(callback=tell, progress=_shown(bar, lambda: note))
     session.write(result)
+    failures = output.write(session, result)
     _print_notes([note for note in result.notes if note not in session.notes])
-    if arguments.out is not None:
-        _write_pictures(session, arguments.out, "after")
-        _write_report(session, result, arguments.out / "report.json")
-    if arguments.save is not None:
-        bpy.ops.wm.save_as_mainfile(filepath=str(arguments.save.resolve()), copy=True)
-    print(f"edgegrad: loss {result.losses[0]:.5g} -> {result.losses[result.best]:.5g} in {result.seconds:.1f} s")
+    where = f", saved as '{arguments.save}'" if arguments.save in output.written else ""
+    losses = f"{result.losses[0]:.5g} -> {result.losses[result.best]:.5g}"
+    _say(f"loss {losses} in {result.seconds:.1f} s{where}", sys.stdout)
+    return failures
 
 
-def _render(arguments: argparse.Namespace) -> None:
-    _check_can_write(arguments.out)
+def _render(arguments: argparse.Namespace) -> list[str]:
+    check_outputs([arguments.out], images.WRITABLE)
+    _open(arguments)
     export = export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get(), _camera(arguments.camera))
-    _print_warnings(export.report)
+    _print_warnings(export.report.lines)
     with ProgressBar("render") as bar:
         picture = render_export(export.scene, export.settings, arguments.samples, arguments.seed, _shown(bar))
     images.write_image(arguments.out, picture)
+    return []
 
 
-def _gradient(arguments: argparse.Namespace) -> None:
-    _check_can_write(arguments.out)
+def _gradient(arguments: argparse.Namespace) -> list[str]:
+    check_outputs([arguments.out], images.WRITABLE)
+    _open(arguments)
     with ProgressBar("gradient") as bar:
         picture, export, notes = derivative_picture(
             bpy.context, _names(arguments), arguments.direction.upper(), arguments.samples,
             _camera(arguments.camera), arguments.seed, _shown(bar),
         )  # fmt: skip
-    _print_warnings(export.report)
+    _print_warnings(export.report.lines)
     _print_notes(notes)
     if arguments.out.suffix.lower() == ".png":
         images.write_derivative(arguments.out, picture)
     else:
         images.write_image(arguments.out, picture)
+    return []
 
 
 def _shown(bar: ProgressBar, note: Callable[[], str] = str) -> Callable[[float], None]:
@@ -227,46 +229,22 @@ def _camera(name: str | None) -> Any:
     return None if name is None else find_camera(bpy.context.scene, name)
 
 
-def _check_can_write(path: Path | None) -> None:
-    """Before the work, not after it."""
-    if path is not None and not path.resolve().parent.is_dir():
-        raise Problem(f"file '{path}': its folder doesn't exist")
-
-
-def _write_pictures(session: Session, folder: Path, prefix: str) -> None:
-    renderer, limits = edgegrad.Renderer(session.export.scene), session.export.settings
-    for picture, target in zip(session.request.pictures, session.targets, strict=True):
-        pixels = renderer.render(spp=SPP_OF_PICTURES, max_depth=limits.max_depth, bounces=limits.bounces,
-                                 camera=target.camera)  # fmt: skip
-        name = f"{prefix}_{bpy.path.clean_name(picture.camera)}"
-        images.write_image(folder / f"{name}.exr", pixels)
-        images.write_image(folder / f"{name}.png", pixels)
-
-
-def _write_report(session: Session, result: Any, path: Path) -> None:
-    values = {name: np.asarray(value).tolist() for name, value in result.values.items() if np.size(value) <= 3}
-    report = {
-        "losses": result.losses,
-        "best": result.best,
-        "seconds": result.seconds,
-        "values": values,
-        "untouched": result.untouched,
-        "warnings": session.export.report.lines,
-        "notes": result.notes,
-    }
-    path.write_text(json.dumps(report, indent=1) + "\n")
-
-
-def _print_warnings(report: Report) -> None:
-    for line in report.lines:
-        print(f"edgegrad: warning: {line}", file=sys.stderr)
+def _print_warnings(lines: Sequence[str]) -> None:
+    for line in lines:
+        _say(f"warning: {line}")
 
 
 def _print_notes(notes: Sequence[str]) -> None:
     for note in notes:
-        print(f"edgegrad: note: {note}", file=sys.stderr)
+        _say(f"note: {note}")
 
 
 def _show_warning(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: Any = None,
                   line: str | None = None) -> None:  # fmt: skip
-    print(f"edgegrad: warning: {message}", file=sys.stderr)
+    _say(f"warning: {message}")
+
+
+def _say(text: str, stream: TextIO | None = None) -> None:
+    """Print to stderr, or to `stream`; a closed pipe or a log on a full disk must not end the work."""
+    with contextlib.suppress(OSError, ValueError):
+        print(f"edgegrad: {text}", file=stream or sys.stderr, flush=True)

@@ -7,6 +7,7 @@ from typing import Any
 
 import edgegrad
 from edgegrad.engines import engine_class
+from edgegrad.render import CAUSTIC_SAMPLES
 from edgegrad.renderer import MAX_DERIVATIVE_DEPTH
 
 from .export import Export, export_camera, export_scene
@@ -41,7 +42,7 @@ def export_view(camera: Any, context: Any, export: Export) -> edgegrad.Camera:
 
 def not_computed(export: Export, paths: list[str]) -> list[str]:
     """Sentences on what derivatives with respect to `paths` leave out though it may not be zero."""
-    missing = edgegrad.plan(export.scene, paths, max_depth=export.settings.max_depth).missing
+    missing = edgegrad.plan(export.scene, paths, max_depth=export.settings.max_depth, measure=CAUSTIC_SAMPLES).missing
     return [f"not computed: {sentence}" for sentence in missing]
 
 

@@ -148,6 +148,11 @@ class Session:
         return bool(kept)
 
 
+def camera_names(scene: Any) -> list[str]:
+    """The names of the scene's camera objects."""
+    return [ob.name for ob in scene.objects if ob.type == "CAMERA"]
+
+
 def find_camera(scene: Any, name: str) -> Any:
     """The scene's camera object of this name.
 
@@ -158,7 +163,7 @@ def find_camera(scene: Any, name: str) -> Any:
     """
     ob = scene.objects.get(name)
     if ob is None or ob.type != "CAMERA":
-        known = ", ".join(f"'{ob.name}'" for ob in scene.objects if ob.type == "CAMERA") or "none"
+        known = ", ".join(f"'{known}'" for known in camera_names(scene)) or "none"
         raise Problem(f"camera '{name}': there is no such camera in scene '{scene.name}' (there are: {known})")
     return ob
 

@@ -14,7 +14,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import bpy
 import matplotlib
 
 matplotlib.use("Agg")
@@ -100,7 +99,8 @@ def numbers(before: Measured, after: Measured) -> dict[str, float]:
 
 def read_pictures(prefix: str, targets: dict[str, Path]) -> list[Any]:
     """The pictures that the fit wrote, in the order of the targets."""
-    return [images.read_image(OUTPUT / f"{prefix}_{bpy.path.clean_name(camera)}.exr") for camera in targets]
+    written = json.loads((OUTPUT / "report.json").read_text())["pictures"]
+    return [images.read_image(OUTPUT / written[camera][prefix][0]) for camera in targets]
 
 
 def image_error(pictures: list[Any], targets: list[Any]) -> float:

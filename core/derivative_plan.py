@@ -25,7 +25,7 @@ from .renderer import TERMS
 from .scene import Scene
 from .shadow_plan import horizon_rule, missing_shadows
 from .shape import close_pairs, convex, hide_nothing
-from .specular_plan import aimed_materials, mirrored_light, mirrored_shadows, specular_materials, specular_rule
+from .specular_plan import aimed_materials, mirrored_light, mirrored_shadows, specular_rule
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
@@ -272,10 +272,6 @@ def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
     yield from missing_shadows(scene, moves)
     yield from missing_glare(scene, placed, moves, [name for name in scene.meshes if _reflects(scene, name)])
     yield from missing_shares(scene, moves)
-    smooth = specular_materials(scene)
-    if smooth and max_depth > 2:
-        yield ("reflected and refracted boundary: edges that other surfaces than the camera see in mirrors and smooth "
-               f"glass ({', '.join(smooth)})")
     stands = next(indirect_obstacles(scene), None)
     if max_depth > 2 and (moves.meshes or moves.camera) and stands is not None:
         yield f"indirect boundary: edges between two surfaces that light each other are left out, since {stands}"

@@ -36,6 +36,7 @@ class EngineLike(Protocol):
         seed: int,
         max_depth: int,
         bounces: Bounces,
+        caustics_alone: bool = False,
         progress: Progress | None,
     ) -> NDArray[np.float32]: ...
     def forward(

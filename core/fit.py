@@ -18,6 +18,7 @@ from .fit_run import ON_CANCEL, Callback, Run
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .plan import plan
+from .render import CAUSTIC_SAMPLES
 from .renderer import (
     MAX_DERIVATIVE_DEPTH,
     MOST_THREADS,
@@ -202,7 +203,7 @@ def fit(
     except Cancelled:
         stop = on_cancel
     stop = on_cancel if stop == "as asked" else stop
-    missing = plan(work, paths, max_depth=max_depth).missing
+    missing = plan(work, paths, max_depth=max_depth, measure=CAUSTIC_SAMPLES).missing
     cameras = [view.camera for view in seen]
     parts = [untouched_part(work, cameras, path, touched) for path, touched in run.touched.items()]
     kept = run.start if stop == "restore" else run.best_values

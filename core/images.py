@@ -20,6 +20,7 @@ from ._check import file_path, flag, numeric
 from .camera import MAX_SIDE
 from .chromaticities import to_rec709
 from .derivative_picture import derivative_image, write_derivative
+from .output_files import replacing
 from .png import read_deep, write_codes
 
 __all__ = ["derivative_image", "linear_to_srgb", "read_image", "srgb_to_linear", "write_derivative", "write_image"]
@@ -77,7 +78,7 @@ def read_image(path: str | Path) -> F32:
 
 
 def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> None:
-    """Write an EXR (float32, or float16 if `half`) or an 8 bit sRGB PNG.
+    """Write an EXR (float32, or float16 if `half`) or an 8 bit sRGB PNG, completely or not at all.
 
     Parameters
     ----------
@@ -89,8 +90,9 @@ def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> No
     Raises
     ------
     ValueError
-        Naming the path, for another file type, a wrong shape, non-finite values in a PNG, or if the
-        file can't be written.
+        Naming the path, for another file type, a wrong shape or non-finite values in a PNG.
+    OSError
+        Naming the path and the reason, if the file can't be written; an earlier file stays as it was.
     """
     file = file_path("image", "path", path)
     half = flag(f"image '{path}'", "half", half)
@@ -258,10 +260,9 @@ def _write_exr(path: Path, pixels: F32, half: bool) -> None:
         stored = np.clip(stored, -limit, limit)
     channels = {name: np.ascontiguousarray(stored[..., k], kind) for k, name in enumerate("RGBA"[: stored.shape[2]])}
     header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    if not path.parent.is_dir():
-        raise ValueError(f"image '{path}': can't be written (there is no folder '{path.parent}')")
-    try:
-        with OpenEXR.File(header, channels) as file:
-            file.write(str(path))
-    except Exception as error:  # as above
-        raise ValueError(f"image '{path}': can't be written ({error})") from None
+    with replacing(path) as temporary:
+        try:
+            with OpenEXR.File(header, channels) as file:
+                file.write(str(temporary))
+        except Exception as error:  # as above
+            raise OSError(str(error)) from None

@@ -6,9 +6,9 @@ d value / d image, the input of `edgegrad.render_backward`.
 The image is noisy, and that has a consequence: with value = E[rho(I - T)] the gradient is
 sum_p rho'(I_p - T_p) dI_p. If the adjoint rho'(I - T) and the derivative dI come from the *same*
 samples they are correlated and their product is biased (for L2 by the covariance of I and dI; for L1
-worse, since the sign of noise is not its mean). So render the image for the adjoint and the
-derivative with **independent seeds**, as `edgegrad.fit` does. With independent seeds L2 is unbiased;
-L1 is not where the noise is larger than the difference, since its sign is then random.
+worse, since the sign of noise is not its mean). Derivatives therefore draw random numbers that are
+independent of those of pictures, also for equal seeds: L2 is unbiased. L1 is not where the noise is
+larger than the difference, since its sign is then random.
 """
 
 from __future__ import annotations

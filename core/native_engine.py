@@ -141,12 +141,13 @@ class Engine:
         seed: int,
         max_depth: int,
         bounces: Bounces = UNLIMITED,
+        caustics_alone: bool = False,
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
-        """(H, W, 3) picture seen by the camera of `tables`."""
+        """(H, W, 3) picture seen by the camera of `tables`, or the part of it that is caustics."""
         with self._turns:
             self._hold(tables)
-            return np.asarray(self._scene.render(spp, seed, max_depth, bounces, progress))
+            return np.asarray(self._scene.render(spp, seed, max_depth, bounces, caustics_alone, progress))
 
     def forward(
         self,

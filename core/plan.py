@@ -17,9 +17,10 @@ from .engines import engine_class
 from .motion import motion
 from .picture_plan import picture_plan
 from .primary_plan import missing_texel_borders
+from .render import caustic_share
 from .renderer import MAX_DERIVATIVE_DEPTH
 from .scene import Scene, validated
-from .specular_plan import missing_specular
+from .specular_plan import causes_caustics, missing_caustics, missing_specular
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten
 
@@ -58,7 +59,7 @@ class Plan:
         return "\n".join(lines)
 
 
-def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH) -> Plan:
+def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH, measure: int = 0) -> Plan:
     """Say what the picture, and its derivatives with respect to some parameters, need.
 
     Parameters
@@ -69,6 +70,9 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
         Parameter paths; none: of the picture alone.
     max_depth
         Path segments, as for `edgegrad.render`.
+    measure
+        Samples per pixel with which to measure how much of the picture is light whose derivative is incomplete
+        (caustics); 0: nothing is rendered. A scene that cannot have any is not rendered either.
 
     Raises
     ------
@@ -77,6 +81,7 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     """
     wrt = names("plan", "wrt", wrt, "parameter paths")
     narrow = engine_class("auto").narrow
+    measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
     validated(scene)
     picture = picture_plan(scene, max_depth)
@@ -91,4 +96,8 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     left_out += missing_texel_borders(scene, wrt)
     if not narrow:
         left_out += missing_specular(scene, moves, wrt, max_depth)
+        thrown = causes_caustics(scene, moves, wrt, max_depth)
+        if thrown:
+            share = caustic_share(scene, spp=measure, max_depth=max_depth) if measure else None
+            left_out.append(missing_caustics(thrown, share))
     return Plan(picture, terms(scene, tables, wrt, moves, max_depth), tuple(left_out))

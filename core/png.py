@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from .output_files import replacing
+
 
 def write_codes(path: Path, codes: NDArray[np.uint8]) -> None:
-    """Write (H, W, 3 or 4) code values without any colour conversion; ``ValueError`` names the path."""
-    try:
-        Image.fromarray(codes).save(path, format="PNG")
-    except OSError as error:
-        raise ValueError(f"image '{path}': can't be written ({error.strerror or error})") from None
+    """Write (H, W, 3 or 4) code values without any colour conversion (`output_files.replacing`)."""
+    with replacing(path) as temporary:
+        Image.fromarray(codes).save(temporary, format="PNG")
 
 
 def read_deep(path: Path) -> NDArray[Any] | None:

@@ -19,6 +19,9 @@ from .engines import Progress, engine_name
 from .renderer import MOST_THREADS, TERMS, Renderer
 from .scene import Scene
 
+# Samples per pixel that tell how much of a picture is caustics: its mean over all pixels is asked for.
+CAUSTIC_SAMPLES = 4
+
 _last: dict[tuple[str, int], Renderer] = {}  # at most one, by engine and threads
 _lock = threading.Lock()
 
@@ -145,8 +148,8 @@ def render_backward(
     Parameters
     ----------
     adjoint
-        (height, width, 3): derivative of a loss with respect to the picture. It must not come from
-        a picture of the same seed, or the gradient of a noisy loss is biased.
+        (height, width, 3): derivative of a loss with respect to the picture. Derivatives have random numbers
+        of their own, so that it may come from a picture of the same seed.
     wrt
         Parameter paths.
 
@@ -160,3 +163,18 @@ def render_backward(
         return renderer.render_backward(
             adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
         )
+
+
+def caustic_share(
+    scene: Scene, *, spp: int = CAUSTIC_SAMPLES, max_depth: int, seed: int = 0, threads: int = 0
+) -> float:
+    """How much of the picture's light is caustics, whose derivatives lack their jumps; see `Renderer.render_caustics`.
+
+    Returns
+    -------
+    0 … 1: the sum of the caustics' radiance over pixels and colours by that of the picture; 0 for a black picture.
+    """
+    with _prepared(scene, "auto", threads) as renderer:
+        whole = renderer.render(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
+        part = renderer.render_caustics(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
+    return float(part / whole) if whole > 0.0 else 0.0

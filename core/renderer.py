@@ -43,6 +43,10 @@ MAX_DERIVATIVE_DEPTH = 2
 CONVEXITY_FACES = 20_000
 MOST_THREADS = 4096
 
+# Derivatives have random numbers of their own. An adjoint picture that comes from a picture of the same seed
+# would otherwise be correlated with the derivative, and the gradient of a loss of a noisy picture be biased.
+DERIVATIVE_STREAM = 0xBB67AE85
+
 # Parameters that neither change textures nor are changed by them.
 _UNTEXTURED = ("camera.", "world.", "lights.")
 
@@ -198,6 +202,32 @@ class Renderer:
         warn_of_picture(picture, "render")
         return picture
 
+    def render_caustics(
+        self,
+        *,
+        spp: int,
+        max_depth: int,
+        seed: int = 0,
+        bounces: Bounces | None = None,
+        camera: Camera | None = None,
+        progress: Progress | None = None,
+    ) -> NDArray[np.float32]:
+        """The part of the picture that is caustics: light that surfaces receive by way of mirrors or smooth glass.
+
+        Derivatives lack the jumps of this part (see `plan`). Equal seeds give the paths of `render`, so that the
+        difference of the two is the rest of the picture. Parameters and errors are those of `edgegrad.render`.
+
+        Returns
+        -------
+        (height, width, 3) float32, linear Rec.709 radiance.
+        """
+        options = _options(spp, max_depth, seed, bounces)
+        progress = checked_progress("render_caustics", progress)
+        tables = self._seen(self._tables, camera)
+        picture = self._engine.render(tables, **options, caustics_alone=True, progress=progress)
+        warn_of_picture(picture, "render_caustics")
+        return picture
+
     def render_forward(
         self,
         tangent: Mapping[str, ArrayLike],
@@ -299,7 +329,8 @@ class Renderer:
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
-        return {**_options(spp, max_depth, seed, bounces, deepest), "terms": computed}
+        options = _options(spp, max_depth, seed, bounces, deepest)
+        return {**options, "seed": options["seed"] ^ DERIVATIVE_STREAM, "terms": computed}
 
     def _may_be_convex(self) -> bool:
         faces = int(self._tables.mesh_first_face[-1])

@@ -111,6 +111,20 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
         yield f"the outlines of lights in mirrors and behind glass ({', '.join(shown)}): they are no edges"
 
 
+def causes_caustics(scene: Scene, moves: Motion, wrt: Iterable[str], max_depth: int) -> list[str]:
+    """Names of the materials that may throw caustics of which a derivative lacks the jumps; empty: there are none."""
+    return specular_materials(scene) if max_depth > 2 and (moves.any or bends_rays(scene, wrt)) else []
+
+
+def missing_caustics(materials: Sequence[str], share: float | None) -> str:
+    """What derivatives lack of caustics, in words; `share`: how much of the picture they are, None: not measured."""
+    much = "plan(…, measure=16) says how much of the picture they are" if share is None else (
+        f"they are {share:.2g} of the picture" if share > 0.0 else "no path of the measurement met any")
+    return (f"caustics: of light that mirrors and smooth glass ({', '.join(materials)}) throw on other surfaces, the "
+            "edges and outlines of lights that those surfaces see there are left out: the derivative of this light may "
+            f"be zero or have the wrong sign ({much})")
+
+
 def bends_rays(scene: Scene, wrt: Iterable[str]) -> bool:
     """Whether `wrt` has a mirror's or glass' index or normal map, what its textures read, or normals."""
     materials = specular_materials(scene)

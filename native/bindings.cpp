@@ -247,10 +247,12 @@ class Scene {
     float aimed() const { return engine_->aimed(); }
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
 
-    Image render(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::object progress) {
+    Image render(int samples, uint32_t seed, int max_depth, nb::handle bounces, bool caustics_alone,
+                 nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
-        const RenderOptions options = make_options(samples, seed, max_depth, bounces);
+        RenderOptions options = make_options(samples, seed, max_depth, bounces);
+        options.caustics_alone = caustics_alone;
         const Progress report = make_progress(std::move(progress));
         {
             const nb::gil_scoped_release release;
@@ -358,7 +360,8 @@ NB_MODULE(_native, m) {
         .def("set_camera", &Scene::set_camera, "tables"_a)
         .def_prop_rw("guided", &Scene::guided, &Scene::set_guided)
         .def_prop_rw("aimed", &Scene::aimed, &Scene::set_aimed)
-        .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "progress"_a.none())
+        .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "caustics_alone"_a,
+             "progress"_a.none())
         .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
              "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,

@@ -2,26 +2,23 @@
 
 #include <stdexcept>
 
+#include "cpu_features.h"
+
 namespace edgegrad {
 
 // The instruction sets that were built (EDGEGRAD_KERNELS in CMakeLists.txt), the fastest first.
 #ifdef EDGEGRAD_HAS_avx512
-#define EDGEGRAD_AVX512(X)                                                                    \
-    X(avx512, __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&      \
-                  __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw") && \
-                  __builtin_cpu_supports("avx512cd"))
+#define EDGEGRAD_AVX512(X) X(avx512, EDGEGRAD_RUNS_avx512)
 #else
 #define EDGEGRAD_AVX512(X)
 #endif
 #ifdef EDGEGRAD_HAS_avx2
-#define EDGEGRAD_AVX2(X)                                                       \
-    X(avx2, __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && \
-                __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2"))
+#define EDGEGRAD_AVX2(X) X(avx2, EDGEGRAD_RUNS_avx2)
 #else
 #define EDGEGRAD_AVX2(X)
 #endif
 #ifdef EDGEGRAD_HAS_sse42
-#define EDGEGRAD_SSE42(X) X(sse42, __builtin_cpu_supports("sse4.2") && __builtin_cpu_supports("popcnt"))
+#define EDGEGRAD_SSE42(X) X(sse42, EDGEGRAD_RUNS_sse42)
 #else
 #define EDGEGRAD_SSE42(X)
 #endif

@@ -29,6 +29,7 @@ struct RenderOptions {
     int32_t max_depth = 2;
     BounceLimits limits;
     bool interior = true, primary = true, shadow = true, indirect = true;
+    bool caustics_alone = false;  // of a picture: the part of it that is caustics (path/path_queue.h)
 };
 
 // Samples that a term of a derivative leaves out, with where the first of them is.

@@ -44,7 +44,8 @@ struct EdgeStarts {
 
 // Scratch memory of one thread.
 struct Workspace {
-    float* radiance[3];  // by path: L, or its derivative in forward mode
+    float* radiance[3];   // by path: L, or its derivative in forward mode
+    bool caustics_alone;  // of the task that runs
     PathQueue paths;
     HitQueue hits;
     // Where vertices are recorded for derivatives, or what those by colours and strengths need; null: they
@@ -74,7 +75,9 @@ struct ImageTask {
     int32_t row, column;  // of the first pixel in the window
     int32_t width;        // of the window
     BounceLimits limits;
-    bool one_stream;  // all pixels have the random numbers of the first: the two sides of edges
+    bool caustics_alone;  // only light that reaches a blurred path by a perfect lobe (path/path_queue.h)
+                          // counts
+    bool one_stream;      // all pixels have the random numbers of the first: the two sides of edges
     // Not negative: pixels that are close together share a sequence (path/stream.h), of which each takes so
     // many bits of numbers.
     int32_t sample_bits = -1;

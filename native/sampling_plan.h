@@ -37,6 +37,7 @@ struct ImagePlan {
         task.max_depth = options.max_depth;
         task.seed = options.seed;
         task.limits = options.limits;
+        task.caustics_alone = options.caustics_alone;
         task.width = camera.width;
         task.row = task.first_pixel / camera.width;
         task.column = task.first_pixel % camera.width;

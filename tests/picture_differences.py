@@ -26,7 +26,8 @@ def need_every_table() -> None:
 
 def agreement(
     moving: Moving, *, eps: float = 0.02, seeds: int = 16, spp: int = 64, reference_spp: int = 512,
-    reference_seeds: int | None = None, thetas: int = 8, terms: Sequence[str] = TERMS, **depths: Any,
+    reference_seeds: int | None = None, thetas: int = 8, first_seed: int = 0, terms: Sequence[str] = TERMS,
+    **depths: Any,
 ) -> Agreement:  # fmt: skip
     """Block sums of derivative pictures beside those of the central difference over an interval of length `eps`.
 
@@ -37,13 +38,22 @@ def agreement(
     samples = []
     for k in range(seeds):
         scene, tangent = moving(eps * ((k % thetas + 0.5) / thetas - 0.5))
-        samples.append(Renderer(scene, engine="native").render_forward(tangent, spp=spp, seed=k, terms=terms, **depths))
+        renderer = Renderer(scene, engine="native")
+        samples.append(renderer.render_forward(tangent, spp=spp, seed=first_seed + k, terms=terms, **depths))
     return block_statistics.compare(np.stack(samples), difference, stderr)
 
 
 def check_agreement(moving: Moving, *, noise: float = 0.25, **options: Any) -> None:
-    """The derivative agrees with central differences, which are sure enough to tell."""
+    """The derivative agrees with central differences, which are sure enough to tell.
+
+    Samples with heavy tails, of which a few seeds underestimate the variance, raise false alarms. So an alarm has to be
+    confirmed by other seeds, twice as many: a right derivative is found to be wrong with the square of the probability.
+    """
     outcome = agreement(moving, **options)
+    if outcome.p_value <= ALARM or outcome.noise >= noise:
+        print("to be confirmed:", outcome)
+        options["seeds"] = 2 * options.get("seeds", 16)
+        outcome = agreement(moving, first_seed=100_000, **options)
     print(outcome)
     assert outcome.p_value > ALARM, str(outcome)
     assert outcome.noise < noise

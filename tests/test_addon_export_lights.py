@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,9 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 import edgegrad
+from edgegrad_addon.problem import Problem
 from tests import blender_scenes as bs
+from tests.disks import fill, small_disk
 
 NORMALIZES = bpy.app.version >= (4, 5, 0)
 
@@ -165,6 +169,17 @@ def test_baked_world_lies_in_the_directions_that_it_has() -> None:
     x, y = np.cos(longitude) * np.cos(latitude), np.sin(longitude) * np.cos(latitude)
     directions = np.stack([x, y, np.sin(latitude)], axis=2)
     assert pixels == pytest.approx(2.0 * np.maximum(directions, 0.0), abs=0.05)
+
+
+def test_world_is_not_black_for_want_of_space(tmp_path: Path, monkeypatch: Any) -> None:
+    tree = world()
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(coordinates.outputs["Generated"], tree.nodes["Background"].inputs["Color"])
+    with small_disk(tmp_path / "disk", 64) as disk:
+        fill(disk, leave=8192)
+        monkeypatch.setattr(tempfile, "tempdir", str(disk))
+        with pytest.raises(Problem, match=r"world 'World'.*temporary folder"):
+            bs.export(bake=64)
 
 
 @pytest.mark.slow  # Blender computes the sky's table for each picture

@@ -241,7 +241,9 @@ DEEP: dict[str, tuple[Make, list[str]]] = {
 @pytest.mark.parametrize("name", HIDDEN)
 def test_what_copies_hide_of_lights_agrees_with_central_differences(name: str) -> None:
     need_every_table()
-    check_agreement(along(*HIDDEN[name]), spp=128)
+    # On the sheet itself the light of a rectangle or an ellipse jumps, with samples of no finite variance
+    # (derivations, F2): their noise is another one for other seeds.
+    check_agreement(along(*HIDDEN[name]), spp=128, noise=0.5)
 
 
 @pytest.mark.parametrize("name", DEEP)

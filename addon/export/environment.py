@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.images import read_image
 
-from ..problem import Report
+from ..problem import Problem, Report
 from .bake import Temporary, temporary
 from .images import Images
 from .nodes import by_identifier, feed
@@ -57,6 +57,8 @@ def bake_world(world: WorldReading, scene: Any, images: Images, resolution: int,
                     sun.disc(True)
                 picture = baker.panorama(resolution)
                 report.warn(where, "its sky is turned by nodes, so that the sun stays in its baked image")
+    except Problem:
+        raise
     except (RuntimeError, OSError, ValueError) as error:
         report.warn(where, f"its nodes can't be read nor baked ({str(error).strip()}); it is black")
         return
@@ -95,6 +97,7 @@ class _WorldBaker:
 
     def __init__(self, keep: Temporary, world: Any) -> None:
         scene = self._scene = keep(bpy.data.scenes.new("Edgegrad bake"))
+        self._name = world.name
         self.world = keep(world.copy())
         _own_groups(self.world.node_tree, keep)
         scene.world = self.world
@@ -157,10 +160,15 @@ class _WorldBaker:
     def _render(self, width: int, height: int) -> F32:
         render = self._scene.render
         render.resolution_x, render.resolution_y = width, height
-        with tempfile.TemporaryDirectory() as folder:
-            render.filepath = str(Path(folder) / "world.exr")
-            bpy.ops.render.render(write_still=True, scene=self._scene.name)
-            return np.asarray(read_image(render.filepath)[..., :3], np.float32)
+        try:
+            with tempfile.TemporaryDirectory() as folder:
+                render.filepath = str(Path(folder) / "world.exr")
+                bpy.ops.render.render(write_still=True, scene=self._scene.name)
+                return np.asarray(read_image(render.filepath)[..., :3], np.float32)
+        except (OSError, ValueError) as error:
+            # Not the world's fault: a scene with a black world instead would be fitted in vain.
+            raise Problem(f"world '{self._name}': its picture can't be kept in the temporary folder "
+                          f"'{tempfile.gettempdir()}' ({error}); make space, or set TMPDIR") from None  # fmt: skip
 
 
 def _own_groups(tree: Any, keep: Temporary) -> None:

@@ -77,10 +77,13 @@ class Engine:
         seed: int,
         max_depth: int,
         bounces: Bounces = UNLIMITED,
+        caustics_alone: bool = False,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """(height, width, 3) picture seen by the camera of `tables`; scene values are those of the last `update`."""
         _check(spp, max_depth, ())
+        if caustics_alone:  # diffuse surfaces throw none
+            return np.zeros((tables.height, tables.width, 3), np.float32)
         image = render(Film.of(tables), self._lighting, spp=spp, seed=seed, max_depth=max_depth, progress=progress)
         return image.astype(np.float32)
 

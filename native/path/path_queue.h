@@ -23,7 +23,10 @@ struct PathPacket {
     Int kind;         // RayKind
     Mask touched;     // recorded paths: it has met what has a derivative
     Mask final_ray;   // it brings light that it meets, and isn't scattered again
-    Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
+    // A surface scattered the path by a lobe that is not perfect, and after that one by a perfect lobe: its
+    // light is a caustic on the first of them.
+    Mask blurred, caustic;
+    Int bounces;  // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
 
 constexpr int kVertexBits = 11, kSegmentBits = 11;
@@ -32,7 +35,9 @@ EG_INLINE Int pack_state(const PathPacket& p) {
     return p.segment | (p.vertex << kSegmentBits) | (p.kind << (kSegmentBits + kVertexBits)) |
            ((p.final_ray & 1) << (kSegmentBits + kVertexBits + 3)) |
            ((p.both_sides & 1) << (kSegmentBits + kVertexBits + 4)) |
-           ((p.touched & 1) << (kSegmentBits + kVertexBits + 5));
+           ((p.touched & 1) << (kSegmentBits + kVertexBits + 5)) |
+           ((p.blurred & 1) << (kSegmentBits + kVertexBits + 6)) |
+           ((p.caustic & 1) << (kSegmentBits + kVertexBits + 7));
 }
 
 EG_INLINE void unpack_state(Int state, PathPacket& p) {
@@ -42,6 +47,8 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.final_ray = ((state >> (kSegmentBits + kVertexBits + 3)) & 1) != 0;
     p.both_sides = ((state >> (kSegmentBits + kVertexBits + 4)) & 1) != 0;
     p.touched = ((state >> (kSegmentBits + kVertexBits + 5)) & 1) != 0;
+    p.blurred = ((state >> (kSegmentBits + kVertexBits + 6)) & 1) != 0;
+    p.caustic = ((state >> (kSegmentBits + kVertexBits + 7)) & 1) != 0;
 }
 
 // Number of bounces of a kind (kDiffuseRay, kGlossyRay, kTransmissionRay, or 4: transparent) so far.

@@ -33,6 +33,7 @@ EG_INLINE Float power_heuristic(Float p, Float q) {
 }
 
 EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 value) {
+    if (work.caustics_alone) m &= p.caustic;
     for (int i = 0; i < W; ++i) {
         if (!m[i]) continue;
         work.radiance[0][p.path[i]] += value.x[i];
@@ -205,6 +206,8 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     p.from_normal = x.normal;
     p.from_mesh = x.mesh;
     p.pdf = select(s.specular, splat(0.0f), s.pdf);
+    p.caustic |= p.blurred & s.specular;
+    p.blurred |= ~s.specular;
     p.bounces = add_bounce(p.bounces, p.active, s.ray_kind);
     p.kind = s.ray_kind;
     p.segment = p.segment + 1;

@@ -50,7 +50,7 @@ class Stress:
     rounding: Callable[[float], float] = lambda value: 1e-5
 
 
-SEEDS = 6
+SEEDS = 32
 EYE = camera(size=8, fov=0.7)
 # Weights of the pixels in sums over the picture.
 WEIGHTS = np.random.default_rng(7).uniform(0.5, 1.5, (8, 8))

@@ -18,5 +18,5 @@ CASES = [
 def test_errors_are_those_of_noise_and_rounding(stress: Stress, value: float) -> None:
     need_every_table()
     error, noise = stress.error(value)
-    # Four standard errors, which six seeds tell.
+    # Four standard errors: samples with heavy tails need as many seeds as there are for them to be told.
     assert error <= 4.0 * noise + stress.rounding(value), (error, noise)

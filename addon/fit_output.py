@@ -1,0 +1,220 @@
+"""What ``edgegrad fit`` writes: the fitted .blend, a report, and a picture of each camera before and after."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import unicodedata
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+import edgegrad
+from edgegrad import images
+from edgegrad.output_files import check_output_folder, check_outputs, replacing
+
+from .blend_file import save_blend
+from .problem import Problem
+from .session import Session, absolute
+
+SPP = 64  # samples per pixel of the pictures
+BEFORE, AFTER = "before", "after"
+SUFFIXES = (".exr", ".png")
+# What must not keep other files from being written.
+NOT_RENDERED = (ValueError, RuntimeError, FloatingPointError, MemoryError)
+# Bytes of a picture's name that come from its camera's: file systems take 255 in all.
+NAME_BYTES = 200
+
+
+@dataclass
+class FitOutput:
+    """The files of a fit. Whatever can be checked is checked before the fit; afterwards the result comes first.
+
+    Attributes
+    ----------
+    folder
+        For pictures and the report; None: none are written.
+    blend
+        For the fitted scene; None: it isn't saved.
+    names
+        Of the cameras' pictures, without prefix and suffix; known after `prepare`.
+    written
+        What has been written of the result so far.
+    """
+
+    folder: Path | None
+    blend: Path | None
+    names: dict[str, str] = field(default_factory=dict)
+    written: list[Path] = field(default_factory=list)
+
+    def check(self) -> None:
+        """Raise `WriteError` unless the .blend and files in the folder can be written. Needs no open .blend."""
+        if self.blend is not None:
+            check_outputs([self.blend], (".blend",))
+        if self.folder is not None:
+            check_output_folder(self.folder)
+
+    def prepare(self, session: Session) -> None:
+        """Make the folder and find names for all files in it.
+
+        Raises
+        ------
+        WriteError
+            If one of the files can't be written.
+        Problem
+            If one would take the place of a target or a mask.
+        """
+        if self.folder is None:
+            return
+        pictures = session.request.pictures
+        self.names = picture_names([picture.camera for picture in pictures])
+        self.folder.mkdir(parents=True, exist_ok=True)
+        inputs = {os.path.realpath(absolute(path)) for one in pictures for path in (one.image, one.mask) if path}
+        outputs = [path for name in self.names for prefix in (BEFORE, AFTER) for path in self._pictures(prefix, name)]
+        for path in outputs:
+            if os.path.realpath(path) in inputs:
+                raise Problem(f"file '{path}': is a target or a mask of this fit, and --out '{self.folder}' would "
+                              "replace it; choose another folder")  # fmt: skip
+        check_outputs(outputs, SUFFIXES)
+        check_outputs([self._report], (".json",))
+
+    def write_before(self, session: Session) -> None:
+        """Write the cameras' pictures as they are at the start; raises `Problem` at the first failure."""
+        for failure in self._write_pictures(session, BEFORE):
+            raise Problem(failure)
+
+    def write(self, session: Session, result: edgegrad.FitResult) -> list[str]:
+        """Write the fitted scene, then the report, then the pictures; a failure of one does not stop the others.
+
+        Returns
+        -------
+        A sentence for each failure.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Saying what has been written, and what failed.
+        """
+        failures: list[str] = []
+        self.written.clear()
+        try:
+            if self.blend is not None:
+                failures += self._save(self.blend)
+            if self.folder is not None:
+                failures += self._write_report(session, result)
+                failures += self._write_pictures(session, AFTER)
+        except KeyboardInterrupt:
+            done = ", ".join(f"'{path}'" for path in self.written) or "no file"
+            said = "; ".join([f"the fit had ended; of its result, {done} was written", *failures])
+            raise KeyboardInterrupt(said) from None
+        return failures
+
+    def _save(self, blend: Path) -> Iterator[str]:
+        try:
+            save_blend(blend)
+            self.written.append(blend)
+            return
+        except OSError as error:
+            yield str(error)
+        # The fit may have taken hours, so its result is not given up for want of space in one folder.
+        try:
+            rescue = _save_in_temporary_folder(blend.name)
+            self.written.append(rescue)
+            yield f"the fitted scene was saved as '{rescue}' instead of '{blend}'"
+        except OSError as error:
+            yield f"the fitted scene can't be saved in the temporary folder either: {error}"
+
+    @property
+    def _report(self) -> Path:
+        assert self.folder is not None
+        return self.folder / "report.json"
+
+    def _pictures(self, prefix: str, camera: str) -> list[Path]:
+        assert self.folder is not None
+        return [self.folder / f"{prefix}_{self.names[camera]}{suffix}" for suffix in SUFFIXES]
+
+    def _write_pictures(self, session: Session, prefix: str) -> Iterator[str]:
+        """Render and write; yields a sentence for each failure."""
+        if self.folder is None:
+            return
+        try:
+            renderer, limits = edgegrad.Renderer(session.export.scene), session.export.settings
+        except NOT_RENDERED as error:
+            yield f"no picture {prefix} the fit can be rendered ({error})"
+            return
+        for picture, target in zip(session.request.pictures, session.targets, strict=True):
+            try:
+                pixels = renderer.render(spp=SPP, max_depth=limits.max_depth, bounces=limits.bounces,
+                                         camera=target.camera)  # fmt: skip
+            except NOT_RENDERED as error:
+                yield f"camera '{picture.camera}': its picture {prefix} the fit can't be rendered ({error})"
+                continue
+            for path in self._pictures(prefix, picture.camera):
+                try:
+                    images.write_image(path, pixels)
+                    self.written.append(path)
+                except (OSError, ValueError) as error:
+                    yield str(error)
+
+    def _write_report(self, session: Session, result: edgegrad.FitResult) -> Iterator[str]:
+        values = {name: np.asarray(value).tolist() for name, value in result.values.items() if np.size(value) <= 3}
+        report: dict[str, Any] = {
+            "losses": result.losses,
+            "best": result.best,
+            "seconds": result.seconds,
+            "values": values,
+            "untouched": result.untouched,
+            "warnings": session.export.report.lines,
+            "notes": result.notes,
+            "pictures": {
+                camera: {prefix: [path.name for path in self._pictures(prefix, camera)] for prefix in (BEFORE, AFTER)}
+                for camera in self.names
+            },
+        }
+        try:
+            with replacing(self._report) as temporary:
+                temporary.write_text(json.dumps(report, indent=1) + "\n")
+            self.written.append(self._report)
+        except OSError as error:
+            yield str(error)
+
+
+def _save_in_temporary_folder(name: str) -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="edgegrad-"))
+    try:
+        save_blend(folder / name)
+    except OSError:
+        folder.rmdir()
+        raise
+    return folder / name
+
+
+def picture_names(cameras: Sequence[str]) -> dict[str, str]:
+    """A name for each camera's pictures: its own with only safe characters, and a number where two would be equal.
+
+    Names are compared as file systems do that ignore case and the form of accents.
+    """
+    out: dict[str, str] = {}
+    taken: set[str] = set()
+    # Cameras that keep their own name come first: a number belongs to those that can't.
+    for camera in sorted(cameras, key=lambda camera: _safe(camera) != camera):
+        name, number = _safe(camera), 1
+        while _as_compared(name) in taken:
+            number += 1
+            name = f"{_safe(camera)}_{number}"
+        taken.add(_as_compared(name))
+        out[camera] = name
+    return {camera: out[camera] for camera in cameras}
+
+
+def _safe(name: str) -> str:
+    return bpy.path.clean_name(name).encode()[:NAME_BYTES].decode(errors="ignore")
+
+
+def _as_compared(name: str) -> str:
+    return unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())

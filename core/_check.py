@@ -21,6 +21,11 @@ from numpy.typing import DTypeLike, NDArray
 # Kinds of rays that an object can be hidden from (Blender's ray visibility).
 RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
+# Engines compute in single precision: the largest number that it holds, and the largest length whose square it holds
+# with room for sums.
+LARGEST = float(np.finfo(np.float32).max)
+LARGEST_LENGTH = 1e18
+
 # Tolerance of a rigid transform's axes: poses come from single precision.
 _ORTHONORMAL = 1e-4
 
@@ -54,12 +59,14 @@ def array(
     dtype: DTypeLike,
     *,
     least: float | None = None,
+    most: float = LARGEST,
     booleans: bool = False,
 ) -> NDArray[Any]:
     """`value` as a finite C-contiguous array of the shape (None: any size) and type asked for.
 
     An array that already fits is returned itself, so that editing it in place goes on working. Numbers are converted
-    where that keeps their values but for rounding; `booleans` says whether False and True count as 0 and 1.
+    where that keeps their values but for rounding; `booleans` says whether False and True count as 0 and 1. Floats must
+    not be larger than `most`, of either sign.
     """
     source = numeric(where, name, value, booleans=booleans)
     _check_shape(where, name, source, shape)
@@ -70,8 +77,9 @@ def array(
             raise ValueError(f"{where}: {name} contains {low if low < 0 else high}, which is too large for an index")
     with np.errstate(over="ignore", invalid="ignore"):  # what becomes infinite is refused below
         out = np.asarray(source, dtype=wanted, order="C")
-    if out.dtype.kind == "f":
+    if out.dtype.kind == "f" and out.size and not (-most <= out.min() and out.max() <= most):  # NaN passes neither
         _check_finite(where, name, out)
+        raise ValueError(_too_large(where, name, float(np.abs(out).max()), most))
     if least is not None and out.size and out.min() < least:
         raise ValueError(f"{where}: {name} must not be below {least:g}, but contains {out.min():g}")
     return out
@@ -157,20 +165,23 @@ def number(
     above: float | None = None,
     below: float | None = None,
     least: float | None = None,
-    most: float | None = None,
+    greatest: float | None = None,
+    most: float = LARGEST,
 ) -> float:
-    """`value` as a finite float within the limits."""
+    """`value` as a finite float within the limits, not larger than `most`, of either sign."""
     out = value if type(value) is float else _real(where, name, value)
     if not math.isfinite(out):
         raise ValueError(f"{where}: {name} is not finite")
+    if abs(out) > most:
+        raise ValueError(_too_large(where, name, abs(out), most))
     if above is not None and out <= above:
         raise ValueError(f"{where}: {name} must be above {above:g}, not {out:g}")
     if below is not None and out >= below:
         raise ValueError(f"{where}: {name} must be below {below:g}, not {out:g}")
     if least is not None and out < least:
         raise ValueError(f"{where}: {name} must not be below {least:g}, but is {out:g}")
-    if most is not None and out > most:
-        raise ValueError(f"{where}: {name} must not be above {most:g}, but is {out:g}")
+    if greatest is not None and out > greatest:
+        raise ValueError(f"{where}: {name} must not be above {greatest:g}, but is {out:g}")
     return out
 
 
@@ -185,6 +196,18 @@ def _real(where: str, name: str, value: Any) -> float:
         if out.ndim == 0:
             return float(out)
     raise ValueError(f"{where}: {name} must be a number, not {shown(value)}")
+
+
+def derived(where: str, what: str, value: Any) -> None:
+    """Refuse what follows from several fields, each of which is within its own limits, and is too large."""
+    size = float(np.max(np.abs(value), initial=0.0))
+    if not size <= LARGEST:
+        raise ValueError(_too_large(where, what, size, LARGEST))
+
+
+def _too_large(where: str, name: str, size: float, most: float) -> str:
+    return (f"{where}: {name} must not exceed {most:.3g} in size, since rendering is in single precision, but reaches "
+            f"{size:.3g}; scale it down")
 
 
 def whole(where: str, name: str, value: Any, least: int, most: int) -> int:

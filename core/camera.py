@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import array, choice, number, orthonormal, whole, wholes
+from ._check import LARGEST_LENGTH, array, choice, number, orthonormal, whole, wholes
 from ._fields import Check, Checked, by, optional
 
 # Pixels are numbered in 32 bits, three floats each.
@@ -17,6 +17,11 @@ MAX_PIXELS = 1 << 28
 MAX_SIDE = 65536
 KINDS = ("PERSPECTIVE", "ORTHOGRAPHIC", "EQUIRECTANGULAR")
 FILTERS = ("BOX", "BLACKMAN_HARRIS", "GAUSSIAN")
+# Narrowest field of view, most of ratios (and of their inverses) and of shifts, and radians: what is beyond leaves
+# single precision when rays are made of it.
+_NARROWEST, _MOST_RATIO, _MOST_SHIFT, _MOST_ANGLE = 1e-9, 1e4, 1e4, 1e4
+# Pixels; a sample of a derivative is added to the square of so many.
+_WIDEST_FILTER = 256.0
 
 
 @dataclass
@@ -57,8 +62,8 @@ class Camera(Checked):
         (x0, y0, x1, y1): only these pixels of the full picture are rendered, x0 <= x < x1, row 0 on top;
         None: all. Rendered pictures have the crop's size.
     filter, filter_width
-        Pixel filter ``"BOX"``, ``"BLACKMAN_HARRIS"`` or ``"GAUSSIAN"`` and its full width in pixels, > 0, as
-        in Cycles (whose filters end at half that width to each side).
+        Pixel filter ``"BOX"``, ``"BLACKMAN_HARRIS"`` or ``"GAUSSIAN"`` and its full width in pixels, in (0, 256],
+        as in Cycles (whose filters end at half that width to each side).
     """
 
     to_world: NDArray[np.float64]
@@ -83,16 +88,21 @@ class Camera(Checked):
     filter_width: float = 1.0
 
     checks: ClassVar[Mapping[str, Check]] = {
-        "to_world": by(array, (4, 4), np.float64),
-        "fov_x": by(number, above=0.0, below=np.pi),
+        "to_world": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
+        "fov_x": by(number, above=0.0, least=_NARROWEST, below=np.pi),
         **dict.fromkeys(("width", "height"), by(whole, 1, MAX_SIDE)),
-        **dict.fromkeys(("shift", "longitude", "latitude"), by(array, (2,), np.float64)),
-        **dict.fromkeys(("clip_start", "aperture_radius"), by(number, least=0.0)),
+        "shift": by(array, (2,), np.float64, most=_MOST_SHIFT),
+        **dict.fromkeys(("longitude", "latitude"), by(array, (2,), np.float64, most=_MOST_ANGLE)),
+        **dict.fromkeys(("clip_start", "aperture_radius"), by(number, least=0.0, most=LARGEST_LENGTH)),
+        "clip_end": by(number, above=0.0),
         "kind": by(choice, KINDS),
-        **dict.fromkeys(("ortho_width", "clip_end", "pixel_aspect", "focus_distance", "aperture_ratio", "filter_width"),
-                        by(number, above=0.0)),
+        **dict.fromkeys(("ortho_width", "focus_distance"),
+                        by(number, above=0.0, least=1.0 / LARGEST_LENGTH, most=LARGEST_LENGTH)),
+        **dict.fromkeys(("pixel_aspect", "aperture_ratio"),
+                        by(number, above=0.0, least=1.0 / _MOST_RATIO, most=_MOST_RATIO)),
+        "filter_width": by(number, above=0.0, most=_WIDEST_FILTER),
         "aperture_blades": by(whole, 0, 64),
-        "aperture_rotation": number,
+        "aperture_rotation": by(number, most=_MOST_ANGLE),
         "crop": optional(by(wholes, 4, 0, MAX_SIDE)),
         "filter": by(choice, FILTERS),
     }

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import array, choice, flag, names, number, orthonormal, rays
+from ._check import LARGEST_LENGTH, array, choice, flag, names, number, orthonormal, rays
 from ._fields import Check, Checked, by, optional
 
 SHAPES = ("RECTANGLE", "ELLIPSE")
@@ -74,8 +74,9 @@ def _direction(where: str, name: str, value: Any) -> NDArray[np.float64]:
 _HALF_TURN = np.pi + 1e-6
 # Radians; the cube of a narrower spread leaves single precision.
 _LEAST_SPREAD = 1e-9
-_point: Check = by(array, (3,), np.float64)
+_point: Check = by(array, (3,), np.float64, most=LARGEST_LENGTH)
 _amount: Check = by(number, least=0.0)
+_length: Check = by(number, least=0.0, most=LARGEST_LENGTH)
 
 
 @dataclass
@@ -101,7 +102,7 @@ class PointLight(_Light):
     sphere: bool = False
 
     checks: ClassVar[Mapping[str, Check]] = {
-        **_Light.checks, "position": _point, "power": _amount, "radius": _amount, "sphere": flag,
+        **_Light.checks, "position": _point, "power": _amount, "radius": _length, "sphere": flag,
     }
 
 
@@ -197,8 +198,8 @@ class AreaLight(_Light):
 
     checks: ClassVar[Mapping[str, Check]] = {
         **_Light.checks,
-        "to_world": by(array, (4, 4), np.float64),
-        "size": by(array, (2,), np.float64, least=0.0),
+        "to_world": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
+        "size": by(array, (2,), np.float64, least=0.0, most=LARGEST_LENGTH),
         "shape": by(choice, SHAPES),
         "power": _amount,
         "spread": by(number, above=0.0, least=_LEAST_SPREAD, below=_HALF_TURN),

@@ -90,7 +90,7 @@ class Pyramid(Checked):
     checks: ClassVar[Mapping[str, Check]] = {
         "levels": optional(by(whole, 1, 16)),
         "power": by(whole, 1, 2),
-        "focus": optional(by(number, least=0.0, most=1.0)),
+        "focus": optional(by(number, least=0.0, greatest=1.0)),
     }
 
     def __post_init__(self) -> None:

@@ -116,7 +116,7 @@ class Material(Checked):
         "kind": by(choice, KINDS),
         "base_color": _color,
         **dict.fromkeys(("emission", "specular_tint", "coat_tint", "sheen_tint", "normal"), _tint),
-        **dict.fromkeys(_SHARES, by(number, least=0.0, most=1.0)),
+        **dict.fromkeys(_SHARES, by(number, least=0.0, greatest=1.0)),
         **dict.fromkeys(("specular_ior_level", "normal_strength"), by(number, least=0.0)),
         "ior": by(number, above=0.0),
         "coat_ior": by(number, least=1.0),

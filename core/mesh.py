@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import RAYS, array, mapping, names, number, rays, within
+from ._check import LARGEST_LENGTH, RAYS, array, mapping, names, number, rays, within
 from ._fields import Check, Checked, by, optional
 
 
@@ -72,17 +72,17 @@ class Mesh(Checked):
     terminator_offset: float = 0.0
 
     checks: ClassVar[Mapping[str, Check]] = {
-        "vertices": by(array, (None, 3), np.float64),
+        "vertices": by(array, (None, 3), np.float64, most=LARGEST_LENGTH),
         "faces": by(array, (None, 3), np.int32),
         "materials": by(names, "names of materials"),
         "face_material": optional(by(array, (None,), np.int32)),
         "smoothing": optional(by(array, (None, 3), np.int32, least=-1)),
         "normals": optional(by(array, (None, 3), np.float64)),
         "attributes": by(mapping, _attribute),
-        "instances": optional(by(array, (None, 4, 4), np.float64)),
-        "transform": by(array, (4, 4), np.float64),
+        "instances": optional(by(array, (None, 4, 4), np.float64, most=LARGEST_LENGTH)),
+        "transform": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
         "visible_to": rays,
-        "terminator_offset": by(number, least=0.0, most=1.0),
+        "terminator_offset": by(number, least=0.0, greatest=1.0),
     }
 
     @property
@@ -114,6 +114,23 @@ class Mesh(Checked):
                 raise ValueError(f"{where}: instances has a transform that flattens the mesh")
         if abs(np.linalg.det(self.transform[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: transform flattens the mesh")
+        self._check_reach(where)
+
+    def check_vertices(self, name: str, count: int) -> None:
+        """Raise ``ValueError`` where the vertices alone are wrong, or not `count`."""
+        self.vertices = array(f"mesh '{name}'", "vertices", self.vertices, (count, 3), np.float64, most=LARGEST_LENGTH)
+
+    def _check_reach(self, where: str) -> None:
+        """Refuse a mesh that its transforms place too far away, or make too large."""
+        if self.instances is None and np.array_equal(self.transform[:3], np.eye(3, 4)):
+            return
+        placed = self.transform[None] if self.instances is None else self.transform @ self.instances
+        corner = np.abs(self.vertices).max(axis=0)
+        reach = float((np.abs(placed[:, :3, :3]) @ corner + np.abs(placed[:, :3, 3])).max())
+        if reach > LARGEST_LENGTH:
+            moved = "transform" if self.instances is None else "instances"
+            raise ValueError(f"{where}: {moved} places vertices up to {reach:.3g} m away; {LARGEST_LENGTH:.3g} m are "
+                             "the most; scale the scene down")
 
     def _validate_normals(self, where: str) -> None:
         if self.smoothing is None:

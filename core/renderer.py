@@ -166,7 +166,7 @@ class Renderer:
         for name in moved:
             mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
             count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
-            mesh.vertices = array(f"mesh '{name}'", "vertices", mesh.vertices, (count, 3), np.float64)
+            mesh.check_vertices(name, count)
             self._engine.move_vertices(k, mesh.vertices, self._tables)
             self._moved = True
         if values:

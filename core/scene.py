@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import RAYS, array, instance, mapping, number, orthonormal, rays, shown, text
+from ._check import RAYS, array, derived, instance, mapping, number, orthonormal, rays, shown, text
 from ._fields import Check, Checked, by, near, optional
 from .camera import Camera
 from .expression import images_of
@@ -56,6 +56,7 @@ class World(Checked):
     def validate(self) -> None:
         """Raise ``ValueError`` with one sentence that names the wrong field."""
         self.check_fields("world")
+        derived("world", "color times strength", self.color * self.strength)
         orthonormal("world", "rotation", self.rotation, "rotation")
 
 

@@ -195,6 +195,9 @@ bool Engine::hides_no_surface() const {
 }
 
 void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
+    const Cancelling cancelling([&] {
+        if (progress) progress(0.0);
+    });
     const bool convex = hides_no_light();
     const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex, lights());
     const SceneView& scene = prepared.view();

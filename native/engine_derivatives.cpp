@@ -10,6 +10,10 @@ namespace edgegrad {
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
                      LearnedSampling* learned, const Progress& progress, float* image,
                      Dropped& dropped) const {
+    double told = 0.0;
+    const Cancelling cancelling([&] {
+        if (progress) progress(told);
+    });
     DerivativeCall call(*this, options, wanted, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
@@ -40,8 +44,9 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
         const double low = static_cast<double>(done) / static_cast<double>(all);
         const double share = static_cast<double>(size) / static_cast<double>(all);
         done += size;
-        return [&progress, low, share](double fraction) {
-            if (progress) progress(low + share * fraction);
+        return [&progress, &told, low, share](double fraction) {
+            told = low + share * fraction;
+            if (progress) progress(told);
         };
     };
 
@@ -64,7 +69,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
                 Splats out = splats(begin);
                 run(static_cast<size_t>(thread), first + begin, std::min(kBoundaryChunk, batch - begin), out);
             });
-            kernels_.add_splats(scene.camera, splats(0), batch, image);
+            for (int64_t at = 0; at < batch; at += kBoundaryChunk, may_cancel())
+                kernels_.add_splats(scene.camera, splats(at), std::min(kBoundaryChunk, batch - at), image);
         }
     };
     const auto add_pass = [&](int pass) {
@@ -140,6 +146,10 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
 
 TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
                              LearnedSampling* learned, const Progress& progress, Dropped& dropped) const {
+    double told = 0.0;
+    const Cancelling cancelling([&] {
+        if (progress) progress(told);
+    });
     DerivativeCall call(*this, options, wanted, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
@@ -150,17 +160,11 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
 
     auto memory = thread_memory();
     std::vector<ThreadMemory>& of_thread = *memory;
-    std::atomic<bool> stop{false};
     std::atomic<int64_t> done{0};
-    // Groups take long: progress counts chunks, and cancelling is seen between them.
-    const Progress report = [&](double) {
-        try {
-            const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
-            if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
-        } catch (...) {
-            stop = true;
-            throw;
-        }
+    const Progress report = [&](double) {  // groups take long: progress counts chunks
+        const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
+        told = all ? static_cast<double>(done) / static_cast<double>(all) : 1.0;
+        if (progress) progress(told);
     };
     const int64_t count = groups.count();
     const auto add_pass = [&](int thread, int64_t group, int pass, const GradientGroups::View& gradient) {
@@ -168,7 +172,8 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         Workspace& w = of_thread[static_cast<size_t>(thread)].paths();
         for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;
-            for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !stop; chunk += count, ++done) {
+            for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !cancelled();
+                 chunk += count, ++done) {
                 DroppedSamples lost;
                 const int64_t first = chunk * kBoundaryChunk;
                 const BoundaryTask task =
@@ -183,7 +188,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         if (!call.specular || pass >= call.specular->passes()) return;
         const DerivativeView d = call.boundary_view(gradient);
         SpecularTerm& term = *call.specular;
-        for (int64_t chunk = group; chunk < term.chunks(pass) && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < term.chunks(pass) && !cancelled(); chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
             term.backward(kernels_, scene, pass, first, std::min(kBoundaryChunk, term.total(pass) - first),
@@ -193,7 +198,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     };
     const auto add_edge_on = [&](size_t thread, int64_t group, const GradientGroups::View& gradient) {
         const EdgeOnTerm& term = *call.edge_on;
-        for (int64_t chunk = group; chunk < term.chunks() && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < term.chunks() && !cancelled(); chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
             ThreadMemory& mine = of_thread[thread];
@@ -217,7 +222,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
         Workspace& w = mine.paths();
         // A group's chunks are spread over the picture, so that groups take about equally long.
-        for (int64_t chunk = group; chunk < call.image_chunks && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < call.image_chunks && !cancelled(); chunk += count, ++done) {
             if (!plan.any_adjoint(chunk, adjoint)) continue;
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 DroppedSamples lost;
@@ -232,7 +237,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
                 call.dropped.add(lost);
             });
         }
-        for (int64_t chunk = group; chunk < call.horizon_chunks && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < call.horizon_chunks && !cancelled(); chunk += count, ++done) {
             if (!call.horizon.any_adjoint(chunk, adjoint)) continue;
             DerivativeView d = call.boundary_view(gradient);
             call.horizon.for_each_task(chunk, [&](const ImageTask& task) {
@@ -249,7 +254,8 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     for (const BoundaryTerm& term : call.terms)
         if (term.masses) term.plan.teach(*term.masses);
     if (learned) call.count_samples(*learned);
-    if (progress) progress(1.0);  // second passes may have spared samples
+    told = 1.0;
+    if (progress) progress(told);  // second passes may have spared samples
     dropped = call.all_dropped();
     TableValues gradients = groups.reduce(threads_);
     if (wanted.any("normals") && wanted.any("vertices"))

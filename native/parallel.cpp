@@ -7,9 +7,40 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace edgegrad {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Between two questions to the caller.
+constexpr std::chrono::milliseconds kAsking{50};
+
+// Of this thread: what asks the caller, and when it last did; the flag of the loop whose body runs.
+thread_local const std::function<void()>* ask_caller = nullptr;
+thread_local Clock::time_point asked_at;
+thread_local const std::atomic<bool>* stopping = nullptr;
+
+}  // namespace
+
+Cancelling::Cancelling(std::function<void()> ask)
+    : ask_(std::move(ask)), outer_(std::exchange(ask_caller, &ask_)) {}
+Cancelling::~Cancelling() { ask_caller = outer_; }
+
+void may_cancel() {
+    if (!ask_caller) return;
+    const Clock::time_point now = Clock::now();
+    if (now - asked_at < kAsking) return;
+    asked_at = now;
+    (*ask_caller)();
+}
+
+bool cancelled() {
+    may_cancel();
+    return stopping && *stopping;
+}
 
 int thread_count(int asked) {
     if (asked > 0) return asked;
@@ -21,7 +52,7 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
     if (items <= 0) return;
     threads = static_cast<int>(std::min<int64_t>(threads, items));
     if (threads == 1 && !progress) {  // starting a thread takes longer than small items do
-        for (int64_t item = 0; item < items; ++item) body(0, item);
+        for (int64_t item = 0; item < items; ++item) body(0, item), may_cancel();
         return;
     }
     std::atomic<int64_t> next{0}, done{0};
@@ -32,18 +63,21 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
     std::exception_ptr error;
 
     const auto work = [&](int thread) {
+        const std::atomic<bool>* const outer = std::exchange(stopping, &stop);
         try {
             while (!stop) {
                 const int64_t item = next++;
                 if (item >= items) break;
                 body(thread, item);
                 ++done;
+                may_cancel();
             }
         } catch (...) {
             const std::lock_guard lock(mutex);
             if (!error) error = std::current_exception();
             stop = true;
         }
+        stopping = outer;
         const std::lock_guard lock(mutex);
         --running;
         finished.notify_all();
@@ -71,9 +105,12 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
         }
         if (!progress) work(started);
         std::unique_lock lock(mutex);
-        while (!finished.wait_for(lock, std::chrono::milliseconds(50), [&] { return running == 0; })) {
+        while (!finished.wait_for(lock, kAsking, [&] { return running == 0; })) {
             lock.unlock();
-            if (progress) progress(static_cast<double>(done) / static_cast<double>(items));
+            if (progress)
+                progress(static_cast<double>(done) / static_cast<double>(items));
+            else
+                may_cancel();
             lock.lock();
         }
     } catch (...) {

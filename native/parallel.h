@@ -19,4 +19,26 @@ int thread_count(int asked);
 void parallel_for(int threads, int64_t items, const Progress& progress,
                   const std::function<void(int thread, int64_t item)>& body);
 
+// What asks the caller, while it lives, whether the work of this thread is to go on, where no progress is
+// told: in loops without a progress of their own, and in serial work that calls `may_cancel`. It cancels by
+// throwing.
+class Cancelling {
+ public:
+    explicit Cancelling(std::function<void()> ask);
+    ~Cancelling();
+    Cancelling(const Cancelling&) = delete;
+    Cancelling& operator=(const Cancelling&) = delete;
+
+ private:
+    std::function<void()> ask_;
+    const std::function<void()>* outer_;  // of a call inside of which this one is made
+};
+
+// Between parts of serial work: asks, but not more often than loops do.
+void may_cancel();
+
+// Between parts of a body that takes long: whether its loop is being cancelled. The body then returns; what
+// it has left behind is not used, since the loop throws. Asks where the body runs on the caller's thread.
+bool cancelled();
+
 }  // namespace edgegrad

@@ -44,7 +44,7 @@ void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Bo
     std::vector<Crossings> parts((few.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
         const size_t first = static_cast<size_t>(part) * kBlock;
-        for (size_t k = first; k < std::min(few.size(), first + kBlock); ++k)
+        for (size_t k = first; k < std::min(few.size(), first + kBlock) && !cancelled(); ++k)
             tree.visit(box_of(tables, few[k]),
                        [&](int32_t f) { add_pair(tables, few[k], f, parts[static_cast<size_t>(part)]); });
     });
@@ -88,6 +88,7 @@ Crossings find_crossings(const EdgeList& edges, const Asked& asked, int32_t seer
     }
     Crossings out;
     for (size_t a = 0; a < meshes; ++a) {
+        may_cancel();
         for (size_t b = a; b < meshes; ++b) {
             if (!seen[a] || !seen[b] || !boxes[a].meets(boxes[b])) continue;
             if (!asked.camera && !asked.moving[a] && !asked.moving[b]) continue;
@@ -124,8 +125,10 @@ Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const 
         return asked.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
     };
     Crossings out;
-    for (int64_t k = 0; k < all.size(); ++k)
+    for (int64_t k = 0; k < all.size(); ++k) {
+        may_cancel();
         if (moves(static_cast<size_t>(2 * k)) || moves(static_cast<size_t>(2 * k + 1))) out.add(all, k);
+    }
     return out;
 }
 
@@ -152,6 +155,7 @@ SceneView EdgesAndCrossings::view(SceneView scene) const {
 Candidates EdgesAndCrossings::crossings() const {
     Candidates out;
     for (int64_t k = 0; k < crossings_.size(); ++k) {
+        may_cancel();
         const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
         out.edge.push_back(edge_count_ + static_cast<int32_t>(k));
         out.u0.push_back(0.0f);
@@ -164,6 +168,7 @@ Candidates EdgesAndCrossings::crossings() const {
 void EdgesAndCrossings::add_candidates(const CameraView& camera, Candidates& candidates) const {
     const PictureFrame frame(camera);
     for (int64_t k = 0; k < crossings_.size(); ++k) {
+        may_cancel();
         const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
         frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::Piece& piece) {
             if (!(piece.pixels > 0.0)) return;

@@ -13,7 +13,7 @@ infinities: division by zero gives 0, roots and logarithms of negative numbers g
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import Any, ClassVar
 
@@ -96,9 +96,16 @@ class Attribute(Expression):
     """A mesh's attribute, interpolated: UV map, colour, any values; 0 where the mesh has none of that name.
 
     One value per corner is repeated, two are (u, v, 0, 1), three (x, y, z, 1).
+
+    Attributes
+    ----------
+    required
+        Whether a scene is refused in which no mesh with the material has the attribute; False: it is 0 there, as in
+        Blender.
     """
 
     name: str
+    required: bool = field(default=True, compare=False)
 
 
 @dataclass(frozen=True)
@@ -483,3 +490,8 @@ def nodes_of(node: Expression) -> list[Expression]:
 def images_of(node: Expression) -> set[str]:
     """Names of all images that an expression reads."""
     return {found.image for found in nodes_of(node) if isinstance(found, ImageTexture)}
+
+
+def required_attributes(node: Expression) -> set[str]:
+    """Names of the attributes that some mesh must have."""
+    return {found.name for found in nodes_of(node) if isinstance(found, Attribute) and found.required}

@@ -19,14 +19,8 @@ from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .plan import plan
 from .render import CAUSTIC_SAMPLES
-from .renderer import (
-    MAX_DERIVATIVE_DEPTH,
-    MOST_THREADS,
-    Cancelled,
-    Renderer,
-    checked_bounces,
-    checked_progress,
-)
+from .render_options import MOST_THREADS, checked_bounces, checked_progress
+from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
 from .scene import Scene, validated
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten
@@ -184,14 +178,16 @@ def fit(
     callback, progress = optional(function)("fit", "callback", callback), checked_progress("fit", progress)
     loss = Pyramid() if loss is None else function("fit", "loss", loss)
     if smoothness is not None:
-        smoothness = number("fit", "smoothness", smoothness, least=0.0, most=MOST_SMOOTHNESS)
+        smoothness = number("fit", "smoothness", smoothness, least=0.0, greatest=MOST_SMOOTHNESS)
     if slide is not None:
-        slide = number("fit", "slide", slide, least=0.0, most=1.0)
+        slide = number("fit", "slide", slide, least=0.0, greatest=1.0)
     steps = _checked_steps(paths, step_sizes)
     unknowns = [unknown(work, path, steps.get(path), smoothness, slide) for path in paths]
 
+    renderer = Renderer(work, threads=threads, engine=engine, learn=True)
+    renderer.watched = False  # nobody else has the copy
     run = Run(
-        work, Renderer(work, threads=threads, engine=engine, learn=True), seen, unknowns, loss,
+        work, renderer, seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
     )

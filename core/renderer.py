@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import narrow_derivatives, parameters
 from . import tables as flat
-from ._check import array, flag, function, instance, mapping, names, shown, whole
-from ._fields import optional
-from .bounces import MAX_DEPTH, UNLIMITED, Bounces
+from ._check import array, flag, instance, mapping, names, whole
+from .bounces import MAX_DEPTH, Bounces
 from .camera import Camera
 from .differentiable import indirect_obstacles, obstacles
 from .engines import Progress, engine_class
@@ -23,6 +22,7 @@ from .material_table import LAMBERTIAN
 from .motion import STRENGTH
 from .non_finite import warn_of_gradients, warn_of_picture
 from .placement import is_moved
+from .render_options import MOST_THREADS, TERMS, checked_options, checked_progress, checked_terms
 from .scene import Scene
 from .specular_plan import bends_rays
 from .table_derivatives import (
@@ -32,16 +32,14 @@ from .table_derivatives import (
     push_forward,
     wanted_tables,
 )
+from .taken_over import TakenOver
 from .topology import Edges
 
-# Terms of a derivative (docs: README, "What is differentiated").
-TERMS = ("interior", "primary", "shadow", "indirect")
 # Path segments of which this version has derivatives: light seen directly, and direct illumination.
 MAX_DERIVATIVE_DEPTH = 2
 # Up to so many faces a lone mesh's edges are worth knowing for its picture alone: if it turns out to be a
 # convex body, its light needs no shadow rays.
 CONVEXITY_FACES = 20_000
-MOST_THREADS = 4096
 
 # Derivatives have random numbers of their own. An adjoint picture that comes from a picture of the same seed
 # would otherwise be correlated with the derivative, and the gradient of a loss of a noisy picture be biased.
@@ -61,7 +59,8 @@ class Renderer:
     Parameters
     ----------
     scene
-        What to render. Change its values (not its topology) and call `update`.
+        What to render. Change its values (not its topology) and call `update`: renders of a scene that has changed
+        since the last update are refused, as far as that shows without looking at all numbers (see `watched`).
     threads
         Threads to use; 0: one per core. Results are the same bits for any number.
     engine
@@ -90,6 +89,7 @@ class Renderer:
         self._moved = False  # vertices have moved in the engine that the tables don't know of
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
+        self._taken_over: TakenOver | None = TakenOver(scene)
         self._learning: Learning | None = None
         if learn and not self._engine.narrow:
             from .native_engine import learned_sampling
@@ -110,6 +110,7 @@ class Renderer:
         if self._moved or not tables.same_geometry(self._tables):
             return False
         self.scene, self._tables = scene, tables
+        self.watched = self.watched  # from now on another scene
         self._obstacles = None
         self._engine.update(tables)
         return True
@@ -131,6 +132,8 @@ class Renderer:
         if paths is not None:
             paths = names("update", "paths", paths, "parameter paths")
             if self._update_named(paths):
+                if self._taken_over is not None:
+                    self._taken_over.note(self.scene, paths)
                 return
         tables = flat.flatten(self.scene, origin=self._tables.origin)
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
@@ -148,6 +151,24 @@ class Renderer:
                 self._engine.set_edges(self._edges)
         else:
             self._engine.update(tables)
+        self.watched = self.watched  # from now on the changed scene
+
+    @property
+    def watched(self) -> bool:
+        """Whether each call looks for changes of the scene that no update has taken over: fields with other values, and
+        arrays that were changed in place by some of their numbers. False saves the time, where nobody else has the
+        scene.
+        """
+        return self._taken_over is not None
+
+    @watched.setter
+    def watched(self, watched: bool) -> None:
+        self._taken_over = TakenOver(self.scene) if watched else None
+
+    def _watch(self, camera: Camera | None) -> None:
+        """Refuse a scene of which an update is missing."""
+        if self._taken_over is not None:
+            self._taken_over.check(self.scene, camera=camera is None)
 
     def _update_named(self, paths: Collection[str]) -> bool:
         """Take over the named changes by themselves; False if that can't be done."""
@@ -194,8 +215,9 @@ class Renderer:
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The picture; see `edgegrad.render`."""
-        options = _options(spp, max_depth, seed, bounces)
+        options = checked_options(spp, max_depth, seed, bounces)
         progress = checked_progress("render", progress)
+        self._watch(camera)
         if self._may_be_convex():
             _ = self.edges
         picture = self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
@@ -221,8 +243,9 @@ class Renderer:
         -------
         (height, width, 3) float32, linear Rec.709 radiance.
         """
-        options = _options(spp, max_depth, seed, bounces)
+        options = checked_options(spp, max_depth, seed, bounces)
         progress = checked_progress("render_caustics", progress)
+        self._watch(camera)
         tables = self._seen(self._tables, camera)
         picture = self._engine.render(tables, **options, caustics_alone=True, progress=progress)
         warn_of_picture(picture, "render_caustics")
@@ -242,6 +265,7 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
         tangent = mapping("render_forward", "tangent", tangent)
+        self._watch(camera)
         options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms)
         progress = checked_progress("render_forward", progress)
         tables, wanted = self._asked(tuple(tangent), camera)
@@ -272,6 +296,7 @@ class Renderer:
     ) -> dict[str, NDArray[np.float64]]:
         """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
         wrt = names("render_backward", "wrt", wrt, "parameter paths")
+        self._watch(camera)
         progress = checked_progress("render_backward", progress)
         options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(wrt, camera)
@@ -319,7 +344,7 @@ class Renderer:
         if self._obstacles is None:
             self._obstacles = list(obstacles(self.scene)) if narrow else []
             self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None
-        computed = _terms(terms)
+        computed = checked_terms(terms)
         if not self._indirect:
             computed = tuple(term for term in computed if term != "indirect")
         if not any(_moves(path) for path in wrt) and not bends_rays(self.scene, wrt):
@@ -329,7 +354,7 @@ class Renderer:
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
-        options = _options(spp, max_depth, seed, bounces, deepest)
+        options = checked_options(spp, max_depth, seed, bounces, deepest)
         return {**options, "seed": options["seed"] ^ DERIVATIVE_STREAM, "terms": computed}
 
     def _may_be_convex(self) -> bool:
@@ -369,35 +394,3 @@ def _moves(path: str) -> bool:
 
 def _held(scene: Scene, path: str) -> Any:
     return parameters.owner(scene, path)[0]
-
-
-def _options(
-    spp: Any, max_depth: Any, seed: Any, bounces: Bounces | None, deepest: int = MAX_DEPTH
-) -> dict[str, Any]:
-    bounces = checked_bounces("render", bounces) or UNLIMITED
-    return {
-        "bounces": bounces,
-        "spp": whole("render", "spp", spp, 1, 1 << 24),
-        "max_depth": whole("render", "max_depth", max_depth, 1, deepest),
-        "seed": whole("render", "seed", seed, 0, 0xFFFFFFFF),
-    }
-
-
-def checked_bounces(where: str, bounces: Any) -> Bounces | None:
-    """`bounces` with its fields checked, or None."""
-    if bounces is not None:
-        instance(where, "bounces", bounces, Bounces).validate()
-    return bounces
-
-
-def checked_progress(where: str, progress: Any) -> Progress | None:
-    """`progress`, which must be a function or None."""
-    return optional(function)(where, "progress", progress)
-
-
-def _terms(terms: Any) -> tuple[str, ...]:
-    kinds = names("render", "terms", terms, ", ".join(TERMS))
-    for term in kinds:
-        if term not in TERMS:
-            raise ValueError(f"render: terms must be a list of {', '.join(TERMS)}, but contains {shown(term)}")
-    return kinds

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ._check import RAYS, array, derived, instance, mapping, number, orthonormal, rays, shown, text
 from ._fields import Check, Checked, by, near, optional
 from .camera import Camera
-from .expression import images_of
+from .expression import images_of, required_attributes
 from .image import Image
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
@@ -134,12 +134,32 @@ class Scene(Checked):
         for name, mesh in self.meshes.items():
             for slot in mesh.materials:
                 _check_known(f"mesh '{name}': material", slot, self.materials)
+        self._check_attributes()
         for name, light in self.lights.items():
             for field_name in ("receivers", "blockers"):
                 for key in getattr(light, field_name) or ():
                     _check_known(f"light '{name}': {field_name}: mesh", key, self.meshes)
         if self.world.image is not None:
             _check_known("world: image", self.world.image, self.images)
+
+    def _check_attributes(self) -> None:
+        """Refuse textures that read what none of their meshes has: a name that is written wrongly, most likely."""
+        needed = {name: {key for value in material.textures.values() for key in required_attributes(value)}
+                  for name, material in self.materials.items() if material.textures}
+        if not needed:
+            return
+        meshes: dict[str, list[Mesh]] = {}
+        for mesh in self.meshes.values():
+            for slot in mesh.materials:
+                material = self.materials[slot]
+                for part in (slot, *(material.parts if isinstance(material, Mixture) else ())):
+                    meshes.setdefault(part, []).append(mesh)
+        for name, keys in needed.items():
+            for key in sorted(keys) if name in meshes else ():
+                if not any(key in mesh.attributes for mesh in meshes[name]):
+                    there = {other for mesh in meshes[name] for other in mesh.attributes}
+                    raise ValueError(f"material '{name}': textures read the attribute {shown(key)}, which is not in "
+                                     f"attributes of any mesh with the material{near(key, there)}")
 
     def _is_lit(self) -> bool:
         return (

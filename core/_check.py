@@ -68,6 +68,19 @@ def array(
     where that keeps their values but for rounding; `booleans` says whether False and True count as 0 and 1. Floats must
     not be larger than `most`, of either sign.
     """
+    out = shaped(where, name, value, shape, dtype, booleans=booleans)
+    if out.dtype.kind == "f" and out.size and not (-most <= out.min() and out.max() <= most):  # NaN passes neither
+        _check_finite(where, name, out)
+        raise ValueError(_too_large(where, name, float(np.abs(out).max()), most))
+    if least is not None and out.size and out.min() < least:
+        raise ValueError(f"{where}: {name} must not be below {least:g}, but contains {out.min():g}")
+    return out
+
+
+def shaped(
+    where: str, name: str, value: Any, shape: tuple[int | None, ...], dtype: DTypeLike, *, booleans: bool = False
+) -> NDArray[Any]:
+    """`value` as `array` gives it, but of any size and not finite."""
     source = numeric(where, name, value, booleans=booleans)
     _check_shape(where, name, source, shape)
     wanted = np.dtype(dtype)
@@ -75,14 +88,8 @@ def array(
         low, high = _whole_range(where, name, source)
         if low < np.iinfo(wanted).min or high > np.iinfo(wanted).max:
             raise ValueError(f"{where}: {name} contains {low if low < 0 else high}, which is too large for an index")
-    with np.errstate(over="ignore", invalid="ignore"):  # what becomes infinite is refused below
-        out = np.asarray(source, dtype=wanted, order="C")
-    if out.dtype.kind == "f" and out.size and not (-most <= out.min() and out.max() <= most):  # NaN passes neither
-        _check_finite(where, name, out)
-        raise ValueError(_too_large(where, name, float(np.abs(out).max()), most))
-    if least is not None and out.size and out.min() < least:
-        raise ValueError(f"{where}: {name} must not be below {least:g}, but contains {out.min():g}")
-    return out
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(source, dtype=wanted, order="C")
 
 
 def numeric(where: str, name: str, value: Any, *, booleans: bool = False) -> NDArray[Any]:

@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from ._check import array, shown
+from ._check import shaped, shown
 from ._fields import near
 from .expression_numbers import numbers, with_numbers
 from .scene import Scene
@@ -92,11 +92,14 @@ def get(scene: Scene, path: str) -> Any:
 
 
 def put(scene: Scene, path: str, value: Any) -> None:
-    """Replace the parameter's value by one of the same shape (and type: texels stay float32)."""
+    """Replace the parameter's value by one of the same shape (and type: texels stay float32).
+
+    Limits are those of the object's field, which `Scene.validate` checks.
+    """
     held, fieldname = owner(scene, path)
     old = get(scene, path)
     kind = old.dtype if isinstance(old, np.ndarray) else np.float64
-    new = array("parameter", f"'{path}'", value, np.shape(old), kind)
+    new = shaped("parameter", f"'{path}'", value, np.shape(old), kind)
     if fieldname.startswith(ATTRIBUTES):
         held.attributes = {**held.attributes, fieldname[len(ATTRIBUTES) :]: new}
     elif fieldname.startswith(TEXTURES):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields
 from typing import Any
@@ -31,17 +32,24 @@ class TakenOver:
     """
 
     def __init__(self, scene: Scene) -> None:
+        self._thread = threading.get_ident()
         self._objects: dict[_Key, _Held] = {key: _held(value) for key, value in _objects(scene)}
 
     def note(self, scene: Scene, paths: Collection[str]) -> None:
         """Take over the values of some parameter paths alone."""
+        self._thread = threading.get_ident()
         for path in paths:
             collection, name, field = parameters.split(path)
             value = getattr(parameters.owner(scene, path)[0], field)
             self._objects[collection, name][field] = value, _mark(value)
 
     def check(self, scene: Scene, *, camera: bool = True) -> None:
-        """Raise ``ValueError``, naming object and field, if the scene has changed since; `camera`: also the camera."""
+        """Raise ``ValueError``, naming object and field, if the scene has changed since; `camera`: also the camera.
+
+        Other threads than the one that updates may render between a change and its update: they aren't told.
+        """
+        if threading.get_ident() != self._thread:
+            return
         seen = set()
         for key, held in _objects(scene):
             seen.add(key)

@@ -142,7 +142,8 @@ def cases() -> Iterator[Case]:
             yield from (Case(f"{what}: {word}", partial(with_argument, call, argument, make), names)
                         for word, make in BAD.items())
             if isinstance(value, np.ndarray):
-                yield from (Case(f"{what}: {word}", partial(with_argument, call, argument, partial(other_form, value, word)),
+                yield from (Case(f"{what}: {word}",
+                                 partial(with_argument, call, argument, partial(other_form, value, word)),
                                  names, partial(call.run, {})) for word in forms(value))
     for path, held in objects(valid_scene()).items():
         for f in fields(held):

@@ -179,8 +179,8 @@ def valid_calls() -> list[Call]:
         Call("fit", _fit, lambda: {
             "scene": valid_scene(), "targets": _zeros(), "wrt": [VERTICES], "iterations": 1, "spp": 1,
             "gradient_spp": 1, "max_depth": 2, "bounces": None, "loss": losses.l2, "smoothness": None, "slide": 0.5,
-            "step_sizes": {}, "views_per_iteration": 1, "seed": 0, "threads": 1, "engine": "native", "on_cancel": "restore",
-            "callback": lambda step: True, "progress": None}),
+            "step_sizes": {}, "views_per_iteration": 1, "seed": 0, "threads": 1, "engine": "native",
+            "on_cancel": "restore", "callback": lambda step: True, "progress": None}),
         Call("Target", _target,
              lambda: {"image": _zeros(), "camera": None, "mask": np.ones((SIDE, SIDE)), "weight": 1.0}),
         Call("Bounces", _bounces, lambda: {"diffuse": 3, "glossy": 3, "transmission": 3, "transparent": 3}),

@@ -315,7 +315,7 @@ class Renderer:
                 report = None if progress is None else lambda fraction: progress((k + fraction) / of)
                 return gradients({**options, "terms": terms, "seed": seed, "learned": known.sampling}, report)
 
-            found = known.gradient(part, options["terms"], seed)
+            found = known.gradient(part, options["terms"], options["seed"])
         if not all(np.isfinite(gradient).all() for gradient in found.values()):
             alone = {t: gradients({**options, "terms": (t,)}) for t in options["terms"]}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])

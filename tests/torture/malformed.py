@@ -25,6 +25,7 @@ import numpy as np
 
 import edgegrad
 from edgegrad import expression, parameters
+from tests.torture.malformed_files import broken_files, read
 from tests.torture.valid import NAMES, Call, nodes, valid_calls, valid_scene
 
 SECONDS, MEMORY = 30, 8 << 30
@@ -161,6 +162,12 @@ def cases() -> Iterator[Case]:
                              (argument, "textures")) for word, make in BAD.items())
 
 
+def file_cases() -> Iterator[Case]:
+    """All broken picture files; the error names the file."""
+    for what, data in broken_files():
+        yield Case(what, partial(read, what, data), (what.split(":")[0],))
+
+
 def objects(scene: edgegrad.Scene) -> dict[str, Any]:
     """Every object of a scene by its path, the scene too."""
     out: dict[str, Any] = {"scene": scene, "camera": scene.camera, "world": scene.world}
@@ -234,9 +241,9 @@ def equal(a: Any, b: Any) -> bool:
     return True
 
 
-def _work(first: int, step: int) -> None:
+def _work(files: bool, first: int, step: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    for number, case in enumerate(cases()):
+    for number, case in enumerate(file_cases() if files else cases()):
         if number < first or number % step:
             continue
         print(json.dumps([number, case.what, "begun"]), flush=True)
@@ -245,13 +252,13 @@ def _work(first: int, step: int) -> None:
         faulthandler.cancel_dump_traceback_later()
 
 
-def run_all(step: int = 1) -> dict[str, str]:
-    """What became of each malformed call (every `step`-th of them); crashes and hangs are outcomes too."""
+def run_all(step: int = 1, *, files: bool = False) -> dict[str, str]:
+    """What became of each malformed call or file (every `step`-th of them); crashes and hangs are outcomes too."""
     found: dict[str, str] = {}
     first = 0
     while True:
-        command = [sys.executable, "-m", __spec__.name if __spec__ else "tests.torture.malformed",
-                   "--worker", str(first), "--step", str(step)]
+        command = [sys.executable, "-m", "tests.torture.malformed",
+                   "--worker", str(first), "--step", str(step), *(["--files"] if files else [])]
         done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
         last = None
         for line in done.stdout.splitlines():
@@ -268,14 +275,15 @@ def run_all(step: int = 1) -> dict[str, str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--worker", type=int)
+    parser.add_argument("--worker", type=int, help=argparse.SUPPRESS)
+    parser.add_argument("--files", action="store_true", help="broken picture files instead of malformed calls")
     parser.add_argument("--step", type=int, default=1, help="make every STEP-th call only")
     parser.add_argument("--output", help="a JSON file for what became of each call")
     chosen = parser.parse_args()
     if chosen.worker is not None:
-        _work(chosen.worker, chosen.step)
+        _work(chosen.files, chosen.worker, chosen.step)
         return
-    found = run_all(chosen.step)
+    found = run_all(chosen.step, files=chosen.files)
     if chosen.output:
         Path(chosen.output).write_text(json.dumps(found, indent=0))
     for kind, count in collections.Counter(text.split(":")[0] for text in found.values()).most_common():

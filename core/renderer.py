@@ -139,13 +139,12 @@ class Renderer:
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
-        # Engines take over what vertices they have and values; what places meshes is built in.
-        fixed = ("instance_to_world", "custom_normals", "corner_normal")
-        placed_anew = any(not np.array_equal(getattr(tables, f), getattr(self._tables, f)) for f in fixed)
+        # Engines take over vertices and values; what else there is of meshes is built in.
+        built_anew = not tables.same_but_vertices(self._tables)
         self._tables = tables
         self._obstacles = None
         self._moved = False
-        if placed_anew:
+        if built_anew:
             self._engine = self._engine_class(tables, self._threads)
             if self._edges is not None:
                 self._engine.set_edges(self._edges)

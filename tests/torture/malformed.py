@@ -105,7 +105,9 @@ def forms(value: np.ndarray) -> dict[str, Any]:
     }  # fmt: skip
     out["read-only"].setflags(write=False)
     if value.ndim == 2:
-        out["matrix"] = np.asmatrix(value)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PendingDeprecationWarning)  # of `np.matrix` itself
+            out["matrix"] = np.asmatrix(value)
     if value.dtype.kind == "i":
         out |= {"uint64": value.astype(np.uint64), "2**32 more": value.astype(np.int64) + 2**32,
                 "2**63 more": value.astype(np.uint64) + np.uint64(2**63), "a half more": value + 0.5,
@@ -210,7 +212,8 @@ def outcome(case: Case) -> str:
     """ "right", "refused", or what is wrong about it."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        warnings.simplefilter("ignore", PendingDeprecationWarning)  # of `np.matrix` itself
+        warnings.simplefilter("ignore", PendingDeprecationWarning)  # of `np.matrix`
+        warnings.filterwarnings("ignore", "fit: no gradient")  # of a picture without light that moves
         try:
             result = case.run()
         except AttributeError as error:

@@ -29,8 +29,8 @@ RESULTS = ("FitResult", "FitStep", "Plan")
 
 
 def test_every_field_of_every_public_class_has_a_check() -> None:
-    public = [getattr(edgegrad, name) for name in edgegrad.__all__]
-    classes: list[Any] = [c for c in (*public, losses.Pyramid) if is_dataclass(c) and c.__name__ not in RESULTS]
+    public: list[Any] = [getattr(edgegrad, name) for name in edgegrad.__all__]
+    classes = [c for c in (*public, losses.Pyramid) if is_dataclass(c) and c.__name__ not in RESULTS]
     assert len(classes) == 14
     for one in classes:
         assert issubclass(one, Checked), one

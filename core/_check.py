@@ -84,7 +84,9 @@ def shaped(
     source = numeric(where, name, value, booleans=booleans)
     _check_shape(where, name, source, shape)
     wanted = np.dtype(dtype)
-    if wanted.kind == "i" and source.dtype != wanted:
+    if source.dtype == wanted:
+        return source if source.flags.c_contiguous else np.asarray(source, order="C")
+    if wanted.kind == "i":
         low, high = _whole_range(where, name, source)
         if low < np.iinfo(wanted).min or high > np.iinfo(wanted).max:
             raise ValueError(f"{where}: {name} contains {low if low < 0 else high}, which is too large for an index")
@@ -147,6 +149,8 @@ def _whole_range(where: str, name: str, source: NDArray[Any]) -> tuple[int, int]
 
 
 def _check_shape(where: str, name: str, source: NDArray[Any], shape: tuple[int | None, ...]) -> None:
+    if source.shape == shape:
+        return
     fits = source.ndim == len(shape) and all(
         want is None or want == got for want, got in zip(shape, source.shape, strict=True)
     )

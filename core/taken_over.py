@@ -97,6 +97,8 @@ def _mark(value: Any) -> Any:
 
 
 def _differs(old: Any, mark: Any, new: Any) -> bool:
+    if new is old and mark is None:
+        return False
     if isinstance(mark, dict):
         return not isinstance(new, Mapping) or mark.keys() != new.keys() or any(
             _differs(item, of_item, new[key]) for key, (item, of_item) in mark.items()
@@ -105,4 +107,4 @@ def _differs(old: Any, mark: Any, new: Any) -> bool:
         same = isinstance(new, np.ndarray) and new.shape == old.shape and new.dtype == old.dtype and _mark(new) == mark
         return not same or (new is not old and not np.array_equal(new, old))
     # Expressions are told apart by identity: comparing them would follow shared branches many times over.
-    return new is not old and (isinstance(old, Expression) or bool(new != old))
+    return isinstance(old, Expression) or bool(new != old)

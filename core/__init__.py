@@ -11,7 +11,8 @@ from .material import Material, Mixture
 from .mesh import Mesh
 from .plan import Plan, plan
 from .render import render, render_backward, render_forward
-from .renderer import TERMS, Cancelled, Renderer
+from .render_options import TERMS
+from .renderer import Cancelled, Renderer
 from .scene import Scene, World
 from .targets import Target
 

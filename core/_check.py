@@ -1,8 +1,18 @@
-"""Checks of user input: each failure is one sentence that names the object and the field."""
+"""Checks of user input: each failure is one sentence that names the object and the field.
+
+Every check takes where the value is ("mesh 'cube'"), the field's name and the value, and returns the value in the form
+that the package computes with. What already has that form is returned itself.
+"""
 
 from __future__ import annotations
 
 import math
+import numbers
+import os
+import reprlib
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +26,30 @@ RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 LARGEST = float(np.finfo(np.float32).max)
 LARGEST_LENGTH = 1e18
 
+# Tolerance of a rigid transform's axes: poses come from single precision.
+_ORTHONORMAL = 1e-4
+
+# Characters that systems allow in a path.
+_LONGEST_PATH = 4096
+# Characters of a value that an error message shows.
+_SHOWN = 60
+
+
+def shown(value: Any) -> str:
+    """`value` in a few words for an error message: numbers and text as they are, anything large by its kind."""
+    if isinstance(value, np.ndarray):
+        return f"an array of {value.dtype} of the shape {value.shape}" if value.ndim else shown(value.item())
+    if value is None or isinstance(value, (str, bytes, numbers.Number, np.generic)):
+        brief = reprlib.Repr()
+        brief.maxstring = brief.maxother = brief.maxlong = _SHOWN
+        try:
+            return brief.repr(value)
+        except ValueError:  # a whole number of more digits than Python writes
+            return "a number of thousands of digits"
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    return f"a value of type {type(value).__name__}"
+
 
 def array(
     where: str,
@@ -26,32 +60,112 @@ def array(
     *,
     least: float | None = None,
     most: float = LARGEST,
+    booleans: bool = False,
 ) -> NDArray[Any]:
     """`value` as a finite C-contiguous array of the shape (None: any size) and type asked for.
 
-    An array that already fits is returned itself, so that editing it in place goes on working. Floats must not be
-    larger than `most`, of either sign.
+    An array that already fits is returned itself, so that editing it in place goes on working. Numbers are converted
+    where that keeps their values but for rounding; `booleans` says whether False and True count as 0 and 1. Floats must
+    not be larger than `most`, of either sign.
     """
-    try:
-        with np.errstate(over="ignore"):  # what becomes infinite is refused below
-            out = np.ascontiguousarray(value, dtype=dtype)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{where}: {name} can't be read as an array of numbers ({error})") from None
-    fits = out.ndim == len(shape) and all(
-        want is None or want == got for want, got in zip(shape, out.shape, strict=True)
-    )
-    if not fits:
-        wanted = ", ".join("n" if n is None else str(n) for n in shape)
-        raise ValueError(f"{where}: {name} must have the shape ({wanted}), not {out.shape}")
+    out = shaped(where, name, value, shape, dtype, booleans=booleans)
     if out.dtype.kind == "f" and out.size and not (-most <= out.min() and out.max() <= most):  # NaN passes neither
-        bad = ~np.isfinite(out)
-        if bad.any():
-            at = tuple(int(i) for i in np.argwhere(bad)[0])
-            raise ValueError(f"{where}: {name} has {int(bad.sum())} non-finite values, the first at {at}")
+        _check_finite(where, name, out)
         raise ValueError(_too_large(where, name, float(np.abs(out).max()), most))
     if least is not None and out.size and out.min() < least:
         raise ValueError(f"{where}: {name} must not be below {least:g}, but contains {out.min():g}")
     return out
+
+
+def shaped(
+    where: str, name: str, value: Any, shape: tuple[int | None, ...], dtype: DTypeLike, *, booleans: bool = False
+) -> NDArray[Any]:
+    """`value` as `array` gives it, but of any size and not finite."""
+    source = numeric(where, name, value, booleans=booleans)
+    _check_shape(where, name, source, shape)
+    wanted = np.dtype(dtype)
+    if source.dtype == wanted:
+        return source if source.flags.c_contiguous else np.asarray(source, order="C")
+    if wanted.kind == "i":
+        low, high = _whole_range(where, name, source)
+        if low < np.iinfo(wanted).min or high > np.iinfo(wanted).max:
+            raise ValueError(f"{where}: {name} contains {low if low < 0 else high}, which is too large for an index")
+    with np.errstate(over="ignore", invalid="ignore"):
+        return np.asarray(source, dtype=wanted, order="C")
+
+
+def numeric(where: str, name: str, value: Any, *, booleans: bool = False) -> NDArray[Any]:
+    """`value` as an array of real numbers of any type and shape."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ValueError(f"{where}: {name} is a masked array, in which numbers are missing; fill it first")
+    try:
+        out = np.asarray(value)
+    except MemoryError:
+        raise
+    except Exception as error:  # `__array__` of foreign types raises whatever it likes
+        raise ValueError(f"{where}: {name} can't be read as an array of numbers ({error})") from None
+    kind = out.dtype.kind
+    if kind not in ("biuf" if booleans else "iuf"):
+        what = {"c": "complex numbers", "b": "booleans"}.get(kind) if out.ndim else None
+        raise ValueError(f"{where}: {name} must be an array of real numbers, not {what or _kind_words(value, out)}")
+    return out
+
+
+def _kind_words(value: Any, out: NDArray[Any]) -> str:
+    if out.ndim == 0 or isinstance(value, np.ndarray):
+        return shown(value)
+    return f"a {type(value).__name__} of {'text' if out.dtype.kind in 'US' else 'other values'}"
+
+
+def light_values(
+    where: str, name: str, value: Any, shape: tuple[int | None, ...], dtype: DTypeLike = np.float32
+) -> NDArray[Any]:
+    """`value` as a picture of linear light: whole numbers would be code values, which are none."""
+    if getattr(value, "dtype", None) != dtype:
+        source = numeric(where, name, value)
+        if source.dtype.kind != "f" and source.size:
+            raise ValueError(f"{where}: {name} holds whole numbers ({source.dtype}), but must be linear light; of a "
+                             "picture's code values make it by edgegrad.images.srgb_to_linear(codes / 255)")
+    return array(where, name, value, shape, dtype)
+
+
+def within(where: str, name: str, numbers: NDArray[Any], among: int, says: str, of: str) -> None:
+    """Refuse numbers outside of 0 to among - 1; `says` and `of` are such words as "name vertex" and "vertices"."""
+    low, high = (int(numbers.min()), int(numbers.max())) if numbers.size else (0, -1)
+    if low < 0 or high >= among:
+        raise ValueError(f"{where}: {name} {says} {low if low < 0 else high}, but there are {among} {of}")
+
+
+def _whole_range(where: str, name: str, source: NDArray[Any]) -> tuple[int, int]:
+    """Least and greatest of an array's numbers, which must be whole."""
+    if not source.size:
+        return 0, 0
+    if source.dtype.kind == "f":
+        _check_finite(where, name, source)
+        broken = source != np.rint(source)
+        if broken.any():
+            raise ValueError(f"{where}: {name} must be whole numbers, but contains {source[broken][0]:g}")
+    return int(source.min()), int(source.max())
+
+
+def _check_shape(where: str, name: str, source: NDArray[Any], shape: tuple[int | None, ...]) -> None:
+    if source.shape == shape:
+        return
+    fits = source.ndim == len(shape) and all(
+        want is None or want == got for want, got in zip(shape, source.shape, strict=True)
+    )
+    if not fits:
+        wanted = ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "")
+        got = str(source.shape) if source.ndim else f"the single number {source.item():g}"
+        raise ValueError(f"{where}: {name} must have the shape ({wanted}), not {got}")
+
+
+def _check_finite(where: str, name: str, out: NDArray[Any]) -> None:
+    finite = np.isfinite(out)
+    if not finite.all():
+        bad = ~finite
+        at = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise ValueError(f"{where}: {name} has {int(bad.sum())} non-finite values, the first at {at}")
 
 
 def number(
@@ -62,13 +176,11 @@ def number(
     above: float | None = None,
     below: float | None = None,
     least: float | None = None,
+    greatest: float | None = None,
     most: float = LARGEST,
 ) -> float:
     """`value` as a finite float within the limits, not larger than `most`, of either sign."""
-    try:
-        out = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{where}: {name} must be a number, not {value!r}") from None
+    out = value if type(value) is float else _real(where, name, value)
     if not math.isfinite(out):
         raise ValueError(f"{where}: {name} is not finite")
     if abs(out) > most:
@@ -79,7 +191,22 @@ def number(
         raise ValueError(f"{where}: {name} must be below {below:g}, not {out:g}")
     if least is not None and out < least:
         raise ValueError(f"{where}: {name} must not be below {least:g}, but is {out:g}")
+    if greatest is not None and out > greatest:
+        raise ValueError(f"{where}: {name} must not be above {greatest:g}, but is {out:g}")
     return out
+
+
+def _real(where: str, name: str, value: Any) -> float:
+    if isinstance(value, (int, float, np.integer, np.floating, Fraction)) and not isinstance(value, bool):
+        try:
+            return float(value)
+        except OverflowError:
+            raise ValueError(f"{where}: {name} is too large for a number") from None
+    if hasattr(value, "__array__") and not isinstance(value, np.generic):  # a single number of numpy, torch …
+        out = numeric(where, name, value)
+        if out.ndim == 0:
+            return float(out)
+    raise ValueError(f"{where}: {name} must be a number, not {shown(value)}")
 
 
 def derived(where: str, what: str, value: Any) -> None:
@@ -97,22 +224,113 @@ def _too_large(where: str, name: str, size: float, most: float) -> str:
 def whole(where: str, name: str, value: Any, least: int, most: int) -> int:
     """`value` as an int within [least, most]."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
-        raise ValueError(f"{where}: {name} must be a whole number, not {value!r}")
+        raise ValueError(f"{where}: {name} must be a whole number, not {shown(value)}")
     if not least <= value <= most:
-        raise ValueError(f"{where}: {name} must be between {least} and {most}, not {value}")
+        raise ValueError(f"{where}: {name} must be between {least} and {most}, not {shown(value)}")
     return int(value)
 
 
-def choice(where: str, name: str, value: Any, among: tuple[str, ...]) -> str:
+def _items(value: Any) -> tuple[Any, ...] | None:
+    """What a list holds; None: it is none. Letters are no items of a text."""
+    if isinstance(value, (str, bytes)):
+        return None
+    try:
+        return tuple(value)
+    except TypeError:
+        return None
+
+
+def wholes(where: str, name: str, value: Any, count: int, least: int, most: int) -> tuple[int, ...]:
+    """`value` as a tuple of `count` ints within [least, most]."""
+    items = _items(value)
+    if items is None or len(items) != count:
+        raise ValueError(f"{where}: {name} must be {count} whole numbers, not {shown(value)}")
+    return tuple(whole(where, name, item, least, most) for item in items)
+
+
+def flag(where: str, name: str, value: Any) -> bool:
+    """`value` as True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{where}: {name} must be True or False, not {shown(value)}")
+    return bool(value)
+
+
+def text(where: str, name: str, value: Any) -> str:
+    """`value`, which must be a str."""
+    if not isinstance(value, str):
+        raise ValueError(f"{where}: {name} must be text, not {shown(value)}")
+    return value
+
+
+def choice(where: str, name: str, value: Any, among: Sequence[str]) -> str:
     """`value` as one of some words."""
-    if value not in among:
-        raise ValueError(f"{where}: {name} must be one of {', '.join(among)}, not {value!r}")
-    return str(value)
+    if not isinstance(value, str) or value not in among:
+        raise ValueError(f"{where}: {name} must be one of {', '.join(among)}, not {shown(value)}")
+    return value
+
+
+def names(where: str, name: str, value: Any, what: str = "names") -> tuple[str, ...]:
+    """`value` as a tuple of texts; one text by itself is none."""
+    items = _items(value)
+    if items is None:
+        raise ValueError(f"{where}: {name} must be a list of {what}, not {shown(value)}")
+    for item in items:
+        if not isinstance(item, str):
+            raise ValueError(f"{where}: {name} must be a list of {what}, but contains {shown(item)}")
+    return items
 
 
 def rays(where: str, name: str, value: Any) -> frozenset[str]:
     """`value` as a set of kinds of rays (`RAYS`)."""
-    wrong = [value] if isinstance(value, str) else [ray for ray in value if ray not in RAYS]
-    if wrong:
-        raise ValueError(f"{where}: {name} must be a set of {', '.join(RAYS)}, not {value!r}")
-    return frozenset(value)
+    items = _items(value)
+    if items is None:
+        raise ValueError(f"{where}: {name} must be a set of {', '.join(RAYS)}, not {shown(value)}")
+    for ray in items:
+        if not isinstance(ray, str) or ray not in RAYS:
+            raise ValueError(f"{where}: {name} must be a set of {', '.join(RAYS)}, but contains {shown(ray)}")
+    return frozenset(items) if not isinstance(value, frozenset) else value
+
+
+def instance(where: str, name: str, value: Any, kinds: type | tuple[type, ...]) -> Any:
+    """`value`, which must be an object of one of some classes."""
+    if not isinstance(value, kinds):
+        several = kinds if isinstance(kinds, tuple) else (kinds,)
+        wanted = " or ".join(f"edgegrad.{kind.__name__}" for kind in several)
+        raise ValueError(f"{where}: {name} must be an {wanted}, not {shown(value)}")
+    return value
+
+
+def function(where: str, name: str, value: Any) -> Any:
+    """`value`, which must be something to call."""
+    if not callable(value) or isinstance(value, type):
+        raise ValueError(f"{where}: {name} must be a function, not {shown(value)}")
+    return value
+
+
+def mapping(where: str, name: str, value: Any, item: Callable[[str, str, Any], Any] | None = None) -> Mapping[str, Any]:
+    """`value` as a mapping from texts to what `item` checks."""
+    if not isinstance(value, Mapping):
+        raise ValueError(f"{where}: {name} must be a dict by name, not {shown(value)}")
+    for key in value:
+        if not isinstance(key, str):
+            raise ValueError(f"{where}: {name} must be a dict by name, but has the key {shown(key)}")
+    if item is None:
+        return value
+    out = {key: item(where, f"{name}['{key}']", one) for key, one in value.items()}
+    return value if all(out[key] is one for key, one in value.items()) else out
+
+
+def file_path(where: str, name: str, value: Any) -> Path:
+    """`value` as the path of a file."""
+    if not isinstance(value, (str, os.PathLike)) or not isinstance(os.fspath(value), str):
+        raise ValueError(f"{where}: {name} must be the path of a file, not {shown(value)}")
+    if "\0" in os.fspath(value) or len(os.fspath(value)) > _LONGEST_PATH:
+        raise ValueError(f"{where}: {name} must be the path of a file, but is {shown(os.fspath(value))}")
+    return Path(value)
+
+
+def orthonormal(where: str, name: str, matrix: NDArray[np.float64], what: str) -> None:
+    """Refuse a matrix whose upper left 3 x 3 part isn't made of three unit vectors at right angles."""
+    axes = matrix[:3, :3]
+    if not np.allclose(axes @ axes.T, np.eye(3), atol=_ORTHONORMAL):
+        raise ValueError(f"{where}: {name} must be a {what}; its axes are not orthonormal")

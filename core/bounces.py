@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
 
 from ._check import whole
+from ._fields import Check, Checked, by
 
 # Path segments that a ray's record has room for.
 MAX_DEPTH = 1000
@@ -12,7 +15,7 @@ MOST_BOUNCES = 255
 
 
 @dataclass(frozen=True)
-class Bounces:
+class Bounces(Checked):
     """Most scatterings of each kind along a path, as in Blender's light paths.
 
     A ray beyond a limit still brings the light that it meets, but isn't scattered again.
@@ -31,10 +34,13 @@ class Bounces:
     transmission: int = MOST_BOUNCES
     transparent: int = MOST_BOUNCES
 
+    checks: ClassVar[Mapping[str, Check]] = dict.fromkeys(
+        ("diffuse", "glossy", "transmission", "transparent"), by(whole, 0, MOST_BOUNCES)
+    )
+
     def validate(self) -> None:
         """Raise ``ValueError`` with one sentence that names the wrong field."""
-        for f in fields(self):
-            whole("bounces", f.name, getattr(self, f.name), 0, MOST_BOUNCES)
+        self.check_fields("bounces")
 
 
 UNLIMITED = Bounces()

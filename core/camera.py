@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import LARGEST_LENGTH, array, choice, number, whole
+from ._check import LARGEST_LENGTH, array, choice, number, orthonormal, whole, wholes
+from ._fields import Check, Checked, by, optional
 
 # Pixels are numbered in 32 bits, three floats each.
 MAX_PIXELS = 1 << 28
+MAX_SIDE = 65536
 KINDS = ("PERSPECTIVE", "ORTHOGRAPHIC", "EQUIRECTANGULAR")
 FILTERS = ("BOX", "BLACKMAN_HARRIS", "GAUSSIAN")
 # Narrowest field of view, most of ratios (and of their inverses) and of shifts, and radians: what is beyond leaves
@@ -21,7 +25,7 @@ _WIDEST_FILTER = 256.0
 
 
 @dataclass
-class Camera:
+class Camera(Checked):
     """A camera in Blender's convention: it looks down its own -Z axis, +Y is up.
 
     Attributes
@@ -83,42 +87,41 @@ class Camera:
     filter: str = "BOX"
     filter_width: float = 1.0
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "to_world": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
+        "fov_x": by(number, above=0.0, least=_NARROWEST, below=np.pi),
+        **dict.fromkeys(("width", "height"), by(whole, 1, MAX_SIDE)),
+        "shift": by(array, (2,), np.float64, most=_MOST_SHIFT),
+        **dict.fromkeys(("longitude", "latitude"), by(array, (2,), np.float64, most=_MOST_ANGLE)),
+        **dict.fromkeys(("clip_start", "aperture_radius"), by(number, least=0.0, most=LARGEST_LENGTH)),
+        "clip_end": by(number, above=0.0),
+        "kind": by(choice, KINDS),
+        **dict.fromkeys(("ortho_width", "focus_distance"),
+                        by(number, above=0.0, least=1.0 / LARGEST_LENGTH, most=LARGEST_LENGTH)),
+        **dict.fromkeys(("pixel_aspect", "aperture_ratio"),
+                        by(number, above=0.0, least=1.0 / _MOST_RATIO, most=_MOST_RATIO)),
+        "filter_width": by(number, above=0.0, most=_WIDEST_FILTER),
+        "aperture_blades": by(whole, 0, 64),
+        "aperture_rotation": by(number, most=_MOST_ANGLE),
+        "crop": optional(by(wholes, 4, 0, MAX_SIDE)),
+        "filter": by(choice, FILTERS),
+    }
+
     def validate(self) -> None:
         """Raise ``ValueError`` with one sentence that names the wrong field."""
         where = "camera"
-        self.to_world = array(where, "to_world", self.to_world, (4, 4), np.float64, most=LARGEST_LENGTH)
-        self.shift = array(where, "shift", self.shift, (2,), np.float64, most=_MOST_SHIFT)
-        self.longitude = array(where, "longitude", self.longitude, (2,), np.float64, most=_MOST_ANGLE)
-        self.latitude = array(where, "latitude", self.latitude, (2,), np.float64, most=_MOST_ANGLE)
-        choice(where, "kind", self.kind, KINDS)
-        choice(where, "filter", self.filter, FILTERS)
-        self.fov_x = number(where, "fov_x", self.fov_x, above=0.0, least=_NARROWEST, below=np.pi)
-        for name in ("ortho_width", "focus_distance"):
-            least = 1.0 / LARGEST_LENGTH
-            setattr(self, name, number(where, name, getattr(self, name), above=0.0, least=least, most=LARGEST_LENGTH))
-        for name in ("pixel_aspect", "aperture_ratio"):
-            least = 1.0 / _MOST_RATIO
-            setattr(self, name, number(where, name, getattr(self, name), above=0.0, least=least, most=_MOST_RATIO))
-        self.filter_width = number(where, "filter_width", self.filter_width, above=0.0, most=_WIDEST_FILTER)
-        self.aperture_radius = number(where, "aperture_radius", self.aperture_radius, least=0.0, most=LARGEST_LENGTH)
-        self.aperture_rotation = number(where, "aperture_rotation", self.aperture_rotation, most=_MOST_ANGLE)
-        self.aperture_blades = whole(where, "aperture_blades", self.aperture_blades, 0, 64)
-        self.width = whole(where, "width", self.width, 1, 65536)
-        self.height = whole(where, "height", self.height, 1, 65536)
+        self.check_fields(where)
         if self.width * self.height > MAX_PIXELS:
             raise ValueError(f"{where}: a picture of {self.width} x {self.height} pixels is too large; "
                              f"{MAX_PIXELS} pixels are the most")
-        self.clip_start = number(where, "clip_start", self.clip_start, least=0.0, most=LARGEST_LENGTH)
-        self.clip_end = number(where, "clip_end", self.clip_end, above=self.clip_start)
-        rotation = self.to_world[:3, :3]
-        if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4):
-            raise ValueError("camera: to_world must be a rigid transform; its axes are not orthonormal")
+        if self.clip_end <= self.clip_start:
+            raise ValueError(f"{where}: clip_end must be above clip_start, {self.clip_start:g}, not {self.clip_end:g}")
+        orthonormal(where, "to_world", self.to_world, "rigid transform")
         if self.crop is not None:
-            x0, y0, x1, y1 = (whole(where, "crop", c, 0, 65536) for c in self.crop)
+            x0, y0, x1, y1 = self.crop
             if not (x0 < x1 <= self.width and y0 < y1 <= self.height):
                 raise ValueError(f"{where}: crop {self.crop} must be a part of the picture of "
                                  f"{self.width} x {self.height} pixels that is not empty")
-            self.crop = (x0, y0, x1, y1)
 
     @property
     def focal(self) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image, ImageDraw
 
+from ._check import file_path, number, numeric
 from .png import write_codes
 
 # Luminance of linear Rec.709: what "brighter" means.
@@ -40,19 +41,20 @@ def derivative_image(dimage: ArrayLike, scale: float | None = None) -> NDArray[n
     (H, W, 3) uint8 sRGB code values: white for 0, red for brighter, blue for darker, black where not
     finite.
     """
-    limit = picture_scale(dimage) if scale is None else float(scale)
-    if not (np.isfinite(limit) and limit > 0.0):
-        raise ValueError(f"derivative_image: scale must be finite and above 0, not {limit:g}")
+    limit = picture_scale(dimage) if scale is None else number("derivative_image", "scale", scale, above=0.0)
     value = _luminance(dimage)
     finite = np.isfinite(value)
-    return _colours(np.clip(np.where(finite, value, 0.0) / limit, -1.0, 1.0), finite)
+    with np.errstate(over="ignore"):  # beyond the scale, as other large values
+        shares = np.where(finite, value, 0.0) / limit
+    return _colours(np.clip(shares, -1.0, 1.0), finite)
 
 
 def write_derivative(path: str | Path, dimage: ArrayLike, scale: float | None = None) -> float:
     """Write `derivative_image` as a PNG with a line below it that states the scale; returns the scale."""
-    if Path(path).suffix.lower() != ".png":
+    file = file_path("image", "path", path)
+    if file.suffix.lower() != ".png":
         raise ValueError(f"image '{path}': a derivative picture must be a .png file")
-    limit = picture_scale(dimage) if scale is None else float(scale)
+    limit = picture_scale(dimage) if scale is None else number("write_derivative", "scale", scale, above=0.0)
     picture = derivative_image(dimage, limit)
     width = picture.shape[1]
     text = f"{-limit:.3g} ... +{limit:.3g}"
@@ -62,12 +64,12 @@ def write_derivative(path: str | Path, dimage: ArrayLike, scale: float | None = 
     bar = _colours(np.tile(np.linspace(-1.0, 1.0, out.width), (4, 1)), np.ones((4, out.width), bool))
     out.paste(Image.fromarray(bar), (0, picture.shape[0]))
     ImageDraw.Draw(out).text((0.5 * (out.width - font_width), picture.shape[0] + 4), text, fill="black")
-    write_codes(Path(path), np.asarray(out))
+    write_codes(file, np.asarray(out))
     return limit
 
 
 def _luminance(dimage: ArrayLike) -> NDArray[np.float64]:
-    pixels = np.asarray(dimage, np.float64)
+    pixels = np.asarray(numeric("derivative_image", "dimage", dimage), np.float64)
     if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
         raise ValueError(f"derivative_image: must have the shape (H, W, 3), not {pixels.shape}")
     with np.errstate(invalid="ignore"):

@@ -21,7 +21,7 @@ from .motion import STRENGTH, Motion
 from .passed_surfaces import changing_shares, missing_shares
 from .placement import placed_meshes
 from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
-from .renderer import TERMS
+from .render_options import TERMS
 from .rim_plan import rim_rule
 from .scene import Scene
 from .shadow_plan import horizon_rule, missing_shadows

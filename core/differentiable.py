@@ -16,7 +16,7 @@ from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
 from .mean_color import mean_color, mean_expression
 from .mesh import Mesh
 from .placement import expanded, is_moved
-from .scene import Scene
+from .scene import Scene, validated
 
 
 def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
@@ -26,6 +26,7 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
     lights hard, the camera a pinhole with a box filter. Meshes keep their vertices, so that gradients and
     results carry over.
     """
+    validated(scene)
     notes: list[str] = []
     camera = _camera(scene.camera, notes)
     materials = {name: _material(scene, name, notes) for name in scene.materials}

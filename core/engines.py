@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import tables as flat
+from ._check import shown
 from .bounces import Bounces
 from .table_derivatives import TableDerivative, Wanted
 from .topology import Edges
@@ -69,6 +70,13 @@ class EngineLike(Protocol):
 _warned_of_fallback = False
 
 
+def engine_name(name: str) -> str:
+    """`name`, which must be that of an engine."""
+    if not isinstance(name, str) or name not in ("auto", "native", "reference"):
+        raise ValueError(f"engine must be 'auto', 'native' or 'reference', not {shown(name)}")
+    return name
+
+
 def engine_class(name: str) -> type[EngineLike]:
     """The engine of this name; "auto" is the native one, or the reference where that can't be loaded.
 
@@ -80,9 +88,7 @@ def engine_class(name: str) -> type[EngineLike]:
         If "native" is asked for and can't be loaded.
     """
     global _warned_of_fallback
-    if name not in ("auto", "native", "reference"):
-        raise ValueError(f"engine must be 'auto', 'native' or 'reference', not {name!r}")
-    if name != "reference":
+    if engine_name(name) != "reference":
         try:
             from . import native_engine
 

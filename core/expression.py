@@ -13,10 +13,37 @@ infinities: division by zero gives 0, roots and logarithms of negative numbers g
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
-from typing import ClassVar
+from dataclasses import dataclass, field, fields
+from functools import cache
+from typing import Any, ClassVar
 
-from ._check import choice
+import numpy as np
+
+from ._check import choice, flag, number, text, whole
+from ._fields import Check, by, optional
+
+
+def _operand(where: str, name: str, value: Any) -> Any:
+    if isinstance(value, (Expression, bool, np.bool_)):
+        return value
+    if not isinstance(value, tuple):
+        return number(where, f"operand {name}", value)
+    if len(value) not in (3, 4):
+        raise ValueError(f"{where}: operand {name} must be a number, a tuple of three or four, or an expression, "
+                         f"not a tuple of {len(value)}")
+    return tuple(number(where, f"operand {name}", one) for one in value)
+
+
+# By a field's type, what it may be. Tables and matrices are checked where they become a program's (`lowering`).
+_CHECKS: dict[str, Check] = {
+    "Operand": _operand, "Operand | None": optional(_operand), "str": text, "bool": flag, "float": number,
+    "int": by(whole, -(2**31), 2**31 - 1),
+}
+
+
+@cache
+def _checked_fields(kind: Any) -> tuple[tuple[str, Check], ...]:
+    return tuple((f.name, _CHECKS[str(f.type)]) for f in fields(kind) if f.type in _CHECKS)
 
 
 class Expression:
@@ -26,8 +53,12 @@ class Expression:
     choices: ClassVar[dict[str, tuple[str, ...]]] = {}
 
     def __post_init__(self) -> None:
+        where = f"expression {type(self).__name__}"
+        kind: Any = type(self)
+        for name, check in _checked_fields(kind):
+            check(where, name, getattr(self, name))
         for name, among in self.choices.items():
-            choice(f"expression {type(self).__name__}", name, getattr(self, name), among)
+            choice(where, name, getattr(self, name), among)
 
 
 Operand = Expression | float | tuple[float, ...]
@@ -65,9 +96,16 @@ class Attribute(Expression):
     """A mesh's attribute, interpolated: UV map, colour, any values; 0 where the mesh has none of that name.
 
     One value per corner is repeated, two are (u, v, 0, 1), three (x, y, z, 1).
+
+    Attributes
+    ----------
+    required
+        Whether a scene is refused in which no mesh with the material has the attribute; False: it is 0 there, as in
+        Blender.
     """
 
     name: str
+    required: bool = field(default=True, compare=False)
 
 
 @dataclass(frozen=True)
@@ -452,3 +490,8 @@ def nodes_of(node: Expression) -> list[Expression]:
 def images_of(node: Expression) -> set[str]:
     """Names of all images that an expression reads."""
     return {found.image for found in nodes_of(node) if isinstance(found, ImageTexture)}
+
+
+def required_attributes(node: Expression) -> set[str]:
+    """Names of the attributes that some mesh must have."""
+    return {found.name for found in nodes_of(node) if isinstance(found, Attribute) and found.required}

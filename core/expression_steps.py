@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import expression as e
+from ._check import array
 from .lowering import Components, Lowering, constant, repeated, rule, vector
 from .texture_ops import Value
 
@@ -90,9 +91,8 @@ def _curves(low: Lowering, node: e.Curves) -> Components:
 
 
 def _checked_table(kind: str, table: tuple[Any, ...], columns: int) -> tuple[tuple[float, ...], ...]:
-    values = np.asarray(table, np.float64)
-    if values.ndim != 2 or len(values) < 2 or values.shape[1] != columns or not np.isfinite(values).all():
-        raise ValueError(f"expression {kind}: table must have at least two rows of {columns} finite numbers")
+    if len(array(f"expression {kind}", "table", table, (None, columns), np.float64)) < 2:
+        raise ValueError(f"expression {kind}: table must have at least two rows")
     return tuple(tuple(constant(x) for x in row) for row in table)
 
 
@@ -225,9 +225,7 @@ def _vector_math(low: Lowering, node: e.VectorMath) -> Components:
 
 @rule(e.Transform)
 def _transform(low: Lowering, node: e.Transform) -> Components:
-    matrix = np.asarray(node.matrix, np.float64)
-    if matrix.shape != (3, 4) or not np.isfinite(matrix).all():
-        raise ValueError("expression Transform: matrix must be three rows of four finite numbers")
+    array("expression Transform", "matrix", node.matrix, (3, 4), np.float64)
     x, y, z = low.components(node.vector)[:3]
     out = vector(*(affine(low, (x, y, z), [constant(c) for c in row]) for row in node.matrix))
     return low.normalized(out) if node.normalize else out

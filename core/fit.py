@@ -10,15 +10,18 @@ from typing import Any
 import numpy as np
 
 from . import narrow_derivatives, parameters
-from ._check import number, whole
+from ._check import choice, function, mapping, names, number, whole
+from ._fields import optional
 from .bounces import MAX_DEPTH, Bounces
 from .engines import Progress, engine_class
 from .fit_run import ON_CANCEL, Callback, Run
+from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
 from .plan import plan
 from .render import CAUSTIC_SAMPLES
+from .render_options import MOST_THREADS, checked_bounces, checked_progress
 from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
-from .scene import Scene
+from .scene import Scene, validated
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten
 from .targets import Targets, views
@@ -156,7 +159,7 @@ def fit(
         If no picture depends on a parameter.
     """
     started = time.monotonic()
-    scene.validate()
+    validated(scene)
     work = _copy(scene)
     narrow = engine_class(engine).narrow
     paths = _checked_paths(work, wrt, narrow)
@@ -165,24 +168,26 @@ def fit(
     spp = whole("fit", "spp", spp, 1, 1 << 24)
     samples = spp if gradient_spp is None else whole("fit", "gradient_spp", gradient_spp, 1, 1 << 24)
     max_depth = whole("fit", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH)
-    if bounces is not None:
-        bounces.validate()
+    bounces = checked_bounces("fit", bounces)
     per_iteration = len(seen)
     if views_per_iteration is not None:
         per_iteration = whole("fit", "views_per_iteration", views_per_iteration, 1, len(seen))
     seed = whole("fit", "seed", seed, 0, 0xFFFFFFFF)
-    if on_cancel not in ON_CANCEL:
-        raise ValueError(f"fit: on_cancel must be 'restore' or 'best', not {on_cancel!r}")
+    choice("fit", "on_cancel", on_cancel, ON_CANCEL)
+    threads = whole("fit", "threads", threads, 0, MOST_THREADS)
+    callback, progress = optional(function)("fit", "callback", callback), checked_progress("fit", progress)
+    loss = Pyramid() if loss is None else function("fit", "loss", loss)
     if smoothness is not None:
-        smoothness = number("fit", "smoothness", smoothness, least=0.0)
-    if slide is not None and not 0.0 <= number("fit", "slide", slide) <= 1.0:
-        raise ValueError(f"fit: slide must be between 0 and 1, not {slide:g}")
+        smoothness = number("fit", "smoothness", smoothness, least=0.0, greatest=MOST_SMOOTHNESS)
+    if slide is not None:
+        slide = number("fit", "slide", slide, least=0.0, greatest=1.0)
     steps = _checked_steps(paths, step_sizes)
     unknowns = [unknown(work, path, steps.get(path), smoothness, slide) for path in paths]
-    loss = Pyramid() if loss is None else loss
 
+    renderer = Renderer(work, threads=threads, engine=engine, learn=True)
+    renderer.watched = False  # nobody else has the copy
     run = Run(
-        work, Renderer(work, threads=threads, engine=engine, learn=True), seen, unknowns, loss,
+        work, renderer, seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
         limits={"max_depth": max_depth, "bounces": bounces}, seed=seed, started=started, progress=progress,
     )
@@ -210,9 +215,7 @@ def fit(
 
 
 def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool) -> list[str]:
-    if isinstance(wrt, str):
-        raise ValueError("fit: wrt must be a list of parameter paths, not one string")
-    paths = list(wrt)
+    paths = list(names("fit", "wrt", wrt, "parameter paths"))
     if not paths:
         raise ValueError("fit: wrt is empty; name at least one parameter path")
     for path in paths:
@@ -226,7 +229,7 @@ def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool) -> list[str]:
 
 def _checked_steps(paths: list[str], step_sizes: Mapping[str, float] | None) -> dict[str, float]:
     steps = {}
-    for path, step in (step_sizes or {}).items():
+    for path, step in mapping("fit", "step_sizes", {} if step_sizes is None else step_sizes).items():
         if path not in paths:
             raise ValueError(f"fit: step_sizes names '{path}', which is not in wrt")
         steps[path] = number("fit", f"step size of '{path}'", step, above=0.0)

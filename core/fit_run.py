@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import parameters
+from ._check import choice, flag, function, numeric, shown
 from .engines import Progress
 from .losses import Loss
 from .renderer import Renderer
@@ -97,10 +98,10 @@ class Run:
                 self._warn_of_untouched()
             if callback is not None:
                 answer = callback(self._report(k + 1))
-                if answer is False:
+                if isinstance(answer, str):
+                    return choice("fit", "what the callback returns", answer, ON_CANCEL)
+                if answer is not None and not flag("fit", "what the callback returns", answer):
                     return "as asked"
-                if answer in ON_CANCEL:
-                    return str(answer)
         return None
 
     def measure_end(self) -> None:
@@ -142,13 +143,16 @@ class Run:
             spp=self.spp, **self.limits, seed=self._seed(k, j, 0), camera=view.camera,
             progress=self._part(done, 0.0, 0.5),
         )
-        value, adjoint = self.loss(image, view.image, view.mask)
+        if not np.isfinite(image).all():
+            raise FloatingPointError(f"fit: the picture of target {j} is not finite in iteration {k + 1}")
+        value, adjoint = _checked_loss(self.loss(image, view.image, view.mask), image)
         if not (np.isfinite(value) and np.isfinite(adjoint).all()):
             raise FloatingPointError(f"fit: the loss of target {j} is not finite in iteration {k + 1}")
         self.newest[j] = value
         at = getattr(self.loss, "at", None)
         if at is not None:
-            adjoint = at(min(k / max(self.iterations - 1, 1), 1.0))(image, view.image, view.mask)[1]
+            loss = function("fit", "what loss.at returns", at(min(k / max(self.iterations - 1, 1), 1.0)))
+            adjoint = _checked_loss(loss(image, view.image, view.mask), image)[1]
         return np.asarray(view.weight * adjoint, np.float32)
 
     def _record(self, complete: bool) -> None:
@@ -199,3 +203,15 @@ class Run:
                     RuntimeWarning,
                     stacklevel=4,
                 )
+
+
+def _checked_loss(found: Any, image: NDArray[np.float32]) -> tuple[float, NDArray[Any]]:
+    """What a loss has returned, if it has the form (value, adjoint); finite or not."""
+    if not isinstance(found, tuple) or len(found) != 2:
+        raise ValueError(f"fit: loss must return (value, adjoint), not {shown(found)}")
+    value = numeric("fit", "the value that loss returns", found[0])
+    adjoint = numeric("fit", "the adjoint that loss returns", found[1])
+    if value.ndim or adjoint.shape != image.shape:
+        raise ValueError(f"fit: loss must return a number and an array of the shape {image.shape}, not arrays of the "
+                         f"shapes {value.shape} and {adjoint.shape}")
+    return float(value), adjoint

@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 import OpenEXR
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageCms, ImageOps, UnidentifiedImageError
+from PIL import Image, ImageCms, ImageOps
 
+from ._check import file_path, flag, numeric
+from .camera import MAX_SIDE
 from .chromaticities import to_rec709
 from .derivative_picture import derivative_image, write_derivative
 from .output_files import replacing
@@ -28,16 +30,20 @@ F32 = NDArray[np.float32]
 READABLE = (".exr", ".png", ".jpg", ".jpeg")
 WRITABLE = (".exr", ".png")
 
+# Pixels that an EXR may have whatever its size, and pixels per byte of a larger one: no compression holds more.
+MOST_EXR_PIXELS = 1 << 26
+MOST_PIXELS_PER_BYTE = 4096
+
 
 def srgb_to_linear(code: ArrayLike) -> NDArray[np.float64]:
     """Linear light of sRGB code values in [0, 1] (IEC 61966-2-1, exact piecewise curve)."""
-    x = np.asarray(code, np.float64)
+    x = np.asarray(numeric("srgb_to_linear", "code", code), np.float64)
     return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4)
 
 
 def linear_to_srgb(light: ArrayLike) -> NDArray[np.float64]:
     """sRGB code values of linear light; the inverse of `srgb_to_linear`."""
-    x = np.asarray(light, np.float64)
+    x = np.asarray(numeric("linear_to_srgb", "light", light), np.float64)
     return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 0.0) ** (1.0 / 2.4) - 0.055)
 
 
@@ -60,14 +66,15 @@ def read_image(path: str | Path) -> F32:
     ValueError
         Naming the path: the file is missing, can't be decoded or has a form that isn't supported.
     """
-    file = Path(path)
+    file = file_path("image", "path", path)
     suffix = file.suffix.lower()
     if suffix not in READABLE:
         raise ValueError(f"image '{path}': files of type '{suffix}' can't be read; use {', '.join(READABLE)}")
     if not file.is_file():
         raise ValueError(f"image '{path}': there is no such file")
-    image = _read_exr(file) if suffix == ".exr" else _read_coded(file)
-    return np.ascontiguousarray(image, np.float32)
+    with np.errstate(all="ignore"):  # pixels that are not finite are the file's
+        image = _read_exr(file) if suffix == ".exr" else _read_coded(file)
+        return np.ascontiguousarray(image, np.float32)
 
 
 def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> None:
@@ -87,8 +94,9 @@ def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> No
     OSError
         Naming the path and the reason, if the file can't be written; an earlier file stays as it was.
     """
-    file = Path(path)
-    pixels = np.asarray(image, np.float32)
+    file = file_path("image", "path", path)
+    half = flag(f"image '{path}'", "half", half)
+    pixels = _writable(path, image)
     if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or pixels.size == 0:
         raise ValueError(f"image '{path}': must have the shape (H, W, 3) or (H, W, 4), not {pixels.shape}")
     suffix = file.suffix.lower()
@@ -100,6 +108,16 @@ def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> No
         if not np.isfinite(pixels).all():
             raise ValueError(f"image '{path}': has non-finite values, which a PNG can't hold")
         write_codes(file, np.round(255.0 * _coded(pixels)).astype(np.uint8))
+
+
+def _writable(path: str | Path, image: ArrayLike) -> F32:
+    """The numbers of a picture of any shape, finite or not."""
+    pixels = numeric(f"image '{path}'", "pixels", image)
+    if pixels.dtype.kind != "f":
+        raise ValueError(f"image '{path}': pixels hold whole numbers ({pixels.dtype}), but must be linear light; of a "
+                         "picture's code values make it by srgb_to_linear(codes / 255)")
+    with np.errstate(over="ignore"):
+        return np.asarray(pixels, np.float32)
 
 
 def _coded(pixels: F32) -> NDArray[np.float64]:
@@ -115,24 +133,40 @@ def _read_coded(path: Path) -> NDArray[Any]:
         with Image.open(path) as opened:
             opened.load()
             picture = ImageOps.exif_transpose(opened)
-    except (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # decoders raise many kinds for broken files
         raise ValueError(f"image '{path}': can't be read ({error})") from None
-    if deep is not None and not picture.info.get("icc_profile"):
+    profile = _profile(path, picture.info)
+    if deep is not None and profile is None:
         return _light(deep / 65535.0)
     if picture.mode.startswith("I"):  # 16 bit grey
         grey = srgb_to_linear(np.asarray(picture, np.float64) / 65535.0)
         return np.repeat(grey[..., None], 3, axis=2)
     has_alpha = "A" in picture.getbands() or "transparency" in picture.info
-    profile = picture.info.get("icc_profile")
     picture = picture.convert("RGBA" if has_alpha else "RGB")
-    if profile:
+    # Pixels of a profile for other than RGB have been converted to sRGB above.
+    if profile is not None and profile.profile.xcolor_space.strip() == "RGB":
         try:
-            source = ImageCms.ImageCmsProfile(io.BytesIO(profile))
-            converted = ImageCms.profileToProfile(picture, source, ImageCms.createProfile("sRGB"))
-        except (ImageCms.PyCMSError, OSError):
-            converted = None  # a profile for other than RGB: its pixels were converted to sRGB above
-        picture = converted or picture
+            picture = ImageCms.profileToProfile(picture, profile, ImageCms.createProfile("sRGB")) or picture
+        except ImageCms.PyCMSError as error:
+            raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
     return _light(np.asarray(picture, np.float64) / 255.0)
+
+
+_BAD_PROFILE = "its colour profile is broken; remove it, or save the picture as sRGB"
+
+
+def _profile(path: Path, info: dict[Any, Any]) -> ImageCms.ImageCmsProfile | None:
+    """The picture's colour profile, None if it has none."""
+    if "icc_profile" not in info:
+        return None
+    if not info["icc_profile"]:  # Pillow's word for one that can't be decompressed
+        raise ValueError(f"image '{path}': {_BAD_PROFILE}")
+    try:
+        return ImageCms.ImageCmsProfile(io.BytesIO(info["icc_profile"]))
+    except (ImageCms.PyCMSError, OSError) as error:
+        raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
 
 
 def _light(codes: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -143,10 +177,22 @@ def _light(codes: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _read_exr(path: Path) -> NDArray[Any]:
     try:
+        with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
+            headers = [dict(part.header) for part in file.parts]
+    except Exception as error:  # the library raises RuntimeError, ValueError and TypeError alike
+        raise ValueError(f"image '{path}': can't be read ({error}); it is damaged, or no EXR") from None
+    for header in headers:
+        _check_windows(path, header)
+    try:
         with OpenEXR.File(str(path), separate_channels=True) as file:
             parts = [(dict(part.header), {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]
-    except Exception as error:  # the library raises RuntimeError, ValueError and TypeError alike
+    except MemoryError:
+        raise
+    except Exception as error:  # as above
         raise ValueError(f"image '{path}': can't be read ({error})") from None
+    # The library prints why pixels can't be read, and leaves them out.
+    if len(parts) < len(headers) or any(part.get("channels") and not channels for part, channels in parts):
+        raise ValueError(f"image '{path}': its pixels can't be read; the file is cut off or damaged")
     layers = [(header, prefix, channels) for header, channels in parts for prefix in _layers(channels)]
     if not layers:
         names = ", ".join(name for _, channels in parts for name in channels) or "none"
@@ -167,6 +213,17 @@ def _read_exr(path: Path) -> NDArray[Any]:
         alpha = pixels[..., 3:]
         pixels[..., :3] /= np.where(alpha > 0.0, alpha, 1.0)
     return _display(pixels, header)
+
+
+def _check_windows(path: Path, header: dict[str, Any]) -> None:
+    """Refuse windows that no picture of the file's size has: a broken header would take all memory."""
+    most = max(MOST_EXR_PIXELS, MOST_PIXELS_PER_BYTE * path.stat().st_size)
+    for name in ("dataWindow", "displayWindow"):
+        (x0, y0), (x1, y1) = (tuple(int(x) for x in corner) for corner in header[name])
+        width, height = x1 - x0 + 1, y1 - y0 + 1
+        if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE and width * height <= most):
+            raise ValueError(f"image '{path}': its {name} of {width} x {height} pixels is beyond {MAX_SIDE} a side or "
+                             f"{most:,} in all, the most for a file of its size; it is damaged")
 
 
 def _layers(channels: dict[str, Any]) -> list[str]:

@@ -19,6 +19,8 @@ F64 = NDArray[np.float64]
 # surface however finely it is divided (sqrt(lambda) edges, and edges get shorter by sqrt(vertices)).
 SMOOTHNESS_PER_VERTEX = 1.0 / 100.0
 SMOOTHNESS_RANGE = (1.0, 1000.0)
+# Beyond, rounding in 1 + lambda L leaves nothing of the 1, without which the matrix has no inverse.
+MOST_SMOOTHNESS = 1e9
 
 
 class LargeSteps:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import LARGEST, LARGEST_LENGTH, array, choice, number, rays
+from ._check import LARGEST_LENGTH, array, choice, flag, names, number, orthonormal, rays
+from ._fields import Check, Checked, by, optional
 
 SHAPES = ("RECTANGLE", "ELLIPSE")
 FALLOFFS = ("SMOOTH", "LINEAR")
@@ -21,7 +23,7 @@ def _white() -> NDArray[np.float64]:
 
 
 @dataclass(kw_only=True)
-class _Light:
+class _Light(Checked):
     """What all lights have.
 
     Attributes
@@ -44,32 +46,37 @@ class _Light:
     receivers: tuple[str, ...] | None = None
     blockers: tuple[str, ...] | None = None
 
-    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ()
+    checks: ClassVar[Mapping[str, Check]] = {
+        "color": by(array, (3,), np.float64, least=0.0),
+        "visible_to": rays,
+        "casts_shadow": flag,
+        **dict.fromkeys(("receivers", "blockers"), optional(by(names, "names of meshes"))),
+    }
 
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the light and the wrong field."""
         where = f"light '{name}'"
-        self.color = array(where, "color", self.color, (3,), np.float64, least=0.0)
-        self.visible_to = rays(where, "visible_to", self.visible_to)
-        for key in self._ABOVE_OR_ZERO:
-            most = LARGEST_LENGTH if key == "radius" else LARGEST
-            setattr(self, key, number(where, key, getattr(self, key), least=0.0, most=most))
-        for key in ("receivers", "blockers"):
-            value = getattr(self, key)
-            if isinstance(value, str):
-                raise ValueError(f"{where}: {key} must be a list of names of meshes, not {value!r}")
-            setattr(self, key, None if value is None else tuple(value))
+        self.check_fields(where)
         self._validate(where)
 
     def _validate(self, where: str) -> None:
-        raise NotImplementedError
+        """What one field's check can't tell."""
 
 
-def _direction(where: str, value: NDArray[np.float64]) -> NDArray[np.float64]:
-    out = array(where, "direction", value, (3,), np.float64)
+def _direction(where: str, name: str, value: Any) -> NDArray[np.float64]:
+    out = array(where, name, value, (3,), np.float64)
     if not np.linalg.norm(out) > 0.0:
-        raise ValueError(f"{where}: direction must not be zero")
+        raise ValueError(f"{where}: {name} must not be zero")
     return out
+
+
+# Half a turn, and a little more for its rounding to single precision.
+_HALF_TURN = np.pi + 1e-6
+# Radians; the cube of a narrower spread leaves single precision.
+_LEAST_SPREAD = 1e-9
+_point: Check = by(array, (3,), np.float64, most=LARGEST_LENGTH)
+_amount: Check = by(number, least=0.0)
+_length: Check = by(number, least=0.0, most=LARGEST_LENGTH)
 
 
 @dataclass
@@ -94,10 +101,9 @@ class PointLight(_Light):
     radius: float = 0.0
     sphere: bool = False
 
-    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power", "radius")
-
-    def _validate(self, where: str) -> None:
-        self.position = array(where, "position", self.position, (3,), np.float64, most=LARGEST_LENGTH)
+    checks: ClassVar[Mapping[str, Check]] = {
+        **_Light.checks, "position": _point, "power": _amount, "radius": _length, "sphere": flag,
+    }
 
 
 @dataclass
@@ -129,14 +135,13 @@ class SpotLight(_Light):
     sphere: bool = False
     falloff: str = "SMOOTH"
 
-    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power", "radius", "angle", "blend")
-
-    def _validate(self, where: str) -> None:
-        self.position = array(where, "position", self.position, (3,), np.float64, most=LARGEST_LENGTH)
-        self.direction = _direction(where, self.direction)
-        self.angle = number(where, "angle", self.angle, above=0.0, below=np.pi + 1e-6)
-        self.blend = number(where, "blend", self.blend, least=0.0, below=1.0 + 1e-6)
-        choice(where, "falloff", self.falloff, FALLOFFS)
+    checks: ClassVar[Mapping[str, Check]] = {
+        **PointLight.checks,
+        "direction": _direction,
+        "angle": by(number, above=0.0, below=_HALF_TURN),
+        "blend": by(number, least=0.0, below=1.0 + 1e-6),
+        "falloff": by(choice, FALLOFFS),
+    }
 
 
 @dataclass
@@ -157,11 +162,12 @@ class SunLight(_Light):
     strength: float = 1.0
     angle: float = 0.0
 
-    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("strength", "angle")
-
-    def _validate(self, where: str) -> None:
-        self.direction = _direction(where, self.direction)
-        self.angle = number(where, "angle", self.angle, least=0.0, below=np.pi + 1e-6)
+    checks: ClassVar[Mapping[str, Check]] = {
+        **_Light.checks,
+        "direction": _direction,
+        "strength": _amount,
+        "angle": by(number, least=0.0, below=_HALF_TURN),
+    }
 
 
 @dataclass
@@ -190,15 +196,19 @@ class AreaLight(_Light):
     power: float = 10.0
     spread: float = float(np.pi)
 
-    _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power",)
+    checks: ClassVar[Mapping[str, Check]] = {
+        **_Light.checks,
+        "to_world": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
+        "size": by(array, (2,), np.float64, least=0.0, most=LARGEST_LENGTH),
+        "shape": by(choice, SHAPES),
+        "power": _amount,
+        "spread": by(number, above=0.0, least=_LEAST_SPREAD, below=_HALF_TURN),
+    }
 
     def _validate(self, where: str) -> None:
-        self.to_world = array(where, "to_world", self.to_world, (4, 4), np.float64, most=LARGEST_LENGTH)
-        self.size = array(where, "size", self.size, (2,), np.float64, least=0.0, most=LARGEST_LENGTH)
+        orthonormal(where, "to_world", self.to_world, "rigid transform")
         if self.size.min() <= 0.0:
             raise ValueError(f"{where}: size must be above 0 along both axes")
-        choice(where, "shape", self.shape, SHAPES)
-        self.spread = number(where, "spread", self.spread, above=0.0, below=np.pi + 1e-6)
 
 
 Light = PointLight | SpotLight | SunLight | AreaLight

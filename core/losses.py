@@ -13,12 +13,15 @@ larger than the difference, since its sign is then random.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from ._check import array, light_values, number, whole
+from ._fields import Check, Checked, by, optional
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -62,7 +65,7 @@ def l2(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Re
 
 
 @dataclass(frozen=True)
-class Pyramid:
+class Pyramid(Checked):
     """Sum of a loss over an image pyramid: coarse levels see an edge that is many pixels off.
 
     The masked difference mask * (I - T) is filtered by [1 2 1]/4 along both axes and averaged over
@@ -84,17 +87,18 @@ class Pyramid:
     power: int = 2
     focus: float | None = None
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "levels": optional(by(whole, 1, 16)),
+        "power": by(whole, 1, 2),
+        "focus": optional(by(number, least=0.0, greatest=1.0)),
+    }
+
     def __post_init__(self) -> None:
-        if self.levels is not None and not (isinstance(self.levels, int) and 1 <= self.levels <= 16):
-            raise ValueError(f"Pyramid: levels must be a whole number between 1 and 16, not {self.levels!r}")
-        if self.power not in (1, 2):
-            raise ValueError(f"Pyramid: power must be 1 or 2, not {self.power!r}")
-        if self.focus is not None and not 0.0 <= self.focus <= 1.0:
-            raise ValueError(f"Pyramid: focus must be between 0 and 1, not {self.focus!r}")
+        self.check_fields("Pyramid")
 
     def at(self, progress: float) -> Pyramid:
         """The loss for the part `progress` in [0, 1] of a fit that goes from coarse to fine."""
-        return replace(self, focus=min(max(progress, 0.0), 1.0))
+        return replace(self, focus=min(max(number("Pyramid.at", "progress", progress), 0.0), 1.0))
 
     def weights(self, count: int) -> F64:
         """(count,) weights of the levels from fine to coarse; their sum is 1."""
@@ -165,8 +169,9 @@ def _double(y: F64, shape: tuple[int, ...]) -> F64:
 
 
 def _difference(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None) -> tuple[F64, F64]:
-    a, b = np.asarray(image, np.float64), np.asarray(target, np.float64)
-    if a.ndim != 3 or a.shape[2] != 3 or a.size == 0:
+    a = light_values("loss", "image", image, (None, None, 3), np.float64)
+    b = light_values("loss", "target", target, (None, None, 3), np.float64)
+    if not a.size:
         raise ValueError(f"loss: image must have the shape (H, W, 3), not {a.shape}")
     if b.shape != a.shape:
         raise ValueError(f"loss: target must have the shape of the image, {a.shape}, not {b.shape}")
@@ -176,9 +181,7 @@ def _difference(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None) -> 
 def _weights(mask: ArrayLike | None, shape: tuple[int, ...]) -> F64:
     if mask is None:
         return np.ones(shape)
-    weight = np.asarray(mask, np.float64)
-    if weight.shape != shape:
-        raise ValueError(f"loss: mask must have the shape {shape}, not {weight.shape}")
-    if not np.isfinite(weight).all() or weight.min() < 0.0 or not weight.sum() > 0.0:
-        raise ValueError("loss: mask must be finite, not negative, and above 0 somewhere")
+    weight: F64 = array("loss", "mask", mask, shape, np.float64, least=0.0, booleans=True)
+    if not weight.any():
+        raise ValueError("loss: mask must be above 0 somewhere")
     return weight

@@ -9,8 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from . import expression as e
 from .expression import Expression, nodes_of
 from .texture_ops import Builder, Number, Value
@@ -50,13 +48,7 @@ class Lowering:
         self._kept: list[Expression] = []  # ids stay valid while their objects live
 
     def components(self, node: e.Operand) -> Components:
-        """The components of an expression or constant.
-
-        Raises
-        ------
-        ValueError
-            For an operand that is neither.
-        """
+        """The components of an expression or constant."""
         if not isinstance(node, Expression):
             return _operand(node)
         for step in nodes_of(node):
@@ -135,16 +127,8 @@ def rule(kind: type[Expression]) -> Callable[[Rule], Rule]:
 
 
 def _operand(value: Any) -> Components:
-    if isinstance(value, (bool, int, float, np.integer, np.floating)):
-        numbers: tuple[float, ...] = (constant(value),) * 4
-    elif isinstance(value, tuple) and len(value) in (3, 4) and all(np.isscalar(v) for v in value):
-        numbers = (*(constant(v) for v in value), 1.0)[:4]
-    else:
-        raise ValueError(f"expressions have numbers, tuples of three or four numbers and expressions as operands, "
-                         f"not {value!r}")
-    if not np.isfinite(numbers).all():
-        raise ValueError(f"expressions have finite numbers as operands, not {value!r}")
-    return numbers
+    numbers = tuple(constant(v) for v in (value if isinstance(value, tuple) else (value,) * 4))
+    return (*numbers, 1.0)[:4]
 
 
 def constant(value: Any) -> float:

@@ -4,28 +4,52 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import array, choice, number
+from ._check import array, choice, flag, mapping, names, number, shown, text
+from ._fields import Check, Checked, by, near
 from .expression import Expression
 
 # PRINCIPLED is Blender's Principled BSDF (4.2 to 5.2); the rest are the shader nodes of that name. DISNEY is
 # the BSDF of Burley 2012 as Mitsuba 3's `principled` has it, for comparisons.
 KINDS = ("PRINCIPLED", "DIFFUSE", "GLOSSY", "GLASS", "REFRACTION", "TRANSPARENT", "TRANSLUCENT", "SHEEN", "DISNEY")
 
-_COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint")
 _SHARES = ("metallic", "roughness", "diffuse_roughness", "transmission", "coat_weight", "coat_roughness",
            "sheen_weight", "sheen_roughness", "alpha", "subsurface_weight")
+
+
+# Fields that `Material.textures` may replace.
+TEXTURED = (
+    "base_color", "emission", *_SHARES, "specular_ior_level", "specular_tint", "ior", "anisotropy",
+    "anisotropy_rotation", "coat_ior", "coat_tint", "sheen_tint", "normal", "normal_strength",
+)
 
 
 def _rgb(value: float) -> NDArray[np.float64]:
     return np.full(3, value)
 
 
+def _expression(where: str, name: str, value: Any) -> Expression:
+    if not isinstance(value, Expression):
+        raise ValueError(f"{where}: {name} must be an edgegrad.expression, not {shown(value)}")
+    return value
+
+
+def _color(where: str, name: str, value: Any) -> NDArray[np.float64]:
+    out = array(where, name, value, (3,), np.float64, least=0.0)
+    if out.max() > 1.0:
+        raise ValueError(f"{where}: {name} must not be above 1, but contains {out.max():g}")
+    return out
+
+
+_tint: Check = by(array, (3,), np.float64, least=0.0)
+
+
 @dataclass
-class Material:
+class Material(Checked):
     """One shader. The defaults are a diffuse surface; it scatters on both sides.
 
     Attributes
@@ -90,41 +114,33 @@ class Material:
     normal_uv: str = "UVMap"
     textures: Mapping[str, Expression] = field(default_factory=dict)
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "kind": by(choice, KINDS),
+        "base_color": _color,
+        **dict.fromkeys(("emission", "specular_tint", "coat_tint", "sheen_tint", "normal"), _tint),
+        **dict.fromkeys(_SHARES, by(number, least=0.0, greatest=1.0)),
+        **dict.fromkeys(("specular_ior_level", "normal_strength"), by(number, least=0.0)),
+        "ior": by(number, above=0.0),
+        "coat_ior": by(number, least=1.0),
+        "anisotropy": by(number, least=-1.0, below=1.0 + 1e-6),
+        "anisotropy_rotation": number,
+        **dict.fromkeys(("emission_two_sided", "multiscatter"), flag),
+        "normal_uv": text,
+        "textures": by(mapping, _expression),
+    }
+
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the material and the wrong field."""
         where = f"material '{name}'"
-        choice(where, "kind", self.kind, KINDS)
-        for key in (*_COLORS, "emission", "normal"):
-            setattr(self, key, array(where, key, getattr(self, key), (3,), np.float64, least=0.0))
-        if self.base_color.max() > 1.0:
-            raise ValueError(f"{where}: base_color must not be above 1, but contains {self.base_color.max():g}")
-        for key in _SHARES:
-            value = number(where, key, getattr(self, key), least=0.0)
-            if value > 1.0:
-                raise ValueError(f"{where}: {key} must not be above 1, but is {value:g}")
-            setattr(self, key, value)
-        for key in ("specular_ior_level", "normal_strength"):
-            setattr(self, key, number(where, key, getattr(self, key), least=0.0))
-        self.ior = number(where, "ior", self.ior, above=0.0)
-        self.coat_ior = number(where, "coat_ior", self.coat_ior, least=1.0)
-        self.anisotropy = number(where, "anisotropy", self.anisotropy, least=-1.0, below=1.0 + 1e-6)
-        self.anisotropy_rotation = number(where, "anisotropy_rotation", self.anisotropy_rotation)
-        for key, expression in self.textures.items():
+        self.check_fields(where)
+        for key in self.textures:
             if key not in TEXTURED:
-                raise ValueError(f"{where}: textures has '{key}', which is none of {', '.join(TEXTURED)}")
-            if not isinstance(expression, Expression):
-                raise ValueError(f"{where}: textures['{key}'] must be an edgegrad.expression, not {expression!r}")
-
-
-# Fields that `Material.textures` may replace.
-TEXTURED = (
-    "base_color", "emission", *_SHARES, "specular_ior_level", "specular_tint", "ior", "anisotropy",
-    "anisotropy_rotation", "coat_ior", "coat_tint", "sheen_tint", "normal", "normal_strength",
-)
+                raise ValueError(f"{where}: textures has '{key}', which is none of {', '.join(TEXTURED)}"
+                                 f"{near(key, TEXTURED)}")
 
 
 @dataclass
-class Mixture:
+class Mixture(Checked):
     """A weighted sum of materials: Blender's Mix Shader (weights 1 - f and f) and Add Shader (1 and 1).
 
     Attributes
@@ -141,15 +157,21 @@ class Mixture:
     weights: NDArray[np.float64]
     textures: Mapping[str, Expression] = field(default_factory=dict)
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "parts": by(names, "names of materials"),
+        "weights": by(array, (None,), np.float64, least=0.0),
+        "textures": by(mapping, _expression),
+    }
+
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the material and the wrong field."""
         where = f"material '{name}'"
-        self.parts = tuple(self.parts)
+        self.check_fields(where)
         if not self.parts:
             raise ValueError(f"{where}: parts is empty")
-        self.weights = array(where, "weights", self.weights, (len(self.parts),), np.float64, least=0.0)
-        for key, value in self.textures.items():
+        if len(self.weights) != len(self.parts):
+            raise ValueError(f"{where}: weights must have the shape ({len(self.parts)},), one for each part, not "
+                             f"{self.weights.shape}")
+        for key in self.textures:
             if key not in [str(k) for k in range(len(self.parts))]:
                 raise ValueError(f"{where}: textures has '{key}', which is no part's position")
-            if not isinstance(value, Expression):
-                raise ValueError(f"{where}: textures['{key}'] must be an edgegrad.expression, not {value!r}")

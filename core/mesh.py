@@ -4,15 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import LARGEST_LENGTH, RAYS, array, number, rays
+from ._check import LARGEST_LENGTH, RAYS, array, mapping, names, number, rays, within
+from ._fields import Check, Checked, by, optional
+
+
+def _attribute(where: str, name: str, value: Any) -> NDArray[np.float32]:
+    out = array(where, name, value, (None, 3, None), np.float32)
+    if not 1 <= out.shape[2] <= 4:
+        raise ValueError(f"{where}: {name} must have 1 to 4 values per corner, not {out.shape[2]}")
+    return out
 
 
 @dataclass
-class Mesh:
+class Mesh(Checked):
     """A triangle mesh, in world space unless it has a transform.
 
     Attributes
@@ -62,6 +71,20 @@ class Mesh:
     visible_to: frozenset[str] = frozenset(RAYS)
     terminator_offset: float = 0.0
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "vertices": by(array, (None, 3), np.float64, most=LARGEST_LENGTH),
+        "faces": by(array, (None, 3), np.int32),
+        "materials": by(names, "names of materials"),
+        "face_material": optional(by(array, (None,), np.int32)),
+        "smoothing": optional(by(array, (None, 3), np.int32, least=-1)),
+        "normals": optional(by(array, (None, 3), np.float64)),
+        "attributes": by(mapping, _attribute),
+        "instances": optional(by(array, (None, 4, 4), np.float64, most=LARGEST_LENGTH)),
+        "transform": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
+        "visible_to": rays,
+        "terminator_offset": by(number, least=0.0, greatest=1.0),
+    }
+
     @property
     def used_materials(self) -> list[str]:
         """Names of the materials that faces have, each slot's once."""
@@ -71,41 +94,30 @@ class Mesh:
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the mesh and the wrong field."""
         where = f"mesh '{name}'"
-        self.check_vertices(name, None)
-        self.faces = array(where, "faces", self.faces, (None, 3), np.int32)
+        self.check_fields(where)
         count = len(self.faces)
         if len(self.vertices) == 0 or count == 0:
             raise ValueError(f"{where}: is empty ({len(self.vertices)} vertices, {count} faces)")
-        low, high = int(self.faces.min()), int(self.faces.max())
-        if low < 0 or high >= len(self.vertices):
-            worst = low if low < 0 else high
-            raise ValueError(f"{where}: faces name vertex {worst}, but there are {len(self.vertices)} vertices")
-        self.materials = tuple(self.materials)
+        within(where, "faces", self.faces, len(self.vertices), "name vertex", "vertices")
         if not self.materials:
             raise ValueError(f"{where}: materials is empty; name at least one material")
         if self.face_material is not None:
-            self.face_material = array(where, "face_material", self.face_material, (count,), np.int32)
-            low, high = int(self.face_material.min()), int(self.face_material.max())
-            if low < 0 or high >= len(self.materials):
-                raise ValueError(f"{where}: face_material names slot {low if low < 0 else high}, "
-                                 f"but there are {len(self.materials)} materials")
+            self._check_count(where, "face_material", self.face_material, (count,))
+            within(where, "face_material", self.face_material, len(self.materials), "names slot", "materials")
         self._validate_normals(where)
-        self.attributes = {key: self._attribute(where, key, value) for key, value in self.attributes.items()}
+        for key, value in self.attributes.items():
+            self._check_count(where, f"attributes['{key}']", value, (count, 3, value.shape[2]))
         if self.instances is not None:
-            self.instances = array(where, "instances", self.instances, (None, 4, 4), np.float64, most=LARGEST_LENGTH)
             if len(self.instances) == 0:
                 raise ValueError(f"{where}: instances is empty; leave the mesh out, or give at least one transform")
             if np.any(np.abs(np.linalg.det(self.instances[:, :3, :3])) < 1e-30):
                 raise ValueError(f"{where}: instances has a transform that flattens the mesh")
-        self.transform = array(where, "transform", self.transform, (4, 4), np.float64, most=LARGEST_LENGTH)
         if abs(np.linalg.det(self.transform[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: transform flattens the mesh")
         self._check_reach(where)
-        self.visible_to = rays(where, "visible_to", self.visible_to)
-        self.terminator_offset = number(where, "terminator_offset", self.terminator_offset, least=0.0)
 
-    def check_vertices(self, name: str, count: int | None) -> None:
-        """Raise ``ValueError`` where the vertices alone are wrong, or not `count` (None: any number)."""
+    def check_vertices(self, name: str, count: int) -> None:
+        """Raise ``ValueError`` where the vertices alone are wrong, or not `count`."""
         self.vertices = array(f"mesh '{name}'", "vertices", self.vertices, (count, 3), np.float64, most=LARGEST_LENGTH)
 
     def _check_reach(self, where: str) -> None:
@@ -125,19 +137,14 @@ class Mesh:
             if self.normals is not None:
                 raise ValueError(f"{where}: normals needs smoothing, which says where each of them is used")
             return
-        self.smoothing = array(where, "smoothing", self.smoothing, (len(self.faces), 3), np.int32)
-        low, high = int(self.smoothing.min()), int(self.smoothing.max())
-        if low < -1:
-            raise ValueError(f"{where}: smoothing must not be below -1, but contains {low}")
+        self._check_count(where, "smoothing", self.smoothing, (len(self.faces), 3))
         if self.normals is not None:
-            self.normals = array(where, "normals", self.normals, (None, 3), np.float64)
-            if high >= len(self.normals):
-                raise ValueError(f"{where}: smoothing names normal {high}, but there are {len(self.normals)} normals")
+            named = self.smoothing[self.smoothing >= 0]
+            within(where, "smoothing", named, len(self.normals), "names normal", "normals")
             if len(self.normals) and np.linalg.norm(self.normals, axis=1).min() == 0.0:
                 raise ValueError(f"{where}: normals must not be zero")
 
-    def _attribute(self, where: str, key: str, value: NDArray[np.float32]) -> NDArray[np.float32]:
-        out = array(where, f"attribute '{key}'", value, (len(self.faces), 3, None), np.float32)
-        if not 1 <= out.shape[2] <= 4:
-            raise ValueError(f"{where}: attribute '{key}' must have 1 to 4 values per corner, not {out.shape[2]}")
-        return out
+    def _check_count(self, where: str, name: str, value: NDArray[Any], shape: tuple[int, ...]) -> None:
+        if value.shape != shape:
+            raise ValueError(f"{where}: {name} must have the shape {shape}, since the mesh has {len(self.faces)} "
+                             f"faces, not {value.shape}")

@@ -22,6 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from ._check import shaped, shown
+from ._fields import near
 from .expression_numbers import numbers, with_numbers
 from .scene import Scene
 
@@ -43,6 +45,8 @@ def split(path: str) -> tuple[str, str, str]:
     ValueError
         If the path has not this form.
     """
+    if not isinstance(path, str):
+        raise ValueError(f"a parameter path must be text such as 'meshes.NAME.vertices', not {shown(path)}")
     collection, _, rest = path.partition(".")
     if collection in SINGLE and rest and "." not in rest:
         return collection, "", rest
@@ -54,7 +58,7 @@ def split(path: str) -> tuple[str, str, str]:
     name, dot, fieldname = rest.rpartition(".")
     if collection in COLLECTIONS and dot and name and fieldname:
         return collection, name, fieldname
-    raise ValueError(f"unknown parameter path '{path}'; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
+    raise ValueError(f"unknown parameter path {shown(path)}; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
                      "meshes.NAME.attributes.LAYER, materials.NAME.FIELD, materials.NAME.textures.FIELD, "
                      "lights.NAME.FIELD or images.NAME.pixels")
 
@@ -68,11 +72,12 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
         entries = getattr(scene, collection)
         if name not in entries:
             known = ", ".join(f"'{n}'" for n in entries) or "none"
-            raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})")
+            raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})"
+                             f"{near(name, entries)}")
         held = entries[name]
     if not _has_float(held, fieldname):
         raise ValueError(f"unknown parameter path '{path}': '{fieldname}' is none of the fields "
-                         f"{', '.join(_float_fields(held))}")
+                         f"{', '.join(_float_fields(held))}{near(fieldname, _float_fields(held))}")
     return held, fieldname
 
 
@@ -87,12 +92,14 @@ def get(scene: Scene, path: str) -> Any:
 
 
 def put(scene: Scene, path: str, value: Any) -> None:
-    """Replace the parameter's value by one of the same shape (and type: texels stay float32)."""
+    """Replace the parameter's value by one of the same shape (and type: texels stay float32).
+
+    Limits are those of the object's field, which `Scene.validate` checks.
+    """
     held, fieldname = owner(scene, path)
     old = get(scene, path)
-    new = np.asarray(value, old.dtype if isinstance(old, np.ndarray) else np.float64)
-    if new.shape != np.shape(old):
-        raise ValueError(f"'{path}' must have the shape {np.shape(old)}, not {new.shape}")
+    kind = old.dtype if isinstance(old, np.ndarray) else np.float64
+    new = shaped("parameter", f"'{path}'", value, np.shape(old), kind)
     if fieldname.startswith(ATTRIBUTES):
         held.attributes = {**held.attributes, fieldname[len(ATTRIBUTES) :]: new}
     elif fieldname.startswith(TEXTURES):

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from . import narrow_derivatives
-from ._check import whole
+from ._check import names, whole
 from .bounces import MAX_DEPTH
 from .derivative_plan import NOT_COMPUTED, Term, missing, terms
 from .engines import engine_class
@@ -20,7 +20,7 @@ from .primary_plan import missing_texel_borders
 from .render import caustic_share
 from .renderer import MAX_DERIVATIVE_DEPTH
 from .rim_plan import missing_rims
-from .scene import Scene
+from .scene import Scene, validated
 from .specular_plan import causes_caustics, missing_caustics, missing_specular
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten
@@ -80,12 +80,11 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     ValueError
         For a wrong scene or path, or one that has no derivative.
     """
-    if isinstance(wrt, str):
-        raise ValueError("plan: wrt must be a list of parameter paths, not one string")
+    wrt = names("plan", "wrt", wrt, "parameter paths")
     narrow = engine_class("auto").narrow
     measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
-    scene.validate()
+    validated(scene)
     picture = picture_plan(scene, max_depth)
     if not wrt:
         return Plan(picture, (), ())

@@ -13,9 +13,11 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._check import whole
 from .bounces import Bounces
-from .engines import Progress
-from .renderer import TERMS, Renderer
+from .engines import Progress, engine_name
+from .render_options import MOST_THREADS, TERMS
+from .renderer import Renderer
 from .scene import Scene
 
 # Samples per pixel that tell how much of a picture is caustics: its mean over all pixels is asked for.
@@ -28,18 +30,26 @@ _lock = threading.Lock()
 @contextmanager
 def _prepared(scene: Scene, engine: str, threads: int) -> Iterator[Renderer]:
     """A renderer of the scene: the last one where that fits."""
+    engine, threads = engine_name(engine), whole("render", "threads", threads, 0, MOST_THREADS)
     # Another thread, or a progress callback of the running call, may want one too: it gets its own.
     if not _lock.acquire(blocking=False):
-        yield Renderer(scene, threads=threads, engine=engine)
+        yield _unwatched(scene, engine, threads)
         return
     try:
         kept = _last.get((engine, threads))
         if kept is None or not kept.adopt(scene):
             _last.clear()  # the old one's memory is free before the new one's is taken
-            kept = _last[engine, threads] = Renderer(scene, threads=threads, engine=engine)
+            kept = _last[engine, threads] = _unwatched(scene, engine, threads)
         yield kept
     finally:
         _lock.release()
+
+
+def _unwatched(scene: Scene, engine: str, threads: int) -> Renderer:
+    """A renderer that has all of the scene anew in each call."""
+    renderer = Renderer(scene, threads=threads, engine=engine)
+    renderer.watched = False
+    return renderer
 
 
 def render(

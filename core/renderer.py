@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import narrow_derivatives, parameters
 from . import tables as flat
-from ._check import array, whole
-from .bounces import MAX_DEPTH, UNLIMITED, Bounces
+from ._check import array, flag, instance, mapping, names, whole
+from .bounces import MAX_DEPTH, Bounces
 from .camera import Camera
 from .differentiable import indirect_obstacles, obstacles
 from .engines import Progress, engine_class
@@ -22,6 +22,7 @@ from .material_table import LAMBERTIAN
 from .motion import STRENGTH
 from .non_finite import warn_of_gradients, warn_of_picture
 from .placement import is_moved
+from .render_options import MOST_THREADS, TERMS, checked_options, checked_progress, checked_terms
 from .scene import Scene
 from .specular_plan import bends_rays
 from .table_derivatives import (
@@ -31,10 +32,9 @@ from .table_derivatives import (
     push_forward,
     wanted_tables,
 )
+from .taken_over import TakenOver
 from .topology import Edges
 
-# Terms of a derivative (docs: README, "What is differentiated").
-TERMS = ("interior", "primary", "shadow", "indirect")
 # Path segments of which this version has derivatives: light seen directly, and direct illumination.
 MAX_DERIVATIVE_DEPTH = 2
 # Up to so many faces a lone mesh's edges are worth knowing for its picture alone: if it turns out to be a
@@ -59,7 +59,8 @@ class Renderer:
     Parameters
     ----------
     scene
-        What to render. Change its values (not its topology) and call `update`.
+        What to render. Change its values (not its topology) and call `update`: renders of a scene that has changed
+        since the last update are refused, as far as that shows without looking at all numbers (see `watched`).
     threads
         Threads to use; 0: one per core. Results are the same bits for any number.
     engine
@@ -78,8 +79,9 @@ class Renderer:
     """
 
     def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False) -> None:
+        threads = whole("renderer", "threads", threads, 0, MOST_THREADS)
+        learn = flag("renderer", "learn", learn)
         self.scene = scene
-        threads = whole("renderer", "threads", threads, 0, 4096)
         self._tables = flat.flatten(scene)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
@@ -87,6 +89,7 @@ class Renderer:
         self._moved = False  # vertices have moved in the engine that the tables don't know of
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
+        self._taken_over: TakenOver | None = TakenOver(scene)
         self._learning: Learning | None = None
         if learn and not self._engine.narrow:
             from .native_engine import learned_sampling
@@ -107,6 +110,7 @@ class Renderer:
         if self._moved or not tables.same_geometry(self._tables):
             return False
         self.scene, self._tables = scene, tables
+        self.watched = self.watched  # from now on another scene
         self._obstacles = None
         self._engine.update(tables)
         return True
@@ -125,24 +129,45 @@ class Renderer:
         ValueError
             For wrong values, or if the topology has changed.
         """
-        if paths is not None and self._update_named(paths):
-            return
+        if paths is not None:
+            paths = names("update", "paths", paths, "parameter paths")
+            if self._update_named(paths):
+                if self._taken_over is not None:
+                    self._taken_over.note(self.scene, paths)
+                return
         tables = flat.flatten(self.scene, origin=self._tables.origin)
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
-        # Engines take over what vertices they have and values; what places meshes is built in.
-        fixed = ("instance_to_world", "custom_normals", "corner_normal")
-        placed_anew = any(not np.array_equal(getattr(tables, f), getattr(self._tables, f)) for f in fixed)
+        # Engines take over vertices and values; what else there is of meshes is built in.
+        built_anew = not tables.same_but_vertices(self._tables)
         self._tables = tables
         self._obstacles = None
         self._moved = False
-        if placed_anew:
+        if built_anew:
             self._engine = self._engine_class(tables, self._threads)
             if self._edges is not None:
                 self._engine.set_edges(self._edges)
         else:
             self._engine.update(tables)
+        self.watched = self.watched  # from now on the changed scene
+
+    @property
+    def watched(self) -> bool:
+        """Whether each call looks for changes of the scene that no update has taken over: fields with other values, and
+        arrays that were changed in place by some of their numbers. False saves the time, where nobody else has the
+        scene.
+        """
+        return self._taken_over is not None
+
+    @watched.setter
+    def watched(self, watched: bool) -> None:
+        self._taken_over = TakenOver(self.scene) if watched else None
+
+    def _watch(self, camera: Camera | None) -> None:
+        """Refuse a scene of which an update is missing."""
+        if self._taken_over is not None:
+            self._taken_over.check(self.scene, camera=camera is None)
 
     def _update_named(self, paths: Collection[str]) -> bool:
         """Take over the named changes by themselves; False if that can't be done."""
@@ -189,7 +214,9 @@ class Renderer:
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The picture; see `edgegrad.render`."""
-        options = _options(spp, max_depth, seed, bounces)
+        options = checked_options(spp, max_depth, seed, bounces)
+        progress = checked_progress("render", progress)
+        self._watch(camera)
         if self._may_be_convex():
             _ = self.edges
         picture = self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
@@ -215,7 +242,9 @@ class Renderer:
         -------
         (height, width, 3) float32, linear Rec.709 radiance.
         """
-        options = _options(spp, max_depth, seed, bounces)
+        options = checked_options(spp, max_depth, seed, bounces)
+        progress = checked_progress("render_caustics", progress)
+        self._watch(camera)
         tables = self._seen(self._tables, camera)
         picture = self._engine.render(tables, **options, caustics_alone=True, progress=progress)
         warn_of_picture(picture, "render_caustics")
@@ -234,7 +263,10 @@ class Renderer:
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
+        tangent = mapping("render_forward", "tangent", tangent)
+        self._watch(camera)
         options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms)
+        progress = checked_progress("render_forward", progress)
         tables, wanted = self._asked(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
         learned = {}
@@ -262,11 +294,12 @@ class Renderer:
         progress: Progress | None = None,
     ) -> dict[str, NDArray[np.float64]]:
         """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
-        if isinstance(wrt, str):
-            raise ValueError("wrt must be a list of parameter paths, not one string")
+        wrt = names("render_backward", "wrt", wrt, "parameter paths")
+        self._watch(camera)
+        progress = checked_progress("render_backward", progress)
         options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(wrt, camera)
-        image = array("adjoint image", "pixels", adjoint, (tables.height, tables.width, 3), np.float32)
+        image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32)
 
         def gradients(options: Mapping[str, Any], progress: Progress | None = progress) -> Gradient:
             gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
@@ -281,7 +314,7 @@ class Renderer:
                 report = None if progress is None else lambda fraction: progress((k + fraction) / of)
                 return gradients({**options, "terms": terms, "seed": seed, "learned": known.sampling}, report)
 
-            found = known.gradient(part, options["terms"], seed)
+            found = known.gradient(part, options["terms"], options["seed"])
         if not all(np.isfinite(gradient).all() for gradient in found.values()):
             alone = {t: gradients({**options, "terms": (t,)}) for t in options["terms"]}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
@@ -310,7 +343,7 @@ class Renderer:
         if self._obstacles is None:
             self._obstacles = list(obstacles(self.scene)) if narrow else []
             self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None
-        computed = _terms(terms)
+        computed = checked_terms(terms)
         if not self._indirect:
             computed = tuple(term for term in computed if term != "indirect")
         if not any(_moves(path) for path in wrt) and not bends_rays(self.scene, wrt):
@@ -320,7 +353,7 @@ class Renderer:
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
-        options = _options(spp, max_depth, seed, bounces, deepest)
+        options = checked_options(spp, max_depth, seed, bounces, deepest)
         return {**options, "seed": options["seed"] ^ DERIVATIVE_STREAM, "terms": computed}
 
     def _may_be_convex(self) -> bool:
@@ -338,7 +371,7 @@ class Renderer:
     def _seen(self, tables: flat.Tables, camera: Camera | None) -> flat.Tables:
         if camera is None:
             return tables
-        camera.validate()
+        instance("render", "camera", camera, Camera).validate()
         return replace(tables, **flat.camera_fields(camera, tables.origin))
 
 
@@ -360,23 +393,3 @@ def _moves(path: str) -> bool:
 
 def _held(scene: Scene, path: str) -> Any:
     return parameters.owner(scene, path)[0]
-
-
-def _options(
-    spp: Any, max_depth: Any, seed: Any, bounces: Bounces | None, deepest: int = MAX_DEPTH
-) -> dict[str, Any]:
-    bounces = UNLIMITED if bounces is None else bounces
-    bounces.validate()
-    return {
-        "bounces": bounces,
-        "spp": whole("render", "spp", spp, 1, 1 << 24),
-        "max_depth": whole("render", "max_depth", max_depth, 1, deepest),
-        "seed": whole("render", "seed", seed, 0, 0xFFFFFFFF),
-    }
-
-
-def _terms(terms: Sequence[str]) -> tuple[str, ...]:
-    wrong = [t for t in terms if t not in TERMS]
-    if wrong or isinstance(terms, str):
-        raise ValueError(f"terms must be a list of {', '.join(TERMS)}, not {terms!r}")
-    return tuple(terms)

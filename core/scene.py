@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import RAYS, array, derived, number, rays
+from ._check import RAYS, array, derived, instance, mapping, number, orthonormal, rays, shown, text
+from ._fields import Check, Checked, by, near, optional
 from .camera import Camera
-from .expression import images_of
+from .expression import images_of, required_attributes
 from .image import Image
-from .light import Light
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .mesh import Mesh
 
 
 @dataclass
-class World:
+class World(Checked):
     """The environment: radiance color * strength, times the image's where there is one, from every direction.
 
     Attributes
@@ -43,19 +45,23 @@ class World:
     rotation: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
     visible_to: frozenset[str] = frozenset(RAYS)
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "color": by(array, (3,), np.float64, least=0.0),
+        "strength": by(number, least=0.0),
+        "image": optional(text),
+        "rotation": by(array, (3, 3), np.float64),
+        "visible_to": rays,
+    }
+
     def validate(self) -> None:
         """Raise ``ValueError`` with one sentence that names the wrong field."""
-        self.color = array("world", "color", self.color, (3,), np.float64, least=0.0)
-        self.strength = number("world", "strength", self.strength, least=0.0)
+        self.check_fields("world")
         derived("world", "color times strength", self.color * self.strength)
-        self.rotation = array("world", "rotation", self.rotation, (3, 3), np.float64)
-        if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=1e-4):
-            raise ValueError("world: rotation must be a rotation; its axes are not orthonormal")
-        self.visible_to = rays("world", "visible_to", self.visible_to)
+        orthonormal("world", "rotation", self.rotation, "rotation")
 
 
 @dataclass
-class Scene:
+class Scene(Checked):
     """Camera, meshes, materials, lights and world, each by the name that its parameter path uses.
 
     Raises
@@ -71,10 +77,20 @@ class Scene:
     world: World = field(default_factory=World)
     images: Mapping[str, Image] = field(default_factory=dict)
 
+    checks: ClassVar[Mapping[str, Check]] = {
+        "camera": by(instance, Camera),
+        "meshes": by(mapping, by(instance, Mesh)),
+        "materials": by(mapping, by(instance, (Material, Mixture))),
+        "lights": by(mapping, by(instance, (PointLight, SpotLight, SunLight, AreaLight))),
+        "world": by(instance, World),
+        "images": by(mapping, by(instance, Image)),
+    }
+
     def validate(self) -> None:
         """Check every field; arrays of another type are converted, wrong ones raise."""
-        if not isinstance(self.camera, Camera):
+        if self.camera is None:
             raise ValueError("scene: has no camera")
+        self.check_fields("scene")
         self.camera.validate()
         for name, material in self.materials.items():
             material.validate(name)
@@ -114,18 +130,36 @@ class Scene:
                     raise ValueError(f"material '{name}': part '{part}' is not a shader in the scene")
             for value in material.textures.values():
                 for image in images_of(value):
-                    if image not in self.images:
-                        raise ValueError(f"material '{name}': image '{image}' is not in the scene")
+                    _check_known(f"material '{name}': image", image, self.images)
         for name, mesh in self.meshes.items():
             for slot in mesh.materials:
-                if slot not in self.materials:
-                    raise ValueError(f"mesh '{name}': material '{slot}' is not in the scene")
+                _check_known(f"mesh '{name}': material", slot, self.materials)
+        self._check_attributes()
         for name, light in self.lights.items():
-            for key in (*(light.receivers or ()), *(light.blockers or ())):
-                if key not in self.meshes:
-                    raise ValueError(f"light '{name}': mesh '{key}' is not in the scene")
-        if self.world.image is not None and self.world.image not in self.images:
-            raise ValueError(f"world: image '{self.world.image}' is not in the scene")
+            for field_name in ("receivers", "blockers"):
+                for key in getattr(light, field_name) or ():
+                    _check_known(f"light '{name}': {field_name}: mesh", key, self.meshes)
+        if self.world.image is not None:
+            _check_known("world: image", self.world.image, self.images)
+
+    def _check_attributes(self) -> None:
+        """Refuse textures that read what none of their meshes has: a name that is written wrongly, most likely."""
+        needed = {name: {key for value in material.textures.values() for key in required_attributes(value)}
+                  for name, material in self.materials.items() if material.textures}
+        if not needed:
+            return
+        meshes: dict[str, list[Mesh]] = {}
+        for mesh in self.meshes.values():
+            for slot in mesh.materials:
+                material = self.materials[slot]
+                for part in (slot, *(material.parts if isinstance(material, Mixture) else ())):
+                    meshes.setdefault(part, []).append(mesh)
+        for name, keys in needed.items():
+            for key in sorted(keys) if name in meshes else ():
+                if not any(key in mesh.attributes for mesh in meshes[name]):
+                    there = {other for mesh in meshes[name] for other in mesh.attributes}
+                    raise ValueError(f"material '{name}': textures read the attribute {shown(key)}, which is not in "
+                                     f"attributes of any mesh with the material{near(key, there)}")
 
     def _is_lit(self) -> bool:
         return (
@@ -133,3 +167,16 @@ class Scene:
             or bool(np.any(self.world.color * self.world.strength > 0.0))
             or any(self.emits(name) for name in self.meshes)
         )
+
+
+def _check_known(what: str, name: str, among: Mapping[str, Any]) -> None:
+    if name not in among:
+        raise ValueError(f"{what} {shown(name)} is not in the scene{near(name, among)}")
+
+
+def validated(scene: Any) -> Scene:
+    """`scene` after `Scene.validate`; anything else is refused."""
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene must be an edgegrad.Scene, not {shown(scene)}")
+    scene.validate()
+    return scene

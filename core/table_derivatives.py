@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import image_map, light_table, material_table, mesh_map, parameters, value_map
+from ._check import array
 from .camera_row import WIDTH as CAMERA_WIDTH
 from .material import Mixture
 from .placement import placed_meshes
@@ -124,11 +125,7 @@ def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> Ta
     out: TableDerivative = {}
     for path, value in tangent.items():
         shape = np.shape(parameters.get(scene, path))
-        dv = np.asarray(value, np.float64)
-        if dv.shape != shape:
-            raise ValueError(f"tangent of '{path}' must have the shape {shape}, not {dv.shape}")
-        if not np.isfinite(dv).all():
-            raise ValueError(f"tangent of '{path}' has non-finite values")
+        dv = array("render_forward", f"tangent of '{path}'", value, shape, np.float64)
         for piece in pieces(scene, tables, path):
             table = out.setdefault(piece.table, np.zeros(size[piece.table]))
             table[piece.first : piece.last] += piece.push(dv)

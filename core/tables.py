@@ -22,10 +22,17 @@ from .material_table import MaterialTable, material_table
 from .mean_color import mean_expression
 from .parameters import split
 from .placement import placed_meshes
-from .scene import Scene
+from .scene import Scene, validated
 from .texture_program import TextureTables, compile_textures
 
 F32 = NDArray[np.float32]
+
+# Fields of `Tables` that engines build in, besides the vertices.
+_BUILT_IN = (
+    "faces", "face_material", "mesh_first_vertex", "mesh_first_face", "visible", "mesh_mask", "mesh_receivers",
+    "mesh_terminator", "corner_normal", "mesh_first_normal", "mesh_custom", "custom_normals", "instance_mesh",
+    "instance_to_world",
+)
 
 # Collections of parameters that aren't geometry.
 _VALUED = ("materials", "lights", "world", "camera")
@@ -96,14 +103,15 @@ class Tables:
         return np.concatenate([np.asarray(part, np.float32) for part in parts])
 
     def same_geometry(self, other: Tables) -> bool:
-        """Whether meshes, their vertices and their materials' slots are the same as in other tables."""
-        names = (
-            "origin", "vertices", "faces", "face_material", "mesh_first_vertex", "mesh_first_face", "visible",
-            "mesh_mask", "corner_normal", "mesh_first_normal", "mesh_custom", "custom_normals", "instance_mesh",
-            "instance_to_world",
+        """Whether meshes, their vertices and what engines build of them are the same as in other tables."""
+        return self.same_but_vertices(other) and all(
+            np.array_equal(getattr(self, name), getattr(other, name)) for name in ("origin", "vertices")
         )
+
+    def same_but_vertices(self, other: Tables) -> bool:
+        """Whether all is the same as in other tables that engines build in, and don't take over by an update."""
         return self.mesh_names == other.mesh_names and all(
-            np.array_equal(getattr(self, name), getattr(other, name)) for name in names
+            np.array_equal(getattr(self, name), getattr(other, name)) for name in _BUILT_IN
         )
 
     def edges(self) -> topology.Edges:
@@ -149,7 +157,7 @@ def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
 
     Raises ``ValueError`` as `Scene.validate` does.
     """
-    scene.validate()
+    validated(scene)
     meshes = placed_meshes(scene)
     placed = geometry(scene, meshes, origin)
     origin = placed["origin"]

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._check import array, number
+from ._check import array, instance, light_values, number, shown
+from ._fields import Check, Checked, by, optional
 from .camera import Camera
 from .renderer import Renderer
 from .scene import Scene
 
 
 @dataclass
-class Target:
+class Target(Checked):
     """A picture that the scene should look like.
 
     Attributes
@@ -37,6 +38,13 @@ class Target:
     camera: Camera | None = None
     mask: ArrayLike | None = None
     weight: float = 1.0
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        "image": by(light_values, (None, None, None)),
+        "camera": optional(by(instance, Camera)),
+        "mask": optional(by(array, (None, None), np.float64, least=0.0, booleans=True)),
+        "weight": by(number, above=0.0),
+    }
 
 
 @dataclass(frozen=True)
@@ -64,6 +72,8 @@ def views(scene: Scene, targets: Targets, engine: str = "auto") -> list[View]:
     ValueError
         Naming the target by its place in the list, and the field.
     """
+    if not isinstance(targets, (Target, Iterable)) or isinstance(targets, (str, bytes, Mapping)):
+        raise ValueError(f"fit: targets must be an edgegrad.Target, a picture or a list of them, not {shown(targets)}")
     several = [targets] if isinstance(targets, (Target, np.ndarray)) else list(targets)
     out = [_view(scene, f"target {k}", target, engine) for k, target in enumerate(several)]
     if not out:
@@ -76,16 +86,16 @@ def _view(scene: Scene, where: str, target: Target | NDArray[Any], engine: str) 
     if isinstance(target, np.ndarray):
         target = Target(target)
     if not isinstance(target, Target):
-        raise ValueError(f"{where}: must be an edgegrad.Target or a picture, not {type(target).__name__}")
+        raise ValueError(f"{where}: must be an edgegrad.Target or a picture, not {shown(target)}")
+    target = replace(target)  # the user's own stays as it is
+    target.check_fields(where)
     camera = scene.camera if target.camera is None else target.camera
-    if not isinstance(camera, Camera):
-        raise ValueError(f"{where}: camera must be an edgegrad.Camera, not {type(camera).__name__}")
     try:
         camera.validate()
     except ValueError as error:
         raise ValueError(f"{where}: {error}") from None
     size = camera.size
-    image = array(where, "image", target.image, (None, None, None), np.float32)
+    image = np.asarray(target.image)
     if image.shape[2] not in (3, 4):
         raise ValueError(f"{where}: image must have the shape (H, W, 3) or (H, W, 4), not {image.shape}")
     if image.shape[:2] != size:
@@ -101,12 +111,12 @@ def _view(scene: Scene, where: str, target: Target | NDArray[Any], engine: str) 
             image += (1.0 - alpha) * _world_alone(scene, camera, engine)
     mask = None
     if target.mask is not None:
-        mask = array(where, "mask", target.mask, (None, None), np.float64, least=0.0)
+        mask = np.asarray(target.mask)
         if mask.shape != size:
             raise ValueError(f"{where}: mask must have the shape {size} of its image, not {mask.shape}")
         if not mask.any():
             raise ValueError(f"{where}: mask is 0 everywhere")
-    return View(image, camera, mask, number(where, "weight", target.weight, above=0.0))
+    return View(image, camera, mask, target.weight)
 
 
 def _world_alone(scene: Scene, camera: Camera, engine: str) -> NDArray[np.float32]:

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import color_steps, expression_steps, image_steps, procedural_steps  # noqa: F401  (their rules are registered)
-from ._check import derived
 from .expression import EXTENSIONS, INTERPOLATIONS, Expression
 from .expression_numbers import numbers, with_numbers
 from .image import Image
@@ -229,8 +228,6 @@ class _Programs:
         build = Builder()
         lowering = Lowering(build, self.resources)
         for field, expression in textures.items():
-            own = numbers(expression)
-            derived(f"{where}: textures['{field}']", "a number", own[np.isfinite(own)])
             try:
                 values = lowering.components(expression)
             except ValueError as error:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edgegrad import Renderer, Scene, parameters
 from edgegrad.engines import engine_class
-from edgegrad.renderer import TERMS
+from edgegrad.render_options import TERMS
 from tests import block_statistics
 from tests.block_statistics import ALARM, Agreement
 from tests.small_scenes import Floats, Moving, central_difference, need

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import parameters
-from edgegrad.renderer import TERMS, Renderer
+from edgegrad.render_options import TERMS
+from edgegrad.renderer import Renderer
 from tests.block_statistics import ALARM, Agreement, compare
 from tests.small_scenes import (
     MOTIONS,

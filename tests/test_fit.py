@@ -358,7 +358,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "no mask": ({"targets": Target(np.zeros((24, 32, 3)), mask=np.zeros((24, 32)))}, r"target 0: mask is 0 everywhere"),
     "weight": ({"targets": Target(np.zeros((24, 32, 3)), weight=0.0)}, r"target 0: weight must be above 0"),
     "camera": ({"targets": Target(np.zeros((24, 32, 3)), camera="front")}, r"target 0: camera must be"),  # type: ignore[arg-type]
-    "text": ({"targets": ["front.exr"]}, r"target 0: must be an edgegrad.Target or a picture, not str"),
+    "text": ({"targets": ["front.exr"]}, r"target 0: must be an edgegrad.Target or a picture, not 'front.exr'"),
     "no target": ({"targets": []}, r"there is no target"),
     "empty": ({"wrt": []}, r"wrt is empty"),
     "string": ({"wrt": COLOR}, r"wrt must be a list"),
@@ -371,10 +371,10 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "views": ({"views_per_iteration": 2}, r"views_per_iteration must be between 1 and 1"),
     "seed": ({"seed": -1}, r"seed must be between 0"),
     "smoothness": ({"smoothness": -1.0}, r"smoothness must not be below 0"),
-    "slide": ({"slide": 1.5}, r"slide must be between 0 and 1"),
+    "slide": ({"slide": 1.5}, r"slide must not be above 1"),
     "step path": ({"step_sizes": {VERTICES: 0.1}}, r"step_sizes names 'meshes.object.vertices', which is not in wrt"),
     "step": ({"step_sizes": {COLOR: 0.0}}, r"step size of 'materials.clay.base_color' must be above 0"),
-    "on_cancel": ({"on_cancel": "keep"}, r"on_cancel must be 'restore' or 'best'"),
+    "on_cancel": ({"on_cancel": "keep"}, r"on_cancel must be one of restore, best"),
     "depth": ({"max_depth": 0}, r"max_depth must be between 1"),
     "engine": ({"engine": "gpu"}, r"engine must be"),
 }

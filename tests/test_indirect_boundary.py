@@ -15,7 +15,8 @@ import pytest
 
 import edgegrad
 from edgegrad.bounces import UNLIMITED, Bounces
-from edgegrad.renderer import TERMS, Renderer
+from edgegrad.render_options import TERMS
+from edgegrad.renderer import Renderer
 from tests.block_statistics import ALARM, Agreement, compare
 from tests.picture_differences import agreement, check_transpose
 from tests.slow_cases import slow_but

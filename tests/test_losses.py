@@ -91,8 +91,10 @@ def test_wrong_input_is_named() -> None:
         l2(image, np.zeros((8, 4, 3)))
     with pytest.raises(ValueError, match=r"mask must have the shape \(8, 8\)"):
         l1(image, image, np.ones((8, 8, 3)))
-    for mask in (np.zeros((8, 8)), np.full((8, 8), np.nan), np.full((8, 8), -1.0)):
-        with pytest.raises(ValueError, match="mask must be finite"):
+    for mask, message in ((np.zeros((8, 8)), "mask must be above 0 somewhere"),
+                          (np.full((8, 8), np.nan), "mask has 64 non-finite values"),
+                          (np.full((8, 8), -1.0), "mask must not be below 0")):
+        with pytest.raises(ValueError, match=message):
             Pyramid()(image, image, mask)
     for wrong in ({"levels": 0}, {"power": 3}, {"focus": 2.0}):
         with pytest.raises(ValueError, match=next(iter(wrong))):

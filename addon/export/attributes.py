@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from edgegrad.expression import Attribute
+
 from .mesh import MeshArrays
 from .normals import bits, corner_normals
 
@@ -59,6 +61,11 @@ def name_hash(name: str) -> int:
         c = ((c ^ b) - turned(b, k)) & WORD
         a, b, c = b, c, a
     return b
+
+
+def layer(name: str) -> Attribute:
+    """The values of a layer; 0 on meshes that don't have it, as in Blender."""
+    return Attribute(name, required=False)
 
 
 def is_of_object(name: str) -> bool:

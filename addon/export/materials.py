@@ -224,7 +224,7 @@ class _Reading:
         if wanted not in self.reading.baked:
             self.reading.baked.append(wanted)
         image = self.reading.stand_in(wanted)
-        value = e.ImageTexture(image, e.Attribute(attributes.BAKED_UV), extension="EXTEND", alpha="NONE")
+        value = e.ImageTexture(image, attributes.layer(attributes.BAKED_UV), extension="EXTEND", alpha="NONE")
         return e.Channel(value, 0) if output.type in ("VALUE", "INT", "BOOLEAN") else value
 
     def _bake_normal(self, feed: nodes.Feed) -> Expression | None:

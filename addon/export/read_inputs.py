@@ -35,7 +35,7 @@ def _own_output(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
 
 @reads("UVMAP")
 def _uv_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    return e.Attribute(node.uv_map or attributes.ACTIVE_UV)
+    return attributes.layer(node.uv_map or attributes.ACTIVE_UV)
 
 
 @reads("TEX_COORD")
@@ -44,14 +44,14 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
         reader.note(f"node '{label(node, groups)}' takes the coordinates of the object, not of its instancer")
     name = output.identifier
     if name == "Generated":
-        return e.Attribute(attributes.GENERATED)
+        return attributes.layer(attributes.GENERATED)
     if name == "UV":
-        return e.Attribute(attributes.ACTIVE_UV)
+        return attributes.layer(attributes.ACTIVE_UV)
     if name == "Normal":
-        return e.VectorMath("NORMALIZE", e.Attribute(attributes.OBJECT_NORMAL))
+        return e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL))
     if name == "Object":
         if node.object is None:
-            return e.Attribute(attributes.OBJECT)
+            return attributes.layer(attributes.OBJECT)
         inverse = np.linalg.pinv(np.array(node.object.matrix_world, np.float64))
         return e.Transform(e.Coordinates("POSITION"), rows(inverse))
     if name == "Reflection":
@@ -76,7 +76,7 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
     if node.attribute_type == "VIEW_LAYER":
         raise unreadable(node, groups, "attribute of the view layer")
     of_object = node.attribute_type in ("OBJECT", "INSTANCER")
-    value = e.Attribute(attributes.PROPERTY + node.attribute_name if of_object else node.attribute_name)
+    value = attributes.layer(attributes.PROPERTY + node.attribute_name if of_object else node.attribute_name)
     if output.identifier == "Fac":
         return e.Average(value)
     return e.Channel(value, 3) if output.identifier == "Alpha" else value
@@ -84,7 +84,7 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
 
 @reads("VERTEX_COLOR")
 def _color_attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    value = e.Attribute(node.layer_name or attributes.ACTIVE_COLOR)
+    value = attributes.layer(node.layer_name or attributes.ACTIVE_COLOR)
     return e.Channel(value, 3) if output.identifier == "Alpha" else value
 
 
@@ -94,10 +94,10 @@ def _object_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
     if name == "Material Index":
         return float(reader.material_index)
     if name == "Alpha":
-        return e.Channel(e.Attribute(attributes.COLOR), 3)
+        return e.Channel(attributes.layer(attributes.COLOR), 3)
     known = {"Location": attributes.LOCATION, "Color": attributes.COLOR, "Object Index": attributes.INDEX,
              "Random": attributes.RANDOM}  # fmt: skip
-    return e.Attribute(known[name])
+    return attributes.layer(known[name])
 
 
 @reads("LIGHT_PATH")

@@ -37,10 +37,10 @@ def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     name = read_image(reader, node, groups, codes)
     box = node.projection == "BOX"
     value = e.ImageTexture(
-        name, reader.get_or(node, "Vector", groups, e.Attribute(attributes.ACTIVE_UV)),
+        name, reader.get_or(node, "Vector", groups, attributes.layer(attributes.ACTIVE_UV)),
         INTERPOLATIONS[node.interpolation], node.extension, node.projection,
         alpha_mode(node.image, bool(node.outputs["Alpha"].links)), node.projection_blend,
-        e.VectorMath("NORMALIZE", e.Attribute(attributes.OBJECT_NORMAL)) if box else (0.0, 0.0, 1.0),
+        e.VectorMath("NORMALIZE", attributes.layer(attributes.OBJECT_NORMAL)) if box else (0.0, 0.0, 1.0),
     )  # fmt: skip
     if output.identifier == "Alpha":
         return e.Channel(value, 3)
@@ -57,7 +57,7 @@ def _environment(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
 
 def _place(reader: Reader, node: Any, groups: Groups) -> Operand:
     """The vector of a procedural texture: generated coordinates where nothing is linked."""
-    value: Operand = reader.get_or(node, "Vector", groups, e.Attribute(attributes.GENERATED))
+    value: Operand = reader.get_or(node, "Vector", groups, attributes.layer(attributes.GENERATED))
     return value
 
 

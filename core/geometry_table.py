@@ -86,15 +86,16 @@ def link_sets(scene: Scene, field: str) -> list[tuple[str, ...]]:
 
 def _masks(scene: Scene, meshes: list[Mesh]) -> dict[str, Any]:
     receivers, blockers = link_sets(scene, "receivers"), link_sets(scene, "blockers")
-    mask = np.array([ray_bits(mesh.visible_to) for mesh in meshes], np.uint32)
+    bits = {kinds: ray_bits(kinds) for kinds in {mesh.visible_to for mesh in meshes}}
+    mask = np.array([bits[mesh.visible_to] for mesh in meshes], np.uint32)
     received = np.zeros(len(meshes), np.uint32)
     shadow = np.uint32(ray_bits(["shadow"]))
-    for k, name in enumerate(scene.meshes):
-        for j, members in enumerate(receivers):
-            received[k] |= np.uint32(int(name in members) << j)
-        for j, members in enumerate(blockers):
-            if mask[k] & shadow:
-                mask[k] |= np.uint32(int(name in members) << (FIRST_BLOCKERS + j))
+    number = {name: k for k, name in enumerate(scene.meshes)} if receivers or blockers else {}
+    for j, members in enumerate(receivers):
+        received[[number[name] for name in members]] |= np.uint32(1 << j)
+    for j, members in enumerate(blockers):
+        rows = np.array([number[name] for name in members], np.int64)
+        mask[rows[(mask[rows] & shadow) != 0]] |= np.uint32(1 << (FIRST_BLOCKERS + j))
     return {"mesh_mask": mask, "mesh_receivers": received}
 
 

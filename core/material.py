@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._check import array, choice, number
-from .expression import Expression
+from .expression import Expression, nodes_of
 
 # PRINCIPLED is Blender's Principled BSDF (4.2 to 5.2); the rest are the shader nodes of that name. DISNEY is
 # the BSDF of Burley 2012 as Mitsuba 3's `principled` has it, for comparisons.
@@ -110,8 +110,16 @@ class Material:
         for key, expression in self.textures.items():
             if key not in TEXTURED:
                 raise ValueError(f"{where}: textures has '{key}', which is none of {', '.join(TEXTURED)}")
-            if not isinstance(expression, Expression):
-                raise ValueError(f"{where}: textures['{key}'] must be an edgegrad.expression, not {expression!r}")
+            _check_expression(where, key, expression)
+
+
+def _check_expression(where: str, key: str, value: Expression) -> None:
+    if not isinstance(value, Expression):
+        raise ValueError(f"{where}: textures['{key}'] must be an edgegrad.expression, not {value!r}")
+    try:
+        nodes_of(value)
+    except ValueError as error:
+        raise ValueError(f"{where}: textures['{key}']: {error}") from None
 
 
 # Fields that `Material.textures` may replace.
@@ -149,5 +157,4 @@ class Mixture:
         for key, value in self.textures.items():
             if key not in [str(k) for k in range(len(self.parts))]:
                 raise ValueError(f"{where}: textures has '{key}', which is no part's position")
-            if not isinstance(value, Expression):
-                raise ValueError(f"{where}: textures['{key}'] must be an edgegrad.expression, not {value!r}")
+            _check_expression(where, key, value)

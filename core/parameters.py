@@ -24,6 +24,7 @@ import numpy as np
 
 from .expression_numbers import numbers, with_numbers
 from .scene import Scene
+from .sentences import listed
 
 COLLECTIONS = ("meshes", "materials", "lights", "images")
 SINGLE = ("camera", "world")
@@ -67,7 +68,7 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
     else:
         entries = getattr(scene, collection)
         if name not in entries:
-            known = ", ".join(f"'{n}'" for n in entries) or "none"
+            known = listed([f"'{n}'" for n in entries]) or "none"
             raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})")
         held = entries[name]
     if not _has_float(held, fieldname):

@@ -153,10 +153,13 @@ def pull_back(
     """
     out = {}
     for path in wrt:
-        total = np.zeros(np.shape(parameters.get(scene, path)))
-        for piece in pieces(scene, tables, path):
-            total += piece.pull(gradients[piece.table][piece.first : piece.last])
-        out[path] = total
+        # Most parameters are one piece, which is not copied: it may be a very large image.
+        parts = (piece.pull(gradients[piece.table][piece.first : piece.last]) for piece in pieces(scene, tables, path))
+        total = next(parts, None)
+        for part in parts:
+            total = total + part
+        shape = np.shape(parameters.get(scene, path))
+        out[path] = np.zeros(shape) if total is None else np.asarray(total, np.float64).reshape(shape)
     return out
 
 

@@ -97,6 +97,9 @@ class GradientGroups {
         Wanted::Span span;
         size_t offset;
     };
+    // Whether the first group's buffer becomes the result: of a large table that is alone.
+    bool summed_in_place() const;
+
     std::vector<Part> parts_;
     size_t size_ = 0;
     std::vector<std::shared_ptr<std::vector<double>>> groups_;  // null: no work has come to it

@@ -192,12 +192,11 @@ TableValues GradientGroups::reduce(int threads) {
     const bool kept = size_ <= kMostSpare;
     const bool in_place = summed_in_place() && groups_[0] && groups_[0].use_count() == 1;
     for (const Part& p : parts_) {
-        std::vector<double>& sum = out[p.table.name];
-        if (in_place)
-            sum = std::move(*groups_[0]), groups_[0].reset(), sum.resize(p.table.size, 0.0);
-        else
-            sum.assign(p.table.size, 0.0);
-        constexpr size_t kPart = 1 << 13;  // of which the sums stay near a core
+        Zeros& sum = out[p.table.name];
+        if (in_place) sum = std::move(*groups_[0]), groups_[0].reset();
+        sum.resize(p.table.size);
+        // Of a part the sums stay near a core; a page is what memory is given in.
+        constexpr size_t kPart = 1 << 13, kPage = 1 << 9;
         const size_t size = p.span.last - p.span.first;
         parallel_for(
             threads, static_cast<int64_t>((size + kPart - 1) / kPart), nullptr, [&](int, int64_t part) {
@@ -205,9 +204,15 @@ TableValues GradientGroups::reduce(int threads) {
                 for (const auto& group : groups_) {
                     if (!group) continue;
                     double* const values = group->data() + p.offset;
-                    for (size_t k = begin; k < end; ++k) sum[p.span.first + k] += values[k];
-                    // Cleared while it is near: by itself that takes as long as summing.
-                    if (kept) std::fill(values + begin, values + end, 0.0);
+                    for (size_t at = begin; at < end; at += kPage) {
+                        const size_t next = std::min(end, at + kPage);
+                        // Samples meet few parts of a large texture: the others take no memory.
+                        if (std::all_of(values + at, values + next, [](double x) { return x == 0.0; }))
+                            continue;
+                        for (size_t k = at; k < next; ++k) sum[p.span.first + k] += values[k];
+                        // Cleared while it is near: by itself that takes as long as summing.
+                        if (kept) std::fill(values + at, values + next, 0.0);
+                    }
                 }
             });
     }
@@ -222,7 +227,7 @@ DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const 
     for (const NamedTable& table : tables) {
         if (!wanted.any(table.name)) continue;
         const Wanted::Span span = wanted.span(table.name);
-        const std::vector<double>& tangent = tangents.at(table.name);
+        const Zeros& tangent = tangents.at(table.name);
         if (tangent.size() != table.size)
             throw std::invalid_argument(std::string("the tangent of the table '") + table.name +
                                         "' has the wrong size");

@@ -56,6 +56,18 @@ class Batch:
         return np.repeat(np.arange(self.last - self.first), np.diff(self.first_face))
 
 
+def corners(meshes: Sequence[Mesh]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(n, 3) lower and upper corners around each mesh's vertices."""
+    low, high = np.empty((len(meshes), 3)), np.empty((len(meshes), 3))
+    counts = np.array([len(mesh.vertices) for mesh in meshes], np.int64)
+    for first, last in batches(counts):
+        part = meshes[first:last]
+        vertices = part[0].vertices if len(part) == 1 else np.concatenate([mesh.vertices for mesh in part])
+        begin = np.cumsum(counts[first:last]) - counts[first:last]
+        low[first:last], high[first:last] = np.minimum.reduceat(vertices, begin), np.maximum.reduceat(vertices, begin)
+    return low, high
+
+
 def joined(meshes: Sequence[Mesh]) -> Iterator[Batch]:
     """All of some meshes, in batches."""
     for first, last in batches([len(mesh.vertices) + len(mesh.faces) for mesh in meshes]):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .box_tree import BoxTree, meeting
 from .mesh import Mesh
+from .mesh_batches import corners
 from .placement import placed_meshes
 from .scene import Scene
 from .shape import TOLERANCE, copy_boxes, may_cross, thickness
@@ -34,10 +35,11 @@ class PlacedMeshes(dict[str, Mesh]):
     @cached_property
     def boxes(self) -> tuple[F64, F64]:
         """(n, 3) lower and upper corners of a box around each mesh, with all its copies."""
-        low, high = np.empty((len(self), 3)), np.empty((len(self), 3))
-        for k, mesh in enumerate(self.values()):
-            lows, highs = (mesh.vertices, mesh.vertices) if mesh.instances is None else copy_boxes(mesh)
-            low[k], high[k] = np.minimum.reduce(lows), np.maximum.reduce(highs)
+        meshes = list(self.values())
+        low, high = corners(meshes)
+        for k in np.flatnonzero(self._placed):
+            lows, highs = copy_boxes(meshes[k])
+            low[k], high[k] = lows.min(axis=0), highs.max(axis=0)
         return low, high
 
     def near(self, names: Collection[str], low: F64, high: F64) -> list[str]:

@@ -154,11 +154,11 @@ def pull_back(
     out = {}
     for path in wrt:
         # Most parameters are one piece, which is not copied: it may be a very large image.
-        parts = (piece.pull(gradients[piece.table][piece.first : piece.last]) for piece in pieces(scene, tables, path))
-        total = next(parts, None)
-        for part in parts:
-            total = total + part
         shape = np.shape(parameters.get(scene, path))
+        total: NDArray[np.float64] | None = None
+        for piece in pieces(scene, tables, path):
+            part = piece.pull(gradients[piece.table][piece.first : piece.last])
+            total = part if total is None else total + part
         out[path] = np.zeros(shape) if total is None else np.asarray(total, np.float64).reshape(shape)
     return out
 

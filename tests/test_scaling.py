@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import Camera, Material, Mesh, Mixture, Scene, SunLight, World, mesh_batches, parameters, topology
+from edgegrad import Camera, Image, Material, Mesh, Mixture, Scene, SunLight, World, mesh_batches, parameters, topology
 from edgegrad.box_tree import BoxTree, meeting
-from edgegrad.expression import Attribute, Expression, Math, nodes_of
+from edgegrad.expression import Attribute, Expression, ImageTexture, Math, nodes_of
 from edgegrad.lowering import RULES
 from edgegrad.mesh_edges import MeshEdges
 from edgegrad.placed import PlacedMeshes
@@ -178,6 +178,17 @@ def test_pieces_of_one_material_do_not_look_at_the_others() -> None:
         return calls(lambda: (wanted_tables(scene, tables, wrt), pull_back(scene, tables, gradients, wrt)))
 
     assert cost(160) < 4.5 * cost(40)
+
+
+def test_gradients_of_images_are_not_copied() -> None:
+    scene = textured(ImageTexture("image", Attribute("UVMap")))
+    scene.images = {"image": Image(np.ones((8, 8, 3), np.float32))}
+    tables = flatten(scene)
+    assert tables.textures is not None
+    gradients = {"texture_pixels": np.arange(float(len(tables.textures.pixels)))}
+    found = pull_back(scene, tables, gradients, ["images.image.pixels"])["images.image.pixels"]
+    assert np.shares_memory(found, gradients["texture_pixels"])
+    np.testing.assert_array_equal(found.ravel(), np.arange(8.0 * 8.0 * 3.0))
 
 
 def test_expressions_are_compiled_node_by_node(monkeypatch: pytest.MonkeyPatch) -> None:

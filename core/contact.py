@@ -2,32 +2,43 @@
 
 from __future__ import annotations
 
-from itertools import permutations
+from dataclasses import dataclass
 
 from .held_light import HeldLight, lets_light_pass
 from .light import turns_with_point
 from .motion import Motion
 from .primary_plan import is_stepped
 from .scene import Scene
-from .shadow_plan import is_bent
+from .shadow_plan import bent_meshes
 from .specular_plan import specular_materials
 
 
-def touching_meshes(scene: Scene, moves: Motion, held: HeldLight, max_depth: int) -> list[tuple[str, str]]:
-    """Pairs of names: on the first mesh light of the second may be held, as something of `moves` moves.
+@dataclass(frozen=True)
+class Touching:
+    """On which meshes light of which others may be held, as something moves: names, `givers` are among `receivers`."""
+
+    receivers: tuple[str, ...] = ()
+    givers: tuple[str, ...] = ()
+
+    def __bool__(self) -> bool:
+        return bool(self.givers) and len(self.receivers) > 1
+
+
+def touching_meshes(scene: Scene, moves: Motion, held: HeldLight, max_depth: int) -> Touching:
+    """Between which meshes light may be held, as something of `moves` moves.
 
     Where surfaces nearly touch and move along each other, derivatives of light that rides on one of them have no
     variance on the other (native/scene/contact.h; the engine follows the same rule, contact_meshes.cpp). `held` is
     light that holds its direction everywhere.
     """
     if max_depth < 2 or held.meshes or lets_light_pass(scene) or not (moves.meshes or moves.camera):
-        return []
-    leaves = {name: scene.leaves(name) for name in scene.materials}
+        return Touching()
     perfect = set(specular_materials(scene))
-    jumping = {name for name, parts in leaves.items()
-               if any(is_stepped(texture) for leaf in parts for texture in leaf.textures.values())}
-    turning = any(map(turns_with_point, scene.lights.values()))
-    plain = {name: mesh for name, mesh in scene.meshes.items()
-             if perfect.isdisjoint(mesh.used_materials) and not (turning and is_bent(scene, name))}
-    return [(one, other) for one, other in permutations(plain, 2)
-            if jumping.isdisjoint(plain[other].used_materials) and (max_depth > 2 or scene.emits(other))]
+    jumping = {name for name in scene.materials
+               if any(is_stepped(texture) for leaf in scene.leaves(name) for texture in leaf.textures.values())}
+    bent = set(bent_meshes(scene)) if any(map(turns_with_point, scene.lights.values())) else set()
+    left_out = {*scene.meshes_with(perfect), *bent}
+    plain = tuple(name for name in scene.meshes if name not in left_out)
+    dark = set(scene.meshes_with(jumping))
+    return Touching(plain, tuple(name for name in plain
+                                 if name not in dark and (max_depth > 2 or scene.emits(name))))

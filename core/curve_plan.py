@@ -5,7 +5,7 @@ boundary/pierced_lights.cpp).
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -14,74 +14,87 @@ from .light import AreaLight, Light, PointLight, SpotLight, SunLight, is_disk, t
 from .light_table import LEAST_BLEND
 from .mesh import Mesh
 from .motion import Motion
+from .placed import MOST_PAIRS, Pair, PlacedMeshes
 from .scene import Scene
-from .shape import MOST_COPIES, copies_near, crossing_pairs, may_cross, pair_words
+from .sentences import listed, sentence_each
+from .shape import MOST_COPIES, copies_near, may_cross, pair_words
 
 
-def seen_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, camera: bool) -> list[str]:
+def seen_curves(scene: Scene, placed: PlacedMeshes, moves: Motion, camera: bool) -> list[str]:
     """What the primary term has of lights: sentences. `camera`: its rays move."""
     parallel = scene.camera.kind == "ORTHOGRAPHIC"
     shown = {name: light for name, light in scene.lights.items() if _has_outline(light)}
     moving = [name for name in shown if camera or name in moves.lights]
     ends = [name for name in moving if not _lens_blurs(scene, shown[name])
             and not (parallel and isinstance(shown[name], SunLight))]
-    out = [f"besides edges: the outlines of {', '.join(ends)}"] if ends else []
+    out = [f"besides edges: the outlines of {listed(ends)}"] if ends else []
     for name, light in shown.items():
         if _turns_by_ray(scene, light):
             continue
         through = _seen_through(light, placed, list(placed) if name in moving else moves.meshes)
         if through:
-            out.append(f"besides edges: the lines where {', '.join(through)} may pass through the light '{name}'")
+            out.append(f"besides edges: the lines where {listed(through)} may pass through the light '{name}'")
     return out
 
 
-def light_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
+def light_curves(scene: Scene, placed: PlacedMeshes, moves: Motion, held: bool) -> Iterator[str]:
     """What the shadow term has of them: sentences. `held`: light moves over all of them (contact.py)."""
-    for one, other in _moving_pairs(placed, moves, held):
-        if scene.emits(one) or scene.emits(other):
-            yield (f"besides edges: what {pair_words(one, other)} hide of the light of each other where they may pass "
-                   "through each other")
+    glowing = [pair for pair in _moving_pairs(placed, moves, held) if scene.emits(pair[0]) or scene.emits(pair[1])]
+    yield from pair_sentences(placed, glowing, lambda pair: (
+        f"besides edges: what {pair} hide of the light of each other where they may pass through each other"))
     for name, light in scene.lights.items():
         # Some turn with what they light, and where that slides, with the camera.
         turns = turns_with_point(light) and bool(moves.meshes or moves.lights or moves.camera)
         against = list(placed) if turns or name in moves.lights else moves.meshes
         through = _through(light, placed, against)
         if through:
-            yield f"besides edges: what {', '.join(through)} hide of the light '{name}' where they may pass through it"
+            yield f"besides edges: what {listed(through)} hide of the light '{name}' where they may pass through it"
     hard = [name for name, light in scene.lights.items() if isinstance(light, SpotLight) and light.blend < LEAST_BLEND]
     if hard:
-        yield f"besides edges: the borders of the cones of {', '.join(hard)}, which have no blend"
+        yield f"besides edges: the borders of the cones of {listed(hard)}, which have no blend"
 
 
-def surface_curves(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> Iterator[str]:
+def surface_curves(placed: PlacedMeshes, moves: Motion, held: bool) -> Iterator[str]:
     """The same of the indirect term."""
-    for one, other in _moving_pairs(placed, moves, held):
-        yield f"besides edges: the lines where {pair_words(one, other)} may pass through each other"
+    yield from crossing_lines(placed, _moving_pairs(placed, moves, held))
 
 
-def missing_curves(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
+def crossing_lines(placed: PlacedMeshes, pairs: Sequence[Pair]) -> list[str]:
+    """Sentences on lines that are boundaries as edges are."""
+    return pair_sentences(placed, pairs, lambda pair: (
+        f"besides edges: the lines where {pair} may pass through each other"))
+
+
+def pair_sentences(placed: PlacedMeshes, pairs: Sequence[Pair], sentence: Callable[[str], str]) -> list[str]:
+    """Sentences on some of the pairs of meshes that may pass through each other."""
+    more = bool(pairs) and len(placed.crossing) == MOST_PAIRS
+    return sentence_each([pair_words(*pair) for pair in pairs], sentence, "pairs of meshes", more=more)
+
+
+def missing_curves(scene: Scene, placed: PlacedMeshes, moves: Motion) -> Iterator[str]:
     """Sentences on those that no term has."""
     shown = [name for name, light in scene.lights.items() if (name in moves.lights or moves.camera)
              and _has_outline(light) and _lens_blurs(scene, light)]
     if shown:
-        yield f"the outlines of {', '.join(shown)}, suns or disks that an orthographic camera sees through its lens"
+        yield f"the outlines of {listed(shown)}, suns or disks that an orthographic camera sees through its lens"
     for name, light in scene.lights.items():
         if not (_has_outline(light) and _turns_by_ray(scene, light)):
             continue
         moving = moves.camera or name in moves.lights
         through = _seen_through(light, placed, list(placed) if moving else moves.meshes)
         if through:
-            yield (f"what the camera sees of the light '{name}' where {', '.join(through)} may pass through it: a disk "
+            yield (f"what the camera sees of the light '{name}' where {listed(through)} may pass through it: a disk "
                    "that faces parallel rays")
 
 
-def missing_glare(scene: Scene, placed: Mapping[str, Mesh], moves: Motion, lit: Collection[str]) -> Iterator[str]:
+def missing_glare(scene: Scene, placed: PlacedMeshes, moves: Motion, lit: Collection[str]) -> Iterator[str]:
     """Sentences on light that jumps on the surfaces `lit` where they pass through what gives it: no term has that."""
     for name, light in scene.lights.items():
         moving = moves.camera or name in moves.lights
-        through = [] if is_disk(light) else _through(light, placed, set(lit) & set(placed if moving else moves.meshes))
+        at = set(lit).intersection(placed if moving else moves.meshes)
+        through = [] if is_disk(light) else _through(light, placed, at)
         if through:
-            yield (f"how the light of '{name}' jumps on {', '.join(through)} just where they may pass through it: what "
+            yield (f"how the light of '{name}' jumps on {listed(through)} just where they may pass through it: what "
                    "is found of that are samples without a finite variance")
 
 
@@ -102,24 +115,25 @@ def _lens_blurs(scene: Scene, light: Light) -> bool:
     return lens and (is_disk(light) or isinstance(light, SunLight))
 
 
-def _moving_pairs(placed: Mapping[str, Mesh], moves: Motion, held: bool) -> list[tuple[str, str]]:
-    return [(one, other) for one, other in crossing_pairs(placed)
-            if held or one in moves.meshes or other in moves.meshes]
+def _moving_pairs(placed: PlacedMeshes, moves: Motion, held: bool) -> list[tuple[str, str]]:
+    moving = set(moves.meshes)
+    return [pair for pair in placed.crossing if held or not moving.isdisjoint(pair)]
 
 
-def _seen_through(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
+def _seen_through(light: Light, placed: PlacedMeshes, names: Collection[str]) -> list[str]:
     """Those of some meshes that the camera sees and that may pass through a light."""
     return _through(light, placed, [name for name in names if "camera" in placed[name].visible_to])
 
 
-def _through(light: Light, placed: Mapping[str, Mesh], names: Collection[str]) -> list[str]:
+def _through(light: Light, placed: PlacedMeshes, names: Collection[str]) -> list[str]:
     """Those of some meshes, or of copies of them, that may pass through a light, in the scene's order."""
-    near = [name for name in placed if name in names]
     if isinstance(light, AreaLight):
         flat = Mesh(*area_light_mesh(light), ())
+        near = placed.near(names, flat.vertices.min(axis=0), flat.vertices.max(axis=0))
         return [name for name in near if may_cross(placed[name], flat)]
     if isinstance(light, SunLight) or light.radius == 0.0:
         return []
+    near = placed.near(names, light.position - light.radius, light.position + light.radius)
     return [name for name in near if _reaches(placed[name], light)]
 
 

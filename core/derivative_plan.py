@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -15,21 +15,22 @@ from .held_light import HeldLight, held_light, lets_light_pass
 from .light import AreaLight, PointLight, SpotLight, SunLight
 from .material import Material, Mixture
 from .material_table import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
-from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import STRENGTH, Motion
 from .passed_surfaces import changing_shares, missing_shares
-from .placement import placed_meshes
+from .placed import Pair, PlacedMeshes
 from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .render_options import TERMS
 from .rim_plan import rim_rule
 from .scene import Scene
+from .sentences import MOST_NAMED, MOST_SENTENCES, listed
 from .shadow_plan import horizon_rule, missing_shadows
-from .shape import close_pairs, convex, hide_nothing
+from .shape import convex, hide_nothing
 from .specular_plan import aimed_materials, mirrored_light, mirrored_shadows, specular_rule
 from .table_derivatives import wanted_tables
 from .tables import Tables
 
+UNREAD = "nothing of the picture reads it"
 NOT_COMPUTED = "not computed in this scene, see below"
 # Derivatives by these alone sample the lobes that they shape (native/shading/bsdf/favoured_lobes.h).
 _WIDTHS = ("roughness", "coat_roughness")
@@ -50,6 +51,8 @@ class Term:
         Candidate edges, and all edges (of the meshes that rays can hit); 0 for the interior.
     why
         What is computed or skipped, and the reason, in words.
+    zero
+        Of the interior: the parameters by which it is zero, and why.
     """
 
     name: str
@@ -57,11 +60,14 @@ class Term:
     edges: int
     of: int
     why: tuple[str, ...]
+    zero: Mapping[str, str] = field(default_factory=dict, repr=False)
 
 
-def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_depth: int) -> tuple[Term, ...]:
+def terms(
+    scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_depth: int, placed: PlacedMeshes | None = None
+) -> tuple[Term, ...]:
     """The terms of the derivative with respect to `wrt`, in the order of `edgegrad.TERMS`."""
-    placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
+    placed = PlacedMeshes.of(scene) if placed is None else placed
     edges = mesh_edges(scene, placed)
     primary = primary_rules(scene, placed, edges, moves, wrt)
     specular = specular_rule(scene, moves, wrt, max_depth)
@@ -69,7 +75,8 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
     held = held_light(scene, moves, wrt) if max_depth >= 2 else HeldLight()
     touching = touching_meshes(scene, moves, held, max_depth)
     made = {
-        "interior": _interior(scene, tables, wrt, moves, max_depth, held, close_pairs(placed, touching)),
+        "interior": _interior(scene, tables, wrt, moves, max_depth, held,
+                              placed.close(touching.receivers, touching.givers)),
         "primary": Term("primary", primary.computed or specular is not None, primary.edges, primary.of, why),
         "shadow": _shadow(scene, placed, moves, edges, max_depth, mirrored_shadows(scene, moves, wrt, max_depth), held,
                           tuple(light_curves(scene, placed, moves, bool(touching)))),
@@ -81,21 +88,23 @@ def terms(scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_d
 
 def _interior(
     scene: Scene, tables: Tables, wrt: Sequence[str], moves: Motion, max_depth: int, held: HeldLight,
-    close: list[tuple[str, str]],
+    close: list[Pair],
 ) -> Term:  # fmt: skip
     if _looks_the_same(scene, wrt):
         alone = next(iter(scene.meshes))
         words = f"'{alone}' is alone, convex and under an even sky: it looks the same from everywhere"
-        return Term("interior", False, 0, 0, (words,))
+        return Term("interior", False, 0, 0, (words,), dict.fromkeys(wrt, words))
     if held.alone:
-        words = f"zero, since of what {', '.join(held.meshes)} light only the outline changes: the shadow term has it"
-        return Term("interior", False, 0, 0, (words,))
-    lit = [name for name in scene.meshes if _reflects(scene, name)]
-    why, computed = [], False
+        words = f"of what {listed(held.meshes)} light only the outline changes: the shadow term has it"
+        return Term("interior", False, 0, 0, (f"zero, since {words}",), dict.fromkeys(wrt, words))
+    lit = frozenset(reflecting(scene))
+    why: list[str] = []
+    unchanged: dict[str, str] = {}
+    computed, unnamed = False, [0, 0]
     for path in wrt:
         collection, name, fieldname = parameters.split(path)
         if not wanted_tables(scene, tables, [path]):
-            zero, words = True, f"'{path}': zero, since nothing of the picture reads it"
+            zero, words = True, f"'{path}': zero, since {UNREAD}"
         elif collection == "meshes" and fieldname in ("vertices", "transform", "instances"):
             what = f"vertices of '{name}'" if fieldname == "vertices" else f"'{path}'"
             zero, words = _moved(scene, name, what, lit, max_depth)
@@ -104,9 +113,16 @@ def _interior(
         else:
             zero, words = _revalued(scene, path, lit, max_depth)
         computed |= not zero
-        why.append(words)
+        if zero:
+            unchanged[path] = words.partition("zero, since ")[2]
+        if len(why) < MOST_SENTENCES:
+            why.append(words)
+        else:
+            unnamed[zero] += 1
+    if any(unnamed):
+        why.append(f"and {sum(unnamed):,} other parameters, by {unnamed[True]:,} of which it is zero")
     if computed and (met := _met_alone(scene, wrt)):
-        why.append(f"only paths that meet {' or '.join(met)} are recorded")
+        why.append(f"only paths that meet {met} are recorded")
     rims = rim_rule(scene, moves, wrt, max_depth)
     if computed and rims is not None:
         why.append(rims)
@@ -114,12 +130,12 @@ def _interior(
     if computed and shares is not None:
         why.append(shares)
     if computed and close:
-        names = ", ".join(f"'{one}' and '{other}'" for one, other in close)
+        names = listed([f"'{one}' and '{other}'" for one, other in close])
         why.append(f"between {names} light keeps its direction where they nearly touch: noise stays finite there")
     if computed and all(path.startswith("materials.") and path.rpartition(".")[2] in _WIDTHS for path in wrt):
         why.append("only how wide lobes are is asked for: these lobes get most of the samples, and more where the "
                    "derivative is large")  # fmt: skip
-    return Term("interior", computed, 0, 0, tuple(why))
+    return Term("interior", computed, 0, 0, tuple(why), unchanged)
 
 
 def _looks_the_same(scene: Scene, wrt: Sequence[str]) -> bool:
@@ -138,7 +154,7 @@ def _looks_the_same(scene: Scene, wrt: Sequence[str]) -> bool:
     )
 
 
-def _moved(scene: Scene, name: str, what: str, lit: list[str], max_depth: int) -> tuple[bool, str]:
+def _moved(scene: Scene, name: str, what: str, lit: Collection[str], max_depth: int) -> tuple[bool, str]:
     """Whether moving a mesh changes no shading, and that in words."""
     if max_depth < 2 and not _varies(scene, name):
         return True, f"{what}: zero, since emission alone does not change as a surface moves"
@@ -149,8 +165,8 @@ def _moved(scene: Scene, name: str, what: str, lit: list[str], max_depth: int) -
     return True, f"{what}: zero, since it {'emits and lights nothing' if scene.emits(name) else 'is black'}"
 
 
-def _met_alone(scene: Scene, wrt: Sequence[str]) -> list[str]:
-    """Meshes that paths must meet for a derivative by their vertices; empty if others may have one too.
+def _met_alone(scene: Scene, wrt: Sequence[str]) -> str:
+    """Meshes that paths must meet for a derivative by their vertices, in words; "" if others may have one too.
 
     Light that a mesh gives falls everywhere, and what light passes through is part of what others scatter
     (`asked_surfaces` in native/interior_rules.cpp).
@@ -158,17 +174,18 @@ def _met_alone(scene: Scene, wrt: Sequence[str]) -> list[str]:
     asked = [parameters.split(path) for path in wrt]
     names = list(dict.fromkeys(name for _, name, _ in asked))
     if any((collection, field) != ("meshes", "vertices") for collection, _, field in asked):
-        return []
+        return ""
     if lets_light_pass(scene) or len(names) == len(scene.meshes) or any(scene.emits(name) for name in names):
-        return []
-    return [f"'{name}'" for name in names]
+        return ""
+    quoted = [f"'{name}'" for name in names]
+    return listed(quoted) if len(quoted) > MOST_NAMED else " or ".join(quoted)
 
 
-def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[bool, str]:
+def _revalued(scene: Scene, path: str, lit: Collection[str], max_depth: int) -> tuple[bool, str]:
     """Whether a value that moves no edge changes nothing, and that in words."""
     collection, name, fieldname = parameters.split(path)
     glows = fieldname in ("emission", f"{parameters.TEXTURES}emission", "alpha", "weights")
-    if collection == "materials" and not any(name in _parts(scene, mesh) for mesh in scene.meshes):
+    if collection == "materials" and not _is_used(scene, name):
         return True, f"'{path}': zero, since no face has this material"
     if max_depth < 2 and (collection == "lights" or (collection == "materials" and not glows)):
         return True, f"'{path}': zero, since only light seen directly is rendered"
@@ -179,7 +196,7 @@ def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[
 
 
 def _shadow(
-    scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
+    scene: Scene, placed: PlacedMeshes, moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
     mirrored: str | None, held: HeldLight, curves: tuple[str, ...],
 ) -> Term:
     total = sum(e.count for e in edges.values())
@@ -188,7 +205,7 @@ def _shadow(
         zero = "only light seen directly is rendered, and it has no shadows"
     elif not moves.any and mirrored is None:
         zero = "no vertex is a parameter and lights stand still: no shadow moves"
-    elif not any(_reflects(scene, name) for name in scene.meshes):
+    elif not reflecting(scene):
         zero = "every surface is black: nothing shows a shadow"
     if zero:
         return Term("shadow", False, 0, total, (zero,))
@@ -205,12 +222,12 @@ def _shadow(
         why.append(f"skipped: {edge_count(total - kept)} between two faces of one plane, never a silhouette")
     why += [*([] if mirrored is None else [mirrored]), horizons, *curves]
     if held.meshes:
-        why.append(f"besides: the outlines of {', '.join(held.meshes)}, as surfaces of {', '.join(held.materials)} see "
+        why.append(f"besides: the outlines of {listed(held.meshes)}, as surfaces of {listed(held.materials)} see "
                    "them: in sharp lobes the direction of light is held, and the interior has none of its motion")
     absent = [words for kind, words in _LIGHTS if not any(isinstance(light, kind) for light in scene.lights.values())]
     if not np.any(scene.world.color * scene.world.strength):
         absent.append("environment")
-    if not any(scene.emits(name) for name in scene.meshes):
+    if not scene.emitters:
         absent.append("emissive meshes")
     if absent:
         why.append(f"no shadows of {', '.join(absent)}: there are none")
@@ -218,7 +235,7 @@ def _shadow(
 
 
 def _indirect(
-    scene: Scene, placed: dict[str, Mesh], moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
+    scene: Scene, placed: PlacedMeshes, moves: Motion, edges: dict[str, MeshEdges], max_depth: int,
     mirrored: str | None, curves: tuple[str, ...],
 ) -> Term:
     total = sum(e.count for e in edges.values())
@@ -228,9 +245,9 @@ def _indirect(
         zero = "light that surfaces pass on to each other is not rendered"
     elif not moves.meshes and not moves.camera and mirrored is None:
         zero = "no vertex is a parameter and the camera stands still: what surfaces see of each other stays"
-    elif not any(_reflects(scene, name) for name in scene.meshes):
+    elif not reflecting(scene):
         zero = "every surface is black: none passes light on"
-    elif not lets_light_pass(scene) and hide_nothing(list(placed.values())):
+    elif len(placed) <= 2 and not lets_light_pass(scene) and hide_nothing(list(placed.values())):
         names = " and ".join(repr(name) for name in placed)
         zero = (f"{names} is alone and convex: it doesn't light itself" if len(placed) == 1 else
                 f"{names} are convex and apart: nothing is between any two surfaces")
@@ -249,54 +266,59 @@ def _indirect(
     why += [*([] if mirrored is None else [mirrored]), *curves]
     aimed = aimed_materials(scene)
     if aimed:
-        why.append(f"seen in sharp lobes ({', '.join(aimed)}) by samples that start at the camera, elsewhere at edges")
+        why.append(f"seen in sharp lobes ({listed(aimed)}) by samples that start at the camera, elsewhere at edges")
     if max_depth == 3:
         why.append("no chains of surfaces besides: paths of three segments have none")
     return Term("indirect", True, kept, total, tuple(why))
 
 
-def missing(scene: Scene, moves: Motion, max_depth: int, narrow: bool) -> tuple[str, ...]:
+def missing(
+    scene: Scene, moves: Motion, max_depth: int, narrow: bool, placed: PlacedMeshes | None = None
+) -> tuple[str, ...]:
     """Sentences on what may not be zero and isn't computed; `narrow`: by engines for flat, diffuse scenes alone."""
+    placed = PlacedMeshes.of(scene) if placed is None else placed
     if not narrow:
-        return tuple(_uncomputed(scene, moves, max_depth))
+        return tuple(_uncomputed(scene, placed, moves, max_depth))
     out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
-    out += missing_jumps(scene, dict(zip(scene.meshes, placed_meshes(scene), strict=True)), moves)
-    if max_depth >= 2 and any(_reflects(scene, name) for name in scene.meshes):
+    out += missing_jumps(scene, placed, moves)
+    if max_depth >= 2 and reflecting(scene):
         out.append("light that surfaces pass on to each other (more than one bounce): neither rendered nor derived")
     return tuple(out)
 
 
-def _uncomputed(scene: Scene, moves: Motion, max_depth: int) -> Iterator[str]:
+def _uncomputed(scene: Scene, placed: PlacedMeshes, moves: Motion, max_depth: int) -> Iterator[str]:
     """Boundaries that no term has, of an engine that differentiates every table."""
-    placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
     yield from missing_jumps(scene, placed, moves)
     yield from missing_curves(scene, placed, moves)
-    if not moves.any or max_depth < 2 or not any(_reflects(scene, name) for name in scene.meshes):
+    lit = reflecting(scene) if moves.any and max_depth >= 2 else []
+    if not lit:
         return
     yield from missing_shadows(scene, moves)
-    yield from missing_glare(scene, placed, moves, [name for name in scene.meshes if _reflects(scene, name)])
+    yield from missing_glare(scene, placed, moves, lit)
     yield from missing_shares(scene, moves)
     stands = next(indirect_obstacles(scene), None)
     if max_depth > 2 and (moves.meshes or moves.camera) and stands is not None:
         yield f"indirect boundary: edges between two surfaces that light each other are left out, since {stands}"
 
 
-def _parts(scene: Scene, mesh_name: str) -> set[str]:
-    """Names of the materials that faces of the mesh have, and of the parts of mixtures among them."""
-    names = scene.meshes[mesh_name].used_materials
-    mixed = [scene.materials[name] for name in names]
-    return {*names, *(part for m in mixed if isinstance(m, Mixture) for part in m.parts)}
+def _is_used(scene: Scene, material: str) -> bool:
+    """Whether a face has the material, or a mixture that it is a part of."""
+    return any(name == material or (isinstance(mixed := scene.materials[name], Mixture) and material in mixed.parts)
+               for name in scene.used_materials)
 
 
 def _leaves(scene: Scene, mesh_name: str) -> list[Material]:
     return [leaf for name in scene.meshes[mesh_name].used_materials for leaf in scene.leaves(name)]
 
 
-def _reflects(scene: Scene, mesh_name: str) -> bool:
-    return any(
-        not flags(leaf) & LAMBERTIAN or "base_color" in leaf.textures or np.any(leaf.base_color > 0.0)
-        for leaf in _leaves(scene, mesh_name)
-    )
+def reflecting(scene: Scene) -> list[str]:
+    """Names of the meshes that aren't black all over."""
+    return scene.meshes_with([name for name in scene.materials if any(map(_reflects, scene.leaves(name)))])
+
+
+def _reflects(leaf: Material) -> bool:
+    colored = "base_color" in leaf.textures or bool(np.any(leaf.base_color > 0.0))
+    return colored or not flags(leaf) & LAMBERTIAN
 
 
 def _varies(scene: Scene, mesh_name: str) -> bool:

@@ -12,7 +12,7 @@ infinities: division by zero gives 0, roots and logarithms of negative numbers g
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import Any, ClassVar
@@ -470,20 +470,37 @@ def operands(node: Expression) -> Iterator[Expression]:
             yield value
 
 
-def nodes_of(node: Expression) -> list[Expression]:
-    """A node and all nodes below it, each once, operands before those that use them."""
+def nodes_of(node: Expression, but: Container[int] = ()) -> list[Expression]:
+    """A node and all nodes below it, each once, operands before those that use them.
+
+    Parameters
+    ----------
+    but
+        Ids of nodes to leave out, with what only they use.
+
+    Raises
+    ------
+    ValueError
+        If a node is a part of itself.
+    """
     # By identity and without recursion: trees may share branches many times over, and be deep.
     found: dict[int, Expression] = {}
+    open_: set[int] = set()  # nodes between the root and the top of the stack
     stack: list[tuple[Expression, bool]] = [(node, False)]
     while stack:
         top, ready = stack.pop()
-        if id(top) in found:
+        key = id(top)
+        if key in found or key in but:
             continue
         if ready:
-            found[id(top)] = top
-        else:
-            stack.append((top, True))
-            stack.extend((operand, False) for operand in operands(top))
+            open_.discard(key)
+            found[key] = top
+            continue
+        if key in open_:
+            raise ValueError(f"expression {type(top).__name__} is a part of itself; expressions must not have cycles")
+        open_.add(key)
+        stack.append((top, True))
+        stack.extend((operand, False) for operand in operands(top))
     return list(found.values())
 
 

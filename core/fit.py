@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,8 +18,6 @@ from .engines import Progress, engine_class
 from .fit_run import ON_CANCEL, Callback, Run
 from .large_steps import MOST_SMOOTHNESS
 from .losses import Loss, Pyramid
-from .plan import plan
-from .render import CAUSTIC_SAMPLES
 from .render_options import MOST_THREADS, checked_bounces, checked_progress
 from .renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
 from .scene import Scene, validated
@@ -199,7 +198,7 @@ def fit(
     except Cancelled:
         stop = on_cancel
     stop = on_cancel if stop == "as asked" else stop
-    missing = plan(work, paths, max_depth=max_depth, measure=CAUSTIC_SAMPLES).missing
+    missing = run.plan.missing
     cameras = [view.camera for view in seen]
     parts = [untouched_part(work, cameras, path, touched) for path, touched in run.touched.items()]
     kept = run.start if stop == "restore" else run.best_values
@@ -218,8 +217,8 @@ def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool) -> list[str]:
     paths = list(names("fit", "wrt", wrt, "parameter paths"))
     if not paths:
         raise ValueError("fit: wrt is empty; name at least one parameter path")
-    for path in paths:
-        if paths.count(path) > 1:
+    for path, count in Counter(paths).items():
+        if count > 1:
             raise ValueError(f"fit: wrt names '{path}' more than once")
     wanted_tables(work, asked_tables(work, flatten(work), paths), paths)  # raises for each that has no derivative
     if narrow:

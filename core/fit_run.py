@@ -6,6 +6,7 @@ import time
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from . import parameters
 from ._check import choice, flag, function, numeric, shown
 from .engines import Progress
 from .losses import Loss
+from .plan import Plan, plan
+from .render import CAUSTIC_SAMPLES
 from .renderer import Renderer
 from .scene import Scene
 from .targets import View
@@ -194,10 +197,16 @@ class Run:
         scale = 1.0 / (self.per_iteration * (self.iterations + 1))
         return lambda fraction: report(min(done + (offset + share * fraction) * scale, 1.0))
 
+    @cached_property
+    def plan(self) -> Plan:
+        """What derivatives by the fitted parameters consist of."""
+        return plan(self.work, [item.path for item in self.unknowns], max_depth=self.limits["max_depth"],
+                    measure=CAUSTIC_SAMPLES)
+
     def _warn_of_untouched(self) -> None:
         for path, touched in self.touched.items():
             if not touched.any():
-                reason = why_untouched(self.work, self.newest, path, self.limits["max_depth"])
+                reason = why_untouched(self.work, self.newest, path, self.plan)
                 warnings.warn(
                     f"fit: no gradient for '{path}', because {reason}",
                     RuntimeWarning,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ._check import RAYS
 from .light import AreaLight
 from .mesh import Mesh
+from .mesh_batches import corners
 from .placement import smoothing_groups
 from .scene import Scene
 
@@ -29,8 +30,10 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
     meshes = list(placed)
     slots = []
     for mesh in meshes:
-        slot = np.array([material_index[name] for name in mesh.materials], np.int32)
-        slots.append(np.full(len(mesh.faces), slot[0]) if mesh.face_material is None else slot[mesh.face_material])
+        if mesh.face_material is None:
+            slots.append(np.full(len(mesh.faces), material_index[mesh.materials[0]], np.int32))
+        else:
+            slots.append(np.array([material_index[name] for name in mesh.materials], np.int32)[mesh.face_material])
     for k, light in enumerate(area_lights):
         light_vertices, light_faces = area_light_mesh(light)
         meshes.append(Mesh(light_vertices, light_faces, ()))
@@ -86,28 +89,26 @@ def link_sets(scene: Scene, field: str) -> list[tuple[str, ...]]:
 
 def _masks(scene: Scene, meshes: list[Mesh]) -> dict[str, Any]:
     receivers, blockers = link_sets(scene, "receivers"), link_sets(scene, "blockers")
-    mask = np.array([ray_bits(mesh.visible_to) for mesh in meshes], np.uint32)
+    bits = {kinds: ray_bits(kinds) for kinds in {mesh.visible_to for mesh in meshes}}
+    mask = np.array([bits[mesh.visible_to] for mesh in meshes], np.uint32)
     received = np.zeros(len(meshes), np.uint32)
     shadow = np.uint32(ray_bits(["shadow"]))
-    for k, name in enumerate(scene.meshes):
-        for j, members in enumerate(receivers):
-            received[k] |= np.uint32(int(name in members) << j)
-        for j, members in enumerate(blockers):
-            if mask[k] & shadow:
-                mask[k] |= np.uint32(int(name in members) << (FIRST_BLOCKERS + j))
+    number = {name: k for k, name in enumerate(scene.meshes)} if receivers or blockers else {}
+    for j, members in enumerate(receivers):
+        received[[number[name] for name in members]] |= np.uint32(1 << j)
+    for j, members in enumerate(blockers):
+        rows = np.array([number[name] for name in members], np.int64)
+        mask[rows[(mask[rows] & shadow) != 0]] |= np.uint32(1 << (FIRST_BLOCKERS + j))
     return {"mesh_mask": mask, "mesh_receivers": received}
 
 
 def _centre(meshes: list[Mesh]) -> NDArray[np.float64]:
     """Centre of the bounding box of what stands in the world."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for mesh in meshes:
-        if mesh.instances is None:
-            parts = mesh.vertices
-        else:
-            parts = mesh.instances[:, :3, 3]
-        low, high = np.minimum(low, parts.min(axis=0)), np.maximum(high, parts.max(axis=0))
-    return 0.5 * (low + high) if len(meshes) else np.zeros(3)
+    if not meshes:
+        return np.zeros(3)
+    low, high = corners([mesh for mesh in meshes if mesh.instances is None])
+    middles = [mesh.instances[:, :3, 3] for mesh in meshes if mesh.instances is not None]
+    return 0.5 * (np.concatenate([low, *middles]).min(axis=0) + np.concatenate([high, *middles]).max(axis=0))
 
 
 def _shading_normals(meshes: list[Mesh], first_face: NDArray[np.int64]) -> dict[str, Any]:

@@ -42,7 +42,7 @@ class HeldLight:
 
 def held_light(scene: Scene, moves: Motion, wrt: Sequence[str]) -> HeldLight:
     """Which light is, as the meshes of `moves` move with the parameters `wrt`."""
-    used = scene.used_materials
+    used = set(scene.used_materials)
     leaves = {name: scene.leaves(name) for name in scene.materials}
     linked = any(light.receivers is not None or light.blockers is not None or not light.casts_shadow
                  for light in scene.lights.values())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .scene import Scene
 from .table_map import F64, Linear, Piece
@@ -20,7 +21,7 @@ def pieces(scene: Scene, tables: Tables, name: str, _field: str) -> list[Piece]:
     for stored in tables.textures.stored_images if tables.textures is not None else ():
         if stored.name == name:
             count = pixels.shape[0] * pixels.shape[1] * stored.channels
-            both = _multiplied(pixels.astype(np.float64)) if stored.multiplied else _kept(pixels.shape, stored.channels)
+            both = _multiplied(pixels) if stored.multiplied else _kept(pixels.shape, stored.channels)
             out.append(Piece("texture_pixels", stored.offset, stored.offset + count, *both))
     if scene.world.image == name and tables.environment_pixels is not None:
         out.append(Piece("environment_pixels", 0, pixels.shape[0], *_colored(pixels.shape)))
@@ -40,7 +41,7 @@ def _kept(shape: tuple[int, ...], channels: int) -> tuple[Linear, Linear]:
     return lambda v: v[..., :channels].reshape(-1), pull
 
 
-def _multiplied(pixels: F64) -> tuple[Linear, Linear]:
+def _multiplied(pixels: NDArray[np.float32]) -> tuple[Linear, Linear]:
     """Colour times alpha, and alpha."""
     color, alpha = pixels[..., :3], pixels[..., 3:]
 
@@ -49,9 +50,11 @@ def _multiplied(pixels: F64) -> tuple[Linear, Linear]:
 
     def pull(g: F64) -> F64:
         g = g.reshape(pixels.shape)
-        return np.concatenate(
-            [g[..., :3] * alpha, g[..., 3:] + np.sum(g[..., :3] * color, axis=2, keepdims=True)], axis=2
-        )
+        out = np.empty(pixels.shape)
+        for row, of, p in zip(out, g, pixels, strict=True):  # an image may be very large: by row no copies are made
+            row[:, :3] = of[:, :3] * p[:, 3:]
+            row[:, 3] = of[:, 3] + np.sum(of[:, :3] * p[:, :3], axis=1)
+        return out
 
     return push, pull
 

@@ -5,6 +5,7 @@ Rows are analytic functions of the lights' numbers: complex ones give complex ro
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -54,6 +55,8 @@ class LightTable:
     receivers, blockers
         (L,) int32 number of the set of meshes that it lights, or that cast its shadow (`geometry_table.link_sets`);
         -1: all do.
+    row_of
+        Each light's row by its name.
     """
 
     params: NDArray[np.float32]
@@ -62,6 +65,7 @@ class LightTable:
     visible_to: NDArray[np.int32]
     receivers: NDArray[np.int32]
     blockers: NDArray[np.int32]
+    row_of: Mapping[str, int]
 
 
 def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
@@ -79,14 +83,15 @@ def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
         visible_to=np.array([ray_bits(light.visible_to) for light in lights], np.int32),
         receivers=_sets(scene, "receivers"),
         blockers=_sets(scene, "blockers"),
+        row_of={name: row for row, name in enumerate(scene.lights)},
     )
 
 
 def _sets(scene: Scene, field: str) -> NDArray[np.int32]:
     """By light, the number of the set of meshes that it names; -1: none."""
-    sets = link_sets(scene, field)
+    number = {names: k for k, names in enumerate(link_sets(scene, field))}
     named = [getattr(light, field) for light in scene.lights.values()]
-    return np.array([-1 if names is None else sets.index(tuple(sorted(names))) for names in named], np.int32)
+    return np.array([-1 if names is None else number[tuple(sorted(names))] for names in named], np.int32)
 
 
 def light_row(light: Light, origin: NDArray[np.float64]) -> NDArray[Any]:

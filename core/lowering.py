@@ -51,13 +51,13 @@ class Lowering:
         """The components of an expression or constant."""
         if not isinstance(node, Expression):
             return _operand(node)
-        for step in nodes_of(node):
-            if id(step) not in self._done:
-                rule = RULES.get(type(step))
-                if rule is None:
-                    raise ValueError(f"expression {type(step).__name__} has no rule to be computed by")
-                self._done[id(step)] = rule(self, step)
-                self._kept.append(step)
+        # Rules ask for their operands' components, which are known by then: only what is new is walked through.
+        for step in nodes_of(node, but=self._done):
+            rule = RULES.get(type(step))
+            if rule is None:
+                raise ValueError(f"expression {type(step).__name__} has no rule to be computed by")
+            self._done[id(step)] = rule(self, step)
+            self._kept.append(step)
         return self._done[id(node)]
 
     def number(self, node: e.Operand) -> Value:

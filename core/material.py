@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ._check import array, choice, flag, mapping, names, number, shown, text
 from ._fields import Check, Checked, by, near
-from .expression import Expression
+from .expression import Expression, nodes_of
 
 # PRINCIPLED is Blender's Principled BSDF (4.2 to 5.2); the rest are the shader nodes of that name. DISNEY is
 # the BSDF of Burley 2012 as Mitsuba 3's `principled` has it, for comparisons.
@@ -35,6 +35,10 @@ def _rgb(value: float) -> NDArray[np.float64]:
 def _expression(where: str, name: str, value: Any) -> Expression:
     if not isinstance(value, Expression):
         raise ValueError(f"{where}: {name} must be an edgegrad.expression, not {shown(value)}")
+    try:
+        nodes_of(value)
+    except ValueError as error:  # of nodes that depend on themselves
+        raise ValueError(f"{where}: {name}: {error}") from None
     return value
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -53,19 +53,24 @@ class MaterialTable:
     kind: NDArray[np.int32]  # (L,) place in material.KINDS
     flags: NDArray[np.int32]  # (L,) bits above
     params: NDArray[np.float32]  # (L, WIDTH)
+    leaves_of: Mapping[str, tuple[int, ...]]  # by name: a shader's leaves, also in mixtures; a mixture's parts
 
 
 def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> MaterialTable:
     """The table of a scene's materials, and of one-sided emitters of the given radiances."""
     leaves: list[tuple[Material, float, bool]] = []
     first = [0]
-    for material in scene.materials.values():
+    leaves_of: dict[str, list[int]] = {name: [] for name in scene.materials}
+    for own, material in scene.materials.items():
         if isinstance(material, Mixture):
             for k, name in enumerate(material.parts):
                 part = scene.materials[name]
                 assert isinstance(part, Material)  # Scene.validate has seen to it
+                for key in (own, name):
+                    leaves_of[key].append(len(leaves))
                 leaves.append((part, float(material.weights[k]), True))
         else:
+            leaves_of[own].append(len(leaves))
             leaves.append((material, 1.0, False))
         first.append(len(leaves))
     for radiance in area_lights:
@@ -80,6 +85,7 @@ def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> Mate
         np.array([KINDS.index(leaf.kind) for leaf, _, _ in leaves], np.int32),
         np.array([flags(leaf) for leaf, _, _ in leaves], np.int32),
         params,
+        {name: tuple(rows) for name, rows in leaves_of.items()},
     )
 
 

@@ -88,8 +88,9 @@ class Mesh(Checked):
     @property
     def used_materials(self) -> list[str]:
         """Names of the materials that faces have, each slot's once."""
-        slots: NDArray[np.int32] | list[int] = [0] if self.face_material is None else np.unique(self.face_material)
-        return [self.materials[k] for k in slots]
+        if self.face_material is None:
+            return [self.materials[0]]
+        return [self.materials[k] for k in np.flatnonzero(np.bincount(self.face_material))]
 
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the mesh and the wrong field."""

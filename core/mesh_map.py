@@ -25,7 +25,7 @@ from .tables import Tables
 def pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
     """Rows of a mesh that depend on one of its fields."""
     mesh = scene.meshes[name]
-    k = tables.mesh_names.index(name)
+    k = tables.mesh_number[name]
     in_world = stands_in_world(scene, mesh)
     if field in ("transform", "instances"):
         moved = _world_pieces(tables, mesh, k) if in_world else [_instance_piece(tables, k)]
@@ -78,9 +78,8 @@ def _places_by_instances(mesh: Mesh) -> tuple[Linear, Linear]:
 
 # ---- What depends on the places ----
 def _instance_piece(tables: Tables, k: int) -> Piece:
-    rows = np.flatnonzero(tables.instance_mesh == k)
-    count = len(rows)
-    return same("instance_to_world", int(rows[0]), int(rows[0]) + count, (count, 12), (count, 3, 4))
+    first, last = (int(row) for row in np.searchsorted(tables.instance_mesh, [k, k + 1]))  # meshes come in order
+    return same("instance_to_world", first, last, (last - first, 12), (last - first, 3, 4))
 
 
 def _world_pieces(tables: Tables, mesh: Mesh, k: int) -> list[Piece]:

@@ -41,6 +41,16 @@ class Motion:
         return bool(self.meshes or self.camera or self.lights or self.sky)
 
 
+def may_move(path: str) -> bool:
+    """Whether a parameter may move anything: then edges sweep over the picture, or between surfaces and lights."""
+    collection, _, field = parameters.split(path)
+    return (
+        field in ("vertices", "instances", "transform", "rotation")
+        or collection == "camera"
+        or (collection == "lights" and field not in STRENGTH)
+    )
+
+
 def motion(scene: Scene, tables: Tables, wrt: Collection[str]) -> Motion:
     """What moves with the parameters `wrt` of a scene with tables of `table_derivatives.asked_tables`."""
     wanted = wanted_tables(scene, tables, wrt)
@@ -50,8 +60,9 @@ def motion(scene: Scene, tables: Tables, wrt: Collection[str]) -> Motion:
     placed = np.zeros(len(tables.mesh_names), bool)
     for first, last in wanted.get("instance_to_world", ()):
         placed[tables.instance_mesh[first:last]] = True
-    starts = tables.mesh_first_vertex
-    meshes = [name for k, name in enumerate(tables.mesh_names) if placed[k] or moving[starts[k] : starts[k + 1]].any()]
+    before = np.concatenate([[0], np.cumsum(moving)])[tables.mesh_first_vertex]
+    placed |= np.diff(before)[: len(placed)] > 0
+    meshes = [tables.mesh_names[k] for k in np.flatnonzero(placed)]
     split = [parameters.split(path) for path in wrt]
     lights = {name for collection, name, field in split if collection == "lights" and field not in STRENGTH}
     return Motion(

@@ -26,6 +26,7 @@ from ._check import shaped, shown
 from ._fields import near
 from .expression_numbers import numbers, with_numbers
 from .scene import Scene
+from .sentences import listed
 
 COLLECTIONS = ("meshes", "materials", "lights", "images")
 SINGLE = ("camera", "world")
@@ -71,7 +72,7 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
     else:
         entries = getattr(scene, collection)
         if name not in entries:
-            known = ", ".join(f"'{n}'" for n in entries) or "none"
+            known = listed([f"'{n}'" for n in entries]) or "none"
             raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})"
                              f"{near(name, entries)}")
         held = entries[name]

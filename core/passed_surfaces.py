@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from . import parameters
 from .expression import Attribute, Expression, ImageTexture, nodes_of
@@ -11,6 +11,7 @@ from .material_table import TRANSPARENCY, flags
 from .motion import Motion
 from .primary_plan import is_stepped
 from .scene import Scene
+from .sentences import listed
 
 
 def changing_shares(scene: Scene, wrt: Sequence[str], moves: Motion) -> str | None:
@@ -19,14 +20,15 @@ def changing_shares(scene: Scene, wrt: Sequence[str], moves: Motion) -> str | No
     The native engine follows the same rule (native/passed_leaves.cpp).
     """
     found = []
+    asked = set(wrt)
     for name in scene.used_materials:
-        shares = list(_shares(scene, name, wrt))
+        shares = list(_shares(scene, name, asked))
         textured = any(textures for _, textures in shares)
-        if any(paths & set(wrt) for paths, _ in shares) or (textured and moves.any):
+        if any(not paths.isdisjoint(asked) for paths, _ in shares) or (textured and moves.any):
             found.append(name)
     if not found:
         return None
-    return f"what {', '.join(found)} let through changes, on the way to lights and between surfaces"
+    return f"what {listed(found)} let through changes, on the way to lights and between surfaces"
 
 
 def missing_shares(scene: Scene, moves: Motion) -> Iterator[str]:
@@ -36,11 +38,11 @@ def missing_shares(scene: Scene, moves: Motion) -> Iterator[str]:
 
     found = [name for name in scene.used_materials if stepped(name)]
     if found and moves.any:
-        yield (f"shadows of the borders that an image without interpolation draws in what {', '.join(found)} let "
+        yield (f"shadows of the borders that an image without interpolation draws in what {listed(found)} let "
                "through: they are no edges")
 
 
-def _shares(scene: Scene, name: str, wrt: Sequence[str] = ()) -> Iterator[tuple[set[str], list[Expression]]]:
+def _shares(scene: Scene, name: str, wrt: Collection[str] = ()) -> Iterator[tuple[set[str], list[Expression]]]:
     """Of each part of a material that lets light through: the parameters of its share, and its textures."""
     material = scene.materials[name]
     for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):

@@ -18,6 +18,7 @@ from .material_table import (
     flags,
 )
 from .scene import Scene
+from .sentences import listed
 
 _KINDS = {AreaLight: "area light", PointLight: "point light", SpotLight: "spot", SunLight: "sun"}
 
@@ -73,18 +74,18 @@ def _textures(scene: Scene) -> Iterator[str]:
 
 def _lights(scene: Scene) -> Iterator[str]:
     dark = [name for name, light in scene.lights.items() if not _shines(light)]
-    shining = [light for name, light in scene.lights.items() if name not in dark]
+    shining = [light for light in scene.lights.values() if _shines(light)]
     emitting = 0
-    for mesh in scene.meshes.values():
-        slots = np.zeros(len(mesh.faces), np.int32) if mesh.face_material is None else mesh.face_material
-        glows = [any(flags(leaf) & EMISSION for leaf in scene.leaves(name)) for name in mesh.materials]
-        emitting += int(np.count_nonzero(np.asarray(glows)[slots]))
+    glowing = {name for name in scene.materials if any(flags(leaf) & EMISSION for leaf in scene.leaves(name))}
+    for mesh in map(scene.meshes.__getitem__, scene.meshes_with(glowing)):
+        glows = np.array([name in glowing for name in mesh.materials])
+        emitting += len(mesh.faces) if mesh.face_material is None else int(np.count_nonzero(glows[mesh.face_material]))
     found = [_count(n, word) for kind, word in _KINDS.items() if (n := sum(isinstance(s, kind) for s in shining))]
     if emitting:
         found.append(_count(emitting, "emissive triangle"))
     yield f"light is sampled from {', '.join(found)}" if found else "no light is sampled: there is none but the world's"
     if dark:
-        yield f"without power, left out: {', '.join(dark)}"
+        yield f"without power, left out: {listed(dark)}"
 
 
 def _shines(light: object) -> bool:

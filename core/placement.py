@@ -12,6 +12,9 @@ from .scene import Scene
 
 F64 = NDArray[np.float64]
 
+# The transform that changes nothing.
+_NOWHERE = np.eye(3, 4)
+
 # What the name of an attribute ends with that holds tangents and their sign (`Material.normal_uv`).
 TANGENT = ".tangent"
 
@@ -48,7 +51,7 @@ def placed_meshes(scene: Scene) -> list[Mesh]:
 
 def is_moved(mesh: Mesh) -> bool:
     """Whether the mesh has a transform that changes anything."""
-    return not np.array_equal(mesh.transform[:3], np.eye(3, 4))
+    return bool((mesh.transform[:3] != _NOWHERE).any())
 
 
 def _numbered(mesh: Mesh) -> Mesh:

@@ -6,16 +6,18 @@ engines follow the same rules by themselves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from . import narrow_derivatives
 from ._check import names, whole
 from .bounces import MAX_DEPTH
-from .derivative_plan import NOT_COMPUTED, Term, missing, terms
+from .derivative_plan import NOT_COMPUTED, UNREAD, Term, missing, terms
 from .engines import engine_class
-from .motion import motion
+from .fixed_scene import FixedScene
+from .motion import may_move, motion
 from .picture_plan import picture_plan
+from .placed import PlacedMeshes
 from .primary_plan import missing_texel_borders
 from .render import caustic_share
 from .renderer import MAX_DERIVATIVE_DEPTH
@@ -45,6 +47,16 @@ class Plan:
     def needed(self) -> tuple[str, ...]:
         """Names of the terms that can be non-zero, as `render_backward` takes them."""
         return tuple(term.name for term in self.terms if term.computed)
+
+    @property
+    def zero(self) -> dict[str, str]:
+        """Parameters by which the picture certainly doesn't change, and why."""
+        unchanged: Mapping[str, str] = {}
+        borders = False
+        for term in self.terms:
+            unchanged = term.zero or unchanged
+            borders |= term.computed and term.name != "interior"
+        return {path: why for path, why in unchanged.items() if why == UNREAD or not (borders and may_move(path))}
 
     def __str__(self) -> str:
         lines = ["Picture", *(f"  - {sentence}" for sentence in self.picture)]
@@ -84,22 +96,23 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     narrow = engine_class("auto").narrow
     measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
-    validated(scene)
-    picture = picture_plan(scene, max_depth)
     if not wrt:
-        return Plan(picture, (), ())
-    tables = asked_tables(scene, flatten(scene), wrt)
+        return Plan(picture_plan(FixedScene.of(validated(scene)), max_depth), (), ())
+    given, tables = scene, asked_tables(scene, flatten(scene), wrt)
+    scene = FixedScene.of(given)
+    picture = picture_plan(scene, max_depth)
     wanted_tables(scene, tables, wrt)  # raises for each that has no derivative
     if narrow:
         narrow_derivatives.check(wrt)
     moves = motion(scene, tables, wrt)
-    left_out = list(missing(scene, moves, max_depth, narrow))
+    placed = PlacedMeshes.of(scene)
+    left_out = list(missing(scene, moves, max_depth, narrow, placed))
     left_out += missing_texel_borders(scene, wrt)
     if not narrow:
         left_out += missing_specular(scene, moves, wrt, max_depth)
         thrown = causes_caustics(scene, moves, wrt, max_depth)
         if thrown:
-            share = caustic_share(scene, spp=measure, max_depth=max_depth) if measure else None
+            share = caustic_share(given, spp=measure, max_depth=max_depth) if measure else None
             left_out.append(missing_caustics(thrown, share))
         left_out += missing_rims(scene, moves, wrt, max_depth)
-    return Plan(picture, terms(scene, tables, wrt, moves, max_depth), tuple(left_out))
+    return Plan(picture, terms(scene, tables, wrt, moves, max_depth, placed), tuple(left_out))

@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import parameters
-from .curve_plan import seen_curves
+from .curve_plan import crossing_lines, seen_curves
 from .expression import Expression, ImageTexture, nodes_of
 from .mesh import Mesh
 from .mesh_edges import MeshEdges
 from .motion import Motion
+from .placed import PlacedMeshes
 from .scene import Scene
-from .shape import crossing_pairs, pair_words, star_shaped
+from .sentences import listed
+from .shape import star_shaped
 
 # Meshes of more faces are not searched for places where they pass through themselves (native/boundary/crossings.h).
 SELF_CROSSING_FACES = 50_000
@@ -34,12 +36,13 @@ class PrimaryRules:
 
 def mesh_edges(scene: Scene, placed: Mapping[str, Mesh]) -> dict[str, MeshEdges]:
     """The edges of each mesh of the tables."""
-    return {name: MeshEdges.of(mesh, [_textured(scene, slot) for slot in mesh.materials])
-            for name, mesh in placed.items()}
+    textured = {name for name, material in scene.materials.items()
+                if any(part.textures for part in [material, *scene.leaves(name)])}
+    return dict(zip(placed, MeshEdges.of_all(list(placed.values()), textured), strict=True))
 
 
 def primary_rules(
-    scene: Scene, placed: Mapping[str, Mesh], edges: Mapping[str, MeshEdges], moves: Motion, wrt: Sequence[str]
+    scene: Scene, placed: PlacedMeshes, edges: Mapping[str, MeshEdges], moves: Motion, wrt: Sequence[str]
 ) -> PrimaryRules:
     """Which edges can move in the picture and carry a jump there, with respect to some parameters.
 
@@ -57,18 +60,19 @@ def primary_rules(
         fixed = "no vertex is a parameter and the camera stands still"
         return PrimaryRules(bool(seen), 0, total, (fixed, *seen))
     swept = list(placed) if camera else list(moves.meshes)
-    unseen = [name for name in placed if "camera" not in placed[name].visible_to]
+    unseen = {name for name in placed if "camera" not in placed[name].visible_to}
     if camera:
         why = ["the camera moves, and so do all edges on its picture"]
     else:
-        why = [f"moving meshes: {len(swept)} of {len(edges)} ({', '.join(swept)})"]
-    still = sum(e.count for name, e in edges.items() if name not in swept)
+        why = [f"moving meshes: {len(swept)} of {len(edges)} ({listed(swept)})"]
+    moving = set(swept)
+    still = sum(e.count for name, e in edges.items() if name not in moving)
     if still:
         why.append(f"skipped: {edge_count(still)} of meshes that stand still")
     hidden = [name for name in swept if name in unseen]
     if hidden:
         why.append(f"skipped: {edge_count(sum(edges[name].count for name in hidden))} of meshes that camera rays "
-                   f"don't meet ({', '.join(hidden)})")
+                   f"don't meet ({listed(hidden)})")
     swept = [name for name in swept if name not in unseen]
     plain = sum(edges[name].plain for name in swept)
     if plain:
@@ -77,9 +81,9 @@ def primary_rules(
     if seams:
         why.append(f"kept: {edge_count(seams)} inside of one plane where normals or attributes of a textured material "
                    "jump")
-    for one, other in crossing_pairs(placed):
-        if (one in swept or other in swept) and one not in unseen and other not in unseen:
-            why.append(f"besides edges: the lines where {pair_words(one, other)} may pass through each other")
+    moving -= unseen
+    why += crossing_lines(placed, [pair for pair in placed.crossing
+                                   if unseen.isdisjoint(pair) and not moving.isdisjoint(pair)])
     why += seen
     kept = sum(edges[name].count for name in swept) - plain
     return PrimaryRules(kept > 0 or bool(seen), kept, total, tuple(why))
@@ -102,25 +106,40 @@ def _moves_rays(scene: Scene, path: str) -> bool:
     return c.kind in kinds.get(field, (c.kind,))
 
 
-def _textured(scene: Scene, slot: str) -> bool:
-    return any(part.textures for part in [scene.materials[slot], *scene.leaves(slot)])
-
-
-def missing_jumps(scene: Scene, placed: Mapping[str, Mesh], moves: Motion) -> Iterator[str]:
+def missing_jumps(scene: Scene, placed: PlacedMeshes, moves: Motion) -> Iterator[str]:
     """Sentences on jumps that the camera may see and that are no edges: nothing computes them."""
     moving = set(placed) if moves.camera else set(moves.meshes)
-    large = [name for name in placed if name in moves.meshes and len(placed[name].faces) > SELF_CROSSING_FACES
+    large = [name for name in moves.meshes if len(placed[name].faces) > SELF_CROSSING_FACES
              and not star_shaped(placed[name])]
     if large:
-        yield (f"surfaces that pass through themselves: not looked for in {', '.join(large)} of more than "
+        yield (f"surfaces that pass through themselves: not looked for in {listed(large)} of more than "
                f"{SELF_CROSSING_FACES:,} faces, and left out")
-    cut = [name for name in placed if name in moving and _is_cut(scene, placed[name])]
+    cut = [name for name in _near_clip_ends(scene, placed) if name in moving and _is_cut(scene, placed[name])]
     if cut:
-        yield f"the borders that the camera's clip distances cut into {', '.join(cut)}: they are no edges"
-    hard = [name for name in placed if name in moving and _jumps_inside(scene, placed[name])]
+        yield f"the borders that the camera's clip distances cut into {listed(cut)}: they are no edges"
+    stepped = stepped_materials(scene)
+    hard = [name for name in placed if name in moving and not stepped.isdisjoint(placed[name].materials)]
     if hard:
-        yield (f"borders inside of the faces of {', '.join(hard)} that an image without interpolation draws: they are "
+        yield (f"borders inside of the faces of {listed(hard)} that an image without interpolation draws: they are "
                "no edges")
+
+
+def _near_clip_ends(scene: Scene, placed: PlacedMeshes) -> list[str]:
+    """Meshes that a clip distance may cut, by their boxes."""
+    camera = scene.camera
+    low, high = placed.boxes
+    middle, half = 0.5 * (low + high) - camera.to_world[:3, 3], 0.5 * (high - low)
+    if camera.kind == "EQUIRECTANGULAR":
+        nearest = np.linalg.norm(np.maximum(np.abs(middle) - half, 0.0), axis=1)
+        farthest = np.linalg.norm(np.abs(middle) + half, axis=1)
+    else:
+        ahead = -camera.to_world[:3, 2]
+        nearest, farthest = middle @ ahead - half @ np.abs(ahead), middle @ ahead + half @ np.abs(ahead)
+    rounding = 1e-9 * (np.abs(nearest) + np.abs(farthest))
+    cut = np.zeros(len(low), bool)
+    for clip in (camera.clip_start, camera.clip_end):
+        cut |= (nearest - rounding <= clip) & (clip <= farthest + rounding)
+    return [name for name, near in zip(placed, cut, strict=True) if near]
 
 
 def _is_cut(scene: Scene, mesh: Mesh) -> bool:
@@ -147,22 +166,24 @@ def _is_cut(scene: Scene, mesh: Mesh) -> bool:
 def missing_texel_borders(scene: Scene, wrt: Sequence[str]) -> Iterator[str]:
     """Sentences on images without interpolation that slide over meshes which stand still: nothing computes that."""
     slid = {}
+    stepped = stepped_materials(scene)
     for path in wrt:
         collection, name, field = parameters.split(path)
         if field.startswith(parameters.ATTRIBUTES):
-            slid[f"{collection}.{name}"] = _jumps_inside(scene, scene.meshes[name])
+            slid[f"{collection}.{name}"] = not stepped.isdisjoint(scene.meshes[name].materials)
         elif field.startswith(parameters.TEXTURES):
             texture = scene.materials[name].textures[field.removeprefix(parameters.TEXTURES)]
             slid[f"{collection}.{name}"] = is_stepped(texture)
     found = [name for name, stepped in slid.items() if stepped]
     if found:
-        yield (f"the borders of texels of images without interpolation, where {', '.join(found)} may "
+        yield (f"the borders of texels of images without interpolation, where {listed(found)} may "
                "move them: they are no edges")
 
 
-def _jumps_inside(scene: Scene, mesh: Mesh) -> bool:
-    return any(is_stepped(texture) for slot in mesh.materials
-               for part in [scene.materials[slot], *scene.leaves(slot)] for texture in part.textures.values())
+def stepped_materials(scene: Scene) -> set[str]:
+    """Names of the materials that have an image without interpolation anywhere."""
+    return {name for name, material in scene.materials.items()
+            if any(map(is_stepped, (t for part in [material, *scene.leaves(name)] for t in part.textures.values())))}
 
 
 def is_stepped(texture: Expression) -> bool:

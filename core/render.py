@@ -182,7 +182,7 @@ def caustic_share(
     -------
     0 … 1: the sum of the caustics' radiance over pixels and colours by that of the picture; 0 for a black picture.
     """
-    with _prepared(scene, "auto", threads) as renderer:
-        whole = renderer.render(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
-        part = renderer.render_caustics(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
+    renderer = Renderer(scene, threads=threads)  # not kept: who asks for a plan may not render
+    whole = renderer.render(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
+    part = renderer.render_caustics(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
     return float(part / whole) if whole > 0.0 else 0.0

@@ -19,7 +19,7 @@ from .engines import Progress, engine_class
 from .learning import Gradient, Learning
 from .light import AreaLight
 from .material_table import LAMBERTIAN
-from .motion import STRENGTH
+from .motion import may_move
 from .non_finite import warn_of_gradients, warn_of_picture
 from .placement import is_moved
 from .render_options import MOST_THREADS, TERMS, checked_options, checked_progress, checked_terms
@@ -346,7 +346,7 @@ class Renderer:
         computed = checked_terms(terms)
         if not self._indirect:
             computed = tuple(term for term in computed if term != "indirect")
-        if not any(_moves(path) for path in wrt) and not bends_rays(self.scene, wrt):
+        if not any(may_move(path) for path in wrt) and not bends_rays(self.scene, wrt):
             computed = tuple(term for term in computed if term == "interior")
         if self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
@@ -379,16 +379,6 @@ def _vertices_of(path: str) -> str | None:
     """Name of the mesh whose vertices the path is, or None."""
     collection, name, field = parameters.split(path)
     return name if collection == "meshes" and field == "vertices" else None
-
-
-def _moves(path: str) -> bool:
-    """Whether a parameter may move anything: then edges sweep over the picture, or between surfaces and lights."""
-    collection, _, field = parameters.split(path)
-    return (
-        field in ("vertices", "instances", "transform", "rotation")
-        or collection == "camera"
-        or (collection == "lights" and field not in STRENGTH)
-    )
 
 
 def _held(scene: Scene, path: str) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -118,10 +118,21 @@ class Scene(Checked):
         used = {name for mesh in self.meshes.values() for name in mesh.used_materials}
         return [name for name in self.materials if name in used]
 
+    def meshes_with(self, materials: Collection[str]) -> list[str]:
+        """Names of the meshes that have faces of some of these materials."""
+        wanted = frozenset(materials)
+        if not wanted:
+            return []
+        return [name for name, mesh in self.meshes.items() if not wanted.isdisjoint(mesh.used_materials)]
+
+    @property
+    def emitters(self) -> list[str]:
+        """Names of the meshes of which a face may give light of its own."""
+        return self.meshes_with([name for name in self.materials if any(map(_emits, self.leaves(name)))])
+
     def emits(self, mesh_name: str) -> bool:
         """Whether a face of the mesh may give light of its own."""
-        return any("emission" in leaf.textures or bool(np.any(leaf.emission > 0.0))
-                   for name in self.meshes[mesh_name].used_materials for leaf in self.leaves(name))
+        return any(_emits(leaf) for name in self.meshes[mesh_name].used_materials for leaf in self.leaves(name))
 
     def _check_names(self) -> None:
         for name, material in self.materials.items():
@@ -165,7 +176,7 @@ class Scene(Checked):
         return (
             bool(self.lights)
             or bool(np.any(self.world.color * self.world.strength > 0.0))
-            or any(self.emits(name) for name in self.meshes)
+            or bool(self.emitters)
         )
 
 
@@ -180,3 +191,7 @@ def validated(scene: Any) -> Scene:
         raise ValueError(f"scene must be an edgegrad.Scene, not {shown(scene)}")
     scene.validate()
     return scene
+
+
+def _emits(leaf: Material) -> bool:
+    return "emission" in leaf.textures or bool(np.any(leaf.emission > 0.0))

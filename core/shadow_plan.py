@@ -11,6 +11,7 @@ from .light import AreaLight, Light, SunLight, turns_with_point
 from .material_table import NORMAL_MAP, flags
 from .motion import Motion
 from .scene import Scene
+from .sentences import listed
 
 
 def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str]:
@@ -18,12 +19,12 @@ def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str
 
     The native engine follows the same rule (horizons_move in derivative_call.cpp).
     """
-    bent = [name for name in scene.meshes if is_bent(scene, name)]
+    bent = bent_meshes(scene)
     if not bent:
         return False, "skipped: horizons, since no mesh is shaded with other normals than those of its faces"
     sized = [name for name, light in scene.lights.items() if has_size(light)]
-    lit = [f"the lights {', '.join(sized)}"] if sized else []
-    if any(scene.emits(name) for name in scene.meshes):
+    lit = [f"the lights {listed(sized)}"] if sized else []
+    if scene.emitters:
         lit.append("emissive meshes")
     if np.any(scene.world.color * scene.world.strength):
         lit.append("the sky")
@@ -35,14 +36,14 @@ def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str
     if not (moves.meshes or moves.sky or set(sized) & set(moves.lights) or (moves.camera and turning)):
         return False, "skipped: horizons, since neither surfaces nor what lights them moves"
     of = " and ".join([", ".join(lit[:-1]), lit[-1]] if lit[1:] else lit)
-    return True, f"besides edges: the horizons of the faces of {', '.join(bent)}, where they cut off light of {of}"
+    return True, f"besides edges: the horizons of the faces of {listed(bent)}, where they cut off light of {of}"
 
 
-def is_bent(scene: Scene, name: str) -> bool:
-    """Whether normals that a mesh is shaded with may not be those of its faces."""
-    mesh = scene.meshes[name]
-    mapped = any(flags(leaf) & NORMAL_MAP for slot in mesh.used_materials for leaf in scene.leaves(slot))
-    return mesh.smoothing is not None or mapped
+def bent_meshes(scene: Scene) -> list[str]:
+    """Meshes that may be shaded with other normals than those of their faces."""
+    mapped = {name for name in scene.materials if any(flags(leaf) & NORMAL_MAP for leaf in scene.leaves(name))}
+    turned = set(scene.meshes_with(mapped))
+    return [name for name, mesh in scene.meshes.items() if mesh.smoothing is not None or name in turned]
 
 
 def has_size(light: Light) -> bool:
@@ -55,10 +56,10 @@ def has_size(light: Light) -> bool:
 def missing_shadows(scene: Scene, moves: Motion) -> Iterator[str]:
     """Sentences on jumps of direct light that no edge carries: nothing computes them."""
     sized = any(has_size(light) for light in scene.lights.values())
-    sized = sized or any(scene.emits(name) for name in scene.meshes)
+    sized = sized or bool(scene.emitters)
     sky = bool(np.any(scene.world.color * scene.world.strength))
     scattered = set(RAYS) - {"camera"}
     partly = [name for name, mesh in scene.meshes.items() if 0 < len(scattered & mesh.visible_to) < len(scattered)]
     if partly and (sized or sky):
-        yield (f"shadows of {', '.join(partly)}, which only some kinds of rays meet: taken as those of shadow rays, or "
+        yield (f"shadows of {listed(partly)}, which only some kinds of rays meet: taken as those of shadow rays, or "
                "of diffuse ones under a sky of one colour")

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from itertools import combinations, combinations_with_replacement
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import topology
+from .box_tree import BoxTree, meeting
 from .mesh import Mesh
+from .mesh_batches import joined
 
 # Distances below this fraction of the size count as touching.
 TOLERANCE = 1e-6
@@ -23,7 +25,12 @@ MOST_COPIES = 100
 
 def face_normals(mesh: Mesh) -> NDArray[np.float64]:
     """(m, 3) unit normals; 0 for faces without area."""
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    return normals_of(mesh.vertices, mesh.faces)
+
+
+def normals_of(vertices: NDArray[np.float64], faces: NDArray[np.integer[Any]]) -> NDArray[np.float64]:
+    """The same of faces (m, 3)."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     return normal / np.where(length > 0.0, length, 1.0)
@@ -92,12 +99,6 @@ def pierces(a: Mesh, b: Mesh) -> bool:
     return not (_one_sided(a, b, slack) or _one_sided(b, a, slack))
 
 
-def crossing_pairs(placed: Mapping[str, Mesh]) -> list[tuple[str, str]]:
-    """Names of meshes of which some may pass through each other; a mesh beside itself: instances of it."""
-    return [(one, other) for one, other in combinations_with_replacement(placed, 2)
-            if may_cross(placed[one], placed[other], same=one == other)]
-
-
 def pair_words(one: str, other: str) -> str:
     """The meshes of such a pair in words."""
     return f"'{one}' and '{other}'" if one != other else f"instances of '{one}'"
@@ -107,8 +108,12 @@ def may_cross(a: Mesh, b: Mesh, *, same: bool = False) -> bool:
     """Whether copies of two meshes may pass through each other, or (`same`) different ones of a mesh."""
     if a.instances is None and b.instances is None:
         return not same and pierces(a, b)
-    meeting = ((i, j) for i, j in _meeting_copies(a, b) if not same or i < j)
-    return any(tried == MOST_COPIES or pierces(_copy(a, i), _copy(b, j)) for tried, (i, j) in enumerate(meeting))
+    tried = []
+    for i, j in meeting(BoxTree(*copy_boxes(a)), None if same else BoxTree(*copy_boxes(b))):
+        tried += list(zip(i[: MOST_COPIES + 1].tolist(), j[: MOST_COPIES + 1].tolist(), strict=True))
+        if len(tried) > MOST_COPIES:
+            return True
+    return any(pierces(_copy(a, i), _copy(b, j)) for i, j in tried)
 
 
 def copy_boxes(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -134,35 +139,6 @@ def _copy(mesh: Mesh, number: int) -> Mesh:
     return Mesh(mesh.vertices @ place[:3, :3].T + place[:3, 3], mesh.faces, ())
 
 
-def _meeting_copies(a: Mesh, b: Mesh) -> Iterator[tuple[int, int]]:
-    """Numbers of copies whose boxes meet, looked for among those that are near along the longest axis."""
-    (low_a, high_a), (low_b, high_b) = copy_boxes(a), copy_boxes(b)
-    axis = int(np.argmax(np.maximum(high_a.max(axis=0), high_b.max(axis=0))
-                         - np.minimum(low_a.min(axis=0), low_b.min(axis=0))))
-    order = np.argsort(low_b[:, axis], kind="stable")
-    begins, longest = low_b[order, axis], (high_b - low_b)[:, axis].max()
-    first = np.searchsorted(begins, low_a[:, axis] - longest)
-    last = np.searchsorted(begins, high_a[:, axis], side="right")
-    for i in range(len(low_a)):
-        near = order[first[i]:last[i]]
-        meets = (high_b[near] >= low_a[i]).all(axis=1) & (low_b[near] <= high_a[i]).all(axis=1)
-        yield from ((i, int(j)) for j in near[meets])
-
-
-def close_pairs(placed: Mapping[str, Mesh], pairs: Collection[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Those of some pairs of meshes whose bounding boxes meet, in the order of `placed`, without instances."""
-    return [(one, other) for one, other in combinations(placed, 2)
-            if {(one, other), (other, one)} & set(pairs) and _boxes_meet(placed[one], placed[other])]
-
-
-def _boxes_meet(a: Mesh, b: Mesh) -> bool:
-    if a.instances is not None or b.instances is not None:
-        return False
-    (low_a, high_a), (low_b, high_b) = ((m.vertices.min(axis=0), m.vertices.max(axis=0)) for m in (a, b))
-    slack = TOLERANCE * float(np.linalg.norm(np.maximum(high_a, high_b) - np.minimum(low_a, low_b)))
-    return bool((low_a <= high_b + slack).all() and (low_b <= high_a + slack).all())
-
-
 def hide_nothing(placed: Sequence[Mesh]) -> bool:
     """Whether nothing is between any two points of some opaque meshes: one or two convex ones, apart from each other.
 
@@ -182,3 +158,19 @@ def _one_sided(sheet: Mesh, other: Mesh, slack: float) -> bool:
         return False
     height = (other.vertices - at) @ normal
     return bool(height.min() >= -slack or height.max() <= slack)
+
+
+def thickness(meshes: Sequence[Mesh]) -> NDArray[np.float64]:
+    """(n,) largest distance of a mesh's vertices from the plane of one of its faces that has an area."""
+    out = np.empty(len(meshes))
+    for batch in joined(meshes):
+        normal = normals_of(batch.vertices, batch.faces)
+        area = np.abs(normal).sum(axis=1)
+        largest = np.maximum.reduceat(area, batch.first_face[:-1])
+        found = np.flatnonzero(area == largest[batch.mesh_of_face])
+        face = found[np.searchsorted(found, batch.first_face[:-1])]  # the first of each mesh
+        of = batch.mesh_of_vertex
+        at = batch.vertices[batch.faces[batch.first_face[:-1], 0]]
+        height = np.abs(np.einsum("ij,ij->i", batch.vertices - at[of], normal[face][of]))
+        out[batch.first : batch.last] = np.maximum.reduceat(height, batch.first_vertex[:-1])
+    return out

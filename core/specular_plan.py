@@ -6,7 +6,7 @@ The native engine follows the same rules (``native/specular_term.cpp``).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from . import parameters
@@ -14,6 +14,7 @@ from .light import AreaLight, PointLight
 from .material import Material, Mixture
 from .material_table import GLOSSY, REFRACTION, flags
 from .scene import Scene
+from .sentences import listed
 
 if TYPE_CHECKING:
     from .motion import Motion
@@ -29,7 +30,7 @@ _LONGEST = 16
 
 def specular_materials(scene: Scene) -> list[str]:
     """Names of the materials of some mesh that may be perfect mirrors or smooth glass somewhere."""
-    return [name for name in scene.used_materials if any(may_be_specular(leaf) for leaf in scene.leaves(name))]
+    return _used(scene, may_be_specular)
 
 
 def may_be_specular(leaf: Material) -> bool:
@@ -46,7 +47,15 @@ def _may_be_smooth(leaf: Material, field: str) -> bool:
 
 def aimed_materials(scene: Scene) -> list[str]:
     """Names of the materials of some mesh in whose sharp lobes edges are found by samples that start at the camera."""
-    return [name for name in scene.used_materials if any(_may_be_aimed(leaf) for leaf in scene.leaves(name))]
+    return _used(scene, _may_be_aimed)
+
+
+def _used(scene: Scene, test: Callable[[Material], bool]) -> list[str]:
+    found = [name for name in scene.materials if any(map(test, scene.leaves(name)))]
+    if not found:
+        return []  # most scenes: their meshes needn't be looked at
+    used = set(scene.used_materials)
+    return [name for name in found if name in used]
 
 
 def _may_be_aimed(leaf: Material) -> bool:
@@ -70,7 +79,7 @@ def specular_rule(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: in
     materials = specular_materials(scene)
     if not materials or max_depth < 2 or not (moves.meshes or moves.camera or bends_rays(scene, wrt)):
         return None
-    return f"besides: all edges that the camera sees by mirrors and smooth glass ({', '.join(materials)})"
+    return f"besides: all edges that the camera sees by mirrors and smooth glass ({listed(materials)})"
 
 
 def mirrored_shadows(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:
@@ -88,7 +97,7 @@ def mirrored_light(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: i
 
 
 def _seen_by(materials: list[str]) -> str:
-    return f"besides: those that the camera sees by mirrors and smooth glass ({', '.join(materials)})"
+    return f"besides: those that the camera sees by mirrors and smooth glass ({listed(materials)})"
 
 
 def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> Iterator[str]:
@@ -103,12 +112,12 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
     clear = [name for name in specular_materials(scene)
              if any(leaf.kind == "REFRACTION" and may_be_specular(leaf) for leaf in scene.leaves(name))]
     if clear:
-        yield f"where Refraction shaders stop to let light through, since it is reflected totally ({', '.join(clear)})"
+        yield f"where Refraction shaders stop to let light through, since it is reflected totally ({listed(clear)})"
     shown = [name for name, light in scene.lights.items()
              if ((isinstance(light, PointLight) and light.radius > 0.0) or isinstance(light, AreaLight))
              and not {"glossy", "transmission"}.isdisjoint(light.visible_to)]
     if shown:
-        yield f"the outlines of lights in mirrors and behind glass ({', '.join(shown)}): they are no edges"
+        yield f"the outlines of lights in mirrors and behind glass ({listed(shown)}): they are no edges"
 
 
 def causes_caustics(scene: Scene, moves: Motion, wrt: Iterable[str], max_depth: int) -> list[str]:

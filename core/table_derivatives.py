@@ -150,10 +150,13 @@ def pull_back(
     """
     out = {}
     for path in wrt:
-        total = np.zeros(np.shape(parameters.get(scene, path)))
+        # Most parameters are one piece, which is not copied: it may be a very large image.
+        shape = np.shape(parameters.get(scene, path))
+        total: NDArray[np.float64] | None = None
         for piece in pieces(scene, tables, path):
-            total += piece.pull(gradients[piece.table][piece.first : piece.last])
-        out[path] = total
+            part = piece.pull(gradients[piece.table][piece.first : piece.last])
+            total = part if total is None else total + part
+        out[path] = np.zeros(shape) if total is None else np.asarray(total, np.float64).reshape(shape)
     return out
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from .light_table import LightTable, light_table
 from .material import Material, Mixture
 from .material_table import MaterialTable, material_table
 from .mean_color import mean_expression
+from .mesh_batches import batches
 from .parameters import split
 from .placement import placed_meshes
 from .scene import Scene, validated
@@ -94,6 +96,11 @@ class Tables:
     textures: TextureTables | None  # None: nothing in the scene is textured
     environment_pixels: F32 | None  # (h, w, 3) of the environment's image, row 0 on top
 
+    @cached_property
+    def mesh_number(self) -> dict[str, int]:
+        """By name, each mesh's place in `mesh_names`."""
+        return {name: k for k, name in enumerate(self.mesh_names)}
+
     @property
     def camera(self) -> F32:
         """(24,) the camera's floats in one row (`camera_row.PLACES`)."""
@@ -116,13 +123,17 @@ class Tables:
 
     def edges(self) -> topology.Edges:
         """Edges of all meshes that rays can hit, area lights left out."""
-        parts = []
-        for k in range(len(self.mesh_names)):
-            v = slice(self.mesh_first_vertex[k], self.mesh_first_vertex[k + 1])
-            f = slice(self.mesh_first_face[k], self.mesh_first_face[k + 1])
-            faces = self.faces[f].astype(np.int64) - self.mesh_first_vertex[k]
-            parts.append(topology.edges(faces.astype(np.int32), topology.weld(self.vertices[v].astype(np.float64))))
-        return topology.join(parts, self.mesh_first_vertex, self.mesh_first_face)
+        parts, vertex_first, face_first = [], [], []
+        counts = np.diff(self.mesh_first_vertex)
+        for first, last in batches((counts + np.diff(self.mesh_first_face))[: len(self.mesh_names)]):
+            (v, v_end), (f, f_end) = (begin[[first, last]] for begin in (self.mesh_first_vertex, self.mesh_first_face))
+            faces = self.faces[f:f_end].astype(np.int64) - v
+            of = np.repeat(np.arange(last - first), counts[first:last])
+            label = topology.weld(self.vertices[v:v_end].astype(np.float64), of=of)
+            parts.append(topology.edges(faces.astype(np.int32), label))
+            vertex_first.append(int(v))
+            face_first.append(int(f))
+        return topology.join(parts, vertex_first, face_first)
 
 
 def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]:

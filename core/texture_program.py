@@ -297,7 +297,7 @@ def is_opaque(pixels: F32) -> bool:
 
 def _images(images: Mapping[str, Image], resources: Resources, with_alpha: Collection[str]) -> dict[str, Any]:
     """Each picture's pixels once; twice only if nodes read them both with and without their alpha."""
-    parts: list[F32] = []
+    parts: list[tuple[F32, bool]] = []
     held: dict[tuple[str, int, bool], int] = {}
     end = 0
     offsets, shapes, modes = [], [], []
@@ -311,21 +311,27 @@ def _images(images: Mapping[str, Image], resources: Resources, with_alpha: Colle
             pixels = pixels[..., :3]
         key = (name, pixels.shape[2], multiply)
         if key not in held:
-            if multiply:
-                pixels = np.concatenate([pixels[..., :3] * pixels[..., 3:], pixels[..., 3:]], axis=2)
             held[key] = end
-            parts.append(np.ascontiguousarray(pixels, np.float32).reshape(-1))
-            end += parts[-1].size
+            parts.append((pixels, multiply))
+            end += pixels.size
         offsets.append(held[key])
         shapes.append((pixels.shape[1], pixels.shape[0], pixels.shape[2]))
         modes.append((INTERPOLATIONS.index(interpolation), EXTENSIONS.index(extension),
                       int(alpha == "STRAIGHT" and (multiply or extension == "CLIP"))))
+    # Lookups read four floats at once: a few behind the last pixel.
+    stored = np.zeros(end + 4, np.float32)
+    for (pixels, multiply), offset in zip(parts, held.values(), strict=True):
+        place = stored[offset : offset + pixels.size].reshape(pixels.shape)
+        if multiply:
+            np.multiply(pixels[..., :3], pixels[..., 3:], out=place[..., :3])
+            place[..., 3] = pixels[..., 3]
+        else:
+            place[...] = pixels
     return {
         "image_offset": np.array(offsets, np.int64),
         "image_shape": np.array(shapes, np.int32).reshape(-1, 3),
         "image_mode": np.array(modes, np.int32).reshape(-1, 3),
-        # Lookups read four floats at once: a few behind the last pixel.
-        "pixels": np.concatenate([*parts, np.zeros(4, np.float32)]),
+        "pixels": stored,
         "stored_images": tuple(StoredImage(name, offset, channels, multiplied)
                                for (name, channels, multiplied), offset in held.items()),
     }

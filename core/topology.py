@@ -7,7 +7,9 @@ derivative. So coincident vertices are welded before edges are matched.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +44,9 @@ class Edges:
         return len(self.vertices)
 
 
-def weld(vertices: NDArray[np.float64], tolerance: float = WELD_TOLERANCE) -> NDArray[np.int64]:
+def weld(
+    vertices: NDArray[np.float64], tolerance: float = WELD_TOLERANCE, of: NDArray[np.int64] | None = None
+) -> NDArray[np.int64]:
     """Label of each vertex such that coincident vertices share one.
 
     Parameters
@@ -50,7 +54,10 @@ def weld(vertices: NDArray[np.float64], tolerance: float = WELD_TOLERANCE) -> ND
     vertices
         (n, 3) positions.
     tolerance
-        Distance below which two vertices are one, as a fraction of the bounding box's diagonal.
+        Distance below which two vertices are one, as a fraction of the diagonal of their mesh's bounding box.
+    of
+        (n,) number of each vertex' mesh, from 0 on and without gaps, one mesh after the other: only vertices of one
+        mesh are joined. None: all are of one.
 
     Returns
     -------
@@ -59,18 +66,22 @@ def weld(vertices: NDArray[np.float64], tolerance: float = WELD_TOLERANCE) -> ND
     if len(vertices) == 0:
         return np.zeros(0, np.int64)
     # Copies are nearly always exact, so these are joined first and only one of each goes on.
-    distinct, copy_of = _distinct_rows(np.ascontiguousarray(vertices, np.float64) + 0.0)  # + 0.0: -0 is 0
-    points = vertices[distinct]
-    step = max(float(np.linalg.norm(np.ptp(points, axis=0))) * tolerance, float(np.finfo(np.float32).tiny))
+    of = np.zeros(len(vertices), np.int64) if of is None else of
+    distinct, copy_of = _distinct_rows(_marked(vertices + 0.0, of))  # + 0.0: -0 is 0
+    points, of = vertices[distinct], of[distinct]
+    low, high = _bounds(points, of)
+    size = np.linalg.norm(high - low, axis=1)
+    step = np.maximum(size * tolerance, float(np.finfo(np.float32).tiny))[of][:, None]
     # A pair that a cell wall happens to divide along some axes shares a cell of the grid that is
     # shifted by half a cell along just these axes: eight grids miss no pair closer than half a cell.
-    scaled = (points - points.min(axis=0)) / (2.0 * step)
+    scaled = (points - low[of]) / (2.0 * step)
     label = np.arange(len(points))
-    near = _maybe_near(scaled, np.sqrt(3.0))
+    near = _maybe_near(scaled, np.sqrt(3.0), of * (2.0 / tolerance))
     for shift in np.ndindex(2, 2, 2):
         if len(near) == 0:
             break
-        members, group = _shared_cells(np.floor(scaled[near] + 0.5 * np.asarray(shift)).astype(np.int64))
+        cell = np.floor(scaled[near] + 0.5 * np.asarray(shift)).astype(np.int64)
+        members, group = _shared_cells(_marked(cell, of[near]))
         if len(members):
             label = _merge(label, near[members], group)
     label = label[copy_of]
@@ -80,17 +91,33 @@ def weld(vertices: NDArray[np.float64], tolerance: float = WELD_TOLERANCE) -> ND
     return (np.cumsum(first == np.arange(len(first))) - 1)[first]
 
 
-def _maybe_near(points: NDArray[np.float64], distance: float) -> NDArray[np.int64]:
+def _marked(rows: NDArray[Any], of: NDArray[np.int64]) -> NDArray[Any]:
+    """Rows with their mesh's number as another column, where there are several meshes."""
+    return np.column_stack([rows, of]) if of.any() else rows
+
+
+def _bounds(points: NDArray[np.float64], of: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(k, 3) lower and upper corners of each mesh's points."""
+    order = np.argsort(of, kind="stable")
+    first = np.searchsorted(of[order], np.arange(int(of.max()) + 1))
+    return np.minimum.reduceat(points[order], first), np.maximum.reduceat(points[order], first)
+
+
+def _maybe_near(
+    points: NDArray[np.float64], distance: float, offset: NDArray[np.float64]
+) -> NDArray[np.int64]:
     """Indices of points that may have another one within a distance: all that have, and few others.
+
+    Different meshes have offsets that are farther apart than the points of any mesh.
 
     Points that are near each other are so along any direction; directions of no mesh's symmetry tell most of
     the others, at the cost of one sort each.
     """
     found = np.arange(len(points))
     for direction in ([0.7013, 0.5441, 0.4606], [-0.3931, 0.8217, 0.4126], [0.4909, -0.3457, 0.7997]):
-        along = points[found] @ (np.asarray(direction) / np.linalg.norm(direction))
+        along = points[found] @ (np.asarray(direction) / np.linalg.norm(direction)) + offset[found]
         order = np.argsort(along)
-        close = np.diff(along[order]) <= distance * (1.0 + 1e-6)
+        close = np.diff(along[order]) <= distance * 1.001
         kept = np.zeros(len(found), bool)
         kept[order[1:][close]] = True
         kept[order[:-1][close]] = True
@@ -99,9 +126,9 @@ def _maybe_near(points: NDArray[np.float64], distance: float) -> NDArray[np.int6
 
 
 def _hash(rows: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """A 64 bit key per row of three (multiply and xor-shift, after MurmurHash3's finaliser)."""
+    """A 64 bit key per row (multiply and xor-shift, after MurmurHash3's finaliser)."""
     key = np.zeros(len(rows), np.uint64)
-    for axis in range(3):
+    for axis in range(rows.shape[1]):
         key ^= rows[:, axis]
         key *= np.uint64(0xFF51AFD7ED558CCD)
         key ^= key >> np.uint64(33)
@@ -149,7 +176,7 @@ def _merge(
         label = merged
 
 
-def edges(faces: NDArray[np.int32], label: NDArray[np.int64]) -> Edges:
+def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Edges:
     """Edges of a mesh with the faces along each; needs no positions but the welded labels.
 
     Parameters
@@ -209,7 +236,7 @@ def _sorted(key: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64
     return joined & ((1 << bits) - 1), joined >> bits
 
 
-def join(parts: list[Edges], vertex_first: NDArray[np.int64], face_first: NDArray[np.int64]) -> Edges:
+def join(parts: list[Edges], vertex_first: Sequence[int], face_first: Sequence[int]) -> Edges:
     """The edges of several meshes with indices into their concatenated vertices and faces."""
     if not parts:
         return edges(np.zeros((0, 3), np.int32), np.zeros(0, np.int64))

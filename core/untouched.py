@@ -9,30 +9,28 @@ from numpy.typing import NDArray
 
 from . import parameters
 from .camera import Camera
+from .derivative_plan import UNREAD
 from .frame import in_picture
 from .material import Mixture
 from .placement import expanded
-from .plan import plan
+from .plan import Plan
 from .scene import Scene
-from .table_derivatives import asked_tables, wanted_tables
-from .tables import flatten
 
 # A smaller part than this isn't worth a word: few meshes are seen from all sides.
 WORTH_A_NOTE = 0.01
 
 
-def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, max_depth: int) -> str:
+def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, planned: Plan) -> str:
     """The likeliest reason why the gradient of the parameter `path` is zero everywhere.
 
-    `losses` are those of the pictures.
+    `losses` are those of the pictures; `planned` is the plan of the scene by this parameter and others.
     """
     collection, name, fieldname = parameters.split(path)
     if not losses.any():
         return "the pictures already equal their targets"
     if collection == "materials" and not _is_used(scene, name):
         return "no mesh uses this material"
-    tables = asked_tables(scene, flatten(scene), [path])
-    if not wanted_tables(scene, tables, [path]):
+    if planned.zero.get(path) == UNREAD:
         return "nothing of the picture reads it (it is textured, or of no effect on what has no size)"
     if collection == "lights" and fieldname == "color" and np.size(parameters.get(scene, path)):
         held = parameters.owner(scene, path)[0]
@@ -42,10 +40,8 @@ def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, max_dept
         return "the world's strength is 0"
     if fieldname in ("power", "strength") and not np.any(parameters.owner(scene, path)[0].color):
         return "its colour is black"
-    terms = plan(scene, [path], max_depth=max_depth).terms
-    if not any(term.computed for term in terms):
-        return terms[0].why[0].partition("zero, since ")[2] or terms[0].why[0]
-    return "nothing that the cameras see depends on it (out of view, hidden, unlit, or all of it masked)"
+    return planned.zero.get(path) or ("nothing that the cameras see depends on it (out of view, hidden, "
+                                      "unlit, or all of it masked)")
 
 
 def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: NDArray[np.bool_]) -> str | None:

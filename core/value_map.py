@@ -24,21 +24,14 @@ def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list
     if field.startswith(TEXTURES):
         return _number_pieces(tables, name, field[len(TEXTURES) :])
     if isinstance(material, Mixture):
-        first = int(tables.materials.first_leaf[list(scene.materials).index(name)])
-        return [piece for k in range(len(material.parts)) if str(k) not in material.textures
-                for piece in _weight(first + k, k, len(material.parts))]
+        return [piece for k, leaf in enumerate(tables.materials.leaves_of[name]) if str(k) not in material.textures
+                for piece in _weight(leaf, k, len(material.parts))]
     if field in material.textures:
         return []
     place, count = material_table.COLUMNS[field]
     matrix = np.eye(count).reshape(-1, *np.shape(getattr(material, field)))
-    out = []
-    for other, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
-        held = scene.materials[other]
-        parts = held.parts if isinstance(held, Mixture) else (other,)
-        for k, part in enumerate(parts):
-            if part == name:
-                out += by_matrix("leaf_params", (int(first) + k) * material_table.WIDTH + place, matrix)
-    return out
+    return [piece for leaf in tables.materials.leaves_of[name]
+            for piece in by_matrix("leaf_params", leaf * material_table.WIDTH + place, matrix)]
 
 
 def _weight(leaf: int, k: int, parts: int) -> list[Piece]:
@@ -81,8 +74,7 @@ def light_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Pi
     of a spread of 180 degrees.
     """
     matrix = jacobian(lambda light: light_row(light, tables.origin), scene.lights[name], field)
-    row = list(scene.lights).index(name)
-    return by_matrix("light_params", row * light_table.WIDTH, matrix)
+    return by_matrix("light_params", tables.lights.row_of[name] * light_table.WIDTH, matrix)
 
 
 def world_pieces(scene: Scene, _tables: Tables, _name: str, field: str) -> list[Piece]:

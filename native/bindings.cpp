@@ -183,10 +183,11 @@ RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle
     return o;
 }
 
-template <typename T>
-nb::ndarray<nb::numpy, T> to_numpy(std::vector<T>&& values, std::vector<size_t> shape) {
-    auto* held = new std::vector<T>(std::move(values));
-    nb::capsule owner(held, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+template <typename T, typename Allocator>
+nb::ndarray<nb::numpy, T> to_numpy(std::vector<T, Allocator>&& values, std::vector<size_t> shape) {
+    using Values = std::vector<T, Allocator>;
+    auto* held = new Values(std::move(values));
+    nb::capsule owner(held, [](void* p) noexcept { delete static_cast<Values*>(p); });
     return nb::ndarray<nb::numpy, T>(held->data(), shape.size(), shape.data(), owner);
 }
 

@@ -128,6 +128,12 @@ Wanted::Span Wanted::span(const std::string& table) const {
     return at == spans_.end() ? Span{} : at->second;
 }
 
+// Floats of all groups together, unless one has more: four groups of a very large texture don't fit in
+// memory.
+constexpr size_t kMostFloats = size_t{1} << 29;
+// Buffers of more floats aren't kept for later calls.
+constexpr size_t kMostSpare = size_t{1} << 26;
+
 GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareZeros& spare)
     : spare_(spare) {
     size_t known = 0;
@@ -145,14 +151,23 @@ GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wan
         throw std::invalid_argument("a table that is asked for doesn't exist");
     // Many groups balance the load, but each costs memory to clear and to sum. A power of two is shared
     // evenly by as many threads: 13 groups of 300,000 floats took two of them 1.1 times as long as 8 do.
-    groups_.resize(std::bit_floor(std::clamp<size_t>((size_t{1} << 22) / std::max<size_t>(size_, 1), 4, 32)));
+    const size_t size = std::max<size_t>(size_, 1);
+    const size_t least = std::clamp<size_t>(kMostFloats / size, 1, 4);
+    groups_.resize(std::bit_floor(std::clamp<size_t>((size_t{1} << 22) / size, least, 32)));
 }
 
 GradientGroups::View GradientGroups::view(int64_t group) {
     auto& values = groups_[static_cast<size_t>(group)];
     values = spare_.take();
+    if (group == 0 && summed_in_place()) values->reserve(parts_[0].table.size);
     values->resize(size_);
     return again(group);
+}
+
+bool GradientGroups::summed_in_place() const {
+    constexpr size_t kPadding = 64;
+    return size_ > kMostSpare && parts_.size() == 1 && parts_[0].span.first == 0 &&
+           parts_[0].table.size <= size_ + kPadding;
 }
 
 GradientGroups::View GradientGroups::again(int64_t group) {
@@ -174,10 +189,14 @@ GradientGroups::View GradientGroups::again(int64_t group) {
 
 TableValues GradientGroups::reduce(int threads) {
     TableValues out;
+    const bool kept = size_ <= kMostSpare;
+    const bool in_place = summed_in_place() && groups_[0] && groups_[0].use_count() == 1;
     for (const Part& p : parts_) {
-        std::vector<double>& sum = out[p.table.name];
-        sum.assign(p.table.size, 0.0);
-        constexpr size_t kPart = 1 << 13;  // of which the sums stay near a core
+        Zeros& sum = out[p.table.name];
+        if (in_place) sum = std::move(*groups_[0]), groups_[0].reset();
+        sum.resize(p.table.size);
+        // Of a part the sums stay near a core; a page is what memory is given in.
+        constexpr size_t kPart = 1 << 13, kPage = 1 << 9;
         const size_t size = p.span.last - p.span.first;
         parallel_for(
             threads, static_cast<int64_t>((size + kPart - 1) / kPart), nullptr, [&](int, int64_t part) {
@@ -185,14 +204,20 @@ TableValues GradientGroups::reduce(int threads) {
                 for (const auto& group : groups_) {
                     if (!group) continue;
                     double* const values = group->data() + p.offset;
-                    for (size_t k = begin; k < end; ++k) sum[p.span.first + k] += values[k];
-                    // Cleared while it is near: by itself that takes as long as summing.
-                    std::fill(values + begin, values + end, 0.0);
+                    for (size_t at = begin; at < end; at += kPage) {
+                        const size_t next = std::min(end, at + kPage);
+                        // Samples meet few parts of a large texture: the others take no memory.
+                        if (std::all_of(values + at, values + next, [](double x) { return x == 0.0; }))
+                            continue;
+                        for (size_t k = at; k < next; ++k) sum[p.span.first + k] += values[k];
+                        // Cleared while it is near: by itself that takes as long as summing.
+                        if (kept) std::fill(values + at, values + next, 0.0);
+                    }
                 }
             });
     }
     for (auto& group : groups_)
-        if (group) spare_.give(std::move(group));
+        if (group && kept) spare_.give(std::move(group));
     return out;
 }
 
@@ -202,7 +227,7 @@ DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const 
     for (const NamedTable& table : tables) {
         if (!wanted.any(table.name)) continue;
         const Wanted::Span span = wanted.span(table.name);
-        const std::vector<double>& tangent = tangents.at(table.name);
+        const Zeros& tangent = tangents.at(table.name);
         if (tangent.size() != table.size)
             throw std::invalid_argument(std::string("the tangent of the table '") + table.name +
                                         "' has the wrong size");

@@ -10,11 +10,12 @@
 #include "parallel.h"
 #include "scene/tables.h"
 #include "spare.h"
+#include "zeroed.h"
 
 namespace edgegrad {
 
 // Tangents or gradients of whole tables, by name (core/table_derivatives.py).
-using TableValues = std::map<std::string, std::vector<double>>;
+using TableValues = std::map<std::string, Zeros>;
 
 // Floats [first, last) of a table.
 struct TableSpan {
@@ -70,7 +71,7 @@ class Wanted {
 };
 
 // Buffers of zeros.
-using SpareZeros = Spare<std::vector<double>>;
+using SpareZeros = Spare<Zeros>;
 
 // Gradient buffers, summed in a fixed order.
 class GradientGroups {
@@ -97,9 +98,12 @@ class GradientGroups {
         Wanted::Span span;
         size_t offset;
     };
+    // Whether the first group's buffer becomes the result: of a large table that is alone.
+    bool summed_in_place() const;
+
     std::vector<Part> parts_;
     size_t size_ = 0;
-    std::vector<std::shared_ptr<std::vector<double>>> groups_;  // null: no work has come to it
+    std::vector<std::shared_ptr<Zeros>> groups_;  // null: no work has come to it
     SpareZeros& spare_;
 };
 

@@ -19,8 +19,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
     const ImagePlan& plan = call.plan;
     std::fill_n(image, plan.pixels * 3, 0.0f);
     if (wanted.any("normals")) {
-        std::vector<double>& normals = tangents["normals"];
-        normals.resize(tables_.normals.size(), 0.0);
+        Zeros& normals = tangents["normals"];
+        normals.resize(tables_.normals.size());
         if (wanted.any("vertices"))
             push_shading_normals(tables_, threads_, tangents.at("vertices").data(), normals.data());
     }

@@ -36,7 +36,7 @@ TableValues random_motion(const std::vector<NamedTable>& tables, const Wanted& w
     TableValues out;
     for (const NamedTable& table : tables) {
         if (!wanted.any(table.name)) continue;
-        std::vector<double>& values = out[table.name];
+        Zeros& values = out[table.name];
         values.assign(table.size, 0.0);
         const std::string name = table.name;
         const size_t count = name == "vertices" ? table.size : name == "camera" ? 3 : 0;

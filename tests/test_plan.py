@@ -11,8 +11,9 @@ import pytest
 import edgegrad
 from edgegrad import TERMS, AreaLight, Camera, Material, Mesh, Renderer, Scene, SunLight, World, parameters
 from edgegrad.derivative_plan import Term
+from edgegrad.placed import PlacedMeshes
 from edgegrad.plan import Plan, plan
-from edgegrad.shape import convex, crossing_pairs, pierces
+from edgegrad.shape import convex, pierces
 from tests import shapes
 
 VERTICES = "meshes.object.vertices"
@@ -291,13 +292,13 @@ def test_crossings_of_copies_are_told_by_pairs_of_meshes() -> None:
     places[:, 0, 3] = 3.0 * np.arange(400)
     copies = Mesh(cube, faces, ("clay",), instances=places)
     pole = Mesh(cube * 0.4 + [30.3, 3.0, 0.0], faces, ("clay",))
-    assert crossing_pairs({"row": copies, "pole": pole}) == []
+    assert PlacedMeshes({"row": copies, "pole": pole}).crossing == []
     pole.vertices = cube * [0.4, 4.0, 0.4] + [30.3, 3.0, 0.0]
-    assert crossing_pairs({"row": copies, "pole": pole}) == [("row", "pole")]
+    assert PlacedMeshes({"row": copies, "pole": pole}).crossing == [("row", "pole")]
     places[7, 0, 3] -= 1.1
-    assert crossing_pairs({"pole": pole, "row": copies}) == [("pole", "row"), ("row", "row")]
+    assert PlacedMeshes({"pole": pole, "row": copies}).crossing == [("pole", "row"), ("row", "row")]
     places[7, :3, :3] *= 0.5
-    assert crossing_pairs({"row": copies}) == []
+    assert PlacedMeshes({"row": copies}).crossing == []
     scene = box()
     scene.meshes["object"].instances = places[:2].copy()
     scene.meshes["object"].instances[1, 0, 3] = 0.7

@@ -12,7 +12,7 @@ from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World, p
 from edgegrad.expression import Attribute, ImageTexture
 from edgegrad.image import Image
 from edgegrad.motion import motion
-from edgegrad.placement import placed_meshes
+from edgegrad.placed import PlacedMeshes
 from edgegrad.primary_plan import PrimaryRules, mesh_edges, missing_jumps, primary_rules
 from edgegrad.table_derivatives import asked_tables
 from edgegrad.tables import flatten
@@ -26,7 +26,7 @@ POSE = "camera.to_world"
 def rules(scene: Scene, wrt: Sequence[str]) -> PrimaryRules:
     """The rules as the plan has them."""
     tables = asked_tables(scene, flatten(scene), wrt)
-    placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
+    placed = PlacedMeshes.of(scene)
     return primary_rules(scene, placed, mesh_edges(scene, placed), motion(scene, tables, wrt), wrt)
 
 
@@ -160,7 +160,7 @@ def test_camera_reaches_meshes_that_stand_still() -> None:
 def test_jumps_that_are_no_edges_are_named() -> None:
     def missing(scene: Scene, wrt: Sequence[str]) -> str:
         tables = asked_tables(scene, flatten(scene), wrt)
-        placed = dict(zip(scene.meshes, placed_meshes(scene), strict=True))
+        placed = PlacedMeshes.of(scene)
         return " ".join(missing_jumps(scene, placed, motion(scene, tables, wrt)))
 
     assert missing(box_scene(), [VERTICES]) == ""

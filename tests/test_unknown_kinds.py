@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edgegrad import Material, Scene, parameters, tables
+from edgegrad import Material, Scene, parameters, plan, tables
 from edgegrad.table_derivatives import pull_back
 from edgegrad.unknown_poses import depth_seen, rotations, scene_extent
 from edgegrad.unknowns import unknown
@@ -179,4 +179,4 @@ def test_why_nothing_depends_on_a_parameter(path: str, reason: str) -> None:
     scene.materials = {**scene.materials, "spare": Material()}
     scene.meshes = {"still": scene.meshes["still"]}  # has "clay" as a part of a mixture only
     scene.lights = {name: light for name, light in scene.lights.items() if name == "point"}
-    assert why_untouched(scene, np.ones(1), path, 2).startswith(reason)
+    assert why_untouched(scene, np.ones(1), path, plan(scene, [path])).startswith(reason)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "boundary/box_pairs.h"
 #include "boundary/face_cut.h"
 #include "parallel.h"
 #include "scene/mesh_instances.h"
@@ -42,13 +43,10 @@ Box common_box(const Box& a, const Box& b) {
     return out;
 }
 
-// Two copies by number.
-using Pair = std::array<size_t, 2>;
-
-// The pairs of copies whose boxes meet and that wanted(one, other): of the copies in the order in which they
-// begin along the axis on which they are spread most, those that begin before one ends.
+// The pairs of copies whose boxes meet and that wanted(one, other), in the order in which they begin along
+// the axis on which they are spread most.
 template <typename Wanted>
-std::vector<Pair> meeting_pairs(const std::vector<MeshCopy>& copies, const Wanted& wanted) {
+std::vector<BoxPair> meeting_pairs(const std::vector<MeshCopy>& copies, const Wanted& wanted) {
     Box middles;
     for (const MeshCopy& copy : copies) add(middles, (vertex(copy.box.low) + vertex(copy.box.high)) * 0.5);
     int axis = 0;
@@ -58,14 +56,11 @@ std::vector<Pair> meeting_pairs(const std::vector<MeshCopy>& copies, const Wante
     std::iota(order.begin(), order.end(), size_t{0});
     std::stable_sort(order.begin(), order.end(),
                      [&](size_t a, size_t b) { return copies[a].box.low[axis] < copies[b].box.low[axis]; });
-    std::vector<Pair> out;
-    for (size_t i = 0; i < order.size(); ++i) {
-        may_cancel();
-        const MeshCopy& one = copies[order[i]];
-        for (size_t j = i + 1; j < order.size() && copies[order[j]].box.low[axis] <= one.box.high[axis]; ++j)
-            if (one.box.meets(copies[order[j]].box) && wanted(one, copies[order[j]]))
-                out.push_back({order[i], order[j]});
-    }
+    std::vector<Box> boxes;
+    for (size_t k : order) boxes.push_back(copies[k].box);
+    std::vector<BoxPair> out =
+        BoxPairs(boxes).pairs([&](size_t a, size_t b) { return wanted(copies[order[a]], copies[order[b]]); });
+    for (auto& [one, other] : out) one = order[one], other = order[other];
     return out;
 }
 
@@ -156,9 +151,9 @@ void search_copies(const SceneTables& tables, const Asked& asked, int32_t seers,
         return asked.camera || asked.instances || asked.moving[static_cast<size_t>(one.mesh)] ||
                asked.moving[static_cast<size_t>(other.mesh)];
     };
-    const std::vector<Pair> pairs = meeting_pairs(copies, wanted);
+    const std::vector<BoxPair> pairs = meeting_pairs(copies, wanted);
     std::vector<uint8_t> met(instances.size(), 0);
-    for (const Pair& pair : pairs)
+    for (const BoxPair& pair : pairs)
         for (size_t k : pair) met[static_cast<size_t>(copies[k].mesh)] = 1;
     std::vector<FaceTree> trees;
     for (size_t m = 0; m < instances.size(); ++m) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "boundary/box_pairs.h"
 #include "boundary/copy_crossings.h"
 #include "boundary/face_cut.h"
 #include "boundary/picture_frame.h"
@@ -87,15 +88,15 @@ Crossings find_crossings(const EdgeList& edges, const Asked& asked, int32_t seer
         if (seen[m]) boxes[m] = mesh_box(tables, m);
     }
     Crossings out;
+    // Meshes that no camera sees have empty boxes.
+    const std::vector<BoxPair> pairs = BoxPairs(boxes).pairs(
+        [&](size_t a, size_t b) { return asked.camera || asked.moving[a] || asked.moving[b]; });
+    auto pair = pairs.begin();
     for (size_t a = 0; a < meshes; ++a) {
         may_cancel();
-        for (size_t b = a; b < meshes; ++b) {
-            if (!seen[a] || !seen[b] || !boxes[a].meets(boxes[b])) continue;
-            if (!asked.camera && !asked.moving[a] && !asked.moving[b]) continue;
-            if (a == b) {
-                search_self(edges, static_cast<int32_t>(a), out);
-                continue;
-            }
+        if (seen[a] && (asked.camera || asked.moving[a])) search_self(edges, static_cast<int32_t>(a), out);
+        for (; pair != pairs.end() && (*pair)[0] == a; ++pair) {
+            const size_t b = (*pair)[1];
             Box common;
             for (int c = 0; c < 3; ++c) {
                 common.low[c] = std::max(boxes[a].low[c], boxes[b].low[c]);

@@ -1,0 +1,53 @@
+"""A scene that is looked at many times and doesn't change meanwhile."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import fields
+from functools import cached_property
+
+from .scene import Scene
+
+
+class FixedScene(Scene):
+    """A validated scene, of which what holds for all its meshes is found once."""
+
+    @staticmethod
+    def of(scene: Scene) -> FixedScene:
+        """The same objects; none of them may change while this is in use."""
+        return FixedScene(**{f.name: getattr(scene, f.name) for f in fields(Scene)})
+
+    @cached_property
+    def used_materials(self) -> list[str]:
+        """As `Scene.used_materials`."""
+        return [name for name in self.materials if name in self._users]
+
+    @cached_property
+    def emitters(self) -> list[str]:
+        """As `Scene.emitters`."""
+        return Scene.emitters.fget(self)  # type: ignore[attr-defined]
+
+    def emits(self, mesh_name: str) -> bool:
+        """As `Scene.emits`."""
+        return mesh_name in self._emitting
+
+    def meshes_with(self, materials: Collection[str]) -> list[str]:
+        """As `Scene.meshes_with`."""
+        users = [self._users[name] for name in frozenset(materials) if name in self._users]
+        if len(users) == 1:
+            return users[0]
+        found = {name for some in users for name in some}
+        return [name for name in self.meshes if name in found]
+
+    @cached_property
+    def _emitting(self) -> frozenset[str]:
+        return frozenset(self.emitters)
+
+    @cached_property
+    def _users(self) -> dict[str, list[str]]:
+        """By material, the meshes that have faces of it, in order."""
+        out: dict[str, list[str]] = {}
+        for name, mesh in self.meshes.items():
+            for material in dict.fromkeys(mesh.used_materials):
+                out.setdefault(material, []).append(name)
+        return out

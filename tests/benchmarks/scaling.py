@@ -1,0 +1,147 @@
+"""Seconds and memory over the size of a scene: ``python -m tests.benchmarks.scaling [--only KIND] [--most SIZE]``.
+
+Each line is measured in a process of its own. Seconds are of the processor (user and system, all threads), so that
+other work on the machine does not count; memory is the largest that the process has had.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import resource
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from edgegrad import Camera, Image, Material, Mesh, Renderer, Scene, SunLight, World, plan
+from edgegrad.expression import Attribute, Expression, ImageTexture, Math
+from edgegrad.tables import flatten
+from edgegrad.texture_program import compile_textures
+from tests.shapes import ball, cube
+
+SIZES = {
+    "meshes": (1, 1_000, 10_000, 100_000),
+    "touching meshes": (1_000, 10_000, 100_000),
+    "materials": (100, 1_000, 10_000),
+    "nodes": (500, 2_000, 10_000),
+    "texels": (1024**2, 2048**2, 4096**2, 8192**2),
+    "instances": (1_000, 10_000, 100_000),
+}
+SPP, PIXELS, DEPTH = 16, 128, 3
+
+
+def places(count: int, gap: float) -> np.ndarray:
+    """(count, 3) a cubic grid."""
+    side = int(np.ceil(count ** (1.0 / 3.0)))
+    k = np.arange(count)
+    return gap * np.stack([k % side, k // side % side, k // side**2], axis=1)
+
+
+def scene(meshes: dict[str, Mesh], extent: float, materials: dict[str, Material] | None = None) -> Scene:
+    pose = np.eye(4)
+    pose[:3, 3] = [0.5 * extent, 0.5 * extent, 3.0 * extent + 5.0]
+    return Scene(Camera(to_world=pose, width=PIXELS, height=PIXELS), meshes,
+                 materials or {"clay": Material(np.full(3, 0.8))}, {"sun": SunLight(np.array([0.3, 0.2, -1.0]))},
+                 World(np.full(3, 0.3)))
+
+
+def of_meshes(count: int, gap: float = 3.0) -> tuple[Scene, list[str]]:
+    vertices, faces = cube()
+    at = places(count, gap)
+    return (scene({f"box{k}": Mesh(vertices + at[k], faces, ("clay",)) for k in range(count)}, float(at.max())),
+            ["meshes.box0.vertices"])
+
+
+def of_materials(count: int) -> tuple[Scene, list[str]]:
+    vertices, faces = cube()
+    materials = {f"m{k}": Material(np.full(3, 0.5)) for k in range(count)}
+    slots = (np.arange(len(faces)) % count).astype(np.int32)
+    mesh = Mesh(vertices, faces, tuple(materials), slots)
+    return scene({"box": mesh}, 2.0, materials), [f"materials.m{k}.base_color" for k in range(count)]
+
+
+def of_nodes(count: int) -> tuple[Scene, list[str]]:
+    vertices, faces = cube()
+    node: Expression = Attribute("values")
+    for k in range(count):
+        node = Math("ADD", node, 1e-4 * k)
+    return (scene({"box": Mesh(vertices, faces, ("clay",))}, 2.0, {"clay": Material(textures={"roughness": node})}),
+            ["materials.clay.base_color"])
+
+
+def of_texels(count: int) -> tuple[Scene, list[str]]:
+    vertices, faces = cube()
+    rng = np.random.default_rng(0)
+    side = round(count**0.5)
+    uv = {"UVMap": rng.random((len(faces), 3, 2)).astype(np.float32)}
+    materials = {"clay": Material(textures={"base_color": ImageTexture("image", Attribute("UVMap"))})}
+    out = scene({"box": Mesh(vertices, faces, ("clay",), attributes=uv)}, 2.0, materials)
+    out.images = {"image": Image(rng.random((side, side, 3), dtype=np.float32))}
+    return out, ["images.image.pixels"]
+
+
+def of_instances(count: int) -> tuple[Scene, list[str]]:
+    vertices, faces = ball(2)
+    at = places(count, 3.0)
+    matrices = np.tile(np.eye(4), (count, 1, 1))
+    matrices[:, :3, 3] = at
+    return scene({"ball": Mesh(vertices, faces, ("clay",), instances=matrices)}, float(at.max())), [
+        "meshes.ball.instances"]
+
+
+MAKE: dict[str, Callable[[int], tuple[Scene, list[str]]]] = {
+    "meshes": of_meshes, "touching meshes": lambda count: of_meshes(count, 2.0), "materials": of_materials,
+    "nodes": of_nodes, "texels": of_texels, "instances": of_instances,
+}  # fmt: skip
+STEPS = ("validate", "flatten", "compile", "renderer", "edges", "render", "gradient", "again", "plan")
+
+
+def measure(kind: str, count: int) -> dict[str, float]:
+    """Seconds by step, and gigabytes before the first and after the last."""
+    made, wrt = MAKE[kind](count)
+    found = {"before": gigabytes()}
+
+    def timed(name: str, function: Callable[[], Any]) -> Any:
+        start = time.process_time()
+        out = function()
+        found[name] = time.process_time() - start
+        return out
+
+    timed("validate", made.validate)
+    timed("flatten", lambda: flatten(made))
+    timed("compile", lambda: compile_textures(made) if kind == "nodes" else None)
+    renderer = timed("renderer", lambda: Renderer(made))
+    timed("edges", lambda: renderer.edges)
+    depth = 2 if kind == "nodes" else DEPTH
+    timed("render", lambda: renderer.render(spp=SPP, max_depth=depth))
+    adjoint = np.ones((PIXELS, PIXELS, 3), np.float32)
+    for step in ("gradient", "again"):
+        timed(step, lambda: renderer.render_backward(adjoint, wrt, spp=SPP, max_depth=depth))
+    timed("plan", lambda: plan(made, wrt, max_depth=depth))
+    found["after"] = gigabytes()
+    return found
+
+
+def gigabytes() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", choices=SIZES)
+    parser.add_argument("--most", type=int, default=10**9)
+    options = parser.parse_args()
+    print(f"{'':26}" + "".join(f"{step:>10}" for step in (*STEPS, "GB before", "GB after")))
+    with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
+        for kind, sizes in SIZES.items():
+            for count in sizes if options.only in (None, kind) else ():
+                if count <= options.most:
+                    found = pool.apply(measure, (kind, count))
+                    seconds = "".join(f"{found[step]:10.3f}" for step in STEPS)
+                    print(f"{count:>11,} {kind:14}{seconds}{found['before']:10.2f}{found['after']:10.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

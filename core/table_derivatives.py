@@ -10,7 +10,7 @@ derivative 0: the picture doesn't depend on them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -151,13 +151,25 @@ def pull_back(
     -------
     Parameter path to an array of the parameter's shape.
     """
-    out = {}
-    for path in wrt:
-        total = np.zeros(np.shape(parameters.get(scene, path)))
-        for piece in pieces(scene, tables, path):
-            total += piece.pull(gradients[piece.table][piece.first : piece.last])
-        out[path] = total
-    return out
+    return pull_back_of(scene, tables, wrt)(gradients)
+
+
+def pull_back_of(
+    scene: Scene, tables: Tables, wrt: Iterable[str]
+) -> Callable[[Mapping[str, NDArray[np.float64]]], dict[str, NDArray[np.float64]]]:
+    """`pull_back` for the scene as it is now, whatever becomes of it before there are gradients."""
+    of = {path: (np.shape(parameters.get(scene, path)), pieces(scene, tables, path)) for path in wrt}
+
+    def pull(gradients: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        out = {}
+        for path, (shape, found) in of.items():
+            total = np.zeros(shape)
+            for piece in found:
+                total += piece.pull(gradients[piece.table][piece.first : piece.last])
+            out[path] = total
+        return out
+
+    return pull
 
 
 def wanted_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Wanted:

@@ -10,6 +10,7 @@ namespace edgegrad {
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
                      LearnedSampling* learned, const Progress& progress, float* image,
                      Dropped& dropped) const {
+    require_settled();
     DerivativeCall call(*this, options, wanted, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
@@ -140,6 +141,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
 
 TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
                              LearnedSampling* learned, const Progress& progress, Dropped& dropped) const {
+    require_settled();
     DerivativeCall call(*this, options, wanted, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
@@ -150,17 +152,11 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
 
     auto memory = thread_memory();
     std::vector<ThreadMemory>& of_thread = *memory;
-    std::atomic<bool> stop{false};
     std::atomic<int64_t> done{0};
     // Groups take long: progress counts chunks, and cancelling is seen between them.
     const Progress report = [&](double) {
-        try {
-            const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
-            if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
-        } catch (...) {
-            stop = true;
-            throw;
-        }
+        const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
+        if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
     };
     const int64_t count = groups.count();
     const auto add_pass = [&](int thread, int64_t group, int pass, const GradientGroups::View& gradient) {
@@ -168,7 +164,8 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         Workspace& w = of_thread[static_cast<size_t>(thread)].paths();
         for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;
-            for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !stop; chunk += count, ++done) {
+            for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !work_is_cancelled();
+                 chunk += count, ++done) {
                 DroppedSamples lost;
                 const int64_t first = chunk * kBoundaryChunk;
                 const BoundaryTask task =
@@ -183,7 +180,8 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         if (!call.specular || pass >= call.specular->passes()) return;
         const DerivativeView d = call.boundary_view(gradient);
         SpecularTerm& term = *call.specular;
-        for (int64_t chunk = group; chunk < term.chunks(pass) && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < term.chunks(pass) && !work_is_cancelled();
+             chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
             term.backward(kernels_, scene, pass, first, std::min(kBoundaryChunk, term.total(pass) - first),
@@ -193,7 +191,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     };
     const auto add_edge_on = [&](size_t thread, int64_t group, const GradientGroups::View& gradient) {
         const EdgeOnTerm& term = *call.edge_on;
-        for (int64_t chunk = group; chunk < term.chunks() && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < term.chunks() && !work_is_cancelled(); chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
             ThreadMemory& mine = of_thread[thread];
@@ -217,7 +215,8 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
         Workspace& w = mine.paths();
         // A group's chunks are spread over the picture, so that groups take about equally long.
-        for (int64_t chunk = group; chunk < call.image_chunks && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < call.image_chunks && !work_is_cancelled();
+             chunk += count, ++done) {
             if (!plan.any_adjoint(chunk, adjoint)) continue;
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 DroppedSamples lost;
@@ -232,7 +231,8 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
                 call.dropped.add(lost);
             });
         }
-        for (int64_t chunk = group; chunk < call.horizon_chunks && !stop; chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < call.horizon_chunks && !work_is_cancelled();
+             chunk += count, ++done) {
             if (!call.horizon.any_adjoint(chunk, adjoint)) continue;
             DerivativeView d = call.boundary_view(gradient);
             call.horizon.for_each_task(chunk, [&](const ImageTask& task) {

@@ -7,9 +7,77 @@
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#ifndef _WIN32
+#include <unistd.h>
+#endif
+
 namespace edgegrad {
+namespace {
+
+// A fraction of the time within which an interruption should be answered.
+constexpr std::chrono::milliseconds kLookEvery{50};
+
+int64_t now() { return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1); }
+
+std::atomic<bool> others_end{false};
+std::atomic<std::thread::id> last_thread;  // whose work goes on
+std::atomic<int> workers{0};
+
+bool is_ended(std::thread::id caller) { return others_end && last_thread.load() != caller; }
+
+// The parallel_for that a thread works in.
+struct Work {
+    std::thread::id caller;
+    std::atomic<bool> stop{false};
+    bool cancelled() const { return stop || is_ended(caller); }
+};
+
+thread_local Interruption* interruption = nullptr;
+thread_local const Work* work_of_thread = nullptr;
+
+int64_t process_id() {
+#ifdef _WIN32
+    return 0;  // there is no fork
+#else
+    return getpid();
+#endif
+}
+
+class Working {
+ public:
+    explicit Working(const Work& work) : outer_(std::exchange(work_of_thread, &work)) {}
+    ~Working() { work_of_thread = outer_; }
+
+ private:
+    const Work* outer_;
+};
+
+}  // namespace
+
+void end_work_of_others() {
+    last_thread = std::this_thread::get_id();
+    others_end = true;
+}
+
+int worker_count() { return workers; }
+void forget_workers() { workers = 0; }
+bool work_has_ended() { return is_ended(std::this_thread::get_id()); }
+bool work_is_cancelled() { return work_of_thread && work_of_thread->cancelled(); }
+
+Interruption::Interruption(std::function<void()> look)
+    : look_(std::move(look)), outer_(std::exchange(interruption, this)), next_(now()) {}
+
+Interruption::~Interruption() { interruption = outer_; }
+
+void check_interruption() {
+    Interruption* const mine = interruption;
+    if (!mine || now() < mine->next_) return;
+    mine->look_();
+    mine->next_ = now() + kLookEvery / std::chrono::nanoseconds(1);
+}
 
 int thread_count(int asked) {
     if (asked > 0) return asked;
@@ -21,11 +89,15 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
     if (items <= 0) return;
     threads = static_cast<int>(std::min<int64_t>(threads, items));
     if (threads == 1 && !progress) {  // starting a thread takes longer than small items do
-        for (int64_t item = 0; item < items; ++item) body(0, item);
+        for (int64_t item = 0; item < items; ++item) {
+            body(0, item);
+            check_interruption();
+        }
         return;
     }
+    Work shared{std::this_thread::get_id()};
+    const int64_t process = process_id();
     std::atomic<int64_t> next{0}, done{0};
-    std::atomic<bool> stop{false};
     std::mutex mutex;
     std::condition_variable finished;
     int running = 0;
@@ -33,25 +105,36 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
 
     const auto work = [&](int thread) {
         try {
-            while (!stop) {
+            const Working working(shared);
+            while (!shared.stop) {
+                if (is_ended(shared.caller)) throw CallEnded();
                 const int64_t item = next++;
                 if (item >= items) break;
                 body(thread, item);
                 ++done;
+                check_interruption();
             }
         } catch (...) {
             const std::lock_guard lock(mutex);
             if (!error) error = std::current_exception();
-            stop = true;
+            shared.stop = true;
         }
         const std::lock_guard lock(mutex);
         --running;
         finished.notify_all();
     };
+    const auto run = [&](int thread) {
+        work(thread);
+        --workers;
+    };
 
     std::vector<std::thread> pool;
     const auto join = [&] {
-        for (std::thread& t : pool) t.join();
+        // A fork leaves the threads to the parent process: what never ends can't be waited for.
+        if (process_id() != process)
+            new std::vector<std::thread>(std::move(pool));
+        else
+            for (std::thread& t : pool) t.join();
         pool.clear();
     };
     // The calling thread reports: only it may talk to the caller. Else it works.
@@ -61,8 +144,10 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
         running = threads;
         for (int t = 0; t < started; ++t) {
             try {
-                pool.emplace_back(work, t);
+                ++workers;
+                pool.emplace_back(run, t);
             } catch (...) {  // the system has no more threads: those that run do the work
+                --workers;
                 const std::lock_guard lock(mutex);
                 running -= started - t;
                 if (progress && pool.empty()) throw;
@@ -71,13 +156,20 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
         }
         if (!progress) work(started);
         std::unique_lock lock(mutex);
-        while (!finished.wait_for(lock, std::chrono::milliseconds(50), [&] { return running == 0; })) {
+        while (!finished.wait_for(lock, kLookEvery, [&] { return running == 0; })) {
             lock.unlock();
-            if (progress) progress(static_cast<double>(done) / static_cast<double>(items));
+            if (progress)
+                progress(static_cast<double>(done) / static_cast<double>(items));
+            else
+                check_interruption();
+            if (process_id() != process)
+                throw std::runtime_error(
+                    "this call can't go on in a process forked from its progress function; "
+                    "its threads stayed in the other process");
             lock.lock();
         }
     } catch (...) {
-        stop = true;
+        shared.stop = true;
         join();
         throw;
     }

@@ -75,6 +75,10 @@ void Bvh::build(const SceneTables& tables) {
     scene_ = api_.new_scene(device_);
     api_.set_scene_quality(scene_, embree::kMedium);
     const auto instances = mesh_instances(tables);
+    // Embree's objects must be held as soon as they exist.
+    geometries_.reserve(static_cast<size_t>(tables.visible_meshes));
+    instanced_.reserve(static_cast<size_t>(tables.visible_meshes));
+    instances_.reserve(tables.instance_mesh.size());
     for (int32_t m = 0; m < tables.visible_meshes; ++m) {
         embree::Geometry g = api_.new_geometry(device_, embree::kTriangle);
         geometries_.push_back(g);

@@ -11,7 +11,8 @@ namespace nb = nanobind;
 namespace edgegrad {
 namespace {
 
-std::atomic<int> outside{0};  // calls that are outside the interpreter
+std::atomic<int> calls{0};    // that have left the interpreter
+std::atomic<int> outside{0};  // those that aren't in their progress functions at the moment
 thread_local WithoutInterpreter* call_of_thread = nullptr;
 
 [[noreturn]] void stop_for_ever() {
@@ -22,14 +23,15 @@ thread_local WithoutInterpreter* call_of_thread = nullptr;
 void end_calls() {
     end_work_of_others();
     PyThreadState* const state = PyEval_SaveThread();
-    // Calls that are in their progress functions count as inside; only their threads stop.
+    // Nothing can be done about progress functions that don't return, but that no thread works for them.
     while (outside > 0 || worker_count() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     PyEval_RestoreThread(state);
+    if (calls > 0) nb::set_leak_warnings(false);  // they hold their objects for ever
 }
 
 // In a forked process, which has no other threads.
 void forget_calls() {
-    outside = 0;
+    outside = 0;  // the forking thread's own are in their progress functions
     forget_workers();
 }
 
@@ -49,12 +51,14 @@ void with_interpreter(const std::function<void()>& run);
 WithoutInterpreter::WithoutInterpreter()
     : outer_((check_not_ended(), std::exchange(call_of_thread, this))),
       interruption_([] { with_interpreter(look_for_signals); }) {
+    ++calls;
     leave();
 }
 
 WithoutInterpreter::~WithoutInterpreter() {
     come_back();
     call_of_thread = outer_;
+    --calls;
 }
 
 void WithoutInterpreter::leave() {

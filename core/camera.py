@@ -7,12 +7,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import array, choice, number, whole
+from ._check import LARGEST_LENGTH, array, choice, number, whole
 
 # Pixels are numbered in 32 bits, three floats each.
 MAX_PIXELS = 1 << 28
 KINDS = ("PERSPECTIVE", "ORTHOGRAPHIC", "EQUIRECTANGULAR")
 FILTERS = ("BOX", "BLACKMAN_HARRIS", "GAUSSIAN")
+# Narrowest field of view, most of ratios (and of their inverses) and of shifts, and radians: what is beyond leaves
+# single precision when rays are made of it.
+_NARROWEST, _MOST_RATIO, _MOST_SHIFT, _MOST_ANGLE = 1e-9, 1e4, 1e4, 1e4
+# Pixels; a sample of a derivative is added to the square of so many.
+_WIDEST_FILTER = 256.0
 
 
 @dataclass
@@ -53,8 +58,8 @@ class Camera:
         (x0, y0, x1, y1): only these pixels of the full picture are rendered, x0 <= x < x1, row 0 on top;
         None: all. Rendered pictures have the crop's size.
     filter, filter_width
-        Pixel filter ``"BOX"``, ``"BLACKMAN_HARRIS"`` or ``"GAUSSIAN"`` and its full width in pixels, > 0, as
-        in Cycles (whose filters end at half that width to each side).
+        Pixel filter ``"BOX"``, ``"BLACKMAN_HARRIS"`` or ``"GAUSSIAN"`` and its full width in pixels, in (0, 256],
+        as in Cycles (whose filters end at half that width to each side).
     """
 
     to_world: NDArray[np.float64]
@@ -81,24 +86,29 @@ class Camera:
     def validate(self) -> None:
         """Raise ``ValueError`` with one sentence that names the wrong field."""
         where = "camera"
-        self.to_world = array(where, "to_world", self.to_world, (4, 4), np.float64)
-        self.shift = array(where, "shift", self.shift, (2,), np.float64)
-        self.longitude = array(where, "longitude", self.longitude, (2,), np.float64)
-        self.latitude = array(where, "latitude", self.latitude, (2,), np.float64)
+        self.to_world = array(where, "to_world", self.to_world, (4, 4), np.float64, most=LARGEST_LENGTH)
+        self.shift = array(where, "shift", self.shift, (2,), np.float64, most=_MOST_SHIFT)
+        self.longitude = array(where, "longitude", self.longitude, (2,), np.float64, most=_MOST_ANGLE)
+        self.latitude = array(where, "latitude", self.latitude, (2,), np.float64, most=_MOST_ANGLE)
         choice(where, "kind", self.kind, KINDS)
         choice(where, "filter", self.filter, FILTERS)
-        self.fov_x = number(where, "fov_x", self.fov_x, above=0.0, below=np.pi)
-        for name in ("ortho_width", "pixel_aspect", "focus_distance", "aperture_ratio", "filter_width"):
-            setattr(self, name, number(where, name, getattr(self, name), above=0.0))
-        self.aperture_radius = number(where, "aperture_radius", self.aperture_radius, least=0.0)
-        self.aperture_rotation = number(where, "aperture_rotation", self.aperture_rotation)
+        self.fov_x = number(where, "fov_x", self.fov_x, above=0.0, least=_NARROWEST, below=np.pi)
+        for name in ("ortho_width", "focus_distance"):
+            least = 1.0 / LARGEST_LENGTH
+            setattr(self, name, number(where, name, getattr(self, name), above=0.0, least=least, most=LARGEST_LENGTH))
+        for name in ("pixel_aspect", "aperture_ratio"):
+            least = 1.0 / _MOST_RATIO
+            setattr(self, name, number(where, name, getattr(self, name), above=0.0, least=least, most=_MOST_RATIO))
+        self.filter_width = number(where, "filter_width", self.filter_width, above=0.0, most=_WIDEST_FILTER)
+        self.aperture_radius = number(where, "aperture_radius", self.aperture_radius, least=0.0, most=LARGEST_LENGTH)
+        self.aperture_rotation = number(where, "aperture_rotation", self.aperture_rotation, most=_MOST_ANGLE)
         self.aperture_blades = whole(where, "aperture_blades", self.aperture_blades, 0, 64)
         self.width = whole(where, "width", self.width, 1, 65536)
         self.height = whole(where, "height", self.height, 1, 65536)
         if self.width * self.height > MAX_PIXELS:
             raise ValueError(f"{where}: a picture of {self.width} x {self.height} pixels is too large; "
                              f"{MAX_PIXELS} pixels are the most")
-        self.clip_start = number(where, "clip_start", self.clip_start, least=0.0)
+        self.clip_start = number(where, "clip_start", self.clip_start, least=0.0, most=LARGEST_LENGTH)
         self.clip_end = number(where, "clip_end", self.clip_end, above=self.clip_start)
         rotation = self.to_world[:3, :3]
         if not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-4):

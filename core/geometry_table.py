@@ -117,9 +117,9 @@ def _shading_normals(meshes: list[Mesh], first_face: NDArray[np.int64]) -> dict[
     corner = np.full((int(first_face[-1]) if first[-1] else 0, 3), -1, np.int32)
     given = np.zeros((int(first[-1]) if custom.any() else 0, 3), np.float32)
     for k, mesh in enumerate(meshes):
-        if mesh.smoothing is None:
+        if mesh.smoothing is None or not counts[k]:
             continue
-        rows = corner[first_face[k] : first_face[k + 1]] if len(corner) else corner
+        rows = corner[first_face[k] : first_face[k + 1]]
         rows[:] = np.where(mesh.smoothing < 0, -1, mesh.smoothing + first[k])
         if mesh.normals is not None:
             normals = mesh.normals[: counts[k]]

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import array, choice, number, rays
+from ._check import LARGEST, LARGEST_LENGTH, array, choice, number, rays
 
 SHAPES = ("RECTANGLE", "ELLIPSE")
 FALLOFFS = ("SMOOTH", "LINEAR")
@@ -52,7 +52,8 @@ class _Light:
         self.color = array(where, "color", self.color, (3,), np.float64, least=0.0)
         self.visible_to = rays(where, "visible_to", self.visible_to)
         for key in self._ABOVE_OR_ZERO:
-            setattr(self, key, number(where, key, getattr(self, key), least=0.0))
+            most = LARGEST_LENGTH if key == "radius" else LARGEST
+            setattr(self, key, number(where, key, getattr(self, key), least=0.0, most=most))
         for key in ("receivers", "blockers"):
             value = getattr(self, key)
             if isinstance(value, str):
@@ -96,7 +97,7 @@ class PointLight(_Light):
     _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power", "radius")
 
     def _validate(self, where: str) -> None:
-        self.position = array(where, "position", self.position, (3,), np.float64)
+        self.position = array(where, "position", self.position, (3,), np.float64, most=LARGEST_LENGTH)
 
 
 @dataclass
@@ -131,7 +132,7 @@ class SpotLight(_Light):
     _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power", "radius", "angle", "blend")
 
     def _validate(self, where: str) -> None:
-        self.position = array(where, "position", self.position, (3,), np.float64)
+        self.position = array(where, "position", self.position, (3,), np.float64, most=LARGEST_LENGTH)
         self.direction = _direction(where, self.direction)
         self.angle = number(where, "angle", self.angle, above=0.0, below=np.pi + 1e-6)
         self.blend = number(where, "blend", self.blend, least=0.0, below=1.0 + 1e-6)
@@ -192,8 +193,8 @@ class AreaLight(_Light):
     _ABOVE_OR_ZERO: ClassVar[tuple[str, ...]] = ("power",)
 
     def _validate(self, where: str) -> None:
-        self.to_world = array(where, "to_world", self.to_world, (4, 4), np.float64)
-        self.size = array(where, "size", self.size, (2,), np.float64, least=0.0)
+        self.to_world = array(where, "to_world", self.to_world, (4, 4), np.float64, most=LARGEST_LENGTH)
+        self.size = array(where, "size", self.size, (2,), np.float64, least=0.0, most=LARGEST_LENGTH)
         if self.size.min() <= 0.0:
             raise ValueError(f"{where}: size must be above 0 along both axes")
         choice(where, "shape", self.shape, SHAPES)

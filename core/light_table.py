@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._check import derived
 from .geometry_table import link_sets, ray_bits
 from .light import AreaLight, Light, PointLight, SpotLight, SunLight
 from .scene import Scene
@@ -66,7 +67,10 @@ class LightTable:
 def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
     """The table of a validated scene's lights, positions relative to `origin` (3,)."""
     lights = list(scene.lights.values())
-    rows = [_kind_flags_row(light, origin) for light in lights]
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # told of below
+        rows = [_kind_flags_row(light, origin) for light in lights]
+    for name, (_, _, row) in zip(scene.lights, rows, strict=True):
+        derived(f"light '{name}'", "the radiance that its strength, color and size make", row)
     return LightTable(
         params=np.array([row for _, _, row in rows], np.float32).reshape(-1, WIDTH),
         kind=np.array([kind for kind, _, _ in rows], np.int32),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import RAYS, array, number, rays
+from ._check import LARGEST_LENGTH, RAYS, array, number, rays
 
 
 @dataclass
@@ -71,7 +71,7 @@ class Mesh:
     def validate(self, name: str) -> None:
         """Raise ``ValueError`` with one sentence that names the mesh and the wrong field."""
         where = f"mesh '{name}'"
-        self.vertices = array(where, "vertices", self.vertices, (None, 3), np.float64)
+        self.check_vertices(name, None)
         self.faces = array(where, "faces", self.faces, (None, 3), np.int32)
         count = len(self.faces)
         if len(self.vertices) == 0 or count == 0:
@@ -92,16 +92,33 @@ class Mesh:
         self._validate_normals(where)
         self.attributes = {key: self._attribute(where, key, value) for key, value in self.attributes.items()}
         if self.instances is not None:
-            self.instances = array(where, "instances", self.instances, (None, 4, 4), np.float64)
+            self.instances = array(where, "instances", self.instances, (None, 4, 4), np.float64, most=LARGEST_LENGTH)
             if len(self.instances) == 0:
                 raise ValueError(f"{where}: instances is empty; leave the mesh out, or give at least one transform")
             if np.any(np.abs(np.linalg.det(self.instances[:, :3, :3])) < 1e-30):
                 raise ValueError(f"{where}: instances has a transform that flattens the mesh")
-        self.transform = array(where, "transform", self.transform, (4, 4), np.float64)
+        self.transform = array(where, "transform", self.transform, (4, 4), np.float64, most=LARGEST_LENGTH)
         if abs(np.linalg.det(self.transform[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: transform flattens the mesh")
+        self._check_reach(where)
         self.visible_to = rays(where, "visible_to", self.visible_to)
         self.terminator_offset = number(where, "terminator_offset", self.terminator_offset, least=0.0)
+
+    def check_vertices(self, name: str, count: int | None) -> None:
+        """Raise ``ValueError`` where the vertices alone are wrong, or not `count` (None: any number)."""
+        self.vertices = array(f"mesh '{name}'", "vertices", self.vertices, (count, 3), np.float64, most=LARGEST_LENGTH)
+
+    def _check_reach(self, where: str) -> None:
+        """Refuse a mesh that its transforms place too far away, or make too large."""
+        if self.instances is None and np.array_equal(self.transform[:3], np.eye(3, 4)):
+            return
+        placed = self.transform[None] if self.instances is None else self.transform @ self.instances
+        corner = np.abs(self.vertices).max(axis=0)
+        reach = float((np.abs(placed[:, :3, :3]) @ corner + np.abs(placed[:, :3, 3])).max())
+        if reach > LARGEST_LENGTH:
+            moved = "transform" if self.instances is None else "instances"
+            raise ValueError(f"{where}: {moved} places vertices up to {reach:.3g} m away; {LARGEST_LENGTH:.3g} m are "
+                             "the most; scale the scene down")
 
     def _validate_normals(self, where: str) -> None:
         if self.smoothing is None:

@@ -51,7 +51,21 @@ def is_moved(mesh: Mesh) -> bool:
     return not np.array_equal(mesh.transform[:3], np.eye(3, 4))
 
 
+def _numbered(mesh: Mesh) -> Mesh:
+    """The mesh with shading normals numbered from 0 on without gaps, where there are more numbers than corners.
+
+    Tables have a row for each number. Those of custom normals are places in `normals`.
+    """
+    if mesh.normals is not None or mesh.smoothing is None or smoothing_groups(mesh) <= mesh.smoothing.size:
+        return mesh
+    named = mesh.smoothing >= 0
+    smoothing = np.full_like(mesh.smoothing, -1)
+    smoothing[named] = np.unique(mesh.smoothing[named], return_inverse=True)[1]
+    return replace(mesh, smoothing=smoothing)
+
+
 def _instanced(mesh: Mesh) -> Mesh:
+    mesh = _numbered(mesh)
     if not is_moved(mesh):
         return mesh
     matrices = np.tile(np.eye(4), (len(places(mesh)), 1, 1))
@@ -76,6 +90,7 @@ def smoothing_groups(mesh: Mesh) -> int:
 
 def expanded(mesh: Mesh) -> Mesh:
     """All copies of a mesh as one mesh in the world."""
+    mesh = _numbered(mesh)
     if mesh.instances is None and not is_moved(mesh):
         return mesh
     place = places(mesh)

@@ -177,7 +177,7 @@ class Renderer:
         for name in moved:
             mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
             count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
-            mesh.vertices = array(f"mesh '{name}'", "vertices", mesh.vertices, (count, 3), np.float64)
+            mesh.check_vertices(name, count)
         tables = flat.with_values(self.scene, self._tables, values) if values else self._tables
         with self._change():
             for name in moved:

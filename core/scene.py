@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ._check import RAYS, array, number, rays
+from ._check import RAYS, array, derived, number, rays
 from .camera import Camera
 from .expression import images_of
 from .image import Image
@@ -47,6 +47,7 @@ class World:
         """Raise ``ValueError`` with one sentence that names the wrong field."""
         self.color = array("world", "color", self.color, (3,), np.float64, least=0.0)
         self.strength = number("world", "strength", self.strength, least=0.0)
+        derived("world", "color times strength", self.color * self.strength)
         self.rotation = array("world", "rotation", self.rotation, (3, 3), np.float64)
         if not np.allclose(self.rotation @ self.rotation.T, np.eye(3), atol=1e-4):
             raise ValueError("world: rotation must be a rotation; its axes are not orthonormal")

@@ -191,7 +191,8 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
     """The tables that derivatives with respect to `wrt` are taken of.
 
     What is zero adds nothing to a picture and is left out of its tables; its derivative isn't zero. So lobes whose
-    weights are asked for count as present, and the environment's image is there even if its colour is black. Numbers
+    weights are asked for count as present, surfaces whose anisotropy is asked for have the tangents that it is about,
+    and the environment's image is there even if its colour is black. Numbers
     of expressions that are asked for get places of their own in the programs' constants, and images that are asked for
     keep an alpha that is 1 everywhere.
     """
@@ -216,8 +217,12 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
         tables = replace(tables, materials=replace(tables.materials, flags=flags))
     if tables.environment_pixels is None and not {"world.color", "world.strength"}.isdisjoint(wrt):
         tables = replace(tables, environment_pixels=environment_pixels(scene))
-    if expressions or with_alpha:
-        compiled = compile_textures(scene, tables.origin, placed_meshes(scene), expressions, with_alpha)
+    # Those whose anisotropy isn't 0 have their tangents in any case.
+    anisotropic = [name for name, fields in asked.items()
+                   if "anisotropy" in fields and getattr(scene.materials[name], "anisotropy", None) == 0.0]
+    if expressions or with_alpha or anisotropic:
+        meshes = placed_meshes(scene)
+        compiled = compile_textures(scene, tables.origin, meshes, expressions, with_alpha, anisotropic)
         tables = replace(tables, textures=compiled)
     return tables
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import topology
+from ._check import derived
 from .camera import FILTERS, Camera
 from .camera import KINDS as CAMERA_KINDS
 from .camera_row import PLACES, camera_row
@@ -248,6 +249,7 @@ def mean_emission(scene: Scene, name: str) -> NDArray[np.float64]:
     for leaf, weight in zip(scene.leaves(name), weights, strict=True):
         expression = leaf.textures.get("emission")
         total += weight * (leaf.emission if expression is None else mean_expression(scene, expression))
+    derived(f"material '{name}'", "its emission", total)
     return total
 
 

@@ -111,6 +111,7 @@ def compile_textures(
     meshes: Sequence[Mesh] | None = None,
     asked: Collection[tuple[str, str]] = (),
     with_alpha: Collection[str] = (),
+    anisotropic: Collection[str] = (),
 ) -> TextureTables:
     """Tables of all textures of a validated scene.
 
@@ -125,6 +126,8 @@ def compile_textures(
         nothing is computed from them beforehand.
     with_alpha
         Images whose alpha is kept even if it is 1 everywhere.
+    anisotropic
+        Materials that have tangents even if their anisotropy is 0.
 
     Raises
     ------
@@ -143,7 +146,8 @@ def compile_textures(
             leaf_program.append(programs.of_leaf(part, leaf))
             weight = material.textures.get(str(k)) if isinstance(material, Mixture) else None
             leaf_weight_program.append(-1 if weight is None else programs.of_weight(name, k, weight))
-            uv, tangent = _tangent_attributes(leaf, resources)
+            has_tangents = part in anisotropic or _has_tangents(leaf)
+            uv, tangent = _tangent_attributes(leaf, resources) if has_tangents else (-1, -1)
             leaf_uv.append(uv)
             leaf_tangent.append(tangent)
     for light in scene.lights.values():
@@ -190,9 +194,11 @@ def _places(own: list[Number], programs: _Programs, resources: Resources) -> Num
     return NumberPlaces(len(own), *(np.array(pairs, np.int64).reshape(-1, 2) for pairs in found))
 
 
+def _has_tangents(leaf: Material) -> bool:
+    return "normal" in leaf.textures or "anisotropy" in leaf.textures or leaf.anisotropy != 0.0
+
+
 def _tangent_attributes(leaf: Material, resources: Resources) -> tuple[int, int]:
-    if "normal" not in leaf.textures and "anisotropy" not in leaf.textures and leaf.anisotropy == 0.0:
-        return -1, -1
     return resources.attribute(leaf.normal_uv), resources.attribute(f"{leaf.normal_uv}.tangent")
 
 
@@ -363,11 +369,10 @@ def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, Any]:
             if values is not None:
                 parts.append(np.ascontiguousarray(values, np.float32).reshape(-1))
                 end += parts[-1].size
-    used = np.repeat(np.arange(len(meshes)), np.diff(first_face)) if resources.attributes else np.zeros(0)
     return {
         "attribute_offset": np.array(offsets, np.int64),
         "attribute_components": np.array(components, np.int32),
         "attributes": np.concatenate([*parts, np.zeros(4, np.float32)]),
-        "face_mesh": used.astype(np.int32),
+        "face_mesh": np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(first_face)),
         "attribute_names": tuple(resources.attributes),
     }

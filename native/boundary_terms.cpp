@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "curve_terms.h"
+#include "parallel.h"
 #include "scene/sharp_lobes.h"
 
 namespace edgegrad {
@@ -181,6 +182,7 @@ double guide_second_passes(std::vector<BoundaryTerm>& terms) {
     double most = 0.0;
     for (BoundaryTerm& term : terms) {
         if (term.plan.passes() < 2) continue;
+        may_cancel();
         term.plan.guide();
         noise.push_back(term.plan.noise());
         most = std::max(most, noise.back() / static_cast<double>(term.plan.total(1)));

@@ -65,7 +65,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
                 Splats out = splats(begin);
                 run(static_cast<size_t>(thread), first + begin, std::min(kBoundaryChunk, batch - begin), out);
             });
-            kernels_.add_splats(scene.camera, splats(0), batch, image);
+            for (int64_t at = 0; at < batch; at += kBoundaryChunk, may_cancel())
+                kernels_.add_splats(scene.camera, splats(at), std::min(kBoundaryChunk, batch - at), image);
         }
     };
     const auto add_pass = [&](int pass) {
@@ -153,8 +154,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     auto memory = thread_memory();
     std::vector<ThreadMemory>& of_thread = *memory;
     std::atomic<int64_t> done{0};
-    // Groups take long: progress counts chunks, and cancelling is seen between them.
-    const Progress report = [&](double) {
+    const Progress report = [&](double) {  // groups take long: progress counts chunks
         const int64_t all = call.image_chunks + call.horizon_chunks + call.boundary_chunks;
         if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
     };
@@ -164,7 +164,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         Workspace& w = of_thread[static_cast<size_t>(thread)].paths();
         for (BoundaryTerm& term : call.terms) {
             if (pass >= term.plan.passes()) continue;
-            for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !work_is_cancelled();
+            for (int64_t chunk = group; chunk < term.plan.chunks(pass) && !cancelled();
                  chunk += count, ++done) {
                 DroppedSamples lost;
                 const int64_t first = chunk * kBoundaryChunk;
@@ -180,8 +180,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         if (!call.specular || pass >= call.specular->passes()) return;
         const DerivativeView d = call.boundary_view(gradient);
         SpecularTerm& term = *call.specular;
-        for (int64_t chunk = group; chunk < term.chunks(pass) && !work_is_cancelled();
-             chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < term.chunks(pass) && !cancelled(); chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
             term.backward(kernels_, scene, pass, first, std::min(kBoundaryChunk, term.total(pass) - first),
@@ -191,7 +190,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     };
     const auto add_edge_on = [&](size_t thread, int64_t group, const GradientGroups::View& gradient) {
         const EdgeOnTerm& term = *call.edge_on;
-        for (int64_t chunk = group; chunk < term.chunks() && !work_is_cancelled(); chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < term.chunks() && !cancelled(); chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
             ThreadMemory& mine = of_thread[thread];
@@ -215,8 +214,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
         Workspace& w = mine.paths();
         // A group's chunks are spread over the picture, so that groups take about equally long.
-        for (int64_t chunk = group; chunk < call.image_chunks && !work_is_cancelled();
-             chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < call.image_chunks && !cancelled(); chunk += count, ++done) {
             if (!plan.any_adjoint(chunk, adjoint)) continue;
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 DroppedSamples lost;
@@ -231,8 +229,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
                 call.dropped.add(lost);
             });
         }
-        for (int64_t chunk = group; chunk < call.horizon_chunks && !work_is_cancelled();
-             chunk += count, ++done) {
+        for (int64_t chunk = group; chunk < call.horizon_chunks && !cancelled(); chunk += count, ++done) {
             if (!call.horizon.any_adjoint(chunk, adjoint)) continue;
             DerivativeView d = call.boundary_view(gradient);
             call.horizon.for_each_task(chunk, [&](const ImageTask& task) {

@@ -160,11 +160,11 @@ constexpr int32_t kChained = 1 << 30;
 
 // What becomes of a term's samples, for what later calls learn from them
 // (boundary/learned_masses.h): what the sample is worth, the expected number of samples on its piece, which
-// piece that is, and where on the edge.
+// piece that is (the entry of the list that it belongs to, and its cell), and where on the edge.
 struct SampleRecord {
     int32_t shift;               // of 2^shift samples one is recorded
     float *worth, *density, *u;  // null: nothing is learned
-    int32_t* piece;
+    int32_t *entry, *cell;       // of the list of pieces; its direction cell
 
     // Whether sample `number` is recorded, and where.
     bool has(int64_t number) const { return worth && (number & ((int64_t{1} << shift) - 1)) == 0; }
@@ -183,8 +183,9 @@ struct BoundaryTask {
     // instead of an edge the light, in turns about which u0 and u1 are.
     const int32_t* cell;
     int32_t direction_cells;
-    const double* cumulative;  // (pieces + 1) mass
-    int64_t pieces;
+    const int32_t* parts;      // null: every entry is one piece (boundary/candidates.h)
+    const double* cumulative;  // (entries + 1) mass
+    int64_t entries;
     int64_t first, count, total;
     int32_t max_depth;
     uint32_t seed;

@@ -17,10 +17,10 @@
 namespace edgegrad {
 namespace {
 
-// A fraction of the time within which an interruption should be answered.
-constexpr std::chrono::milliseconds kLookEvery{50};
+using Clock = std::chrono::steady_clock;
 
-int64_t now() { return std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1); }
+// Between two questions to the caller.
+constexpr std::chrono::milliseconds kAsking{50};
 
 std::atomic<bool> others_end{false};
 std::atomic<std::thread::id> last_thread;  // whose work goes on
@@ -35,7 +35,9 @@ struct Work {
     bool cancelled() const { return stop || is_ended(caller); }
 };
 
-thread_local Interruption* interruption = nullptr;
+// Of this thread: what asks the caller, and when it last did; the loop whose body runs.
+thread_local const std::function<void()>* ask_caller = nullptr;
+thread_local Clock::time_point asked_at;
 thread_local const Work* work_of_thread = nullptr;
 
 int64_t process_id() {
@@ -65,18 +67,22 @@ void end_work_of_others() {
 int worker_count() { return workers; }
 void forget_workers() { workers = 0; }
 bool work_has_ended() { return is_ended(std::this_thread::get_id()); }
-bool work_is_cancelled() { return work_of_thread && work_of_thread->cancelled(); }
 
-Interruption::Interruption(std::function<void()> look)
-    : look_(std::move(look)), outer_(std::exchange(interruption, this)), next_(now()) {}
+Cancelling::Cancelling(std::function<void()> ask)
+    : ask_(std::move(ask)), outer_(std::exchange(ask_caller, &ask_)) {}
+Cancelling::~Cancelling() { ask_caller = outer_; }
 
-Interruption::~Interruption() { interruption = outer_; }
+void may_cancel() {
+    if (!ask_caller) return;
+    const Clock::time_point now = Clock::now();
+    if (now - asked_at < kAsking) return;
+    asked_at = now;
+    (*ask_caller)();
+}
 
-void check_interruption() {
-    Interruption* const mine = interruption;
-    if (!mine || now() < mine->next_) return;
-    mine->look_();
-    mine->next_ = now() + kLookEvery / std::chrono::nanoseconds(1);
+bool cancelled() {
+    may_cancel();
+    return work_of_thread && work_of_thread->cancelled();
 }
 
 int thread_count(int asked) {
@@ -91,7 +97,7 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
     if (threads == 1 && !progress) {  // starting a thread takes longer than small items do
         for (int64_t item = 0; item < items; ++item) {
             body(0, item);
-            check_interruption();
+            may_cancel();
         }
         return;
     }
@@ -112,7 +118,7 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
                 if (item >= items) break;
                 body(thread, item);
                 ++done;
-                check_interruption();
+                may_cancel();
             }
         } catch (...) {
             const std::lock_guard lock(mutex);
@@ -156,12 +162,12 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
         }
         if (!progress) work(started);
         std::unique_lock lock(mutex);
-        while (!finished.wait_for(lock, kLookEvery, [&] { return running == 0; })) {
+        while (!finished.wait_for(lock, kAsking, [&] { return running == 0; })) {
             lock.unlock();
             if (progress)
                 progress(static_cast<double>(done) / static_cast<double>(items));
             else
-                check_interruption();
+                may_cancel();
             if (process_id() != process)
                 throw std::runtime_error(
                     "this call can't go on in a process forked from its progress function; "

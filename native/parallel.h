@@ -24,30 +24,6 @@ void forget_workers();
 // Whether the calling thread's work has been ended.
 bool work_has_ended();
 
-// What a call's own thread does now and then while it works, with or without a Progress: it looks for
-// reasons to cancel and throws them. One at a time on a thread; a later one replaces it until its end.
-class Interruption {
- public:
-    explicit Interruption(std::function<void()> look);
-    ~Interruption();
-    Interruption(const Interruption&) = delete;
-    Interruption& operator=(const Interruption&) = delete;
-
- private:
-    friend void check_interruption();
-    std::function<void()> look_;
-    Interruption* outer_;
-    int64_t next_;  // nanoseconds of the clock
-};
-
-// Looks for reasons to cancel if the last look is a while ago. For loops that take long and that no
-// parallel_for runs; on other threads than a call's own it does nothing.
-void check_interruption();
-
-// Whether the parallel_for in which the calling thread works is being cancelled. Items that take long ask
-// between their parts and leave the rest out.
-bool work_is_cancelled();
-
 // Number of threads to use for `asked` (0: all cores).
 int thread_count(int asked);
 
@@ -57,5 +33,27 @@ int thread_count(int asked);
 // after all threads have stopped; the items not yet begun are then left out.
 void parallel_for(int threads, int64_t items, const Progress& progress,
                   const std::function<void(int thread, int64_t item)>& body);
+
+// What asks the caller, while it lives, whether the work of this thread is to go on, where no progress is
+// told: in loops without a progress of their own, and in serial work that calls `may_cancel`. It cancels by
+// throwing.
+class Cancelling {
+ public:
+    explicit Cancelling(std::function<void()> ask);
+    ~Cancelling();
+    Cancelling(const Cancelling&) = delete;
+    Cancelling& operator=(const Cancelling&) = delete;
+
+ private:
+    std::function<void()> ask_;
+    const std::function<void()>* outer_;  // of a call inside of which this one is made
+};
+
+// Between parts of serial work: asks, but not more often than loops do.
+void may_cancel();
+
+// Between parts of a body that takes long: whether its loop is being cancelled. The body then returns; what
+// it has left behind is not used, since the loop throws. Asks where the body runs on the caller's thread.
+bool cancelled();
 
 }  // namespace edgegrad

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine.h"
+#include "parallel.h"
 #include "scene/camera_row.h"
 
 namespace edgegrad {
@@ -27,8 +28,8 @@ struct ImagePlan {
         return p;
     }
 
-    // The tasks of a chunk: one, unless a single pixel has more samples than a task holds. A pixel may have so
-    // many that cancelling can't wait for the chunk's end.
+    // The tasks of a chunk: one, unless a single pixel has more samples than a task holds. Those of a loop
+    // that is cancelled are left out.
     template <typename F>
     void for_each_task(int64_t chunk, const F& run) const {
         const int64_t first = chunk * per_chunk;
@@ -45,7 +46,7 @@ struct ImagePlan {
         task.skipped_all = camera.window_y * camera.full_width + camera.window_x;
         task.weight = 1.0f / static_cast<float>(options.samples);
         task.sample_bits = sample_bits;
-        for (int sample = 0; sample < options.samples && !work_is_cancelled(); sample += paths) {
+        for (int sample = 0; sample < options.samples && !cancelled(); sample += paths) {
             task.first_sample = sample;
             task.samples = std::min(paths, options.samples - sample);
             run(task);

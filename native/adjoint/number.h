@@ -62,6 +62,7 @@ EG_INLINE UInt splat(uint32_t s) { return raw::splat(s); }
 EG_INLINE Float to_float(Int a) { return {raw::to_float(a), -1}; }
 EG_INLINE Float to_float(UInt a) { return {raw::to_float(a), -1}; }
 EG_INLINE Int to_int(Float a) { return raw::to_int(a.value); }
+EG_INLINE Int to_index(Float a, int least, int most) { return raw::to_index(a.value, least, most); }
 EG_INLINE UInt float_bits(Float a) { return raw::float_bits(a.value); }
 EG_INLINE Float load(const float* p) { return {raw::load(p), -1}; }
 EG_INLINE Int load(const int32_t* p) { return raw::load(p); }

@@ -123,8 +123,9 @@ BoundaryTask BoundaryPlan::task(int pass, int64_t first, int64_t count) {
     t.u1 = list.u1.data();
     t.cell = list.cell.empty() ? nullptr : list.cell.data();
     t.direction_cells = list.direction_cells;
+    t.parts = list.parts.empty() ? nullptr : list.parts.data();
     t.cumulative = list.cumulative.data();
-    t.pieces = list.size();
+    t.entries = list.size();
     t.first = first;
     t.count = count;
     t.total = total_[pass];
@@ -147,7 +148,7 @@ float BoundaryPlan::scale(int pass) const {
 SampleRecord BoundaryPlan::view(int pass) const {
     Record& r = records_[pass];
     if (r.worth.empty()) return {};
-    return {r.shift, r.worth.data(), r.density.data(), r.u.data(), r.piece.data()};
+    return {r.shift, r.worth.data(), r.density.data(), r.u.data(), r.entry.data(), r.cell.data()};
 }
 
 void BoundaryPlan::record() {
@@ -156,7 +157,7 @@ void BoundaryPlan::record() {
         while ((total_[pass] - 1) >> r.shift >= kMostRecords) ++r.shift;
         const auto count = static_cast<size_t>(((total_[pass] - 1) >> r.shift) + 1);
         r.worth.assign(count, 0.0f);
-        r.density.resize(count), r.u.resize(count), r.piece.resize(count);
+        r.density.resize(count), r.u.resize(count), r.entry.resize(count), r.cell.resize(count);
     }
 }
 

@@ -57,7 +57,7 @@ class BoundaryPlan {
     struct Record {
         int32_t shift = 0;
         std::vector<float> worth, density, u;
-        std::vector<int32_t> piece;
+        std::vector<int32_t> entry, cell;
     };
     mutable Record records_[2];  // by pass; empty: nothing is learned
 };

@@ -23,6 +23,8 @@ using V = Vector;
 constexpr double kMostDirections = 16.0, kChainedShare = 0.4;
 // Cells of the picture, most along each of its sides.
 constexpr double kMostPlaces = 512.0;
+// Parts of an edge, most: places along it are floats, which tell no more apart.
+constexpr double kMostParts = 1 << 20;
 // Edges per item of parallel work.
 constexpr int64_t kEdgeBlock = 1 << 13;
 
@@ -320,9 +322,35 @@ Candidates whole_picture() {
     return out;
 }
 
+namespace {
+
+// Entries of candidates whose pieces have all cells of directions (Candidates::parts), of segments that the
+// camera sees, and where there are `chains` again of those that it sees by way of other surfaces.
+template <typename Parts>
+Candidates with_cells(const Candidates& edges, int32_t direction_cells, bool chains, const Parts& parts_of) {
+    Candidates out;
+    out.direction_cells = direction_cells;
+    double before = 0.0;
+    for (int32_t kind = 0; kind < (chains ? 2 : 1); ++kind) {
+        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+        append(out.edge, edges.edge), append(out.instance, edges.instance);
+        append(out.u0, edges.u0), append(out.u1, edges.u1);
+        out.cell.resize(out.edge.size(), kind ? kChained : 0);
+        for (size_t i = 0; i < edges.edge.size(); ++i) {
+            out.parts.push_back(parts_of(i));
+            out.cumulative.push_back(before + share * edges.cumulative[i + 1]);
+        }
+        before = out.mass();
+    }
+    return out;
+}
+
+}  // namespace
+
 Candidates over_picture(double wanted, bool chains) {
     const auto n = static_cast<int32_t>(std::clamp(std::sqrt(wanted), 1.0, kMostPlaces));
-    return cut(whole_picture(), n, chains, [](size_t, std::vector<float>& u) { u = {0.0f, 1.0f}; });
+    return with_cells(whole_picture(), n, chains, [](size_t) { return 1; });
 }
 
 Candidates over_directions(const Candidates& edges, double wanted, bool chains) {
@@ -331,26 +359,10 @@ Candidates over_directions(const Candidates& edges, double wanted, bool chains) 
     const double each = std::max(1.0, wanted / static_cast<double>(edges.size()));
     const auto n = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
     const double pieces = std::max(1.0, wanted / (n * n));
-    const auto parts_of = [&](size_t i) {
+    return with_cells(edges, n, chains, [&](size_t i) {
         const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
-        return static_cast<int64_t>(std::max(1.0, std::round(pieces * mass / edges.mass())));
-    };
-    if (n == 1 && !chains) {
-        // Of dense meshes every edge is one piece with one cell.
-        size_t i = 0;
-        while (i < edges.edge.size() && parts_of(i) == 1) ++i;
-        if (i == edges.edge.size()) {
-            Candidates out = edges;
-            out.direction_cells = 1;
-            out.cell.assign(i, 0);
-            return out;
-        }
-    }
-    return cut(edges, n, chains, [&](size_t i, std::vector<float>& u) {
-        const int64_t parts = parts_of(i);
-        const float length = (edges.u1[i] - edges.u0[i]) / static_cast<float>(parts);
-        for (int64_t part = 0; part <= parts; ++part)
-            u.push_back(edges.u0[i] + length * static_cast<float>(part));
+        return static_cast<int32_t>(
+            std::min(std::max(1.0, std::round(pieces * mass / edges.mass())), kMostParts));
     });
 }
 

@@ -20,7 +20,11 @@ struct Candidates {
     std::vector<float> u0, u1;
     std::vector<int32_t> cell;  // of directions (kernels.h, BoundaryTask); empty: all directions
     int32_t direction_cells = 1;
-    std::vector<double> cumulative{0.0};  // mass up to each piece, pixels
+    // So many equal parts of each entry, each with all direction_cells^2 cells, are its pieces. They are not
+    // listed: their number grows with that of the samples. Of `cell` then only kChained counts. Empty: an
+    // entry is one piece.
+    std::vector<int32_t> parts;
+    std::vector<double> cumulative{0.0};  // mass up to each entry, pixels
     // Of what was learned (boundary/learned_masses.h; empty: nothing was), by piece: the mass that it has but
     // for that, and guesses of how large samples on it are, of mean 1 over the mass: from few and from many
     // neighbours.
@@ -29,6 +33,12 @@ struct Candidates {
 
     int64_t size() const { return static_cast<int64_t>(edge.size()); }
     double mass() const { return cumulative.back(); }
+    // The mass of each of an entry's pieces.
+    double piece_mass(size_t i) const {
+        const double mass = cumulative[i + 1] - cumulative[i];
+        return parts.empty() ? mass
+                             : mass / (static_cast<double>(parts[i]) * direction_cells * direction_cells);
+    }
 };
 
 // Unit normals (F, 3) of all faces as they are wound; zero where a face has no area.
@@ -77,8 +87,8 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
 Candidates whole_picture();
 Candidates over_picture(double wanted, bool chains);
 
-// The same edges for light between surfaces: cut into pieces, and their directions into cells, of which there
-// are about `wanted`. `chains`: also of segments that the camera sees by way of other surfaces.
+// The same edges for light between surfaces: their parts and the cells of their directions make about
+// `wanted` pieces. `chains`: also of segments that the camera sees by way of other surfaces.
 Candidates over_directions(const Candidates& edges, double wanted, bool chains);
 
 }  // namespace edgegrad

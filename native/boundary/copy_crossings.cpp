@@ -60,6 +60,7 @@ std::vector<Pair> meeting_pairs(const std::vector<MeshCopy>& copies, const Wante
                      [&](size_t a, size_t b) { return copies[a].box.low[axis] < copies[b].box.low[axis]; });
     std::vector<Pair> out;
     for (size_t i = 0; i < order.size(); ++i) {
+        may_cancel();
         const MeshCopy& one = copies[order[i]];
         for (size_t j = i + 1; j < order.size() && copies[order[j]].box.low[axis] <= one.box.high[axis]; ++j)
             if (one.box.meets(copies[order[j]].box) && wanted(one, copies[order[j]]))
@@ -83,6 +84,7 @@ void search_copy_pair(const SceneTables& tables, const std::vector<FaceTree>& tr
     if (std::vector<int32_t> many = faces_of(*other); many.size() < few.size())
         std::swap(few, many), std::swap(one, other);
     for (int32_t face : few) {
+        if (cancelled()) return;
         const Triangle3 t(tables, face, one->place);
         Box box;
         for (const Vector& p : t.p) add(box, other->local(p));
@@ -127,6 +129,7 @@ Box MeshCopy::local(const Box& world) const {
 void place_crossings(const SceneTables& tables, const Crossings& own, const std::vector<int32_t>& copies,
                      Crossings& out) {
     for (int32_t instance : copies) {
+        may_cancel();
         const Placement place = Placement::of(tables, instance);
         for (size_t k = 0; k < own.faces.size(); k += 2) {
             Vector ends[2];

@@ -44,7 +44,7 @@ void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Bo
     std::vector<Crossings> parts((few.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
         const size_t first = static_cast<size_t>(part) * kBlock;
-        for (size_t k = first; k < std::min(few.size(), first + kBlock); ++k)
+        for (size_t k = first; k < std::min(few.size(), first + kBlock) && !cancelled(); ++k)
             tree.visit(box_of(tables, few[k]),
                        [&](int32_t f) { add_pair(tables, few[k], f, parts[static_cast<size_t>(part)]); });
     });
@@ -88,6 +88,7 @@ Crossings find_crossings(const EdgeList& edges, const Asked& asked, int32_t seer
     }
     Crossings out;
     for (size_t a = 0; a < meshes; ++a) {
+        may_cancel();
         for (size_t b = a; b < meshes; ++b) {
             if (!seen[a] || !seen[b] || !boxes[a].meets(boxes[b])) continue;
             if (!asked.camera && !asked.moving[a] && !asked.moving[b]) continue;

@@ -25,6 +25,15 @@ double mixed(int mixture, float size) {
 constexpr float kLargest = 16.0f;
 // Where more of the mass than this part has no cells, all is begun anew.
 constexpr double kMostUnknown = 0.25;
+// Cells, about, beyond which directions have fewer than the samples' own.
+constexpr double kMostCells = 1 << 20;
+
+// The cell of directions, of n x n, in which the middle of a cell of others is.
+int32_t cell_among(int32_t cell, int32_t others, int32_t n) {
+    if (n == others) return cell;
+    const int32_t place = cell & ~kChained;
+    return (place / others * n / others * n + place % others * n / others) | (cell & kChained);
+}
 
 }  // namespace
 
@@ -42,6 +51,11 @@ bool LearnedMasses::knows(const EdgeList& edges, const Candidates& candidates) c
 void LearnedMasses::begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells,
                           bool chains, double wanted) {
     const SceneTables& tables = edges.tables;
+    // Every edge has all cells of its directions: of many edges, fewer.
+    const double edges_cells =
+        static_cast<double>(std::max<int64_t>(1, candidates.size())) * (chains ? 2 : 1);
+    direction_cells = std::clamp(static_cast<int32_t>(std::sqrt(std::max(wanted, kMostCells) / edges_cells)),
+                                 1, direction_cells);
     direction_cells_ = direction_cells, chains_ = chains, learned_ = false;
     guess_ = 1, mixture_ = 2, std::fill_n(&square_[0][0], kGuesses * kMixtures, 0.0);
     std::vector<int32_t> copies(static_cast<size_t>(tables.visible_meshes), 0);
@@ -164,11 +178,12 @@ void LearnedMasses::learn(const Candidates& pieces, const SampleRecord& record, 
     const bool guessed = !pieces.unlearned.empty();
     double square[kGuesses][kMixtures] = {};
     for (int64_t k = 0; k < count; ++k) {
-        const auto i = static_cast<size_t>(record.piece[k]);
-        const double mass = guessed ? pieces.unlearned[i] : pieces.cumulative[i + 1] - pieces.cumulative[i];
+        const auto i = static_cast<size_t>(record.entry[k]);
+        const double mass = guessed ? pieces.unlearned[i] : pieces.piece_mass(i);
         const double size = static_cast<double>(record.worth[k]) * relative;
-        const int64_t at = cell(pieces.edge[i], pieces.instance.empty() ? -1 : pieces.instance[i],
-                                record.u[k], pieces.cell.empty() ? 0 : pieces.cell[i]);
+        const int64_t at =
+            cell(pieces.edge[i], pieces.instance.empty() ? -1 : pieces.instance[i], record.u[k],
+                 cell_among(record.cell[k], pieces.direction_cells, direction_cells_));
         if (at >= 0) {
             const double each = size * static_cast<double>(record.density[k]) / mass;
             samples_[static_cast<size_t>(at)] += 1.0f;

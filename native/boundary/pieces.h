@@ -88,15 +88,35 @@ EG_INLINE uint32_t boundary_stream(const BoundaryTask& task) {
 
 // Where a task's samples have come to.
 struct PieceCursor {
-    int64_t piece = 0, share = 0;
+    int64_t entry = 0, share = 0;
 };
+
+// The piece of an entry (Candidates::parts) at `place` of its length, in [0, 1]: which cell it is of, what of
+// the entry's u it has, and the place in the piece. Cells go there and back by rows, so that pieces that
+// follow each other are near each other.
+struct EntryPiece {
+    int32_t cell;
+    float u0, u1;
+    double place;
+    double count;  // pieces of the entry
+};
+EG_INLINE EntryPiece piece_of_entry(const BoundaryTask& task, int64_t entry, double place) {
+    const int32_t n = task.direction_cells, cells = n * n, parts = task.parts[entry], pieces = parts * cells;
+    place *= pieces;
+    const int32_t last = pieces - 1;
+    const int32_t k = !(place > 0.0) ? 0 : place < last ? static_cast<int32_t>(place) : last;
+    const int32_t part = k / cells, row = k % cells / n, column = k % n;
+    const float from = task.u0[entry], width = (task.u1[entry] - from) / static_cast<float>(parts);
+    return {row * n + (row % 2 ? n - 1 - column : column), from + width * static_cast<float>(part),
+            from + width * static_cast<float>(part + 1), place - k, static_cast<double>(pieces)};
+}
 
 // Samples [task.first + at, …): number k lies in the k-th of `total` equal parts of the mass, or of the
 // guide, which goes through the mass at another speed.
 EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& task, int64_t at,
                                    PieceCursor& cursor) {
     PieceSample s;
-    const double mass = task.cumulative[task.pieces];
+    const double mass = task.cumulative[task.entries];
     const double guided = task.guide ? task.guide[task.shares] : mass;
     const double step = guided / static_cast<double>(task.total);
     const double share = mass / static_cast<double>(task.shares);
@@ -118,23 +138,31 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
             place = (static_cast<double>(j) + (place - task.guide[j]) / part) * share;
             density *= part / share;
         }
-        int64_t& piece = cursor.piece;
-        go_to(task.cumulative, task.pieces, place, piece);
-        const double length = task.cumulative[piece + 1] - task.cumulative[piece];
-        const double tau = (place - task.cumulative[piece]) / length;
-        s.edge[i] = task.edge[piece];
-        if (task.instance) s.instance[i] = task.instance[piece];
+        int64_t& entry = cursor.entry;
+        go_to(task.cumulative, task.entries, place, entry);
+        double length = task.cumulative[entry + 1] - task.cumulative[entry];
+        double tau = (place - task.cumulative[entry]) / length;
+        s.edge[i] = task.edge[entry];
+        if (task.instance) s.instance[i] = task.instance[entry];
+        s.u0[i] = task.u0[entry];
+        s.u1[i] = task.u1[entry];
         if (task.cell) {
-            s.cell[i] = task.cell[piece] & ~kChained;
-            s.chained[i] = task.cell[piece] & kChained ? -1 : 0;
+            s.cell[i] = task.cell[entry] & ~kChained;
+            s.chained[i] = task.cell[entry] & kChained ? -1 : 0;
         }
-        s.u0[i] = task.u0[piece];
-        s.u1[i] = task.u1[piece];
+        if (task.parts) {
+            const EntryPiece piece = piece_of_entry(task, entry, tau);
+            s.cell[i] = piece.cell;
+            s.u0[i] = piece.u0, s.u1[i] = piece.u1;
+            tau = piece.place;
+            length /= piece.count;
+        }
         s.tau[i] = static_cast<float>(tau < 0.0 ? 0.0 : tau > 1.0 ? 1.0 : tau);
         s.density[i] = static_cast<float>(length * density);
         if (task.record.has(task.first + k)) {
             const int64_t at_record = task.record.place(task.first + k);
-            task.record.piece[at_record] = static_cast<int32_t>(piece);
+            task.record.entry[at_record] = static_cast<int32_t>(entry);
+            task.record.cell[at_record] = s.cell[i] | (s.chained[i] & kChained);
             task.record.density[at_record] = s.density[i];
             task.record.u[at_record] = s.u0[i] + (s.u1[i] - s.u0[i]) * s.tau[i];
         }
@@ -150,14 +178,14 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
 // The cursor of the task's first sample.
 EG_INLINE PieceCursor first_piece(const BoundaryTask& task) {
     PieceCursor cursor;
-    const double mass = task.cumulative[task.pieces];
+    const double mass = task.cumulative[task.entries];
     double place = static_cast<double>(task.first) / static_cast<double>(task.total);
     if (task.guide) {
         cursor.share = last_below(task.guide, task.shares, place * task.guide[task.shares]);
-        // The piece at the share's beginning: the samples' cursor goes on from there.
+        // The entry at the share's beginning: the samples' cursor goes on from there.
         place = static_cast<double>(cursor.share) / static_cast<double>(task.shares);
     }
-    cursor.piece = last_below(task.cumulative, task.pieces, place * mass);
+    cursor.entry = last_below(task.cumulative, task.entries, place * mass);
     return cursor;
 }
 
@@ -191,16 +219,6 @@ EG_INLINE void record_worth(const BoundaryTask& task, int64_t at, Mask active, V
     for (int i = 0; i < W && at + i < task.count; ++i)
         if (const int64_t k = task.first + at + i; active[i] && task.record.has(k))
             task.record.worth[task.record.place(k)] = worth[i];
-}
-
-// Pixel of a pinhole camera that a direction of unit depth goes through; lanes outside of the picture become
-// inactive.
-EG_INLINE Int pixel_of(const CameraView& c, Vec3 direction, Mask& active) {
-    const Float x = dot(splat3(c.right), direction) * c.focal + c.principal[0];
-    const Float y = c.principal[1] - dot(splat3(c.up), direction) * c.focal;
-    active &=
-        (x >= 0.0f) & (y >= 0.0f) & (x < static_cast<float>(c.width)) & (y < static_cast<float>(c.height));
-    return select(active, to_int(y) * c.width + to_int(x), splat(0));
 }
 
 EG_INLINE void write_splats(const BoundaryTask& task, Splats& splats, int64_t at, Mask active, Float x,

@@ -6,6 +6,7 @@
 
 #include "boundary/copy_crossings.h"
 #include "boundary/face_cut.h"
+#include "parallel.h"
 #include "scene/light_params.h"
 #include "scene/mesh_instances.h"
 
@@ -187,6 +188,7 @@ Crossings lines_through_lights(const SceneTables& tables, const WantedPair& want
         return std::visit([](const auto& light) { return light.box; }, s.light);
     };
     for (size_t m = 0; m < instances.size(); ++m) {
+        may_cancel();
         const auto mesh = static_cast<int32_t>(m);
         std::vector<Search*> asked;
         for (Search& s : searches)

@@ -52,7 +52,8 @@ EG_INLINE void for_each_pixel(const CameraView& c, Mask active, Float sx, Float 
         if (turn) column = column - full * floor((column + first) * (1.0f / full));
         const Mask m = active & (column >= 0.0f) & (column < static_cast<float>(c.width)) & (row >= 0.0f) &
                        (row < static_cast<float>(c.height)) & (weight > 0.0f);
-        if (any(m)) visit(m, m & (to_int(row) * c.width + to_int(column)), weight);
+        const auto whole = [m](Float place) { return to_int(select(m, place, splat(0.0f))); };
+        if (any(m)) visit(m, whole(row) * c.width + whole(column), weight);
     };
     if (!c.filter) {
         one(floor(sx), floor(sy), splat(1.0f));

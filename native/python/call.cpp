@@ -50,7 +50,7 @@ void with_interpreter(const std::function<void()>& run);
 
 WithoutInterpreter::WithoutInterpreter()
     : outer_((check_not_ended(), std::exchange(call_of_thread, this))),
-      interruption_([] { with_interpreter(look_for_signals); }) {
+      cancelling_([] { with_interpreter(look_for_signals); }) {
     ++calls;
     leave();
 }

@@ -16,7 +16,7 @@
 namespace edgegrad {
 
 // While one exists, the calling thread works without the interpreter's lock, and answers signals
-// (parallel.h: check_interruption).
+// (parallel.h: may_cancel).
 class WithoutInterpreter {
  public:
     WithoutInterpreter();
@@ -31,7 +31,7 @@ class WithoutInterpreter {
 
     PyThreadState* state_ = nullptr;
     WithoutInterpreter* outer_;
-    Interruption interruption_;
+    Cancelling cancelling_;
 };
 
 // Calls a Python function, or nothing if it is None, now and then; cancels by its exceptions, by signals and

@@ -19,7 +19,7 @@ inline __attribute__((always_inline)) Bits spread_bits(Bits x) {
 // border.
 inline uint32_t z_order(double x, double y, uint32_t bits) {
     const auto tile = [bits](double at) {
-        return static_cast<uint32_t>(std::clamp(at, 0.0, 0.999) * (1u << bits));
+        return static_cast<uint32_t>((at > 0.0 ? std::min(at, 0.999) : 0.0) * (1u << bits));  // 0 of NaN
     };
     return spread_bits(tile(x)) | spread_bits(tile(y)) << 1;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/light_tree.h"
+#include "scene/table_rows.h"
 
 namespace edgegrad {
 namespace {
@@ -186,12 +187,12 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
     view_.sized_count = static_cast<int32_t>(sized_.size());
     view_.sized_distant = static_cast<int32_t>(distant_sized.size());
     sized_.insert(sized_.end(), distant_sized.begin(), distant_sized.end());
-    view_.params = lights.params.data();
-    view_.flags = lights.flags.data();
-    view_.visible_to = lights.visible_to.data();
-    view_.receivers = lights.receivers.data();
-    view_.blockers = lights.blockers.data();
-    view_.sized = sized_.data();
+    view_.params = rows_of(lights.params);
+    view_.flags = rows_of(lights.flags);
+    view_.visible_to = rows_of(lights.visible_to);
+    view_.receivers = rows_of(lights.receivers);
+    view_.blockers = rows_of(lights.blockers);
+    view_.sized = rows_of(sized_);
 }
 
 // What is dark or dim is picked as if all lights of its kind shared a part kDim of what they give together.
@@ -250,12 +251,12 @@ void LightList::arrange() {
     distant_ = {};
     view_.count = static_cast<int32_t>(kind_.size());
     view_.top = static_cast<int32_t>(single) + (view_.any_group ? 1 : 0);
-    view_.kind = kind_.data();
-    view_.index = index_.data();
-    view_.node_of = node_of_.data();
+    view_.kind = rows_of(kind_);
+    view_.index = rows_of(index_);
+    view_.node_of = rows_of(node_of_);
     view_.face_light = face_light_.empty() ? nullptr : face_light_.data();
-    view_.light_of_row = light_of_row_.data();
-    view_.nodes = nodes_.data();
+    view_.light_of_row = rows_of(light_of_row_);
+    view_.nodes = rows_of(nodes_);
 }
 
 }  // namespace edgegrad

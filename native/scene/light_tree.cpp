@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "parallel.h"
+
 namespace edgegrad {
 namespace {
 
@@ -98,6 +100,7 @@ class Builder {
             nodes_[at] = light(first);
             return;
         }
+        may_cancel();
         const size_t middle = partition(first, last);
         const size_t pair = nodes_.size();
         nodes_.resize(pair + 2);
@@ -168,7 +171,7 @@ class Builder {
 
     static int bin(const LightNode& n, int c, const float* low, const float* high) {
         const float place = (n.center[c] - low[c]) / (high[c] - low[c]);
-        return std::min(static_cast<int>(place * kBins), kBins - 1);
+        return place > 0.0f ? static_cast<int>(std::min(place * kBins, kBins - 0.5f)) : 0;  // 0 of NaN
     }
 
     std::vector<LightNode> lights_;

@@ -3,6 +3,7 @@
 #include "scene/contact_meshes.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
+#include "scene/table_rows.h"
 
 namespace edgegrad {
 
@@ -65,30 +66,30 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.bvh = bvh.handle();
     view_.brute_triangles = brute_triangles_.data();
     view_.brute_count = static_cast<int32_t>(brute_triangles_.size());
-    view_.vertices = tables.vertices.data();
-    view_.faces = tables.faces.data();
-    view_.face_material = tables.face_material.data();
-    view_.face_moving = face_moving_.data();
-    view_.mesh_first_face = tables.mesh_first_face.data();
+    view_.vertices = rows_of(tables.vertices);
+    view_.faces = rows_of(tables.faces);
+    view_.face_material = rows_of(tables.face_material);
+    view_.face_moving = rows_of(face_moving_);
+    view_.mesh_first_face = rows_of(tables.mesh_first_face);
     view_.mesh_count = tables.visible_meshes;
-    view_.mesh_mask = tables.mesh_mask.data();
+    view_.mesh_mask = rows_of(tables.mesh_mask);
     constexpr int32_t all_rays = (1 << kFirstBlockers) - 1;
     view_.rays_differ =
         std::any_of(tables.mesh_mask.begin(), tables.mesh_mask.begin() + tables.visible_meshes,
                     [](int32_t mask) { return (mask & all_rays) != all_rays; });
-    view_.mesh_receivers = tables.mesh_receivers.data();
-    view_.mesh_terminator = tables.mesh_terminator.data();
+    view_.mesh_receivers = rows_of(tables.mesh_receivers);
+    view_.mesh_terminator = rows_of(tables.mesh_terminator);
     view_.any_terminator = !tables.corner_normal.empty() &&
                            std::any_of(tables.mesh_terminator.begin(), tables.mesh_terminator.end(),
                                        [](float t) { return t > 0.0f; });
     view_.corner_normal = tables.corner_normal.empty() ? nullptr : tables.corner_normal.data();
-    view_.normals = tables.normals.data();
-    view_.instance_mesh = tables.instance_mesh.data();
-    view_.instance_to_world = tables.instance_to_world.data();
-    view_.material_first_leaf = tables.material_first_leaf.data();
-    view_.leaf_kind = tables.leaf_kind.data();
-    view_.leaf_flags = tables.leaf_flags.data();
-    view_.leaf_params = tables.leaf_params.data();
+    view_.normals = rows_of(tables.normals);
+    view_.instance_mesh = rows_of(tables.instance_mesh);
+    view_.instance_to_world = rows_of(tables.instance_to_world);
+    view_.material_first_leaf = rows_of(tables.material_first_leaf);
+    view_.leaf_kind = rows_of(tables.leaf_kind);
+    view_.leaf_flags = rows_of(tables.leaf_flags);
+    view_.leaf_params = rows_of(tables.leaf_params);
     view_.textures = tables.textures.view();
     view_.all_flags = 0;
     view_.common_flags = ~0;
@@ -117,16 +118,17 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     std::copy_n(tables.environment_rotation, 9, view_.environment_rotation);
     view_.environment_mask = tables.environment_mask;
     if (lights_) view_.lights = lights_->view();
-    view_.emission = tables.emission.data();
-    view_.emission_two_sided = tables.emission_two_sided.data();
+    view_.emission = rows_of(tables.emission);
+    view_.emission_two_sided = rows_of(tables.emission_two_sided);
     std::copy_n(tables.environment, 3, view_.environment);
     view_.has_environment =
         (asked && asked->environment) ||
         std::any_of(view_.environment, view_.environment + 3, [](float e) { return e > 0.0f; });
-    view_.edge_vertices = tables.edge_vertices.data();
-    view_.edge_face_first = tables.edge_face_first.data();
-    view_.edge_faces = tables.edge_faces.data();
-    view_.edge_opposite = tables.edge_opposite.data();
+    view_.edge_vertices = rows_of(tables.edge_vertices);
+    view_.edge_face_first = rows_of(tables.edge_face_first);
+    view_.edge_faces = rows_of(tables.edge_faces);
+    view_.edge_opposite = rows_of(tables.edge_opposite);
+    view_.crossing_ends = zero_row<float>();
     view_.edge_count = static_cast<int32_t>(tables.edge_vertices.size() / 2);
     view_.camera = tables.camera;
     view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();

@@ -29,7 +29,8 @@ EG_INLINE Vec3 filter_environment(const EnvironmentView& map, Float u, Float v) 
     const Float x = u * static_cast<float>(map.width) - 0.5f, y = v * static_cast<float>(map.height) - 0.5f;
     const Float left = floor(x), top = floor(y);
     const Float fx = x - left, fy = y - top;
-    Int x0 = to_int(left), y0 = to_int(top);
+    // Directions that aren't finite have some pixel, too.
+    Int x0 = to_index(left, -1, map.width), y0 = to_index(top, -1, map.height);
     x0 = select(x0 < 0, x0 + map.width, x0);
     y0 = select(y0 < 0, y0 + map.height, y0);
     x0 = select(x0 >= map.width, splat(0), x0);

@@ -73,9 +73,8 @@ EG_INLINE Float environment_pdf(const SceneView& scene, Vec3 w) {
     if (!map.sampled) return splat(0.0f);
     Float u, v;
     environment_place(scene, w, u, v);
-    Int column = to_int(u * static_cast<float>(map.columns)), row = to_int(v * static_cast<float>(map.rows));
-    column = select(column >= map.columns, splat(map.columns - 1), select(column < 0, splat(0), column));
-    row = select(row >= map.rows, splat(map.rows - 1), select(row < 0, splat(0), row));
+    const Int column = to_index(u * static_cast<float>(map.columns), 0, map.columns - 1);
+    const Int row = to_index(v * static_cast<float>(map.rows), 0, map.rows - 1);
     return cell_density(map, column, row);
 }
 

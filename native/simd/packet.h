@@ -72,6 +72,13 @@ EG_INLINE Float max(Float a, Float b) { return select(a > b, a, b); }
 EG_INLINE Float max(Float a, float b) { return max(a, splat(b)); }
 EG_INLINE Float abs(Float a) { return select(a < 0.0f, -a, a); }
 
+// The integer within [least, most] (both below 2^24 in size) that a is rounded to, towards zero; `least` of
+// what is no number. For indices: converting what no integer holds is undefined, and NaN passes comparisons
+// of the result.
+EG_INLINE Int to_index(Float a, int least, int most) {
+    return to_int(min(max(a, static_cast<float>(least)), splat(static_cast<float>(most))));
+}
+
 EG_INLINE Float sqrt(Float a) {
     Float r;
     for (int i = 0; i < W; ++i) r[i] = __builtin_sqrtf(a[i]);

@@ -10,10 +10,10 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// i modulo n, n > 0, for |i| < 2^22.
+// i modulo n, n > 0, for |i| < 2^22; of others some number (of bits, since products of theirs don't fit).
 EG_INLINE Int wrap_index(Int i, int32_t n) {
     const Float turns = floor((to_float(i) + 0.5f) * (1.0f / static_cast<float>(n)));
-    return i - to_int(turns) * n;
+    return bits(bits(i) - bits(to_int(turns)) * static_cast<uint32_t>(n));
 }
 
 // The pixel that coordinate i means, always within the image.
@@ -63,7 +63,7 @@ EG_INLINE AxisTaps<Taps> axis_taps(Float u, int32_t n, int32_t extension) {
     }
     r.sum = splat(0.0f);
     for (int k = 0; k < Taps; ++k) {
-        const Int i = to_int(whole) + (Taps == 4 ? k - 1 : k);
+        const Int i = to_int(whole) + (Taps == 4 ? k - 1 : k);  // of a clamped coordinate
         if (extension == kImageClip) r.weight[k] = select((i >= 0) & (i < n), r.weight[k], 0.0f);
         r.sum += r.weight[k];
         r.index[k] = extend_index(i, n, extension);

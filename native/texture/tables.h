@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "scene/table_rows.h"
 #include "texture/view.h"
 
 namespace edgegrad {
@@ -23,19 +24,19 @@ struct TextureTables {
 
     TextureView view() const {
         TextureView v{};
-        v.code = code.data();
-        v.program_first = program_first.data();
-        v.constants = constants.data();
+        v.code = rows_of(code);
+        v.program_first = rows_of(program_first);
+        v.constants = rows_of(constants);
         const bool any = program_first.size() > 1;
         v.leaf_program = any ? leaf_program.data() : nullptr;
         v.leaf_weight_program = any ? leaf_weight_program.data() : nullptr;
-        v.images = images.data();
-        v.pixels = pixels.data();
-        v.tables = tables.data();
-        v.lookups = lookups.data();
-        v.mesh_attributes = mesh_attributes.data();
-        v.attributes = attributes.data();
-        v.face_mesh = face_mesh.data();
+        v.images = rows_of(images);
+        v.pixels = rows_of(pixels);
+        v.tables = rows_of(tables);
+        v.lookups = rows_of(lookups);
+        v.mesh_attributes = rows_of(mesh_attributes);
+        v.attributes = rows_of(attributes);
+        v.face_mesh = rows_of(face_mesh);
         v.mesh_count = static_cast<int32_t>(mesh_box.size() / 6);
         v.leaf_uv = leaf_uv.data();
         v.leaf_tangent = leaf_tangent.data();

@@ -5,6 +5,14 @@
 #include <functional>
 #include <stdexcept>
 
+// For thread-local variables: without it a thread's first use of one may allocate memory, and end the process
+// where there is none.
+#if defined(__GNUC__) && !defined(_WIN32)
+#define EDGEGRAD_STATIC_THREAD_LOCAL __attribute__((tls_model("initial-exec")))
+#else
+#define EDGEGRAD_STATIC_THREAD_LOCAL
+#endif
+
 namespace edgegrad {
 
 // Called from the calling thread now and then with the fraction done; cancels by throwing.

@@ -1,6 +1,8 @@
 #include "embree/library.h"
 
+#include <map>
 #include <mutex>
+#include <new>
 #include <stdexcept>
 
 #ifdef _WIN32
@@ -81,6 +83,7 @@ std::mutex mutex;
 bool loaded = false;
 Api functions;
 std::string loaded_version;
+std::map<int, Device> devices;  // by number of threads
 
 }  // namespace
 
@@ -93,15 +96,25 @@ const Api& load(const std::string& path) {
     const auto major = api.device_property(device, kVersionMajor);
     const auto minor = api.device_property(device, kVersionMinor);
     const auto patch = api.device_property(device, kVersionPatch);
-    api.release_device(device);
     loaded_version = std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
     if (major != kMajor) {
+        api.release_device(device);
         throw std::runtime_error("the embreex wheel has Embree " + loaded_version + ", but version " +
                                  std::to_string(kMajor) + " is needed; install another embreex");
     }
+    devices[1] = device;
     functions = api;
     loaded = true;
     return functions;
+}
+
+Device device(int threads) {
+    std::lock_guard lock(mutex);
+    const auto place = devices.try_emplace(threads, nullptr).first;
+    if (!place->second) place->second = functions.new_device(("threads=" + std::to_string(threads)).c_str());
+    if (place->second) return place->second;
+    if (functions.device_error(nullptr) == kErrorOutOfMemory) throw std::bad_alloc();
+    throw std::runtime_error("Embree can't create a device");
 }
 
 std::string version() {

@@ -13,7 +13,7 @@ namespace {
 
 std::atomic<int> calls{0};    // that have left the interpreter
 std::atomic<int> outside{0};  // those that aren't in their progress functions at the moment
-thread_local WithoutInterpreter* call_of_thread = nullptr;
+thread_local constinit WithoutInterpreter* call_of_thread EDGEGRAD_STATIC_THREAD_LOCAL = nullptr;
 
 [[noreturn]] void stop_for_ever() {
     for (;;) std::this_thread::sleep_for(std::chrono::hours(24));

@@ -6,12 +6,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "embree/library.h"
 #include "scene/mesh_instances.h"
 
 namespace edgegrad {
 namespace {
-
-constexpr int kErrorOutOfMemory = 4;  // RTC_ERROR_OUT_OF_MEMORY
 
 // Memory at the peak of a build (measured: 1M and 10M triangles, medium quality).
 constexpr size_t kBuildBytesPerFace = 250;
@@ -36,12 +35,8 @@ void check_room(size_t faces) {
 
 Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(api) {
     check_room(tables.faces.size() / 3);
-    const std::string config = "threads=" + std::to_string(threads);
-    device_ = api_.new_device(config.c_str());
-    if (!device_) {
-        check("creating a device");
-        throw std::runtime_error("Embree can't create a device");
-    }
+    device_ = embree::device(threads);
+    api_.device_error(device_);  // of a call that ended before it asked
     try {
         build(tables);
     } catch (...) {
@@ -59,14 +54,12 @@ void Bvh::release() {
     instanced_.clear();
     if (scene_) api_.release_scene(scene_);
     scene_ = nullptr;
-    if (device_) api_.release_device(device_);
-    device_ = nullptr;
 }
 
 void Bvh::check(const char* doing) const {
     const int error = api_.device_error(device_);
     if (error == 0) return;
-    if (error == kErrorOutOfMemory) throw std::bad_alloc();
+    if (error == embree::kErrorOutOfMemory) throw std::bad_alloc();
     throw std::runtime_error(std::string("Embree failed while ") + doing + " (error " +
                              std::to_string(error) + ")");
 }
@@ -138,6 +131,7 @@ void Bvh::make_dynamic() {
 
 void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far) {
     if (moved.empty()) return;
+    api_.device_error(device_);
     // A scene that never moves has one BVH over all meshes, which is the fastest to trace. From the
     // first motion on it is dynamic: one BVH per mesh, so that only what moved is refitted.
     const bool rebuild = far || !dynamic_;

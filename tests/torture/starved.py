@@ -88,7 +88,7 @@ def attempt(call: Callable[[], bytes | None], shim: ctypes.CDLL, n: int) -> str:
         return "done"
     except Exception as error:
         shim.disarm()
-        return type(error).__name__
+        return f"{type(error).__name__}: {error}"
     finally:
         shim.disarm()
 
@@ -112,7 +112,10 @@ def main() -> None:
     for n in range(first, count + 1, stride):
         say(n=n)
         outcome = attempt(call, shim, n)
-        usable = subject.picture() == pictures[subject.place] and (expected is None or call() == expected)
+        # A failed change has been made or not, and can be made again.
+        usable = subject.picture() in pictures.values() and (expected is None or call() == expected)
+        subject.renderer.update()
+        usable = usable and subject.picture() == pictures[subject.place]
         say(n=n, outcome=outcome, usable=usable)
     say(end=True)
 

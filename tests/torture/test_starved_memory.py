@@ -15,8 +15,9 @@ from edgegrad.native_engine import embree_version
 from tests.torture.starved import CHANGING, COMPUTING
 
 ROOT = Path(__file__).parents[2]
-# What a failed allocation may become, "done" where nothing needed it.
-FAIR = {"done", "MemoryError"}
+# What a failed allocation may become: "done" where nothing needed it; SystemError of functions of numpy's that report
+# no error.
+FAIR = ("done", "MemoryError", "SystemError")
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux" or "asan" in os.environ.get("LD_PRELOAD", ""), reason="replaces glibc's malloc"
@@ -58,14 +59,14 @@ def attempts(shim: Path, scene: str, call: str, first: int, stride: int) -> Iter
 def check(shim: Path, scene: str, call: str, first: int, stride: int) -> None:
     found = list(attempts(shim, scene, call, first, stride))
     assert found
-    bad = [line for line in found if line["outcome"] not in FAIR or not line["usable"]]
+    bad = [line for line in found if str(line["outcome"]).split(":")[0] not in FAIR or not line["usable"]]
     assert not bad, f"{len(bad)} of {len(found)} attempts: {bad[:5]}"
-    assert any(line["outcome"] == "MemoryError" for line in found) or len(found) < 20
+    assert any(str(line["outcome"]).startswith("MemoryError") for line in found)
 
 
-@pytest.mark.parametrize("call", COMPUTING + CHANGING)
+@pytest.mark.parametrize("call", ["gradient", "construction", "update_named"])
 def test_some_allocation_fails(shim: Path, call: str) -> None:
-    check(shim, "box", call, 1, 37)
+    check(shim, "box", call, 1, 1 if call == "update_named" else 23)
 
 
 @pytest.mark.slow
@@ -73,3 +74,14 @@ def test_some_allocation_fails(shim: Path, call: str) -> None:
 @pytest.mark.parametrize("call", COMPUTING + CHANGING)
 def test_any_allocation_fails(shim: Path, scene: str, call: str) -> None:
     check(shim, scene, call, 1, 1)
+
+
+@pytest.mark.parametrize("call", ["picture", "gradient", "construction", "update"])
+def test_address_space_is_limited(call: str) -> None:
+    """No more than a few megabytes: the whole call fails, or it doesn't."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.torture.limited", call], cwd=ROOT, capture_output=True, text=True, timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "MemoryError" in done.stdout

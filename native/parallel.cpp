@@ -6,7 +6,6 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
-#include <new>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -40,11 +39,6 @@ struct Work {
 thread_local constinit const std::function<void()>* ask_caller EDGEGRAD_STATIC_THREAD_LOCAL = nullptr;
 thread_local constinit Clock::time_point asked_at EDGEGRAD_STATIC_THREAD_LOCAL{};
 thread_local constinit const Work* work_of_thread EDGEGRAD_STATIC_THREAD_LOCAL = nullptr;
-
-// What a thread needs to throw an exception, which its C++ library allocates at its first use, and ends the
-// process if that fails.
-constexpr size_t kThreadBytes = size_t{1} << 16;
-void prepare_thread() { static_cast<void>(std::uncaught_exceptions()); }
 
 int64_t process_id() {
 #ifdef _WIN32
@@ -136,7 +130,6 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
         finished.notify_all();
     };
     const auto run = [&](int thread) {
-        prepare_thread();
         work(thread);
         --workers;
     };
@@ -154,7 +147,6 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
     const int started = progress ? threads : threads - 1;
     try {
         pool.reserve(static_cast<size_t>(started));
-        ::operator delete(::operator new(kThreadBytes));  // or throws here
         running = threads;
         for (int t = 0; t < started; ++t) {
             try {

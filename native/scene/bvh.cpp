@@ -93,12 +93,12 @@ void Bvh::build(const SceneTables& tables) {
         api_.attach_geometry_by_id(parent, g, static_cast<unsigned>(m));
     }
     build_instances(tables);
-    api_.commit_scene(scene_);
+    embree::commit_scene(scene_);
     check("building the BVH");
 }
 
 void Bvh::build_instances(const SceneTables& tables) {
-    for (const Instanced& i : instanced_) api_.commit_scene(i.scene);
+    for (const Instanced& i : instanced_) embree::commit_scene(i.scene);
     for (size_t k = 0; k < tables.instance_mesh.size(); ++k) {
         const int32_t mesh = tables.instance_mesh[k];
         const auto of = std::find_if(instanced_.begin(), instanced_.end(),
@@ -149,10 +149,10 @@ void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, b
     }
     for (const Instanced& i : instanced_)
         if (rebuild || std::find(moved.begin(), moved.end(), i.mesh) != moved.end())
-            api_.commit_scene(i.scene);
+            embree::commit_scene(i.scene);
     if (rebuild || !instanced_.empty())
         for (embree::Geometry g : instances_) api_.commit_geometry(g);
-    api_.commit_scene(scene_);
+    embree::commit_scene(scene_);
     check("updating the BVH");
 }
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import atexit
 import importlib.util
+import math
 import os
 import sys
 import threading
-from collections.abc import Callable, Collection
+import time
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +32,27 @@ _LIBRARY_PATTERNS = {
 }
 
 
-# Taken while a BVH is built or refitted, and by a fork: Embree's workers, which a forked process doesn't have, must not
-# be at work then. The kernels' threads need no such care, since each call starts its own.
+# Held while a BVH is built or refitted, and by a fork: Embree's workers, which a forked process doesn't have, must not
+# hold a lock then. The kernels' threads need no such care, since each call starts its own.
 _builds = threading.RLock()
+_last_build = -math.inf  # when it ended
+# Seconds after a build in which its workers have gone to sleep, which takes a lock.
+SETTLED = 0.1
+
+
+@contextmanager
+def _building() -> Iterator[None]:
+    global _last_build
+    with _builds:
+        try:
+            yield
+        finally:
+            _last_build = time.monotonic()
+
+
+def _before_fork() -> None:
+    _builds.acquire()
+    time.sleep(max(_last_build + SETTLED - time.monotonic(), 0.0))
 
 
 def _after_fork_in_child() -> None:
@@ -41,7 +62,7 @@ def _after_fork_in_child() -> None:
 
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(
-        before=_builds.acquire, after_in_parent=_builds.release, after_in_child=_after_fork_in_child
+        before=_before_fork, after_in_parent=_builds.release, after_in_child=_after_fork_in_child
     )
 # Python ends a daemon thread by unwinding it, which native code doesn't survive.
 atexit.register(_native.end_calls)
@@ -101,7 +122,7 @@ class Engine:
 
     def __init__(self, tables: Tables, threads: int, instruction_set: str = "") -> None:
         library = str(embree_library())
-        with _builds:
+        with _building():
             self._scene = _native.Scene(tables, threads, instruction_set, library)
         self._turns = Turns("renderer")
         # Whose materials, textures and environment the native scene has; None: some of them, since an update failed.
@@ -154,7 +175,7 @@ class Engine:
 
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: Tables) -> None:
         """Take other vertices (n, 3) of one mesh, in world space."""
-        with self._turns.lock(), _builds:
+        with self._turns.lock(), _building():
             self._scene.move_vertices(mesh, vertices, tables.origin)
 
     def render(
@@ -235,7 +256,7 @@ class Engine:
 
     def _update(self, tables: Tables) -> None:
         self._held = None
-        with _builds:
+        with _building():
             self._scene.update(tables)
         self._held = tables
 

@@ -6,6 +6,10 @@ import resource
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from edgegrad import Renderer
 from tests.torture.dense import dense_scene
@@ -16,8 +20,7 @@ MEGABYTE = 1 << 20
 @contextmanager
 def room(megabytes: int) -> Iterator[None]:
     """So much memory beyond what is in use."""
-    with open("/proc/self/statm") as file:
-        used = int(file.read().split()[0]) * resource.getpagesize()
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + megabytes * MEGABYTE, resource.RLIM_INFINITY))
     try:
         yield
@@ -26,14 +29,12 @@ def room(megabytes: int) -> Iterator[None]:
 
 
 def main() -> None:
-    import numpy as np
-
     scene = dense_scene(300)
     box, path = scene.meshes["box"], "meshes.box.vertices"
     scene.camera.width = scene.camera.height = 512
     start = box.vertices
     renderer = Renderer(scene, threads=2)
-    options = {"spp": 1, "max_depth": 3, "seed": 1}
+    options: dict[str, Any] = {"spp": 1, "max_depth": 3, "seed": 1}
     adjoint = np.ones((512, 512, 3), np.float32)
     expected = renderer.render(**options)
 

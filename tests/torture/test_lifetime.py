@@ -8,8 +8,11 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="POSIX processes and signals")
 
 ROOT = Path(__file__).parents[2]
 # So many seconds may pass between a signal and its KeyboardInterrupt, on a machine that does something else, too.
@@ -38,6 +41,14 @@ ENDLESS = {
 }
 
 
+def selected(cases: list[Any], fast: list[Any]) -> list[Any]:
+    """All cases, of which those that aren't named are slow ones."""
+    return [
+        case if case in fast else pytest.param(*([case] if isinstance(case, str) else case), marks=pytest.mark.slow)
+        for case in cases
+    ]
+
+
 def run(code: str) -> str:
     """What a process prints that ends well and in silence."""
     script = textwrap.dedent(PRELUDE) + textwrap.dedent(code)
@@ -51,8 +62,10 @@ def run(code: str) -> str:
 
 
 # ---- The process's exit ----
-@pytest.mark.parametrize("progress", ["None", "told.append", "sleep", "spin"])
-@pytest.mark.parametrize("call", ENDLESS)
+@pytest.mark.parametrize(("call", "progress"), selected(
+    [(call, progress) for call in ENDLESS for progress in ("None", "told.append", "sleep", "spin")],
+    [("render", "None"), ("backward", "told.append"), ("forward", "sleep"), ("backward", "spin")],
+))
 def test_exit_while_a_daemon_thread_computes(call: str, progress: str) -> None:
     run(f"""
         renderer, told, begun = Renderer(scene, threads=2), [], threading.Event()
@@ -86,8 +99,6 @@ def test_the_main_thread_can_compute_at_exit() -> None:
 
 
 # ---- Forks ----
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
-
 IN_CHILD = """
         def in_child(work):
             child = os.fork()
@@ -171,6 +182,7 @@ def test_a_fork_while_another_thread_uses_the_functions() -> None:
     """)
 
 
+@pytest.mark.slow
 def test_forks_while_other_threads_build_and_update() -> None:
     run(f"""
         {IN_CHILD}
@@ -251,9 +263,10 @@ INTERRUPTED = """
 """
 
 
-@pytest.mark.parametrize("after", [0.05, 0.3, 1.0])
-@pytest.mark.parametrize("spp", [1 << 16, 1 << 24])
-@pytest.mark.parametrize("call", ENDLESS)
+@pytest.mark.parametrize(("call", "spp", "after"), selected(
+    [(call, spp, after) for call in ENDLESS for spp in (1 << 16, 1 << 24) for after in (0.05, 0.3, 1.0)],
+    [(call, 1 << 24, 0.3) for call in ENDLESS],
+))
 def test_ctrl_c_ends_calls(call: str, spp: int, after: float) -> None:
     run(f"""
         {INTERRUPTED}
@@ -270,8 +283,11 @@ def test_ctrl_c_ends_calls(call: str, spp: int, after: float) -> None:
     """)
 
 
-@pytest.mark.parametrize("call", ["Renderer(dense, threads=2)", "renderer.update()", "renderer.update([path])",
-                                  "edgegrad.plan(dense, [path])", "dense_gradient()"])
+@pytest.mark.parametrize("call", selected(
+    ["Renderer(dense, threads=2)", "renderer.update()", "renderer.update([path])", "edgegrad.plan(dense, [path])",
+     "dense_gradient()"],
+    ["renderer.update()"],
+))
 def test_ctrl_c_ends_work_on_many_faces(call: str) -> None:
     """And what was being updated is up to date when it is used next."""
     run(f"""

@@ -78,7 +78,9 @@ def test_any_allocation_fails(shim: Path, scene: str, call: str) -> None:
     check(shim, scene, call, 1, 1)
 
 
-@pytest.mark.parametrize("call", ["picture", "gradient", "construction", "update"])
+@pytest.mark.parametrize(
+    "call", ["gradient", *(pytest.param(call, marks=pytest.mark.slow) for call in ("picture", "construction", "update"))]
+)
 def test_address_space_is_limited(call: str) -> None:
     """No more than a few megabytes: the whole call fails, or it doesn't."""
     done = subprocess.run(

@@ -46,6 +46,7 @@ Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(
 }
 
 void Bvh::release() {
+    if (abandoned_) return;
     for (embree::Geometry g : instances_) api_.release_geometry(g);
     for (embree::Geometry g : geometries_) api_.release_geometry(g);
     for (const Instanced& i : instanced_) api_.release_scene(i.scene);
@@ -56,9 +57,10 @@ void Bvh::release() {
     scene_ = nullptr;
 }
 
-void Bvh::check(const char* doing) const {
+void Bvh::check(const char* doing) {
     const int error = api_.device_error(device_);
     if (error == 0) return;
+    abandoned_ = true;
     if (error == embree::kErrorOutOfMemory) throw std::bad_alloc();
     throw std::runtime_error(std::string("Embree failed while ") + doing + " (error " +
                              std::to_string(error) + ")");

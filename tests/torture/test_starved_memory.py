@@ -79,7 +79,8 @@ def test_any_allocation_fails(shim: Path, scene: str, call: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "call", ["gradient", *(pytest.param(call, marks=pytest.mark.slow) for call in ("picture", "construction", "update"))]
+    "call",
+    ["gradient", *(pytest.param(call, marks=pytest.mark.slow) for call in ("picture", "construction", "update"))],
 )
 def test_address_space_is_limited(call: str) -> None:
     """No more than a few megabytes: the whole call fails, or it doesn't."""

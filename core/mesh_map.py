@@ -54,7 +54,7 @@ def pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
 
 # ---- What the places depend on: tangents (k, 3, 4) ----
 def _places_by_transform(mesh: Mesh) -> tuple[Linear, Linear]:
-    inner = np.eye(3, 4)[None] if mesh.instances is None else mesh.instances[:, :3]
+    inner = np.eye(3, 4)[None] if mesh.instances is None else mesh.instances[:, :3].copy()
 
     def pull(g: F64) -> F64:
         out = np.zeros((4, 4))
@@ -66,7 +66,7 @@ def _places_by_transform(mesh: Mesh) -> tuple[Linear, Linear]:
 
 
 def _places_by_instances(mesh: Mesh) -> tuple[Linear, Linear]:
-    outer = mesh.transform[:3, :3]
+    outer = mesh.transform[:3, :3].copy()
 
     def pull(g: F64) -> F64:
         out = np.zeros((len(g), 4, 4))
@@ -99,12 +99,14 @@ def _world_pieces(tables: Tables, mesh: Mesh, k: int) -> list[Piece]:
 
 
 def _moved_vertices(mesh: Mesh) -> tuple[Linear, Linear]:
+    vertices = mesh.vertices.copy()  # the scene may be changed before there are gradients
+
     def push(v: F64) -> F64:
-        return (np.einsum("kij,nj->kni", v[:, :, :3], mesh.vertices) + v[:, None, :, 3]).reshape(-1, 3)
+        return (np.einsum("kij,nj->kni", v[:, :, :3], vertices) + v[:, None, :, 3]).reshape(-1, 3)
 
     def pull(g: F64) -> F64:
-        g = g.reshape(-1, len(mesh.vertices), 3)
-        return np.concatenate([np.einsum("kni,nj->kij", g, mesh.vertices), g.sum(axis=1)[:, :, None]], axis=2)
+        g = g.reshape(-1, len(vertices), 3)
+        return np.concatenate([np.einsum("kni,nj->kij", g, vertices), g.sum(axis=1)[:, :, None]], axis=2)
 
     return push, pull
 

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import atexit
 import importlib.util
+import math
+import os
 import sys
-from collections.abc import Callable, Collection
+import threading
+import time
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +30,42 @@ _LIBRARY_PATTERNS = {
     "darwin": ("embreex/.dylibs/libembree4*.dylib", "embreex.dylibs/libembree4*.dylib"),
     "win32": ("embreex.libs/embree4*.dll", "embreex/embree4*.dll"),
 }
+
+
+# Held while a BVH is built or refitted, and by a fork: Embree's workers, which a forked process doesn't have, must not
+# hold a lock then. The kernels' threads need no such care, since each call starts its own.
+_builds = threading.RLock()
+_last_build = -math.inf  # when it ended
+# Seconds after a build in which its workers have gone to sleep, which takes a lock.
+SETTLED = 0.1
+
+
+@contextmanager
+def _building() -> Iterator[None]:
+    global _last_build
+    with _builds:
+        try:
+            yield
+        finally:
+            _last_build = time.monotonic()
+
+
+def _before_fork() -> None:
+    _builds.acquire()
+    time.sleep(max(_last_build + SETTLED - time.monotonic(), 0.0))
+
+
+def _after_fork_in_child() -> None:
+    _native.forget_calls()
+    _builds.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(
+        before=_before_fork, after_in_parent=_builds.release, after_in_child=_after_fork_in_child
+    )
+# Python ends a daemon thread by unwinding it, which native code doesn't survive.
+atexit.register(_native.end_calls)
 
 
 def embree_library() -> Path:
@@ -79,13 +121,16 @@ class Engine:
     narrow = False
 
     def __init__(self, tables: Tables, threads: int, instruction_set: str = "") -> None:
-        self._scene = _native.Scene(tables, threads, instruction_set, str(embree_library()))
+        library = str(embree_library())
+        with _building():
+            self._scene = _native.Scene(tables, threads, instruction_set, library)
         self._turns = Turns("renderer")
-        self._held = tables  # whose materials, textures and environment the native scene has
+        # Whose materials, textures and environment the native scene has; None: some of them, since an update failed.
+        self._held: Tables | None = tables
 
     def set_edges(self, edges: Edges) -> None:
         """The scene's edges (`Tables.edges`), which derivatives need."""
-        with self._turns:
+        with self._turns.lock():
             self._scene.set_edges(edges)
 
     @property
@@ -120,18 +165,18 @@ class Engine:
 
     def update(self, tables: Tables) -> None:
         """Take other values of the same topology; moved meshes are refitted."""
-        with self._turns:
+        with self._turns.lock():
             self._update(tables)
 
     def update_values(self, tables: Tables) -> None:
         """Take other materials, lights, environment and camera; the geometry is the same."""
-        with self._turns:
+        with self._turns.lock():
             self._update_values(tables)
 
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: Tables) -> None:
         """Take other vertices (n, 3) of one mesh, in world space."""
-        with self._turns:
-            self._scene.move_vertices(mesh, vertices, [float(x) for x in tables.origin])
+        with self._turns.lock(), _building():
+            self._scene.move_vertices(mesh, vertices, tables.origin)
 
     def render(
         self,
@@ -145,7 +190,7 @@ class Engine:
         progress: Callable[[float], None] | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) picture seen by the camera of `tables`, or the part of it that is caustics."""
-        with self._turns:
+        with self._turns.lock():
             self._hold(tables)
             return np.asarray(self._scene.render(spp, seed, max_depth, bounces, caustics_alone, progress))
 
@@ -166,7 +211,7 @@ class Engine:
         """(H, W, 3) derivative of the picture along `tangent`."""
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
         spans = _float_spans(tables, wanted)
-        with self._turns:
+        with self._turns.lock():
             self._hold(tables)
             image, dropped = self._scene.forward(
                 floats, spans, spp, seed, max_depth, bounces, list(terms), learned, progress
@@ -190,7 +235,7 @@ class Engine:
     ) -> TableDerivative:
         """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
         spans = _float_spans(tables, wanted)
-        with self._turns:
+        with self._turns.lock():
             self._hold(tables)
             found, dropped = self._scene.backward(
                 adjoint, spans, spp, seed, max_depth, bounces, list(terms), learned, progress
@@ -202,23 +247,28 @@ class Engine:
     def _hold(self, tables: Tables) -> None:
         """Make the native scene that of the tables, whose materials and textures may be those of derivatives."""
         held = self._held
-        if tables.textures is not held.textures or tables.environment_pixels is not held.environment_pixels:
+        if held is None or not (
+            tables.textures is held.textures and tables.environment_pixels is held.environment_pixels
+        ):
             self._update(tables)
         elif tables.materials is not held.materials:
             self._update_values(tables)
         self._scene.set_camera(tables)
 
     def _update(self, tables: Tables) -> None:
-        self._scene.update(tables)
+        self._held = None
+        with _building():
+            self._scene.update(tables)
         self._held = tables
 
     def _update_values(self, tables: Tables) -> None:
+        self._held = None
         self._scene.update_values(tables)
         self._held = tables
 
 
-def _float_spans(tables: Tables, wanted: Wanted) -> dict[str, list[tuple[int, int]]]:
+def _float_spans(tables: Tables, wanted: Wanted) -> dict[str, NDArray[np.int64]]:
     """Spans of rows as spans of floats."""
     shape = shapes(tables)
-    width = {name: int(np.prod(shape[name][1:])) for name in wanted}
-    return {name: [(int(a) * width[name], int(b) * width[name]) for a, b in spans] for name, spans in wanted.items()}
+    return {name: np.ascontiguousarray(spans * int(np.prod(shape[name][1:])), np.int64)
+            for name, spans in wanted.items()}

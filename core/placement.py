@@ -22,7 +22,7 @@ TANGENT = ".tangent"
 def places(mesh: Mesh) -> F64:
     """(k, 3, 4) rows of the affine maps from the mesh's own space to the world, one for each time it is drawn."""
     if mesh.instances is None:
-        return mesh.transform[None, :3]
+        return mesh.transform[None, :3].copy()
     return composed(mesh.transform[:3], mesh.instances[:, :3])
 
 

@@ -6,6 +6,7 @@ another geometry replaces it. To follow moving vertices by refitting, keep a `Re
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -25,24 +26,40 @@ CAUSTIC_SAMPLES = 4
 
 _last: dict[tuple[str, int], Renderer] = {}  # at most one, by engine and threads
 _lock = threading.Lock()
+_holder = 0  # the thread that has the lock
+
+
+def _after_fork() -> None:
+    """Forget what a thread uses that stayed in the other process."""
+    global _lock
+    if _lock.locked() and _holder != threading.get_ident():
+        _last.clear()
+        _lock = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
 
 
 @contextmanager
 def _prepared(scene: Scene, engine: str, threads: int) -> Iterator[Renderer]:
     """A renderer of the scene: the last one where that fits."""
+    global _holder
     engine, threads = engine_name(engine), whole("render", "threads", threads, 0, MOST_THREADS)
     # Another thread, or a progress callback of the running call, may want one too: it gets its own.
-    if not _lock.acquire(blocking=False):
+    lock = _lock
+    if not lock.acquire(blocking=False):
         yield _unwatched(scene, engine, threads)
         return
     try:
+        _holder = threading.get_ident()
         kept = _last.get((engine, threads))
         if kept is None or not kept.adopt(scene):
             _last.clear()  # the old one's memory is free before the new one's is taken
             kept = _last[engine, threads] = _unwatched(scene, engine, threads)
         yield kept
     finally:
-        _lock.release()
+        lock.release()
 
 
 def _unwatched(scene: Scene, engine: str, threads: int) -> Renderer:

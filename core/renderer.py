@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -28,7 +29,7 @@ from .specular_plan import bends_rays
 from .table_derivatives import (
     Wanted,
     asked_tables,
-    pull_back,
+    pull_back_of,
     push_forward,
     wanted_tables,
 )
@@ -87,6 +88,7 @@ class Renderer:
         self._obstacles: list[str] | None = None
         self._indirect = False  # whether the indirect boundary is computed
         self._moved = False  # vertices have moved in the engine that the tables don't know of
+        self._unfinished = False  # an update has failed half-way: the engine's state is that of no scene
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
         self._taken_over: TakenOver | None = TakenOver(scene)
@@ -100,19 +102,21 @@ class Renderer:
     def edges(self) -> Edges:
         """The scene's edges; found when first needed."""
         if self._edges is None:
-            self._edges = self._tables.edges()
-            self._engine.set_edges(self._edges)
+            edges = self._tables.edges()
+            self._engine.set_edges(edges)
+            self._edges = edges
         return self._edges
 
     def adopt(self, scene: Scene) -> bool:
         """Go on with another scene if its geometry is the same to the bit; False (and no change) if it isn't."""
         tables = flat.flatten(scene)
-        if self._moved or not tables.same_geometry(self._tables):
+        if self._moved or self._unfinished or not tables.same_geometry(self._tables):
             return False
-        self.scene, self._tables = scene, tables
-        self.watched = self.watched  # from now on another scene
-        self._obstacles = None
-        self._engine.update(tables)
+        with self._change():
+            self.scene, self._tables = scene, tables
+            self.watched = self.watched  # from now on another scene
+            self._obstacles = None
+            self._engine.update(tables)
         return True
 
     def update(self, paths: Collection[str] | None = None) -> None:
@@ -131,7 +135,7 @@ class Renderer:
         """
         if paths is not None:
             paths = names("update", "paths", paths, "parameter paths")
-            if self._update_named(paths):
+            if not self._unfinished and self._update_named(paths):
                 if self._taken_over is not None:
                     self._taken_over.note(self.scene, paths)
                 return
@@ -141,16 +145,32 @@ class Renderer:
             raise ValueError("scene: its topology has changed; make a new Renderer")
         # Engines take over vertices and values; what else there is of meshes is built in.
         built_anew = not tables.same_but_vertices(self._tables)
-        self._tables = tables
-        self._obstacles = None
-        self._moved = False
-        if built_anew:
-            self._engine = self._engine_class(tables, self._threads)
-            if self._edges is not None:
-                self._engine.set_edges(self._edges)
-        else:
-            self._engine.update(tables)
+        with self._change():
+            self._obstacles = None
+            if built_anew:
+                engine = self._engine_class(tables, self._threads)
+                if self._edges is not None:
+                    engine.set_edges(self._edges)
+                self._engine = engine
+            else:
+                self._engine.update(tables)
+            self._tables = tables
+            self._moved = self._unfinished = False
         self.watched = self.watched  # from now on the changed scene
+
+    @contextmanager
+    def _change(self) -> Iterator[None]:
+        """A change of the engine, which is unfinished if it fails (memory runs out, Ctrl-C)."""
+        try:
+            yield
+        except BaseException:
+            self._unfinished = True
+            raise
+
+    def _finish_update(self) -> None:
+        """Do an unfinished change anew, before anything is computed."""
+        if self._unfinished:
+            self.update()
 
     @property
     def watched(self) -> bool:
@@ -187,12 +207,16 @@ class Renderer:
             mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
             count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
             mesh.check_vertices(name, count)
-            self._engine.move_vertices(k, mesh.vertices, self._tables)
-            self._moved = True
-        if values:
-            self._tables = flat.with_values(self.scene, self._tables, values)
-            self._obstacles = None
-            self._engine.update_values(self._tables)
+        tables = flat.with_values(self.scene, self._tables, values) if values else self._tables
+        with self._change():
+            for name in moved:
+                self._moved = True
+                k, vertices = self._tables.mesh_names.index(name), self.scene.meshes[name].vertices
+                self._engine.move_vertices(k, vertices, self._tables)
+            if values:
+                self._tables = tables
+                self._obstacles = None
+                self._engine.update_values(tables)
         return True
 
     def _changes_geometry(self, path: str) -> bool:
@@ -216,6 +240,7 @@ class Renderer:
         """The picture; see `edgegrad.render`."""
         options = checked_options(spp, max_depth, seed, bounces)
         progress = checked_progress("render", progress)
+        self._finish_update()
         self._watch(camera)
         if self._may_be_convex():
             _ = self.edges
@@ -299,11 +324,13 @@ class Renderer:
         progress = checked_progress("render_backward", progress)
         options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(wrt, camera)
-        image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32)
+        # Progress functions may change their arrays and the scene: the gradient is that of the call's beginning.
+        image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32).copy()
+        pull = pull_back_of(self.scene, tables, wrt)
 
         def gradients(options: Mapping[str, Any], progress: Progress | None = progress) -> Gradient:
             gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
-            return pull_back(self.scene, tables, gradient, wrt)
+            return pull(gradient)
 
         if self._learning is None:
             found = gradients(options)
@@ -339,10 +366,11 @@ class Renderer:
         bounces: Bounces | None,
         terms: Sequence[str],
     ) -> dict[str, Any]:
+        self._finish_update()
         narrow = self._engine.narrow
         if self._obstacles is None:
-            self._obstacles = list(obstacles(self.scene)) if narrow else []
             self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None
+            self._obstacles = list(obstacles(self.scene)) if narrow else []
         computed = checked_terms(terms)
         if not self._indirect:
             computed = tuple(term for term in computed if term != "indirect")

@@ -10,7 +10,7 @@ derivative 0: the picture doesn't depend on them.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -148,16 +148,27 @@ def pull_back(
     -------
     Parameter path to an array of the parameter's shape.
     """
-    out = {}
-    for path in wrt:
-        # Most parameters are one piece, which is not copied: it may be a very large image.
-        shape = np.shape(parameters.get(scene, path))
-        total: NDArray[np.float64] | None = None
-        for piece in pieces(scene, tables, path):
-            part = piece.pull(gradients[piece.table][piece.first : piece.last])
-            total = part if total is None else total + part
-        out[path] = np.zeros(shape) if total is None else np.asarray(total, np.float64).reshape(shape)
-    return out
+    return pull_back_of(scene, tables, wrt)(gradients)
+
+
+def pull_back_of(
+    scene: Scene, tables: Tables, wrt: Iterable[str]
+) -> Callable[[Mapping[str, NDArray[np.float64]]], dict[str, NDArray[np.float64]]]:
+    """`pull_back` for the scene as it is now, whatever becomes of it before there are gradients."""
+    of = {path: (np.shape(parameters.get(scene, path)), pieces(scene, tables, path)) for path in wrt}
+
+    def pull(gradients: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        out = {}
+        for path, (shape, found) in of.items():
+            # Most parameters are one piece, which is not copied: it may be a very large image.
+            total: NDArray[np.float64] | None = None
+            for piece in found:
+                part = piece.pull(gradients[piece.table][piece.first : piece.last])
+                total = part if total is None else total + part
+            out[path] = np.zeros(shape) if total is None else np.asarray(total, np.float64).reshape(shape)
+        return out
+
+    return pull
 
 
 def wanted_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Wanted:

@@ -83,7 +83,7 @@ def world_pieces(scene: Scene, _tables: Tables, _name: str, field: str) -> list[
     if field == "rotation":
         return [same("environment_rotation", 0, 9, (9,), (3, 3))]
     factor: Any = world.strength * np.eye(3) if field == "color" else world.color
-    return by_matrix("environment", 0, np.asarray(factor, np.float64))
+    return by_matrix("environment", 0, np.array(factor, np.float64))
 
 
 def camera_pieces(scene: Scene, tables: Tables, _name: str, field: str) -> list[Piece]:

@@ -1,24 +1,20 @@
 // The Python module `edgegrad._native`: checks arrays, releases the interpreter's lock, forwards.
 // What the functions compute is described in core/renderer.py and at the kernels.
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/array.h>
-#include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/vector.h>
 
 #include <algorithm>
-#include <array>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 
 #include "adjoint/probe_bindings.h"
 #include "boundary/learned_masses.h"
-#include "column.h"
 #include "dispatch.h"
 #include "embree/library.h"
 #include "emitter_bindings.h"
 #include "engine.h"
+#include "python/call.h"
+#include "python/numpy_arrays.h"
 #include "ray_bindings.h"
 #include "shading/bsdf/bindings.h"
 #include "texture/bindings.h"
@@ -30,9 +26,13 @@ namespace {
 
 using edgegrad::column;
 using edgegrad::Engine;
+using edgegrad::InputArray;
+using edgegrad::OutputArray;
 using edgegrad::Progress;
 using edgegrad::RenderOptions;
 using edgegrad::SceneTables;
+using edgegrad::text;
+using edgegrad::WithoutInterpreter;
 
 template <size_t N>
 void fill(float (&out)[N], nb::handle object, const char* name, size_t first = 0) {
@@ -136,8 +136,7 @@ void read_values(nb::handle t, edgegrad::ValueTables& s) {
 std::shared_ptr<const edgegrad::EnvironmentMap> read_environment_map(nb::handle t) {
     const nb::object pixels = t.attr("environment_pixels");
     if (pixels.is_none()) return nullptr;
-    using Pixels = nb::ndarray<const float, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
-    const Pixels array = nb::cast<Pixels>(pixels);
+    const InputArray<float> array(pixels, "environment_pixels", {-1, -1, 3});
     if (array.size() == 0) throw std::invalid_argument("the environment's image is empty");
     return std::make_shared<edgegrad::EnvironmentMap>(array.data(), static_cast<int32_t>(array.shape(1)),
                                                       static_cast<int32_t>(array.shape(0)));
@@ -154,25 +153,11 @@ SceneTables read_tables(nb::handle t) {
     return s;
 }
 
-Progress make_progress(nb::object callback) {
-    return [callback = std::move(callback)](double fraction) {
-        const nb::gil_scoped_acquire lock;
-        // Ctrl-C must work during a long call even without a callback.
-        if (PyErr_CheckSignals() != 0) throw nb::python_error();
-        if (!callback.is_none()) callback(fraction);
-    };
-}
-
-RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle bounces,
-                           const std::vector<std::string>& terms = {}) {
+RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::handle terms) {
     RenderOptions o;
-    const auto has = [&](const char* term) {
-        return std::find(terms.begin(), terms.end(), term) != terms.end();
-    };
-    o.interior = has("interior");
-    o.primary = has("primary");
-    o.shadow = has("shadow");
-    o.indirect = has("indirect");
+    const std::pair<const char*, bool&> all[] = {
+        {"interior", o.interior}, {"primary", o.primary}, {"shadow", o.shadow}, {"indirect", o.indirect}};
+    for (const auto& [name, computed] : all) computed = nb::cast<bool>(terms.attr("__contains__")(name));
     o.samples = samples;
     o.seed = seed;
     o.max_depth = max_depth;
@@ -183,20 +168,9 @@ RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle
     return o;
 }
 
-template <typename T, typename Allocator>
-nb::ndarray<nb::numpy, T> to_numpy(std::vector<T, Allocator>&& values, std::vector<size_t> shape) {
-    using Values = std::vector<T, Allocator>;
-    auto* held = new Values(std::move(values));
-    nb::capsule owner(held, [](void* p) noexcept { delete static_cast<Values*>(p); });
-    return nb::ndarray<nb::numpy, T>(held->data(), shape.size(), shape.data(), owner);
-}
-
-using Image = nb::ndarray<nb::numpy, float>;
-using Vertices = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using AdjointImage = nb::ndarray<const float, nb::shape<-1, -1, 3>, nb::c_contig, nb::device::cpu>;
-
-Image make_image(std::vector<float>&& pixels, const edgegrad::CameraView& c) {
-    return to_numpy(std::move(pixels), {static_cast<size_t>(c.height), static_cast<size_t>(c.width), 3});
+// For a picture.
+OutputArray<float> picture_array(const edgegrad::CameraView& c) {
+    return OutputArray<float>({static_cast<size_t>(c.height), static_cast<size_t>(c.width), 3});
 }
 
 // What a derivative has left out (core/non_finite.py).
@@ -208,25 +182,35 @@ nb::list dropped_list(const edgegrad::Dropped& dropped) {
     return out;
 }
 
+nb::list by_term(const double (&values)[edgegrad::kDerivativeTerms]) {
+    nb::list out;
+    for (const double value : values) out.append(value);
+    return out;
+}
+
 // The engine together with its copy of the tables.
 class Scene {
  public:
-    Scene(nb::handle tables, int threads, const std::string& instruction_set, const std::string& embree)
-        : kernels_(edgegrad::kernels(instruction_set)) {
+    Scene(nb::handle tables, int threads, nb::handle instruction_set, nb::handle embree)
+        : kernels_(edgegrad::kernels(text(instruction_set))) {
         SceneTables s = read_tables(tables);
-        const edgegrad::embree::Api& api = edgegrad::embree::load(embree);
-        const nb::gil_scoped_release release;
+        const edgegrad::embree::Api& api = edgegrad::embree::load(text(embree));
+        const WithoutInterpreter without;
         engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
     }
 
     void set_edges(nb::handle edges) {
-        engine_->set_edges(column<uint32_t>(edges, "vertices"), column<uint32_t>(edges, "face_first"),
-                           column<uint32_t>(edges, "faces"), column<uint32_t>(edges, "opposite"));
+        std::vector<uint32_t> vertices = column<uint32_t>(edges, "vertices");
+        std::vector<uint32_t> face_first = column<uint32_t>(edges, "face_first");
+        std::vector<uint32_t> faces = column<uint32_t>(edges, "faces");
+        std::vector<uint32_t> opposite = column<uint32_t>(edges, "opposite");
+        const WithoutInterpreter without;
+        engine_->set_edges(std::move(vertices), std::move(face_first), std::move(faces), std::move(opposite));
     }
 
     void update(nb::handle tables) {
         SceneTables s = read_tables(tables);
-        const nb::gil_scoped_release release;
+        const WithoutInterpreter without;
         engine_->update(std::move(s));
     }
 
@@ -236,10 +220,10 @@ class Scene {
         engine_->update_values(std::move(values));
     }
 
-    void move_vertices(int32_t mesh, Vertices vertices, const std::vector<double>& origin) {
-        if (origin.size() != 3) throw std::invalid_argument("origin must have three values");
-        const nb::gil_scoped_release release;
-        engine_->move_vertices(mesh, vertices.data(), vertices.shape(0), origin.data());
+    void move_vertices(int32_t mesh, nb::handle vertices, nb::handle origin) {
+        const InputArray<double> rows(vertices, "vertices", {-1, 3}), from(origin, "origin", {3});
+        const WithoutInterpreter without;
+        engine_->move_vertices(mesh, rows.data(), rows.shape(0), from.data());
     }
 
     void set_guided(bool guided) { engine_->set_guided(guided); }
@@ -248,63 +232,57 @@ class Scene {
     float aimed() const { return engine_->aimed(); }
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
 
-    Image render(int samples, uint32_t seed, int max_depth, nb::handle bounces, bool caustics_alone,
-                 nb::object progress) {
-        const edgegrad::CameraView& c = engine_->tables().camera;
-        std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
-        RenderOptions options = make_options(samples, seed, max_depth, bounces);
+    nb::object render(int samples, uint32_t seed, int max_depth, nb::handle bounces, bool caustics_alone,
+                      nb::object progress) {
+        const OutputArray<float> pixels = picture_array(engine_->tables().camera);
+        RenderOptions options = make_options(samples, seed, max_depth, bounces, nb::make_tuple());
         options.caustics_alone = caustics_alone;
-        const Progress report = make_progress(std::move(progress));
+        const Progress report = edgegrad::make_progress(std::move(progress));
         {
-            const nb::gil_scoped_release release;
+            const WithoutInterpreter without;
             engine_->render(options, report, pixels.data());
         }
-        return make_image(std::move(pixels), c);
+        return pixels.array();
     }
 
     nb::tuple forward(nb::dict tangent, nb::dict wanted, int samples, uint32_t seed, int max_depth,
-                      nb::handle bounces, const std::vector<std::string>& terms,
-                      edgegrad::LearnedSampling* learned, nb::object progress) {
-        const edgegrad::CameraView& c = engine_->tables().camera;
-        std::vector<float> pixels(3 * static_cast<size_t>(c.width) * static_cast<size_t>(c.height));
+                      nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
+                      nb::object progress) {
+        const OutputArray<float> pixels = picture_array(engine_->tables().camera);
         const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
         edgegrad::TableValues tangents;
         for (const auto& [name, values] : tangent) {
-            using Values = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-            const Values array = nb::cast<Values>(values);
-            tangents[nb::cast<std::string>(name)].assign(array.data(), array.data() + array.size());
+            const std::string table = text(name);
+            const InputArray<double> floats(values, table.c_str());
+            tangents[table].assign(floats.data(), floats.data() + floats.size());
         }
         const edgegrad::Wanted what = read_wanted(wanted);
-        const Progress report = make_progress(std::move(progress));
+        const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::Dropped dropped;
         {
-            const nb::gil_scoped_release release;
+            const WithoutInterpreter without;
             engine_->forward(options, what, std::move(tangents), learned, report, pixels.data(), dropped);
         }
-        return nb::make_tuple(make_image(std::move(pixels), c), dropped_list(dropped));
+        return nb::make_tuple(pixels.array(), dropped_list(dropped));
     }
 
-    nb::tuple backward(AdjointImage adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
-                       nb::handle bounces, const std::vector<std::string>& terms,
-                       edgegrad::LearnedSampling* learned, nb::object progress) {
+    nb::tuple backward(nb::handle adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
+                       nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
+                       nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
-        if (adjoint.shape(0) != static_cast<size_t>(c.height) ||
-            adjoint.shape(1) != static_cast<size_t>(c.width))
-            throw std::invalid_argument("the adjoint image has another size than the camera's picture");
+        const InputArray<float> image(adjoint, "adjoint", {c.height, c.width, 3});
         const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
         const edgegrad::Wanted what = read_wanted(wanted);
-        const Progress report = make_progress(std::move(progress));
+        const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::TableValues gradients;
         edgegrad::Dropped dropped;
         {
-            const nb::gil_scoped_release release;
-            gradients = engine_->backward(options, what, adjoint.data(), learned, report, dropped);
+            const WithoutInterpreter without;
+            gradients = engine_->backward(options, what, image.data(), learned, report, dropped);
         }
         nb::dict out;
-        for (auto& [name, values] : gradients) {
-            const size_t size = values.size();
-            out[name.c_str()] = to_numpy(std::move(values), {size});
-        }
+        for (const auto& [name, values] : gradients)
+            out[name.c_str()] = edgegrad::zeros_to_numpy(values);
         return nb::make_tuple(out, dropped_list(dropped));
     }
 
@@ -315,9 +293,13 @@ class Scene {
     // By table, the spans of floats that are asked for.
     edgegrad::Wanted read_wanted(const nb::dict& wanted) const {
         std::vector<edgegrad::TableSpan> spans;
-        for (const auto& [name, rows] : wanted)
-            for (const auto& [first, last] : nb::cast<std::vector<std::pair<size_t, size_t>>>(rows))
-                spans.push_back({nb::cast<std::string>(name), first, last});
+        for (const auto& [name, rows] : wanted) {
+            const std::string table = text(name);
+            const InputArray<int64_t> ends(rows, table.c_str(), {-1, 2});
+            for (size_t k = 0; k < ends.size(); k += 2)
+                spans.push_back(
+                    {table, static_cast<size_t>(ends.data()[k]), static_cast<size_t>(ends.data()[k + 1])});
+        }
         return {engine_->tables(), spans};
     }
 
@@ -333,26 +315,35 @@ NB_MODULE(_native, m) {
     edgegrad::bind_rays(m);
     edgegrad::bind_scene_probes(m);
     edgegrad::bind_textures(m);
-    m.def("instruction_sets", &edgegrad::instruction_sets,
-          "Instruction sets that this build has and this processor can run, the fastest first.");
+    edgegrad::bind_process(m);
+    m.def(
+        "instruction_sets",
+        [] {
+            nb::list names;
+            for (const std::string& name : edgegrad::instruction_sets()) names.append(name.c_str());
+            return names;
+        },
+        "Instruction sets that this build has and this processor can run, the fastest first.");
     m.def(
         "embree_version",
-        [](const std::string& path) {
-            edgegrad::embree::load(path);
-            return edgegrad::embree::version();
+        [](nb::handle path) {
+            edgegrad::embree::load(text(path));
+            return nb::str(edgegrad::embree::version().c_str());
         },
         "path"_a, "Version of the Embree library at `path`, loading it if need be.");
     nb::class_<edgegrad::LearnedSampling>(
         m, "LearnedSampling", "What gradients of one view have learned; shares and samples are by term.")
         .def(nb::init<>())
         .def_prop_rw(
-            "share", [](const edgegrad::LearnedSampling& l) { return std::to_array(l.share); },
-            [](edgegrad::LearnedSampling& l, const std::array<double, edgegrad::kDerivativeTerms>& share) {
-                std::copy(share.begin(), share.end(), l.share);
+            "share", [](const edgegrad::LearnedSampling& l) { return by_term(l.share); },
+            [](edgegrad::LearnedSampling& l, nb::handle share) {
+                double values[edgegrad::kDerivativeTerms];
+                for (int k = 0; k < edgegrad::kDerivativeTerms; ++k) values[k] = nb::cast<double>(share[k]);
+                std::copy(std::begin(values), std::end(values), l.share);
             })
-        .def_prop_ro("taken", [](const edgegrad::LearnedSampling& l) { return std::to_array(l.taken); });
+        .def_prop_ro("taken", [](const edgegrad::LearnedSampling& l) { return by_term(l.taken); });
     nb::class_<Scene>(m, "Scene", "A scene's tables with their BVH; see edgegrad.renderer.Renderer.")
-        .def(nb::init<nb::handle, int, const std::string&, const std::string&>(), "tables"_a, "threads"_a,
+        .def(nb::init<nb::handle, int, nb::handle, nb::handle>(), "tables"_a, "threads"_a,
              "instruction_set"_a, "embree"_a)
         .def("set_edges", &Scene::set_edges, "edges"_a)
         .def("update", &Scene::update, "tables"_a)

@@ -40,28 +40,36 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
 
 void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                        std::vector<uint32_t> faces, std::vector<uint32_t> opposite) {
+    require_settled();
+    has_edges_ = false;
+    bodies_ = nullptr;
+    forget_shapes();
+    kept_.clear();
     tables_.edge_vertices = std::move(vertices);
     tables_.edge_face_first = std::move(face_first);
     tables_.edge_faces = std::move(faces);
     tables_.edge_opposite = std::move(opposite);
     closed_ = closed_meshes(tables_);
     connected_.assign(closed_.size(), std::nullopt);
-    bodies_ = nullptr;
-    forget_shapes();
-    kept_.clear();
     has_edges_ = true;
+}
+
+void Engine::require_settled() const {
+    if (!settled_) throw std::runtime_error("the scene's last update has failed; update it again");
 }
 
 void Engine::update(SceneTables next) {
     if (next.vertices.size() != tables_.vertices.size() || next.mesh_first_face != tables_.mesh_first_face)
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
+    if (!settled_) bvh_ = nullptr;  // an update that failed has left it half-way
+    settled_ = false;
     std::vector<int32_t> moved;
     bool far = false;
     for (int32_t m = 0; m < tables_.visible_meshes; ++m) {
         const auto first = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m]);
         const auto last = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m + 1]);
-        if (std::equal(next.vertices.begin() + first, next.vertices.begin() + last,
-                       tables_.vertices.begin() + first))
+        if (bvh_ && std::equal(next.vertices.begin() + first, next.vertices.begin() + last,
+                               tables_.vertices.begin() + first))
             continue;
         moved.push_back(m);
         far = place_vertices(m, [&](size_t k, size_t) { return next.vertices[k]; }) || far;
@@ -71,11 +79,17 @@ void Engine::update(SceneTables next) {
     std::copy(next.vertices.begin() + hidden, next.vertices.end(), tables_.vertices.begin() + hidden);
     tables_.textures = std::move(next.textures);
     tables_.environment_map = std::move(next.environment_map);
-    update_values(std::move(next));
+    take_values(std::move(next));
     moved_vertices(moved, far);
+    settled_ = true;
 }
 
 void Engine::update_values(ValueTables values) {
+    require_settled();
+    take_values(std::move(values));
+}
+
+void Engine::take_values(ValueTables values) {
     values.filter = inverted_filter(static_cast<PixelFilter>(values.filter_kind), values.filter_width);
     static_cast<ValueTables&>(tables_) = std::move(values);
     lights_ = dark_lights_ = nullptr;
@@ -83,13 +97,16 @@ void Engine::update_values(ValueTables values) {
 }
 
 void Engine::move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin) {
+    require_settled();
     if (mesh < 0 || mesh >= tables_.visible_meshes ||
         count != static_cast<size_t>(tables_.mesh_first_vertex[mesh + 1] - tables_.mesh_first_vertex[mesh]))
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
     const double* from = vertices - 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[mesh]);
+    settled_ = false;
     const bool far =
         place_vertices(mesh, [&](size_t k, size_t c) { return static_cast<float>(from[k] - origin[c]); });
     moved_vertices({mesh}, far);
+    settled_ = true;
 }
 
 // The mesh's coordinates take the values of `coordinate`; whether they have moved so far from where they were
@@ -126,15 +143,18 @@ bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
 }
 
 void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
-    if (moved.empty()) return;
+    if (moved.empty() && bvh_) return;
     lights_ = dark_lights_ = nullptr;
     bodies_ = nullptr;
     normals_ = nullptr;
     kept_.clear();
     forget_shapes();
-    if (far) built_vertices_ = tables_.vertices;
+    if (far || !bvh_) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);
-    bvh_->update(tables_, moved, far);
+    if (bvh_)
+        bvh_->update(tables_, moved, far);
+    else
+        bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
 }
 
 std::shared_ptr<const std::vector<SolidBody>> Engine::bodies() const {
@@ -206,9 +226,7 @@ bool Engine::hides_no_surface() const {
 }
 
 void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
-    const Cancelling cancelling([&] {
-        if (progress) progress(0.0);
-    });
+    require_settled();
     const bool convex = hides_no_light();
     const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex, lights());
     const SceneView& scene = prepared.view();
@@ -237,14 +255,17 @@ std::shared_ptr<const LightList> Engine::lights(bool dark_too) const {
 }
 
 void Engine::probe_lights(const LightProbes& probes) const {
+    require_settled();
     kernels_.light_samples(PreparedScene(api_, *bvh_, tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::probe_directions(const DirectionProbes& probes) const {
+    require_settled();
     kernels_.light_directions(PreparedScene(api_, *bvh_, tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::probe_sky(const SkyProbes& probes) const {
+    require_settled();
     const PreparedScene prepared(api_, *bvh_, tables_, nullptr, false, lights());
     if (!prepared.view().sky.pixels) throw std::invalid_argument("the environment has no image");
     kernels_.sky(prepared.view(), probes);

@@ -48,7 +48,8 @@ class Engine {
  public:
     Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads);
 
-    // Takes new values for the same topology; the BVH is refitted where vertices moved.
+    // Takes new values for the same topology; the BVH is refitted where vertices moved. If this or
+    // move_vertices fails, all other calls throw until an update has come to its end.
     void update(SceneTables tables);
     // Only other materials, lights, environment and camera, of the same numbers.
     void update_values(ValueTables values);
@@ -92,6 +93,8 @@ class Engine {
     template <typename F>
     bool place_vertices(int32_t mesh, const F& coordinate);
     void moved_vertices(const std::vector<int32_t>& moved, bool far);
+    void take_values(ValueTables values);
+    void require_settled() const;
     std::shared_ptr<const std::vector<SolidBody>> bodies() const;
     std::shared_ptr<const std::vector<float>> normals() const;
     void forget_shapes();
@@ -122,6 +125,7 @@ class Engine {
     mutable SpareZeros spare_zeros_;
     mutable Spare<std::vector<ThreadMemory>> spare_memory_;
     std::unique_ptr<Bvh> bvh_;
+    bool settled_ = true;                // the BVH and what is kept are those of the vertices
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     bool has_edges_ = false, guided_ = true;
     float aimed_ = 0.25f;

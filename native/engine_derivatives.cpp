@@ -10,10 +10,7 @@ namespace edgegrad {
 void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
                      LearnedSampling* learned, const Progress& progress, float* image,
                      Dropped& dropped) const {
-    double told = 0.0;
-    const Cancelling cancelling([&] {
-        if (progress) progress(told);
-    });
+    require_settled();
     DerivativeCall call(*this, options, wanted, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
@@ -44,9 +41,8 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
         const double low = static_cast<double>(done) / static_cast<double>(all);
         const double share = static_cast<double>(size) / static_cast<double>(all);
         done += size;
-        return [&progress, &told, low, share](double fraction) {
-            told = low + share * fraction;
-            if (progress) progress(told);
+        return [&progress, low, share](double fraction) {
+            if (progress) progress(low + share * fraction);
         };
     };
 
@@ -160,10 +156,7 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
 
 TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
                              LearnedSampling* learned, const Progress& progress, Dropped& dropped) const {
-    double told = 0.0;
-    const Cancelling cancelling([&] {
-        if (progress) progress(told);
-    });
+    require_settled();
     DerivativeCall call(*this, options, wanted, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
@@ -177,8 +170,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     std::atomic<int64_t> done{0};
     const Progress report = [&](double) {  // groups take long: progress counts chunks
         const int64_t all = call.image_chunks + call.horizon_chunks + call.rim_chunks + call.boundary_chunks;
-        told = all ? static_cast<double>(done) / static_cast<double>(all) : 1.0;
-        if (progress) progress(told);
+        if (progress) progress(all ? static_cast<double>(done) / static_cast<double>(all) : 1.0);
     };
     const int64_t count = groups.count();
     const auto add_pass = [&](int thread, int64_t group, int pass, const GradientGroups::View& gradient) {
@@ -278,8 +270,7 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
     for (const BoundaryTerm& term : call.terms)
         if (term.masses) term.plan.teach(*term.masses);
     if (learned) call.count_samples(*learned);
-    told = 1.0;
-    if (progress) progress(told);  // second passes may have spared samples
+    if (progress) progress(1.0);  // second passes may have spared samples
     dropped = call.all_dropped();
     TableValues gradients = groups.reduce(threads_);
     if (wanted.any("normals") && wanted.any("vertices"))

@@ -1,9 +1,6 @@
 // Python: ray queries by themselves, for measuring them beside Embree's own (tests/benchmarks/throughput.py).
 #include "ray_bindings.h"
 
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/string.h>
-
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -13,6 +10,7 @@
 #include "dispatch.h"
 #include "embree/library.h"
 #include "parallel.h"
+#include "python/numpy_arrays.h"
 #include "scene/brute_triangles.h"
 #include "scene/prepared.h"
 
@@ -24,8 +22,9 @@ namespace {
 
 constexpr int64_t kChunk = 8192;  // rays that a thread takes at a time; whole packets of every width
 
-using FloatArray = nb::ndarray<const float, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using FaceArray = nb::ndarray<const int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+struct Vectors : InputArray<float> {
+    Vectors(nb::handle array, const char* name) : InputArray(array, name, {-1, 3}) {}
+};
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -36,7 +35,7 @@ struct Columns {
     std::vector<float> value[7];  // origin, direction, far
     int64_t count = 0, padded = 0;
 
-    Columns(const FloatArray& origins, const FloatArray& directions, float far) {
+    Columns(const Vectors& origins, const Vectors& directions, float far) {
         if (origins.shape(0) != directions.shape(0) || origins.shape(0) == 0)
             throw std::invalid_argument("there must be as many origins as directions, and at least one");
         count = static_cast<int64_t>(origins.shape(0));
@@ -96,18 +95,13 @@ double trace_packets(const embree::Api& api, embree::SceneHandle bvh, int thread
     return seconds;
 }
 
-template <typename T>
-nb::ndarray<nb::numpy, T> to_numpy(std::vector<T>&& values, size_t count) {
-    auto* held = new std::vector<T>(std::move(values));
-    nb::capsule owner(held, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-    return nb::ndarray<nb::numpy, T>(held->data(), {count}, owner);
-}
-
 // One mesh and its BVH.
 class RayScene {
  public:
-    RayScene(FloatArray vertices, FaceArray faces, int threads, const std::string& embree)
-        : api_(embree::load(embree)), threads_(thread_count(threads)) {
+    RayScene(nb::handle vertex_rows, nb::handle face_rows, int threads, nb::handle embree)
+        : api_(embree::load(text(embree))), threads_(thread_count(threads)) {
+        const Vectors vertices(vertex_rows, "vertices");
+        const InputArray<int32_t> faces(face_rows, "faces", {-1, 3});
         tables_.vertices.reserve(vertices.size() + 4);  // padding, see Bvh
         tables_.vertices.assign(vertices.data(), vertices.data() + vertices.size());
         tables_.faces.assign(faces.data(), faces.data() + faces.size());
@@ -128,7 +122,8 @@ class RayScene {
     double build_seconds() const { return build_seconds_; }
 
     // Other vertices: seconds of Embree's refit alone.
-    double refit(FloatArray vertices) {
+    double refit(nb::handle rows) {
+        const Vectors vertices(rows, "vertices");
         if (vertices.size() != tables_.vertices.size())
             throw std::invalid_argument("there must be as many vertices as before");
         std::copy_n(vertices.data(), vertices.size(), tables_.vertices.begin());
@@ -138,10 +133,10 @@ class RayScene {
     }
 
     // (seconds, face or -1, distance) of the engine's own queries.
-    nb::tuple trace(FloatArray origins, FloatArray directions, float far, bool shadow, bool coherent,
-                    bool brute_force, const std::string& instruction_set) {
-        const KernelTable& kernels = edgegrad::kernels(instruction_set);
-        const Columns rays(origins, directions, far);
+    nb::tuple trace(nb::handle origins, nb::handle directions, float far, bool shadow, bool coherent,
+                    bool brute_force, nb::handle instruction_set) {
+        const KernelTable& kernels = edgegrad::kernels(text(instruction_set));
+        const Columns rays(Vectors(origins, "origins"), Vectors(directions, "directions"), far);
         const std::vector<BruteTriangle> triangles =
             brute_force ? all_brute_triangles(tables_) : std::vector<BruteTriangle>();
         SceneView view{};
@@ -170,14 +165,14 @@ class RayScene {
         });
         const double seconds = seconds_since(start);
         const auto count = static_cast<size_t>(rays.count);
-        return nb::make_tuple(seconds, to_numpy(std::move(face), count),
-                              to_numpy(std::move(distance), count));
+        face.resize(count), distance.resize(count);
+        return nb::make_tuple(seconds, to_numpy(face, {count}), to_numpy(distance, {count}));
     }
 
     // The same by Embree's entry points for packets of `width` rays.
-    nb::tuple trace_embree(FloatArray origins, FloatArray directions, float far, bool shadow, bool coherent,
+    nb::tuple trace_embree(nb::handle origins, nb::handle directions, float far, bool shadow, bool coherent,
                            int width) {
-        const Columns rays(origins, directions, far);
+        const Columns rays(Vectors(origins, "origins"), Vectors(directions, "directions"), far);
         const auto count = static_cast<size_t>(rays.count);
         std::vector<int32_t> face(count);
         std::vector<float> distance(count);
@@ -189,8 +184,8 @@ class RayScene {
         if (!run) throw std::invalid_argument("width must be 1, 4, 8 or 16");
         const double seconds =
             run(api_, bvh_->handle(), threads_, rays, shadow, coherent, face.data(), distance.data());
-        return nb::make_tuple(seconds, to_numpy(std::move(face), count),
-                              to_numpy(std::move(distance), count));
+        face.resize(count), distance.resize(count);
+        return nb::make_tuple(seconds, to_numpy(face, {count}), to_numpy(distance, {count}));
     }
 
  private:
@@ -205,7 +200,7 @@ class RayScene {
 
 void bind_rays(nb::module_& m) {
     nb::class_<RayScene>(m, "RayScene", "One mesh and its BVH, for measuring ray queries by themselves.")
-        .def(nb::init<FloatArray, FaceArray, int, const std::string&>(), "vertices"_a, "faces"_a, "threads"_a,
+        .def(nb::init<nb::handle, nb::handle, int, nb::handle>(), "vertices"_a, "faces"_a, "threads"_a,
              "embree"_a)
         .def_prop_ro("build_seconds", &RayScene::build_seconds)
         .def("refit", &RayScene::refit, "vertices"_a)

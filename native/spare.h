@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <mutex>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -24,11 +25,14 @@ class Spare {
         }
         return std::make_shared<T>();
     }
-    // Unless somebody else holds it.
-    void give(std::shared_ptr<T> value) {
+    // Unless somebody else holds it, or there is no memory to keep it.
+    void give(std::shared_ptr<T> value) noexcept {
         if (value.use_count() != 1) return;
         const std::lock_guard<std::mutex> lock(lock_);
-        values_.push_back(std::move(value));
+        try {
+            values_.push_back(std::move(value));
+        } catch (const std::bad_alloc&) {
+        }
     }
 
  private:

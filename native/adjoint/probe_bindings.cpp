@@ -2,16 +2,17 @@
 
 #include <stdexcept>
 
-#include "column.h"
+#include "python/call.h"
+#include "python/numpy_arrays.h"
 
 namespace nb = nanobind;
 
 namespace edgegrad {
 
-nb::dict probe_backward(const ProbeTables& tables, const Adjoint& adjoint, size_t points, size_t outputs,
+nb::dict probe_backward(const ProbeTables& tables, nb::handle adjoint, size_t points, size_t outputs,
                         const ProbeKernel& kernel) {
-    if (adjoint.shape(0) != points || adjoint.shape(1) != outputs)
-        throw std::invalid_argument("the adjoint must have one row per point with all outputs");
+    const InputArray<float> rows(adjoint, "adjoint",
+                                 {static_cast<int64_t>(points), static_cast<int64_t>(outputs)});
     DifferentiableTables asked;
     std::vector<std::vector<double>> gradients;
     for (const ProbeTable& t : tables) {
@@ -19,14 +20,13 @@ nb::dict probe_backward(const ProbeTables& tables, const Adjoint& adjoint, size_
         asked.add(t.data, t.size, 0, t.size, 1, 1, gradients.back().data(), nullptr);
     }
     {
-        const nb::gil_scoped_release release;
+        const WithoutInterpreter without;
         TapeMemory memory;
-        kernel({&asked, &memory, adjoint.data(), nullptr});
+        kernel({&asked, &memory, rows.data(), nullptr});
     }
     nb::dict out;
     for (size_t k = 0; k < tables.size(); ++k) {
-        const size_t size = gradients[k].size();
-        out[tables[k].name] = to_numpy(std::move(gradients[k]), {size});
+        out[tables[k].name] = to_numpy(gradients[k], {gradients[k].size()});
     }
     return out;
 }
@@ -44,11 +44,11 @@ nb::object probe_forward(const ProbeTables& tables, nb::handle tangents, size_t 
     }
     std::vector<float> out(points * outputs);
     {
-        const nb::gil_scoped_release release;
+        const WithoutInterpreter without;
         TapeMemory memory;
         kernel({&asked, &memory, nullptr, out.data()});
     }
-    return to_numpy(std::move(out), {points, outputs});
+    return to_numpy(out, {points, outputs});
 }
 
 }  // namespace edgegrad

@@ -1,13 +1,11 @@
 // Derivatives of parts of the shading code that read a scene, by arrays, without anything that rays need.
 #include "adjoint/probe_bindings.h"
 
-#include <nanobind/stl/string.h>
-
 #include <algorithm>
 #include <stdexcept>
 
-#include "column.h"
 #include "dispatch.h"
+#include "python/numpy_arrays.h"
 #include "texture/bindings.h"
 
 namespace nb = nanobind;
@@ -98,23 +96,25 @@ class Scene {
     SceneView view_{};
 };
 
-nb::dict backward(int32_t kind, nb::handle scene, nb::handle probe, const Adjoint& adjoint,
-                  const std::string& instruction_set) {
+nb::dict backward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle adjoint,
+                  nb::handle instruction_set) {
     const Scene s(scene, probe);
+    const KernelTable& table = kernels(text(instruction_set));
     return probe_backward(s.tables(), adjoint, s.count(), kSceneOutputs, [&](const ProbeSweep& sweep) {
-        kernels(instruction_set).scene_derivatives(s.view(), s.probe(kind, nullptr), sweep);
+        table.scene_derivatives(s.view(), s.probe(kind, nullptr), sweep);
     });
 }
 
 nb::tuple forward(int32_t kind, nb::handle scene, nb::handle probe, nb::handle tangents,
-                  const std::string& instruction_set) {
+                  nb::handle instruction_set) {
     const Scene s(scene, probe);
+    const KernelTable& table = kernels(text(instruction_set));
     std::vector<float> value(s.count() * kSceneOutputs);
     const nb::object tangent =
         probe_forward(s.tables(), tangents, s.count(), kSceneOutputs, [&](const ProbeSweep& sweep) {
-            kernels(instruction_set).scene_derivatives(s.view(), s.probe(kind, value.data()), sweep);
+            table.scene_derivatives(s.view(), s.probe(kind, value.data()), sweep);
         });
-    return nb::make_tuple(to_numpy(std::move(value), {s.count(), size_t{kSceneOutputs}}), tangent);
+    return nb::make_tuple(to_numpy(value, {s.count(), size_t{kSceneOutputs}}), tangent);
 }
 
 }  // namespace

@@ -31,8 +31,10 @@ class Kept {
     std::shared_ptr<const Value> get(const Key& key, const Make& make) {
         const std::lock_guard<std::mutex> lock(lock_);
         if (!value_ || !(key_ == key)) {
+            value_ = nullptr;  // unless all goes well nothing is kept
+            Key made_of = key;
             value_ = std::make_shared<Value>(make());
-            key_ = key;
+            key_ = std::move(made_of);
         }
         return value_;
     }

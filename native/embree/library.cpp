@@ -1,7 +1,14 @@
 #include "embree/library.h"
 
+#include <atomic>
+#include <exception>
+#include <map>
 #include <mutex>
+#include <new>
 #include <stdexcept>
+#include <thread>
+
+#include "parallel.h"
 
 #ifdef _WIN32
 #include <windows.h>
@@ -81,27 +88,67 @@ std::mutex mutex;
 bool loaded = false;
 Api functions;
 std::string loaded_version;
+// Embree calls it from all threads of a build; it ends the build by returning false.
+using Monitor = bool (*)(void*, double);
+void (*set_progress_monitor)(SceneHandle, Monitor, void*);
+std::map<int, Device> devices;  // by number of threads
 
 }  // namespace
 
 const Api& load(const std::string& path) {
     std::lock_guard lock(mutex);
     if (loaded) return functions;
-    const Api api = resolve_all(open_library(path));
+    void* const handle = open_library(path);
+    const Api api = resolve_all(handle);
+    resolve(handle, "rtcSetSceneProgressMonitorFunction", set_progress_monitor);
     Device device = api.new_device("threads=1");
     if (!device) throw std::runtime_error("Embree can't create a device");
     const auto major = api.device_property(device, kVersionMajor);
     const auto minor = api.device_property(device, kVersionMinor);
     const auto patch = api.device_property(device, kVersionPatch);
-    api.release_device(device);
     loaded_version = std::to_string(major) + "." + std::to_string(minor) + "." + std::to_string(patch);
     if (major != kMajor) {
+        api.release_device(device);
         throw std::runtime_error("the embreex wheel has Embree " + loaded_version + ", but version " +
                                  std::to_string(kMajor) + " is needed; install another embreex");
     }
+    devices[1] = device;
     functions = api;
     loaded = true;
     return functions;
+}
+
+Device device(int threads) {
+    std::lock_guard lock(mutex);
+    const auto place = devices.try_emplace(threads, nullptr).first;
+    if (!place->second) place->second = functions.new_device(("threads=" + std::to_string(threads)).c_str());
+    if (place->second) return place->second;
+    if (functions.device_error(nullptr) == kErrorOutOfMemory) throw std::bad_alloc();
+    throw std::runtime_error("Embree can't create a device");
+}
+
+void commit_scene(SceneHandle scene) {
+    struct Build {
+        std::thread::id caller = std::this_thread::get_id();
+        std::atomic<bool> stop{false};
+        std::exception_ptr error;
+    } build;
+    const auto goes_on = [](void* data, double) noexcept {
+        Build& b = *static_cast<Build*>(data);
+        if (std::this_thread::get_id() == b.caller && !b.stop) {
+            try {
+                may_cancel();
+            } catch (...) {
+                b.error = std::current_exception();
+                b.stop = true;
+            }
+        }
+        return !b.stop;
+    };
+    set_progress_monitor(scene, goes_on, &build);
+    functions.commit_scene(scene);
+    set_progress_monitor(scene, nullptr, nullptr);
+    if (build.error) std::rethrow_exception(build.error);
 }
 
 std::string version() {

@@ -6,12 +6,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "embree/library.h"
 #include "scene/mesh_instances.h"
 
 namespace edgegrad {
 namespace {
-
-constexpr int kErrorOutOfMemory = 4;  // RTC_ERROR_OUT_OF_MEMORY
 
 // Memory at the peak of a build (measured: 1M and 10M triangles, medium quality).
 constexpr size_t kBuildBytesPerFace = 250;
@@ -36,12 +35,8 @@ void check_room(size_t faces) {
 
 Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(api) {
     check_room(tables.faces.size() / 3);
-    const std::string config = "threads=" + std::to_string(threads);
-    device_ = api_.new_device(config.c_str());
-    if (!device_) {
-        check("creating a device");
-        throw std::runtime_error("Embree can't create a device");
-    }
+    device_ = embree::device(threads);
+    api_.device_error(device_);  // of a call that ended before it asked
     try {
         build(tables);
     } catch (...) {
@@ -51,6 +46,7 @@ Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(
 }
 
 void Bvh::release() {
+    if (abandoned_) return;
     for (embree::Geometry g : instances_) api_.release_geometry(g);
     for (embree::Geometry g : geometries_) api_.release_geometry(g);
     for (const Instanced& i : instanced_) api_.release_scene(i.scene);
@@ -59,14 +55,13 @@ void Bvh::release() {
     instanced_.clear();
     if (scene_) api_.release_scene(scene_);
     scene_ = nullptr;
-    if (device_) api_.release_device(device_);
-    device_ = nullptr;
 }
 
-void Bvh::check(const char* doing) const {
+void Bvh::check(const char* doing) {
     const int error = api_.device_error(device_);
     if (error == 0) return;
-    if (error == kErrorOutOfMemory) throw std::bad_alloc();
+    abandoned_ = true;
+    if (error == embree::kErrorOutOfMemory) throw std::bad_alloc();
     throw std::runtime_error(std::string("Embree failed while ") + doing + " (error " +
                              std::to_string(error) + ")");
 }
@@ -75,6 +70,10 @@ void Bvh::build(const SceneTables& tables) {
     scene_ = api_.new_scene(device_);
     api_.set_scene_quality(scene_, embree::kMedium);
     const auto instances = mesh_instances(tables);
+    // Embree's objects must be held as soon as they exist.
+    geometries_.reserve(static_cast<size_t>(tables.visible_meshes));
+    instanced_.reserve(static_cast<size_t>(tables.visible_meshes));
+    instances_.reserve(tables.instance_mesh.size());
     for (int32_t m = 0; m < tables.visible_meshes; ++m) {
         embree::Geometry g = api_.new_geometry(device_, embree::kTriangle);
         geometries_.push_back(g);
@@ -96,12 +95,12 @@ void Bvh::build(const SceneTables& tables) {
         api_.attach_geometry_by_id(parent, g, static_cast<unsigned>(m));
     }
     build_instances(tables);
-    api_.commit_scene(scene_);
+    embree::commit_scene(scene_);
     check("building the BVH");
 }
 
 void Bvh::build_instances(const SceneTables& tables) {
-    for (const Instanced& i : instanced_) api_.commit_scene(i.scene);
+    for (const Instanced& i : instanced_) embree::commit_scene(i.scene);
     for (size_t k = 0; k < tables.instance_mesh.size(); ++k) {
         const int32_t mesh = tables.instance_mesh[k];
         const auto of = std::find_if(instanced_.begin(), instanced_.end(),
@@ -134,6 +133,7 @@ void Bvh::make_dynamic() {
 
 void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far) {
     if (moved.empty()) return;
+    api_.device_error(device_);
     // A scene that never moves has one BVH over all meshes, which is the fastest to trace. From the
     // first motion on it is dynamic: one BVH per mesh, so that only what moved is refitted.
     const bool rebuild = far || !dynamic_;
@@ -151,10 +151,10 @@ void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, b
     }
     for (const Instanced& i : instanced_)
         if (rebuild || std::find(moved.begin(), moved.end(), i.mesh) != moved.end())
-            api_.commit_scene(i.scene);
+            embree::commit_scene(i.scene);
     if (rebuild || !instanced_.empty())
         for (embree::Geometry g : instances_) api_.commit_geometry(g);
-    api_.commit_scene(scene_);
+    embree::commit_scene(scene_);
     check("updating the BVH");
 }
 

@@ -31,7 +31,7 @@ class Bvh {
     void build_instances(const SceneTables& tables);
     void make_dynamic();
     void release();
-    void check(const char* doing) const;
+    void check(const char* doing);
 
     const embree::Api& api_;
     embree::Device device_ = nullptr;
@@ -39,6 +39,8 @@ class Bvh {
     std::vector<embree::Geometry> geometries_, instances_;
     std::vector<Instanced> instanced_;
     bool dynamic_ = false;
+    // Embree frees some of its memory twice if it is released after it ran out of memory: it isn't, then.
+    bool abandoned_ = false;
 };
 
 }  // namespace edgegrad

@@ -1,14 +1,11 @@
 #include "texture/bindings.h"
 
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/vector.h>
-
 #include <algorithm>
 
 #include "adjoint/probe_bindings.h"
-#include "column.h"
 #include "dispatch.h"
+#include "python/call.h"
+#include "python/numpy_arrays.h"
 #include "texture/opcodes.h"
 
 namespace nb = nanobind;
@@ -88,8 +85,6 @@ std::vector<TextureAttribute> read_attributes(nb::handle t) {
     return attributes;
 }
 
-using Rows = nb::ndarray<float, nb::shape<-1, kMaterialParams>, nb::c_contig, nb::device::cpu>;
-
 // Programs and the points to run them at (fields of `points` as in TextureTask).
 class Points {
  public:
@@ -142,11 +137,13 @@ class Points {
 };
 
 // Runs the programs and overwrites their places in `rows`.
-void evaluate(nb::handle tables, nb::handle points, Rows rows, const std::string& instruction_set) {
+void evaluate(nb::handle tables, nb::handle points, nb::handle rows, nb::handle instruction_set) {
     const Points p(tables, points);
-    require(rows.shape(0) == p.count());
-    const nb::gil_scoped_release release;
-    kernels(instruction_set).textures(p.scene(), p.task(), rows.data());
+    const ArrayMemory out(rows, "rows", ElementType::of<float>(), true);
+    require(out.bytes() == p.count() * kMaterialParams * sizeof(float));
+    const KernelTable& table = kernels(text(instruction_set));
+    const WithoutInterpreter without;
+    table.textures(p.scene(), p.task(), static_cast<float*>(out.data()));
 }
 
 // Names of the floats that programs depend on.
@@ -164,21 +161,21 @@ ProbeTables tables_of(const Points& p) {
             {"attributes", t.attributes}};
 }
 
-nb::dict backward(nb::handle tables, nb::handle points, const Adjoint& adjoint,
-                  const std::string& instruction_set) {
+nb::dict backward(nb::handle tables, nb::handle points, nb::handle adjoint, nb::handle instruction_set) {
     const Points p(tables, points);
     const std::vector<float> rows(p.count() * kMaterialParams);
+    const KernelTable& table = kernels(text(instruction_set));
     return probe_backward(tables_of(p), adjoint, p.count(), kMaterialParams, [&](const ProbeSweep& sweep) {
-        kernels(instruction_set).texture_derivatives(p.scene(), p.task(), rows.data(), sweep);
+        table.texture_derivatives(p.scene(), p.task(), rows.data(), sweep);
     });
 }
 
-nb::object forward(nb::handle tables, nb::handle points, nb::handle tangents,
-                   const std::string& instruction_set) {
+nb::object forward(nb::handle tables, nb::handle points, nb::handle tangents, nb::handle instruction_set) {
     const Points p(tables, points);
     const std::vector<float> rows(p.count() * kMaterialParams);
+    const KernelTable& table = kernels(text(instruction_set));
     return probe_forward(tables_of(p), tangents, p.count(), kMaterialParams, [&](const ProbeSweep& sweep) {
-        kernels(instruction_set).texture_derivatives(p.scene(), p.task(), rows.data(), sweep);
+        table.texture_derivatives(p.scene(), p.task(), rows.data(), sweep);
     });
 }
 
@@ -211,7 +208,11 @@ TextureTables read_textures(nb::handle t) {
 void bind_textures(nb::module_& m) {
     m.def(
         "texture_operations",
-        [] { return std::vector<std::string>(kOperations, kOperations + kOperationCount); },
+        [] {
+            nb::list names;
+            for (const char* name : kOperations) names.append(name);
+            return names;
+        },
         "Names of the operations of texture programs, in the order of their numbers.");
     m.def("evaluate_textures", &evaluate, "tables"_a, "points"_a, "rows"_a, "instruction_set"_a,
           "Runs texture programs at points and overwrites their places in rows.");

@@ -1,13 +1,11 @@
 #include "shading/bsdf/bindings.h"
 
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/string.h>
-
 #include <stdexcept>
 
 #include "adjoint/probe_bindings.h"
-#include "column.h"
 #include "dispatch.h"
+#include "python/call.h"
+#include "python/numpy_arrays.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -22,12 +20,8 @@ struct Output {
     size_t columns;
     explicit Output(size_t rows, size_t columns = 1) : values(rows * columns), columns(columns) {}
     nb::object array() const {
-        T* copy = new T[values.size()];
-        std::copy(values.begin(), values.end(), copy);
-        const nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<T*>(p); });
         const size_t rows = values.size() / columns;
-        if (columns == 1) return nb::cast(nb::ndarray<nb::numpy, T, nb::ndim<1>>(copy, {rows}, owner));
-        return nb::cast(nb::ndarray<nb::numpy, T, nb::ndim<2>>(copy, {rows, columns}, owner));
+        return columns == 1 ? to_numpy(values, {rows}) : to_numpy(values, {rows, columns});
     }
 };
 
@@ -77,8 +71,7 @@ class Points {
     const std::vector<float> rows, normal, true_normal, tangent, wo, wi, random;
 };
 
-nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& instruction_set,
-                  int32_t favoured) {
+nb::dict evaluate(nb::handle materials, nb::handle points, nb::handle instruction_set, int32_t favoured) {
     const Points p(materials, points);
     BsdfTask task = p.task();
     task.favoured = favoured;
@@ -89,9 +82,10 @@ nb::dict evaluate(nb::handle materials, nb::handle points, const std::string& in
                                sample_wi.values.data(), weight.values.data(),   sample_pdf.values.data(),
                                active.values.data(),    specular.values.data(), transmitted.values.data(),
                                ray_kind.values.data()};
+    const KernelTable& table = kernels(text(instruction_set));
     {
-        const nb::gil_scoped_release release;
-        kernels(instruction_set).bsdfs(task, result);
+        const WithoutInterpreter without;
+        table.bsdfs(task, result);
     }
     nb::dict out;
     out["value"] = value.array();
@@ -113,20 +107,18 @@ ProbeTables tables_of(const Points& p) {
             {"tangent", p.tangent}, {"wo", p.wo},         {"wi", p.wi}};
 }
 
-nb::dict backward(nb::handle materials, nb::handle points, const Adjoint& adjoint,
-                  const std::string& instruction_set) {
+nb::dict backward(nb::handle materials, nb::handle points, nb::handle adjoint, nb::handle instruction_set) {
     const Points p(materials, points);
-    return probe_backward(tables_of(p), adjoint, p.count(), kBsdfOutputs, [&](const ProbeSweep& sweep) {
-        kernels(instruction_set).bsdf_derivatives(p.task(), sweep);
-    });
+    const KernelTable& table = kernels(text(instruction_set));
+    return probe_backward(tables_of(p), adjoint, p.count(), kBsdfOutputs,
+                          [&](const ProbeSweep& sweep) { table.bsdf_derivatives(p.task(), sweep); });
 }
 
-nb::object forward(nb::handle materials, nb::handle points, nb::handle tangents,
-                   const std::string& instruction_set) {
+nb::object forward(nb::handle materials, nb::handle points, nb::handle tangents, nb::handle instruction_set) {
     const Points p(materials, points);
-    return probe_forward(tables_of(p), tangents, p.count(), kBsdfOutputs, [&](const ProbeSweep& sweep) {
-        kernels(instruction_set).bsdf_derivatives(p.task(), sweep);
-    });
+    const KernelTable& table = kernels(text(instruction_set));
+    return probe_forward(tables_of(p), tangents, p.count(), kBsdfOutputs,
+                         [&](const ProbeSweep& sweep) { table.bsdf_derivatives(p.task(), sweep); });
 }
 
 }  // namespace

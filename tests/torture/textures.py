@@ -55,7 +55,7 @@ def expression(draw: Draw, depth: int) -> Expression:
     """A tree of any nodes, up to `depth` of them above each other."""
     kind = draw.one((e.Attribute, e.ImageTexture, e.Coordinates) if depth <= 1 else all_nodes())
     made: dict[str, Any] = {}
-    for field in fields(kind):  # type: ignore[arg-type]
+    for field in fields(kind):
         value = _value(draw, kind, field.name, str(field.type), depth)
         if value is not None:
             made[field.name] = value

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.torture.scenes import case
+from tests.torture.tame import comparison
 
 ROOT = Path(__file__).parents[2]
 # Seconds that a worker may take to import what it needs.
@@ -48,8 +49,14 @@ class Worker:
         code = self.close()
         name = signal.Signals(-code).name if code < 0 else f"exit {code}"
         words = f"{name}: {self._said()}" if how == "crash" else f"no result within {self._patience:g} s"
-        return {"task": task, "seconds": self._patience if how == "hang" else 0.0, "kinds": case(int(task)).kinds,
-                "told": [], "wrong": {how: words}, "numbers": {}}  # fmt: skip
+        made: dict[str, Any]
+        if task.startswith("d"):
+            c = comparison(int(task[1:]))
+            made = {"shader": c.shader, "parameter": c.parameter, "path": c.path, "missing": [], "z": [], "first": [],
+                    "rounds": 0, "values": [0.0, 0.0, 0.0]}  # fmt: skip
+        else:
+            made = {"kinds": case(int(task)).kinds, "told": [], "numbers": {}}
+        return {"task": task, "seconds": 0.0, "cpu": 0.0, "wrong": {how: words}, **made}
 
     def close(self) -> int:
         """End the process, and say with which code it has ended."""

@@ -1,6 +1,7 @@
 """Random scenes over the whole public interface, in processes of their own: ``python -m tests.torture.run``.
 
-Each scene is a pure function of its seed, so that ``--only SEED`` examines one again.
+Each scene is a pure function of its seed, so that ``--only SEED`` examines one again, and ``--only dSEED`` a comparison
+of a derivative with differences.
 """
 
 from __future__ import annotations
@@ -21,18 +22,28 @@ PROGRESS = 30.0
 
 
 def tasks(args: argparse.Namespace, until: float) -> Iterator[str]:
-    """The seeds, until the time is up."""
-    for seed in [args.only] if args.only is not None else range(args.seed, args.seed + args.count):
+    """Scenes by their seeds, and comparisons ("d" and the seed) among them, until the time is up."""
+    if args.only is not None:
+        yield args.only
+        return
+    compared = 0.0
+    for seed in range(args.seed, args.seed + args.count):
         if time.monotonic() > until:
             return
         yield str(seed)
+        compared += args.differences
+        if compared >= 1.0:
+            compared -= 1.0
+            yield f"d{args.seed + int((seed - args.seed) * args.differences)}"
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.torture.run", description=__doc__)
     parser.add_argument("--count", type=int, default=5000, help="scenes")
     parser.add_argument("--seed", type=int, default=0, help="the first scene's seed")
-    parser.add_argument("--only", type=int, help="examine the scene of this seed alone, and say what was found")
+    parser.add_argument("--differences", type=float, default=0.0,
+                        help="comparisons of derivatives with differences, as a share of the scenes")
+    parser.add_argument("--only", help="examine the scene of this seed (dSEED: the comparison) alone")
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--minutes", type=float, default=1e6, help="begin no scene after this time")
     parser.add_argument("--timeout", type=float, default=60.0, help="seconds after which a scene counts as hanging")

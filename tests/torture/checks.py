@@ -11,10 +11,18 @@ from numpy.typing import NDArray
 
 from edgegrad import Renderer, parameters, plan
 from edgegrad.derivative_plan import NOT_COMPUTED
+from edgegrad.expression import Coordinates, nodes_of
 from tests.torture.scenes import Case
+from tests.world_sizes import resized, resized_tangent
 
 F64 = NDArray[np.float64]
 THREADS = (1, 2, 5)
+# A world of ordinary size becomes so many times as large.
+LARGER = 2.0**10
+# Tangents relative to the parameters.
+STEP = 0.1
+# Rounding of both modes relative to what they sum, and to the picture where it cancels within samples.
+SUMS, CANCELLED = 1e-5, 1e-6 * STEP
 # What a scene may be refused for: limits that no scene's author can see in advance.
 LIMITS = ("textures need more than",)
 
@@ -88,17 +96,30 @@ def _examine(case: Case, found: Findings) -> None:
     _check_plan(case, renderer, tangent, found)
     if not unsound:
         _check_modes(case, first, tangent, adjoint, found)
+        _check_size(case, first, tangent, found)
 
 
 def directions(case: Case) -> tuple[dict[str, F64], NDArray[np.float32]]:
     """A tangent of the parameters that are asked for, relative to their sizes, and an adjoint picture."""
     rng = np.random.default_rng(case.options["seed"])
-    tangent = {}
-    for path in case.wrt:
-        value = np.asarray(parameters.get(case.scene, path), np.float64)
-        size = float(np.abs(value).max(initial=0.0)) or 1.0
-        tangent[path] = 0.1 * size * rng.normal(size=value.shape)
+    tangent = {path: STEP * _sizes(case, path) * rng.normal(size=_value(case, path).shape) for path in case.wrt}
     return tangent, rng.normal(size=(*case.scene.camera.size, 3)).astype(np.float32)
+
+
+def _value(case: Case, path: str) -> F64:
+    return np.asarray(parameters.get(case.scene, path), np.float64)
+
+
+def _sizes(case: Case, path: str) -> F64:
+    """About as much as a parameter's numbers may change: places by the scene's size, wherever it is."""
+    value = _value(case, path)
+    size = np.full(value.shape, np.abs(value).max(initial=0.0) or 1.0)
+    if path.endswith((".vertices", ".position")):
+        return np.full(value.shape, case.scale)
+    if value.shape[-2:] == (4, 4):  # the turning part, the shift, and the row that isn't read
+        size[..., :3, :3] = np.abs(value[..., :3, :3]).max()
+        size[..., :3, 3], size[..., 3, :] = case.scale, 0.0
+    return size
 
 
 def _check_plan(case: Case, renderer: Renderer, tangent: dict[str, F64], found: Findings) -> None:
@@ -114,11 +135,38 @@ def _check_plan(case: Case, renderer: Renderer, tangent: dict[str, F64], found: 
 
 def _check_modes(case: Case, first: dict[str, Any], tangent: dict[str, F64], adjoint: NDArray[np.float32],
                  found: Findings) -> None:  # fmt: skip
-    """Whether <J v, w> = <v, J^T w>."""
+    """Whether <J v, w> = <v, J^T w>, but for rounding.
+
+    That is relative to the absolute values of what is summed. Sums within a sample are not to be seen from here: where
+    they cancel, as the slopes of a sky of one colour do, what remains is the rounding of the picture's own values,
+    which the tangent changes by about `STEP`.
+    """
     pushed = first["forward"].astype(np.float64) * adjoint
     pulled = np.concatenate([(first[path] * tangent[path]).ravel() for path in case.wrt])
     gap = abs(float(pushed.sum()) - float(pulled.sum()))
     size = float(np.abs(pushed).sum() + np.abs(pulled).sum())
-    found.numbers["gap"] = gap / size if size > 0.0 else 0.0
-    if gap > 1e-3 * size:
-        found.wrong["modes"] = f"forward {pushed.sum():g}, reverse {pulled.sum():g}, of parts {size:g}"
+    picture = float(np.abs(first["picture"].astype(np.float64) * adjoint).sum())
+    found.numbers |= {"gap": gap / size if size > 0.0 else 0.0, "gap of picture": gap / picture if picture else -1.0}
+    if gap > SUMS * size + CANCELLED * picture:
+        found.wrong["modes"] = (f"forward {pushed.sum():g}, reverse {pulled.sum():g}: parts of {size:g}, a picture of "
+                                f"{picture:g}")  # fmt: skip
+
+
+def _check_size(case: Case, first: dict[str, Any], tangent: dict[str, F64], found: Findings) -> None:
+    """Whether a world that is larger by a power of two has the same picture and derivative.
+
+    Floats then differ by their exponents alone: what else differs is a length in metres in the code. Places that
+    textures read are such lengths, and so is the least size of the boxes that radial tangents are relative to.
+    """
+    textures = [value for material in case.scene.materials.values() for value in material.textures.values()]
+    in_metres = any(isinstance(node, Coordinates) for value in textures for node in nodes_of(value))
+    if case.scale != 1.0 or in_metres or not case.scene.meshes:
+        return
+    renderer = Renderer(resized(case.scene, LARGER), threads=2)
+    larger = {path: resized_tangent(path, value, LARGER) for path, value in tangent.items()}
+    others = {"picture": renderer.render(**case.options), "forward": renderer.render_forward(larger, **case.options)}
+    for name, other in others.items():
+        size = float(np.abs(first[name].astype(np.float64)).sum())
+        gap = float(np.abs(first[name].astype(np.float64) - other).sum())
+        if gap > SUMS * size:
+            found.wrong["size"] = f"{name} changes by {gap / size:.2g} in a world that is {LARGER:g} times as large"

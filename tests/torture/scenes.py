@@ -25,6 +25,8 @@ class Case:
         Parameter paths.
     options
         Of `Renderer.render` and of derivatives.
+    scale
+        About the size of what is in it, metres; 1 for half of the scenes.
     kinds
         Words that say what is in the scene, for tables of results.
     """
@@ -32,6 +34,7 @@ class Case:
     scene: Scene
     wrt: tuple[str, ...]
     options: dict[str, Any]
+    scale: float
     kinds: tuple[str, ...] = field(default=())
 
 
@@ -53,7 +56,7 @@ def case(seed: int) -> Case:
     options: dict[str, Any] = {"spp": draw.whole(1, 4), "max_depth": draw.whole(1, 8), "seed": draw.whole(0, 2**32 - 1)}
     if draw.chance(0.2):
         options["bounces"] = Bounces(*(draw.one((0, 1, 2, 255)) for _ in range(4)))
-    return Case(scene, _asked(draw, scene), options, kinds_of(scene, scale))
+    return Case(scene, _asked(draw, scene), options, scale, kinds_of(scene, scale))
 
 
 def paths_of(scene: Scene) -> list[str]:

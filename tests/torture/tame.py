@@ -62,6 +62,8 @@ SHADERS: dict[str, tuple[dict[str, Any], tuple[str, ...]]] = {
 PARAMETERS = ("color", "own", "texel", "uv", "vertices", "transform", "floor", "light strength", "light place",
               "light size", "light direction", "camera pose", "camera lens", "sky color", "sky rotation",
               "sky texel")  # fmt: skip
+# Shaders have several parameters of their own, so that these come more often.
+CYCLE = (*PARAMETERS, "own", "own", "own")
 # Fields of materials by how far they may move to each side.
 STEPS = {"ior": 0.03, "coat_ior": 0.05}
 
@@ -95,7 +97,7 @@ def comparison(seed: int) -> Comparison:
     """The comparison of a seed; consecutive seeds go through all pairs of shader and parameter."""
     draw = Draw(seed)
     shader = tuple(SHADERS)[seed % len(SHADERS)]
-    parameter = PARAMETERS[seed // len(SHADERS) % len(PARAMETERS)]
+    parameter = CYCLE[seed // len(SHADERS) % len(CYCLE)]
     light = _light(draw, parameter)
     scene = Scene(
         _camera(draw, parameter), _meshes(draw, shader), _materials(draw, shader, parameter), {"lamp": light},
@@ -103,7 +105,7 @@ def comparison(seed: int) -> Comparison:
     )  # fmt: skip
     path = _path(draw, scene, shader, parameter)
     curve, step = _curve(draw, scene, path)
-    return Comparison(scene, path, curve, step, draw.whole(2, 4), shader, _words(path, parameter))
+    return Comparison(scene, path, curve, step, draw.one((2, 2, 3, 4)), shader, _words(path, parameter))
 
 
 def _words(path: str, parameter: str) -> str:
@@ -113,7 +115,9 @@ def _words(path: str, parameter: str) -> str:
 
 # ---- What is in the scene ----
 def _meshes(draw: Draw, shader: str) -> dict[str, Mesh]:
-    kind = draw.one(("cube", "ball", "ball", "sheet"))
+    # Light through two surfaces has heavy tails: of half of what lets light through a sheet is seen.
+    clear = shader in ("GLASS", "REFRACTION", "TRANSLUCENT", "PRINCIPLED transmission")
+    kind = draw.one(("sheet", "sheet", "ball", "cube") if clear else ("cube", "ball", "ball", "sheet"))
     vertices, faces = {"cube": lambda: solids.cube(1.1), "ball": lambda: solids.ball(1, 0.75),
                        "sheet": lambda: solids.sheet(3, 1.6)}[kind]()  # fmt: skip
     smooth = kind == "ball" and draw.chance(0.5)
@@ -130,7 +134,7 @@ def _meshes(draw: Draw, shader: str) -> dict[str, Mesh]:
 
 def _materials(draw: Draw, shader: str, parameter: str) -> dict[str, Material | Mixture]:
     fixed, _ = SHADERS[shader]
-    ior = draw.one((1.1, 1.4, 1.8, 0.75))
+    ior = draw.one((1.08, 1.2, 1.4, 1.8, 0.75))
     made: dict[str, Any] = {
         "base_color": draw.rng.uniform(0.3, 0.8, 3), "roughness": draw.one((0.15, 0.3, 0.5, 0.8)), "ior": ior,
         "diffuse_roughness": draw.uniform(0.2, 0.8), "anisotropy": draw.one((0.0, 0.0, 0.5)),

@@ -23,7 +23,7 @@ from .placement import placed_meshes
 from .primary_plan import edge_count, mesh_edges, missing_jumps, primary_rules
 from .renderer import TERMS
 from .scene import Scene
-from .shadow_plan import horizon_rule, missing_shadows
+from .shadow_plan import horizon_rule, is_bent, missing_shadows
 from .shape import close_pairs, convex, hide_nothing
 from .specular_plan import aimed_materials, mirrored_light, mirrored_shadows, specular_materials, specular_rule
 from .table_derivatives import wanted_tables
@@ -226,7 +226,10 @@ def _indirect(
         zero = "no vertex is a parameter and the camera stands still: what surfaces see of each other stays"
     elif not any(_reflects(scene, name) for name in scene.meshes):
         zero = "every surface is black: none passes light on"
-    elif not lets_light_pass(scene) and hide_nothing(list(placed.values())):
+    # Where quads of a smooth body fold as they move, their halves hide light in each other's planes, which counts there.
+    elif not (lets_light_pass(scene) or any(is_bent(scene, name) for name in placed)) and hide_nothing(
+        list(placed.values())
+    ):
         names = " and ".join(repr(name) for name in placed)
         zero = (f"{names} is alone and convex: it doesn't light itself" if len(placed) == 1 else
                 f"{names} are convex and apart: nothing is between any two surfaces")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from edgegrad import Renderer, parameters, plan
+from edgegrad import Renderer, SunLight, parameters, plan
 from edgegrad.derivative_plan import NOT_COMPUTED
 from edgegrad.expression import Coordinates, nodes_of
 from tests.torture.scenes import Case
@@ -23,6 +23,8 @@ LARGER = 2.0**10
 STEP = 0.1
 # Rounding of both modes relative to what they sum, and to the picture where it cancels within samples.
 SUMS, CANCELLED = 1e-5, 1e-6 * STEP
+# The part of the brightest light that counts as one of the picture's values.
+UNSEEN = 1e-3
 # What a scene may be refused for: limits that no scene's author can see in advance.
 LIMITS = ("textures need more than",)
 
@@ -138,18 +140,32 @@ def _check_modes(case: Case, first: dict[str, Any], tangent: dict[str, F64], adj
     """Whether <J v, w> = <v, J^T w>, but for rounding.
 
     That is relative to the absolute values of what is summed. Sums within a sample are not to be seen from here: where
-    they cancel, as the slopes of a sky of one colour do, what remains is the rounding of the picture's own values,
-    which the tangent changes by about `STEP`.
+    they cancel, what remains is the rounding of the picture's own values, which the tangent changes by about `STEP`
+    (slopes of a sky of one colour); or of light that reaches no pixel (what a diffuse closure scatters of a lamp that
+    is visible to glossy rays alone is the whole less itself).
     """
     pushed = first["forward"].astype(np.float64) * adjoint
     pulled = np.concatenate([(first[path] * tangent[path]).ravel() for path in case.wrt])
     gap = abs(float(pushed.sum()) - float(pulled.sum()))
     size = float(np.abs(pushed).sum() + np.abs(pulled).sum())
     picture = float(np.abs(first["picture"].astype(np.float64) * adjoint).sum())
-    found.numbers |= {"gap": gap / size if size > 0.0 else 0.0, "gap of picture": gap / picture if picture else -1.0}
-    if gap > SUMS * size + CANCELLED * picture:
+    unseen = UNSEEN * _brightness(case) * float(np.abs(adjoint).sum())
+    found.numbers |= {"gap": gap / size if size > 0.0 else 0.0}
+    if gap > SUMS * size + CANCELLED * (picture + unseen):
         found.wrong["modes"] = (f"forward {pushed.sum():g}, reverse {pulled.sum():g}: parts of {size:g}, a picture of "
                                 f"{picture:g}")  # fmt: skip
+
+
+def _brightness(case: Case) -> float:
+    """About the largest radiance that something in the scene gives, or has by a light without size."""
+    scene = case.scene
+    found = [float(np.max(scene.world.color)) * scene.world.strength]
+    if scene.world.image is not None:
+        found[0] *= float(np.max(scene.images[scene.world.image].pixels))
+    found += [float(leaf.emission.max()) for name in scene.materials for leaf in scene.leaves(name)]
+    for lamp in scene.lights.values():
+        found.append(lamp.strength if isinstance(lamp, SunLight) else lamp.power / case.scale**2)
+    return max(found)
 
 
 def _check_size(case: Case, first: dict[str, Any], tangent: dict[str, F64], found: Findings) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import parameters
 from .contact import touching_meshes
-from .curve_plan import light_curves, missing_curves, missing_glare, surface_curves
+from .curve_plan import has_outline, light_curves, missing_curves, missing_glare, surface_curves
 from .differentiable import indirect_obstacles, obstacles
 from .held_light import HeldLight, held_light, lets_light_pass
 from .light import AreaLight, PointLight, SpotLight, SunLight
@@ -166,9 +166,10 @@ def _revalued(scene: Scene, path: str, lit: list[str], max_depth: int) -> tuple[
     glows = fieldname in ("emission", f"{parameters.TEXTURES}emission", "alpha", "weights")
     if collection == "materials" and not any(name in _parts(scene, mesh) for mesh in scene.meshes):
         return True, f"'{path}': zero, since no face has this material"
-    if max_depth < 2 and (collection == "lights" or (collection == "materials" and not glows)):
+    shown = collection == "lights" and has_outline(scene.lights[name])
+    if max_depth < 2 and not shown and (collection == "lights" or (collection == "materials" and not glows)):
         return True, f"'{path}': zero, since only light seen directly is rendered"
-    if collection == "lights" and not lit:
+    if collection == "lights" and not lit and not shown:
         return True, f"'{path}': zero, since every surface is black"
     moving = collection == "lights" and fieldname not in STRENGTH
     return False, f"'{path}': changes radiance" + ("" if moving else " and moves no edge")
@@ -226,7 +227,7 @@ def _indirect(
         zero = "no vertex is a parameter and the camera stands still: what surfaces see of each other stays"
     elif not any(_reflects(scene, name) for name in scene.meshes):
         zero = "every surface is black: none passes light on"
-    # Where quads of a smooth body fold as they move, their halves hide light in each other's planes, which counts there.
+    # Quads of a smooth body may fold as they move: their halves then hide light in each other's planes, which counts.
     elif not (lets_light_pass(scene) or any(is_bent(scene, name) for name in placed)) and hide_nothing(
         list(placed.values())
     ):

@@ -342,19 +342,21 @@ def _lookup_tables(resources: Resources) -> dict[str, Any]:
 
 
 def _boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
-    """Centre and size of each mesh's bounding box, in the floats that kernels have; as Blender has it, a flat mesh
-    has the size 1 across, and no size is below `_LEAST_SIZE`.
+    """Centre and size of each mesh's bounding box, in the floats that kernels have; as in Blender no size is below
+    `_LEAST_SIZE`.
 
     A mesh that is turned into a plane of the axes is flat but for rounding, which must not pass for its size: what
-    remains of a float's digits there would be the direction of the tangents.
+    remains of a float's digits there would be the direction of the tangents. Flat meshes count as thick as they are
+    long, so that this stays small (Blender's 1 m is large in one world and small in another).
     """
     boxes = np.zeros((len(meshes), 2, 3), np.float32)
     for box, mesh in zip(boxes, meshes, strict=True):
         vertices = mesh.vertices - (0.0 if mesh.instances is not None else origin)
         low, high = vertices.min(axis=0), vertices.max(axis=0)
+        size = high - low
         rounding = 4.0 * np.finfo(np.float32).eps * max(np.abs(low).max(), np.abs(high).max())
         box[0] = 0.5 * (low + high)
-        box[1] = np.where(high - low > rounding, np.maximum(high - low, _LEAST_SIZE), 1.0)
+        box[1] = np.maximum(np.where(size > rounding, size, size.max()), _LEAST_SIZE)
     return boxes
 
 

@@ -19,10 +19,17 @@ EDGES = (0.0, 1.0, 1e-6, 1.0 - 1e-6, 1e-3, 0.02)
 
 
 class Draw:
-    """A stream of random choices, a pure function of its seed."""
+    """A stream of random choices, a pure function of its seed.
+
+    Attributes
+    ----------
+    scale
+        The size of the scene that is drawn, metres.
+    """
 
     def __init__(self, seed: int) -> None:
         self.rng = np.random.default_rng(seed)
+        self.scale = 1.0
 
     def chance(self, p: float) -> bool:
         return bool(self.rng.random() < p)

@@ -42,7 +42,7 @@ def case(seed: int) -> Case:
     """The scene of a seed."""
     draw = Draw(seed)
     # The world's size in metres; every other one is of ordinary size, where nothing but the scene itself is hard.
-    scale = 1.0 if draw.chance(0.5) else 10.0 ** draw.uniform(-6.0, 7.0)
+    scale = draw.scale = 1.0 if draw.chance(0.5) else 10.0 ** draw.uniform(-6.0, 7.0)
     shaders = materials.materials(draw)
     count = 0 if draw.chance(0.02) else draw.whole(1, 4)
     bodies = {f"mesh.{k}": meshes.mesh(draw, tuple(shaders), scale) for k in range(count)}

@@ -59,7 +59,11 @@ def expression(draw: Draw, depth: int) -> Expression:
         value = _value(draw, kind, field.name, str(field.type), depth)
         if value is not None:
             made[field.name] = value
-    return _allowed(kind, made)
+    node = _allowed(kind, made)
+    # Places in units of the scene: textures of a million turns across it are nothing but noise.
+    if node == e.Coordinates("POSITION") and draw.scale != 1.0:
+        return e.VectorMath("SCALE", node, scale=1.0 / draw.scale)
+    return node
 
 
 def _value(draw: Draw, kind: type[Expression], name: str, type_name: str, depth: int) -> Any:

@@ -20,11 +20,12 @@ struct ShapeSample {
 
 // ---- Triangles: corners relative to the point, m = (p1 - p0) x (p2 - p0) ----
 
+// The normal's length is taken out first: with it small lights' products would leave the range of floats.
 EG_INLINE Float area_pdf(Vec3 offset, Vec3 m, Float area) {
-    const Float r2 = dot(offset, offset), r = sqrt(r2);
-    const Float facing = abs(dot(offset, m));  // r |m| cos
-    const Float length = sqrt(dot(m, m));
-    return r2 * r * length / max(area * facing, 1e-37f);
+    const Vec3 n = m * (1.0f / max(max(max(abs(m.x), abs(m.y)), abs(m.z)), 1e-37f));
+    const Float r2 = dot(offset, offset);
+    const Float facing = abs(dot(offset, n)) / sqrt(max(dot(n, n), 1e-37f));  // r cos
+    return r2 * sqrt(r2) / max(area * facing, 1e-37f);
 }
 
 // Weights of a triangle's second and third corner where the ray along w meets it.

@@ -32,11 +32,13 @@ class Worker:
         self._process: subprocess.Popen[bytes] | None = None
         self._errors: Any = None
         self._left = b""
+        self._report = ""  # what the last process has said of errors
 
     def ask(self, task: str) -> dict[str, Any]:
         """The result of a task; of a crash or a hang if that is what comes."""
         if self._process is None and not self._start():
-            raise RuntimeError(f"torture: workers don't start: {self._said()}")
+            self.close()
+            raise RuntimeError(f"torture: workers don't start: {self._report}")
         assert self._process is not None and self._process.stdin is not None
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.write(f"{task}\n".encode())
@@ -48,7 +50,7 @@ class Worker:
         how = "crash" if line is not None else "hang"
         code = self.close()
         name = signal.Signals(-code).name if code < 0 else f"exit {code}"
-        words = f"{name}: {self._said()}" if how == "crash" else f"no result within {self._patience:g} s"
+        words = f"{name}: {self._report}" if how == "crash" else f"no result within {self._patience:g} s"
         made: dict[str, Any]
         if task.startswith("d"):
             c = comparison(int(task[1:]))
@@ -59,7 +61,7 @@ class Worker:
         return {"task": task, "seconds": 0.0, "cpu": 0.0, "wrong": {how: words}, **made}
 
     def close(self) -> int:
-        """End the process, and say with which code it has ended."""
+        """End the process, and return the code with which it has ended."""
         if self._process is None:
             return 0
         # A process that has closed its output is ending by itself: its own code says why.
@@ -68,7 +70,10 @@ class Worker:
             self._process.wait(5.0)
         self._process.kill()
         code = self._process.wait()
+        self._process.stdout.close()  # type: ignore[union-attr]
         self._process = None
+        self._report = self._said()
+        self._errors.close()
         return code
 
     def _start(self) -> bool:
@@ -80,7 +85,7 @@ class Worker:
             [sys.executable, *faults, "-m", "tests.torture.worker"], cwd=ROOT, stdin=subprocess.PIPE,
             stdout=subprocess.PIPE, stderr=self._errors,
         )  # fmt: skip
-        return self._line(START) is not None
+        return bool(self._line(START))
 
     def _line(self, patience: float) -> bytes | None:
         """The next line of output; empty if the process has ended, None if none comes in time."""

@@ -21,8 +21,9 @@ THREADS = (1, 2, 5)
 LARGER = 2.0**10
 # Tangents relative to the parameters.
 STEP = 0.1
-# Rounding of both modes relative to what they sum, and to the picture where it cancels within samples.
-SUMS, CANCELLED = 1e-5, 1e-5 * STEP
+# Rounding of both modes relative to what they sum (chains of glass multiply it by a hundred), and to the picture where
+# it cancels within samples. A part that one mode lacks is far larger.
+SUMS, CANCELLED = 1e-4, 1e-5 * STEP
 # The part of the brightest light that counts as one of the picture's values.
 UNSEEN = 1e-3
 # What a scene may be refused for: limits that no scene's author can see in advance.

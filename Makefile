@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo recover test test-slow test-gui lint benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability sanitize sanitize-threads check-machine which-python clean
+.PHONY: help demo recover test test-slow test-gui lint benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -35,8 +35,9 @@ help:
 	@echo "make compare-cycles  Blender scenes beside Cycles: figures and pictures (about 15 minutes)"
 	@echo "make throughput  rays per second beside Embree, updates, memory"
 	@echo "make stability   how errors of derivatives grow as scenes get hard: table and plot"
+	@echo "make torture     random scenes over the whole interface: crashes, both modes, threads, differences (minutes)"
 	@echo "make sanitize-threads  run tests of many threads on a build with ThreadSanitizer"
-	@echo "make sanitize    run the tests on a build with AddressSanitizer and UndefinedBehaviorSanitizer"
+	@echo "make sanitize    run the tests and random scenes on a build with AddressSanitizer and UndefinedBehaviorSanitizer"
 
 demo: $(VENV)/installed
 	$(RUN) blend_examples/run_demo.py
@@ -77,6 +78,9 @@ compare-cycles: $(VENV)/installed
 stability: $(VENV)/installed
 	$(RUN) -m tests.stability
 
+torture: $(VENV)/installed
+	$(RUN) -m tests.torture.run --count 5000 --differences 0.1
+
 check-machine:
 	@$(PYTHON) .ci/check_machine.py
 
@@ -105,6 +109,7 @@ SANITIZER_ENV = LD_PRELOAD="$$($(or $(CXX),c++) -print-file-name=libasan.so) $$(
 
 sanitize: $(SANITIZED)/installed
 	$(SANITIZER_ENV) $(SANITIZED)/bin/python -m pytest --capture=sys
+	$(SANITIZER_ENV) $(SANITIZED)/bin/python -m tests.torture.run --count 500 --timeout 600
 
 # Races don't depend on the width of packets: one instruction set will do. ThreadSanitizer needs fixed addresses
 # (setarch -R), and knows neither the interpreter's locks nor those of Embree's own threads.

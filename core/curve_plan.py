@@ -23,7 +23,7 @@ from .shape import MOST_COPIES, copies_near, may_cross, pair_words
 def seen_curves(scene: Scene, placed: PlacedMeshes, moves: Motion, camera: bool) -> list[str]:
     """What the primary term has of lights: sentences. `camera`: its rays move."""
     parallel = scene.camera.kind == "ORTHOGRAPHIC"
-    shown = {name: light for name, light in scene.lights.items() if _has_outline(light)}
+    shown = {name: light for name, light in scene.lights.items() if has_outline(light)}
     moving = [name for name in shown if camera or name in moves.lights]
     ends = [name for name in moving if not _lens_blurs(scene, shown[name])
             and not (parallel and isinstance(shown[name], SunLight))]
@@ -74,11 +74,11 @@ def pair_sentences(placed: PlacedMeshes, pairs: Sequence[Pair], sentence: Callab
 def missing_curves(scene: Scene, placed: PlacedMeshes, moves: Motion) -> Iterator[str]:
     """Sentences on those that no term has."""
     shown = [name for name, light in scene.lights.items() if (name in moves.lights or moves.camera)
-             and _has_outline(light) and _lens_blurs(scene, light)]
+             and has_outline(light) and _lens_blurs(scene, light)]
     if shown:
         yield f"the outlines of {listed(shown)}, suns or disks that an orthographic camera sees through its lens"
     for name, light in scene.lights.items():
-        if not (_has_outline(light) and _turns_by_ray(scene, light)):
+        if not (has_outline(light) and _turns_by_ray(scene, light)):
             continue
         moving = moves.camera or name in moves.lights
         through = _seen_through(light, placed, list(placed) if moving else moves.meshes)
@@ -98,7 +98,7 @@ def missing_glare(scene: Scene, placed: PlacedMeshes, moves: Motion, lit: Collec
                    "is found of that are samples without a finite variance")
 
 
-def _has_outline(light: Light) -> bool:
+def has_outline(light: Light) -> bool:
     """Whether the camera may see where the light ends."""
     sized = light.angle if isinstance(light, SunLight) else 1.0 if isinstance(light, AreaLight) else light.radius
     return sized > 0.0 and "camera" in light.visible_to

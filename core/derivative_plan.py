@@ -9,7 +9,7 @@ import numpy as np
 
 from . import parameters
 from .contact import touching_meshes
-from .curve_plan import light_curves, missing_curves, missing_glare, surface_curves
+from .curve_plan import has_outline, light_curves, missing_curves, missing_glare, surface_curves
 from .differentiable import indirect_obstacles, obstacles
 from .held_light import HeldLight, held_light, lets_light_pass
 from .light import AreaLight, PointLight, SpotLight, SunLight
@@ -24,7 +24,7 @@ from .render_options import TERMS
 from .rim_plan import rim_rule
 from .scene import Scene
 from .sentences import MOST_NAMED, MOST_SENTENCES, listed
-from .shadow_plan import horizon_rule, missing_shadows
+from .shadow_plan import bent_meshes, horizon_rule, missing_shadows
 from .shape import convex, hide_nothing
 from .specular_plan import aimed_materials, mirrored_light, mirrored_shadows, specular_rule
 from .table_derivatives import wanted_tables
@@ -187,9 +187,10 @@ def _revalued(scene: Scene, path: str, lit: Collection[str], max_depth: int) -> 
     glows = fieldname in ("emission", f"{parameters.TEXTURES}emission", "alpha", "weights")
     if collection == "materials" and not _is_used(scene, name):
         return True, f"'{path}': zero, since no face has this material"
-    if max_depth < 2 and (collection == "lights" or (collection == "materials" and not glows)):
+    shown = collection == "lights" and has_outline(scene.lights[name])
+    if max_depth < 2 and not shown and (collection == "lights" or (collection == "materials" and not glows)):
         return True, f"'{path}': zero, since only light seen directly is rendered"
-    if collection == "lights" and not lit:
+    if collection == "lights" and not lit and not shown:
         return True, f"'{path}': zero, since every surface is black"
     moving = collection == "lights" and fieldname not in STRENGTH
     return False, f"'{path}': changes radiance" + ("" if moving else " and moves no edge")
@@ -247,7 +248,10 @@ def _indirect(
         zero = "no vertex is a parameter and the camera stands still: what surfaces see of each other stays"
     elif not reflecting(scene):
         zero = "every surface is black: none passes light on"
-    elif len(placed) <= 2 and not lets_light_pass(scene) and hide_nothing(list(placed.values())):
+    # Quads of a smooth body may fold as they move: their halves then hide light in each other's planes, which counts.
+    elif len(placed) <= 2 and not (lets_light_pass(scene) or bent_meshes(scene)) and hide_nothing(
+        list(placed.values())
+    ):
         names = " and ".join(repr(name) for name in placed)
         zero = (f"{names} is alone and convex: it doesn't light itself" if len(placed) == 1 else
                 f"{names} are convex and apart: nothing is between any two surfaces")

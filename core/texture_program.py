@@ -29,6 +29,8 @@ from .texture_ops import OPCODES, Builder, Number, Output, Value
 
 REGISTERS = 128  # kTextureRegisters in native/texture/view.h
 _OUTPUTS, _INPUTS = 4, 10
+# Of boxes that radial tangents are relative to, along each axis (BKE_mesh_texspace_calc), metres.
+_LEAST_SIZE = 2e-5
 
 I32 = NDArray[np.int32]
 I64 = NDArray[np.int64]
@@ -352,12 +354,21 @@ def _lookup_tables(resources: Resources) -> dict[str, Any]:
 
 
 def _boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
-    """Centre and size of each mesh's bounding box; sizes of flat meshes count as 1."""
+    """Centre and size of each mesh's bounding box, in the floats that kernels have; as in Blender no size is below
+    `_LEAST_SIZE`.
+
+    A mesh that is turned into a plane of the axes is flat but for rounding, which must not pass for its size: what
+    remains of a float's digits there would be the direction of the tangents. Flat meshes count as thick as they are
+    long, so that this stays small (Blender's 1 m is large in one world and small in another).
+    """
     boxes = np.zeros((len(meshes), 2, 3), np.float32)
     for box, mesh in zip(boxes, meshes, strict=True):
-        low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-        box[0] = 0.5 * (low + high) - (0.0 if mesh.instances is not None else origin)
-        box[1] = np.where(high > low, high - low, 1.0)
+        vertices = mesh.vertices - (0.0 if mesh.instances is not None else origin)
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        size = high - low
+        rounding = 4.0 * np.finfo(np.float32).eps * max(np.abs(low).max(), np.abs(high).max())
+        box[0] = 0.5 * (low + high)
+        box[1] = np.maximum(np.where(size > rounding, size, size.max()), _LEAST_SIZE)
     return boxes
 
 

@@ -117,6 +117,25 @@ def test_what_is_skipped_is_zero(rule: str) -> None:
     assert largest(scene, wrt, name, depth) == pytest.approx(0.0, abs=1e-12)
 
 
+def test_a_smooth_body_seen_from_inside_may_hide_light_from_itself() -> None:
+    scene = box()
+    mesh = scene.meshes["object"]
+    mesh.smoothing = mesh.faces
+    scene.camera.to_world[:3, 3] = 0.0
+    scene.lights["lamp"].position = np.array([0.2, 0.1, 0.3])
+    made = plan(scene, [VERTICES], max_depth=4)
+    assert largest(scene, [VERTICES], "indirect", 4) > 0.0
+    assert term(made, "indirect").computed and "indirect" in made.needed
+
+
+@pytest.mark.parametrize(("scene", "depth"), [(box(), 1), (black(box()), 2)])
+def test_a_lamp_that_the_camera_sees_counts_without_what_it_lights(scene: Scene, depth: int) -> None:
+    scene.lights["lamp"] = edgegrad.PointLight(np.array([1.2, -2.0, 0.5]), 60.0, 0.3, visible_to=frozenset({"camera"}))
+    made = plan(scene, ["lights.lamp.power"], max_depth=depth)
+    assert largest(scene, ["lights.lamp.power"], "interior", depth) > 0.0
+    assert term(made, "interior").computed
+
+
 def over_clay() -> Scene:
     """A black box that glows over a floor which it lights."""
     scene = with_floor(box())

@@ -83,10 +83,7 @@ EG_INLINE void chain_horizon_blocks(Mode& mode, const SceneView& scene, const De
     Vec3 n, towards;
     load3(n, c.by_direction, at);
     load3(towards, c.direction, at);
-    const FaceStep step = step_on_face(scene, active, v.face, v.instance, towards);
-    face_point_blocks(mode, scene, asked, active, v.face, v.instance, v.b1 + step.b1, v.b2 + step.b2, -n,
-                      color);
-    face_point_blocks(mode, scene, asked, active, v.face, v.instance, v.b1, v.b2, n, color);
+    face_turn_blocks(mode, scene, asked, active, v.face, v.instance, v.b1, v.b2, towards, -n, color);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -290,11 +290,10 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     const Vec3 n = cut.normal;
     const Mask near = cut.distance < __builtin_inff();
     const Float inverse = select(near, cut.rides / max(cut.distance, 1e-30f), splat(0.0f));
-    const FaceStep step = step_on_face(scene, cut.active, cut.face, cut.instance, cut.towards);
-    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1 + step.b1,
-                      cut.b2 + step.b2, -n, cut.color);
-    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2,
-                      n * (1.0f - inverse), cut.color);
+    face_turn_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2, cut.towards, -n,
+                     cut.color);
+    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2, n * -inverse,
+                      cut.color);
     const Mask on_face = cut.active & (cut.y.face >= 0);
     if (any(on_face))
         face_point_blocks(mode, scene, asked, on_face, cut.y.face, cut.y.instance, cut.y.b1, cut.y.b2,

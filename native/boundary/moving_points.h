@@ -89,17 +89,20 @@ EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const Deriv
     mode.corner(moves, known, 2, local * b2, color);
 }
 
-// A step in a face's plane in its barycentrics.
-struct FaceStep {
-    Float b1, b2;
-};
-
-EG_INLINE FaceStep step_on_face(const SceneView& scene, Mask active, Int face, Int instance, Vec3 step) {
+// How a face turns: g . (m(x + w) - m(x)), x the point at (b1, b2), w a direction in the face's plane and m
+// the velocity of the face's points, extended over its plane. The difference is taken over a step of about
+// the face's size, since one of a metre would be lost in the barycentrics of a large face.
+template <typename Mode>
+EG_INLINE void face_turn_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked, Mask active,
+                                Int face, Int instance, Float b1, Float b2, Vec3 w, Vec3 g, Vec3 color) {
     const Triangle t =
         placed_triangle(scene, select(active, face, splat(0)), select(active, instance, splat(-1))).triangle;
     const Vec3 m = area_normal(t), e1 = t.p1 - t.p0, e2 = t.p2 - t.p0;
-    const Float size = 1.0f / max(dot(m, m), 1e-37f);
-    return {dot(m, cross(step, e2)) * size, dot(m, cross(e1, step)) * size};
+    const Float m2 = max(dot(m, m), 1e-37f), size = sqrt(sqrt(m2));
+    const Vec3 step = w * (size / m2), part = g * (1.0f / size);
+    face_point_blocks(mode, scene, asked, active, face, instance, b1 + dot(m, cross(step, e2)),
+                      b2 + dot(m, cross(e1, step)), part, color);
+    face_point_blocks(mode, scene, asked, active, face, instance, b1, b2, -part, color);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

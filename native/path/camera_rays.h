@@ -12,12 +12,18 @@ struct CameraRay {
     Vec3 origin, direction;
 };
 
-// Direction through the picture point s (pixels, row 0 on top) of a perspective camera, of unit depth.
-EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
+// Place across the view axis of the picture point s (pixels, row 0 on top): of a perspective camera at unit
+// depth, of an orthographic one at any.
+EG_INLINE Vec3 across_view(const CameraView& c, Float sx, Float sy) {
     const Float inverse = 1.0f / broadcast(&c.focal);
     const Float x = (sx - broadcast(&c.principal[0])) * inverse;
     const Float y = (broadcast(&c.principal[1]) - sy) * (broadcast(&c.pixel_aspect) * inverse);
-    return splat3(c.right) * x + splat3(c.up) * y - splat3(c.back);
+    return splat3(c.right) * x + splat3(c.up) * y;
+}
+
+// Direction through the picture point s of a perspective camera, of unit depth.
+EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
+    return across_view(c, sx, sy) - splat3(c.back);
 }
 
 // Place on the unit aperture: a disk (concentric map, Shirley and Chiu 1997) or a regular polygon of
@@ -70,12 +76,11 @@ EG_INLINE CameraRay camera_ray(const CameraView& c, Float sx, Float sy, Float le
         ray.direction = splat3(c.right) * (s * cosine) + splat3(c.up) * sine - splat3(c.back) * (t * cosine);
         return ray;
     }
-    const Vec3 through = camera_direction(c, sx, sy);
     if (c.kind == kOrthographic) {
-        ray.origin = ray.origin + through + splat3(c.back);
+        ray.origin = ray.origin + across_view(c, sx, sy);
         ray.direction = -splat3(c.back);
     } else {
-        ray.direction = through;
+        ray.direction = camera_direction(c, sx, sy);
     }
     if (c.aperture_radius > 0.0f) {
         // All rays of a picture point meet in the plane of focus.

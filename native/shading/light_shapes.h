@@ -20,14 +20,12 @@ struct ShapeSample {
 
 // ---- Triangles: corners relative to the point, m = (p1 - p0) x (p2 - p0) ----
 
-// r^2 / (A cos). The normal m is scaled first: the fourth power of a small light's size is no single-precision
-// number.
+// The normal's length is taken out first: with it small lights' products would leave the range of floats.
 EG_INLINE Float area_pdf(Vec3 offset, Vec3 m, Float area) {
-    const Vec3 n = m * (1.0f / max(max(abs(m.x), max(abs(m.y), abs(m.z))), 1e-37f));
+    const Vec3 n = m * (1.0f / max(max(max(abs(m.x), abs(m.y)), abs(m.z)), 1e-37f));
     const Float r2 = dot(offset, offset);
-    const Float facing = abs(dot(offset, n));  // r |n| cos
-    const Float cosine = facing / max(sqrt(r2 * dot(n, n)), 1e-37f);
-    return r2 / max(area, 1e-37f) / max(cosine, 1e-37f);
+    const Float facing = abs(dot(offset, n)) / sqrt(max(dot(n, n), 1e-37f));  // r cos
+    return r2 * sqrt(r2) / max(area * facing, 1e-37f);
 }
 
 // Weights of a triangle's second and third corner where the ray along w meets it.

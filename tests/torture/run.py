@@ -1,0 +1,84 @@
+"""Random scenes over the whole public interface, in processes of their own: ``python -m tests.torture.run``.
+
+Each scene is a pure function of its seed, so that ``--only SEED`` examines one again, and ``--only dSEED`` a comparison
+of a derivative with differences.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from tests.torture.processes import results
+from tests.torture.summary import Summary
+
+# Seconds between lines of progress.
+PROGRESS = 30.0
+
+
+def tasks(args: argparse.Namespace, until: float) -> Iterator[str]:
+    """Scenes by their seeds, and comparisons ("d" and the seed) among them, until the time is up."""
+    if args.only is not None:
+        yield args.only
+        return
+    compared = 0.0
+    for seed in range(args.seed, args.seed + args.count):
+        if time.monotonic() > until:
+            return
+        yield str(seed)
+        compared += args.differences
+        if compared >= 1.0:
+            compared -= 1.0
+            yield f"d{args.seed + int((seed - args.seed) * args.differences)}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.torture.run", description=__doc__)
+    parser.add_argument("--count", type=int, default=5000, help="scenes")
+    parser.add_argument("--seed", type=int, default=0, help="the first scene's seed")
+    parser.add_argument("--differences", type=float, default=0.0,
+                        help="comparisons of derivatives with differences, as a share of the scenes")
+    parser.add_argument("--only", help="examine the scene of this seed (dSEED: the comparison) alone")
+    parser.add_argument("--workers", type=int, default=2, help="processes")
+    parser.add_argument("--minutes", type=float, default=1e6, help="begin no scene after this time")
+    parser.add_argument("--timeout", type=float, default=60.0, help="seconds after which a scene counts as hanging")
+    parser.add_argument("--log", type=Path, help="file that gets a line of JSON for each scene")
+    args = parser.parse_args()
+    start = time.monotonic()
+    summary, last = Summary(), start
+    log = args.log.open("w") if args.log is not None else None
+    try:
+        for found in results(tasks(args, start + 60.0 * args.minutes), args.workers, args.timeout):
+            summary.add(found)
+            if log is not None:
+                log.write(json.dumps(found) + "\n")
+                log.flush()
+            _report(found, args.only is not None)
+            if time.monotonic() - last > PROGRESS:
+                last = time.monotonic()
+                print(f"{summary.count} scenes, {summary.count / (last - start):.1f} a second, {summary.failed} with "
+                      "findings", flush=True)  # fmt: skip
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+    finally:
+        if log is not None:
+            log.close()
+    seconds = time.monotonic() - start
+    print(f"\n{summary}\n{summary.count} scenes in {seconds:.0f} s, {summary.count / seconds:.1f} a second")
+    return 1 if summary.failed or not summary.count else 0
+
+
+def _report(found: dict[str, Any], everything: bool) -> None:
+    for check, words in found["wrong"].items():
+        print(f"seed {found['task']}: {check}: {words}", flush=True)
+    if everything:
+        print(json.dumps(found, indent=1))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

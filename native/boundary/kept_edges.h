@@ -65,6 +65,7 @@ struct KeptEdges {
     Kept<Sides, Candidates> silhouettes;  // towards the environment and other surfaces
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
+    Kept<bool, bool> cross;  // whether surfaces pass through each other or through lights
     // What candidates of the primary term are made in.
     Spare<Candidates> spare_candidates;
     Spare<CandidateParts> spare_parts;
@@ -78,7 +79,7 @@ struct KeptEdges {
     void clear_values() {
         spare_candidates.give(primary.clear());
         shadow.clear(), silhouettes.clear();
-        tree.clear(), regions.clear();
+        tree.clear(), regions.clear(), cross.clear();
     }
 };
 

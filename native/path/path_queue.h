@@ -22,6 +22,8 @@ struct PathPacket {
     Int vertex;       // surfaces met, passed ones included: which random numbers come next
     Int kind;         // RayKind
     Mask touched;     // recorded paths: it has met what has a derivative
+    Mask led;         // nothing but perfect and followed lobes has scattered it (shading/bsdf/followed_lobes.h)
+    Mask followed;    // the last of them was a followed one: lights of the table are not met by such rays
     Mask final_ray;   // it brings light that it meets, and isn't scattered again
     Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
@@ -32,7 +34,9 @@ EG_INLINE Int pack_state(const PathPacket& p) {
     return p.segment | (p.vertex << kSegmentBits) | (p.kind << (kSegmentBits + kVertexBits)) |
            ((p.final_ray & 1) << (kSegmentBits + kVertexBits + 3)) |
            ((p.both_sides & 1) << (kSegmentBits + kVertexBits + 4)) |
-           ((p.touched & 1) << (kSegmentBits + kVertexBits + 5));
+           ((p.touched & 1) << (kSegmentBits + kVertexBits + 5)) |
+           ((p.led & 1) << (kSegmentBits + kVertexBits + 6)) |
+           ((p.followed & 1) << (kSegmentBits + kVertexBits + 7));
 }
 
 EG_INLINE void unpack_state(Int state, PathPacket& p) {
@@ -42,6 +46,8 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.final_ray = ((state >> (kSegmentBits + kVertexBits + 3)) & 1) != 0;
     p.both_sides = ((state >> (kSegmentBits + kVertexBits + 4)) & 1) != 0;
     p.touched = ((state >> (kSegmentBits + kVertexBits + 5)) & 1) != 0;
+    p.led = ((state >> (kSegmentBits + kVertexBits + 6)) & 1) != 0;
+    p.followed = ((state >> (kSegmentBits + kVertexBits + 7)) & 1) != 0;
 }
 
 // Number of bounces of a kind (kDiffuseRay, kGlossyRay, kTransmissionRay, or 4: transparent) so far.

@@ -24,8 +24,9 @@ _SMOOTH = 4e-3
 # Up to which alpha (roughness squared) lobes are the aimed estimator's (native/boundary/aimed_lobes.h), and what
 # part of that of glosses over diffuse bases.
 _AIMED, _WEAK_GLOSS = 0.25, 0.25
-# Up to which alpha lobes are followed as perfect ones are (native/following.cpp).
-_FOLLOWED = 0.02
+# Up to which alpha lobes are followed as perfect ones are, where meshes give light and elsewhere
+# (native/following.cpp).
+_FOLLOWED_BY_EMITTERS, _FOLLOWED = 0.0205, 0.0405
 # Most surfaces that a chain of mirrors and glass meets (native/boundary/scan_task.h).
 _LONGEST = 16
 
@@ -52,14 +53,19 @@ def followed_materials(scene: Scene) -> list[str]:
 
     Surfaces that pass through each other or through lights, which the engine looks for, keep them from it.
     """
-    names = [name for name in scene.used_materials if any(_may_be_followed(leaf) for leaf in scene.leaves(name))]
+    widest = _FOLLOWED_BY_EMITTERS if any(scene.emits(name) for name in scene.meshes) else _FOLLOWED
+    names = [name for name in scene.used_materials
+             if any(_may_be_followed(leaf, widest) for leaf in scene.leaves(name))]
     textured = any(leaf.textures for name in scene.used_materials for leaf in scene.leaves(name))
     smooth = any(mesh.smoothing is not None for mesh in scene.meshes.values())
     return [] if textured or any(_jumps(light, smooth) for light in scene.lights.values()) else names
 
 
-def _may_be_followed(leaf: Material) -> bool:
-    return leaf.kind not in ("REFRACTION", "DISNEY") and sharp_lobe(leaf, _FOLLOWED)
+def _may_be_followed(leaf: Material, widest: float) -> bool:
+    if leaf.kind in ("REFRACTION", "DISNEY", "SHEEN") or not flags(leaf) & (GLOSSY | REFRACTION):
+        return False
+    coat = leaf.kind == "PRINCIPLED" and leaf.coat_weight > 0.0
+    return 0.0 < leaf.roughness**2 <= widest or (coat and 0.0 < leaf.coat_roughness**2 <= widest)
 
 
 def _jumps(light: Light, smooth: bool) -> bool:
@@ -111,9 +117,13 @@ def mirrored_light(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: i
     return _seen_by(seen) if seen and max_depth > 3 and moved else None
 
 
+def _followed(scene: Scene, moves: Motion) -> list[str]:
+    return followed_materials(scene) if moves.meshes or moves.camera or moves.sky else []
+
+
 def _shown_by(scene: Scene, moves: Motion) -> str:
     """By what the camera sees what scan lines find, in words."""
-    smooth, followed = specular_materials(scene), followed_materials(scene) if moves.any else []
+    smooth, followed = specular_materials(scene), _followed(scene, moves)
     words = [f"mirrors and smooth glass ({', '.join(smooth)})"] if smooth else []
     if followed:
         words.append(f"lobes nearly as narrow ({', '.join(followed)}), where no surfaces pass through others or lights")
@@ -128,7 +138,7 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
     """Sentences on what the camera may see in mirrors and through glass that has no derivative as it moves."""
     if specular_rule(scene, moves, wrt, max_depth) is None:
         return
-    smooth, followed = specular_materials(scene), followed_materials(scene) if moves.any else []
+    smooth, followed = specular_materials(scene), _followed(scene, moves)
     if followed:
         yield (f"seen in lobes nearly as narrow as a mirror's ({', '.join(followed)}): what is thinner than a quarter "
                "of a pixel in the picture may be missed")

@@ -237,10 +237,9 @@ ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) co
 
 float Engine::follow(const Asked& asked, const std::vector<int8_t>& sides,
                      const std::shared_ptr<const LightList>& lights) const {
-    // GLOSS
-    if (const char* env = getenv("GLOSS")) return static_cast<float>(atof(env));
     const auto faces = normals();
-    return followed_alpha({tables_, sides.data(), closed_, faces->data(), kernels_, threads_, lights, kept_}, asked);
+    return followed_alpha({tables_, sides.data(), closed_, faces->data(), kernels_, threads_, lights, kept_},
+                          asked);
 }
 
 std::shared_ptr<const LightList> Engine::lights_for(const Wanted& wanted) const {

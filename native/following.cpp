@@ -10,12 +10,12 @@
 namespace edgegrad {
 namespace {
 
-// Wider lobes have less noise as they are, with samples of lights; in followed ones light is found by chance.
-constexpr float kFollowedAlpha = 0.02f;
+// Wider lobes have less noise as they are: edges are looked for along them (boundary/aimed.h), where scan
+// lines find them by chance, and emissive meshes are sampled. Of scenes with such meshes and without.
+constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = 0.0405f;
 
-bool moves(const Asked& asked) {
-    return asked.camera || asked.lights || asked.rotation || asked.any_mesh_moves();
-}
+// Lights of the table alone move nothing that followed lobes see.
+bool moves(const Asked& asked) { return asked.camera || asked.rotation || asked.any_mesh_moves(); }
 
 // Whether a shader is textured: what it shows may jump within a surface.
 bool any_textured(const SceneTables& tables) {
@@ -24,9 +24,9 @@ bool any_textured(const SceneTables& tables) {
 }
 
 // Whether a lobe is there to be followed.
-bool any_narrow(const SceneTables& tables) {
+bool any_narrow(const SceneTables& tables, float widest) {
     for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
-        if (has_sharp_lobe(tables, leaf, kFollowedAlpha)) return true;
+        if (may_be_specular(tables, leaf, widest)) return true;
     return false;
 }
 
@@ -50,7 +50,8 @@ bool surfaces_cross(const EdgeList& edges) {
     all.moving.assign(static_cast<size_t>(edges.tables.visible_meshes), 1);
     all.camera = all.instances = all.lights = true;
     const Crossings found = find_crossings(edges, all, kScatteredRays | 1 << kShadowRay);
-    return found.size() > 0 || find_pierced_lights(edges.tables, all, found, nullptr, edges.threads).size() > 0 ||
+    return found.size() > 0 ||
+           find_pierced_lights(edges.tables, all, found, nullptr, edges.threads).size() > 0 ||
            find_pierced_disks(edges.tables, edges.threads).size() > 0;
 }
 
@@ -58,9 +59,11 @@ bool surfaces_cross(const EdgeList& edges) {
 
 float followed_alpha(const EdgeList& edges, const Asked& asked) {
     const SceneTables& tables = edges.tables;
-    if (!moves(asked) || !any_narrow(tables) || any_textured(tables) || lights_jump(tables, edges.lights->view()))
+    const LightView& lights = edges.lights->view();
+    const float widest = lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
+    if (!moves(asked) || !any_narrow(tables, widest) || any_textured(tables) || lights_jump(tables, lights))
         return 0.0f;
-    return *edges.kept.cross.get(true, [&] { return surfaces_cross(edges); }) ? 0.0f : kFollowedAlpha;
+    return *edges.kept.cross.get(true, [&] { return surfaces_cross(edges); }) ? 0.0f : widest;
 }
 
 }  // namespace edgegrad

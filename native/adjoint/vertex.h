@@ -62,7 +62,8 @@ EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, 
     Vec3 sum = zero3();
     const Mask light = active & s.light, sky = active & s.sky, next = active & s.next;
     if (any(light)) {
-        const Vec3 f = scattered_light(scene, surface, s.light_visible_to, light, s.of_table, s.light_w).value;
+        const Vec3 f =
+            scattered_light(scene, surface, s.light_visible_to, light, s.of_table, s.light_w).value;
         sum = select(light, f * s.light_value, sum);
     }
     if (any(sky)) sum = sum + select(sky, surface.evaluate(sky, s.sky_w).value * s.sky_value, zero3());
@@ -170,7 +171,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         out.light = select(missed, environment_radiance(scene, towards) * sky_weight, out.light);
     }
     if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(slides))
-        out.light = out.light + lights_met(scene, v, slides & ~load(v.arrives_followed), arrival.from, direction);
+        out.light =
+            out.light + lights_met(scene, v, slides & ~load(v.arrives_followed), arrival.from, direction);
     if (!any(hit)) return out;
 
     // The surface, and the view from where the ray came.

@@ -36,8 +36,8 @@ EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const Surface
 
 // f |n_s . w| / |n . w| of light from w that x scatters by `shader` towards point.view (unit, both from x),
 // on whose side x's normal is: by the picture's own BSDF, times the share that isn't let through.
-// `light_kinds`: bits 1 << RayKind of the scattering that the light is seen through. In lanes of `without` the
-// lobes that may be followed are left out.
+// `light_kinds`: bits 1 << RayKind of the scattering that the light is seen through. In lanes of `without`
+// the lobes that may be followed are left out.
 EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
                              const Shader& shader, Vec3 w, Int light_kinds, Mask without = splat(0)) {
     const Vec3 normal = shading_normal(scene, x.active, shader, point);
@@ -92,9 +92,7 @@ EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, 
 // (boundary/specular.h): nothing but rounding where they bring all of it.
 EG_INLINE Vec3 without_followed(Vec3 all, Vec3 followed) {
     constexpr float kRounding = 1e-5f;
-    const auto rest = [&](Float a, Float b) {
-        return select(a - b > kRounding * a, a - b, splat(0.0f));
-    };
+    const auto rest = [&](Float a, Float b) { return select(a - b > kRounding * a, a - b, splat(0.0f)); };
     return {rest(all.x, followed.x), rest(all.y, followed.y), rest(all.z, followed.z)};
 }
 

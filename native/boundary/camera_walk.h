@@ -99,8 +99,8 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
 // Follows paths from their first hits to the surfaces on which their segments with the numbers `target` end;
 // lanes that don't get there, or aren't scattered there, become inactive. Surfaces that let light pass are
 // passed by chance. `aimed`, if above 0: from the camera's surface only by the aimed estimator's lobes, and
-// nowhere by perfect ones. `held`: the surfaces on their way, where light is held. `followed`, if not null: of
-// the throughput what perfect and followed lobes alone bring.
+// nowhere by perfect ones. `held`: the surfaces on their way, where light is held. `followed`, if not null:
+// of the throughput what perfect and followed lobes alone bring.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
                                   Int target, float aimed = 0.0f, HeldChain* held = nullptr,
                                   Vec3* followed = nullptr) {

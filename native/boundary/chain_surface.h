@@ -68,7 +68,8 @@ EG_OUTLINE void followed_values(const Bsdf& f, Mask active, Float u, Float v, Pe
         if (!any(m)) return;
         const Vec3 h = sample_normal(g, view, splat(1.0f), u, v);
         const Float density = followed_density(g, view, splat(1.0f), dot(h, view));
-        const Specular s = scatter_specular(f, splat(kPerfectFate[k] & kFateLobes), splat(transmits ? -1 : 0), m, h);
+        const Specular s =
+            scatter_specular(f, splat(kPerfectFate[k] & kFateLobes), splat(transmits ? -1 : 0), m, h);
         const Mask there = m & (density > 0.0f);
         lobes.value[k] = select(there, average(s.value) / max(density, 1e-20f), lobes.value[k]);
         lobes.density[k] = select(there, density, lobes.density[k]);
@@ -114,7 +115,8 @@ EG_OUTLINE Specular scatter_by_fate(const SceneView& scene, const ChainSurface& 
                                     Mask transmitted, Vec3 half) {
     const Shader& shader = s.shader;
     const Mask followed = scatters & ((fate & kFateFollows) != 0);
-    if (!(scene.all_flags & kHasNormalMap) && !any(followed) && !any(scatters & ~scatters_plainly(shader.kind, shader.flags)))
+    if (!(scene.all_flags & kHasNormalMap) && !any(followed) &&
+        !any(scatters & ~scatters_plainly(shader.kind, shader.flags)))
         return scatter_plainly(
             plain_interface(shader.kind, shader.color(kBaseColor), shader.row[kIor], s.x.side < 0.0f),
             valid_mirror_normal(s.point.normal, s.x.normal, s.point.view), s.point.view, fate & kFateLobes,
@@ -149,7 +151,8 @@ EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mas
 
 // Numbers in [0, 1) for a vertex' choices.
 EG_INLINE Float chain_random(UInt stream, int level, int which) {
-    const uint32_t place = hash(static_cast<uint32_t>(4 * level + (which & 3)) ^ (which < 4 ? 0x7f4a7c15u : 0x2545f491u));
+    const uint32_t place =
+        hash(static_cast<uint32_t>(4 * level + (which & 3)) ^ (which < 4 ? 0x7f4a7c15u : 0x2545f491u));
     return to_float(bits(hash(stream ^ splat(place)) >> 8)) * 5.9604645e-8f;
 }
 
@@ -198,7 +201,8 @@ EG_OUTLINE Int choose_fate(const SceneView& scene, const ChainSurface& s, Mask a
     PerfectLobes lobes;
     perfect_values(surface.bsdf, left, lobes);
     if (scene.followed_alpha > 0.0f)
-        followed_values(surface.bsdf, left, chain_random(stream, level, 4), chain_random(stream, level, 5), lobes);
+        followed_values(surface.bsdf, left, chain_random(stream, level, 4), chain_random(stream, level, 5),
+                        lobes);
     for (const Float& v : lobes.value) {
         sum = sum + v;
         count = count + select(v > 0.0f, splat(1.0f), 0.0f);

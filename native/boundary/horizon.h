@@ -156,8 +156,8 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     if (!any(cut.active)) return;
 
     const Int kinds = scene.lights.any_hidden ? light.visible_to : splat(-1);
-    const Vec3 f = brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed,
-                                      light.row < 0);
+    const Vec3 f =
+        brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed, light.row < 0);
     cut.active &= size_of(f) > 0.0f;
     light.active = cut.active;
     look_up_emission(scene, light, p.kind);
@@ -201,7 +201,8 @@ EG_INLINE ImageTask beyond_paths(const ImageTask& task) {
 // appended to the queue of `queued`, whose new length is returned.
 EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
                           const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
-                          const HorizonSide& side, const PathIndex& random, Workspace& work, int queued, HorizonCut& cut) {
+                          const HorizonSide& side, const PathIndex& random, Workspace& work, int queued,
+                          HorizonCut& cut) {
     const bool sky = task.lights && scene.has_environment;
     const Mask further = p.active & (p.segment + 1 < task.image.max_depth);
     if (!sky && !(task.surfaces && any(further))) return queued;
@@ -222,7 +223,8 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     open &= moves;
     if (!any(met | open)) return queued;
     const Int kinds = select(open, splat(scene.environment_mask), splat(kScatteredRays));
-    const Vec3 f = brought_at_horizon(scene, s, met | open, side, w, kinds, p.throughput, followed, splat(-1));
+    const Vec3 f =
+        brought_at_horizon(scene, s, met | open, side, w, kinds, p.throughput, followed, splat(-1));
     cut.active = (met | open) & (size_of(f) > 0.0f);
     cut.towards = w;
     cut.distance = select(met, y.distance, splat(__builtin_inff()));
@@ -274,7 +276,7 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     followed = followed * (s.shader.scale / probability);
     out.light = out.beyond = empty_cut(s.x);
     const HorizonSide side = pick_side(s, random);
-    if (task.lights && scene.lights.count > 0) 
+    if (task.lights && scene.lights.count > 0)
         cut_lights(scene, task, asked, p, followed, s, side, random, out.light);
     queued = cut_beyond(scene, task, asked, p, followed, s, side, random, work, queued, out.beyond);
     if (any(out.light.active)) keep_finite(task, p, out.light);

@@ -186,8 +186,8 @@ struct SeenLight {
 
 // Light that arrives along w at x, of the kinds `light_kinds` of scattering, is followed over `length` more
 // surfaces to the camera. `x_goes_on`: the camera's path is scattered once more behind x. Left out is what
-// followed lobes alone bring (boundary/specular.h), but for light `of_table` where the camera sees x: that has no
-// edges.
+// followed lobes alone bring (boundary/specular.h), but for light `of_table` where the camera sees x: that
+// has no edges.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
                                bool x_goes_on, Mask of_table) {
@@ -220,9 +220,9 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     const Int kind = splat(static_cast<int>(kCameraRay));
     const Int kinds = select(length == 0, light_kinds, splat(kScatteredRays));
     Vec3 followed = zero3();
-    Vec3 f = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
-                               x_goes_on ? task.aimed : 0.0f,
-                               scene.followed_alpha > 0.0f ? &followed : nullptr);
+    Vec3 f =
+        scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
+                          x_goes_on ? task.aimed : 0.0f, scene.followed_alpha > 0.0f ? &followed : nullptr);
     end.active &= largest_component(f) > 0.0f;
     seen.bounces = chain.bounces;
     const Mask counts = x_goes_on ? end.active : end.active & (length > 0);

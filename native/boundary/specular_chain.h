@@ -28,7 +28,7 @@ struct PicturePoint {
 struct ChainChoices {
     Int key[kMostChain], instance[kMostChain];  // of the vertices that it was chosen at
     Int leaf[kMostChain], fate[kMostChain];
-    Vec3 half[kMostChain];  // microfacets' normals, of followed lobes
+    Vec3 half[kMostChain];          // microfacets' normals, of followed lobes
     Float probability[kMostChain];  // of this vertex' choice
     Int lit;                        // the vertex that a light is looked at from; kMostChain: none
     ChainLight light;

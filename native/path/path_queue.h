@@ -22,10 +22,10 @@ struct PathPacket {
     Int vertex;       // surfaces met, passed ones included: which random numbers come next
     Int kind;         // RayKind
     Mask touched;     // recorded paths: it has met what has a derivative
-    Mask led;         // nothing but perfect and followed lobes has scattered it (shading/bsdf/followed_lobes.h)
-    Mask followed;    // the last of them was a followed one: lights of the table are not met by such rays
-    Mask final_ray;   // it brings light that it meets, and isn't scattered again
-    Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
+    Mask led;       // nothing but perfect and followed lobes has scattered it (shading/bsdf/followed_lobes.h)
+    Mask followed;  // the last of them was a followed one: lights of the table are not met by such rays
+    Mask final_ray;  // it brings light that it meets, and isn't scattered again
+    Int bounces;     // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
 
 constexpr int kVertexBits = 11, kSegmentBits = 11;

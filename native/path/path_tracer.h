@@ -196,7 +196,8 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
         surface.bsdf.glass.by_slope = vertex && work.vertices->geometry;
         if (vertex && scene.followed_alpha > 0.0f)
-            put(vertex->follows, part.active, follow_lobes(surface.bsdf, part.active & part.led, scene.followed_alpha));
+            put(vertex->follows, part.active,
+                follow_lobes(surface.bsdf, part.active & part.led, scene.followed_alpha));
         if (vertex && work.vertices->asked.lobes) {
             const AskedSurfaces& asked = work.vertices->asked;
             favour(surface.bsdf, part.active & asks(asked, shader.leaf), asked.lobes,

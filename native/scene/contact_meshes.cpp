@@ -40,14 +40,14 @@ bool jumps(const SceneTables& tables, size_t leaf) {
     });
 }
 
-int32_t flags_of(const SceneTables& tables, size_t material, float followed) {
+int32_t flags_of(const SceneTables& tables, size_t material) {
     int32_t flags = kContactFrom | kContactTo;
     const auto first = static_cast<size_t>(tables.material_first_leaf[material]),
                last = static_cast<size_t>(tables.material_first_leaf[material + 1]);
     for (size_t leaf = first; leaf < last; ++leaf) {
         if (jumps(tables, leaf)) flags &= ~kContactTo;
         if (tables.leaf_flags[leaf] & kHasNormalMap) flags |= kContactBent;
-        if (may_be_specular(tables, leaf, followed)) return 0;
+        if (may_be_specular(tables, leaf)) return 0;
     }
     return flags;
 }
@@ -70,7 +70,7 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
     const bool moves = asked.camera || asked.any_mesh_moves();
     if (!moves || view.face_held || (view.all_flags & kHasTransparency)) return {};
     std::vector<int32_t> materials(tables.material_first_leaf.size() - 1);
-    for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m, view.followed_alpha);
+    for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
     // Some lights turn with the points that they light, which at horizons ride (boundary/horizon.h).
     const bool turning = view.lights.kinds & kTurningLights;
     std::vector<int32_t> meshes(static_cast<size_t>(tables.visible_meshes), 0);

@@ -1,9 +1,9 @@
 """Noise of a derivative over the roughness of what moves: ``python -m tests.benchmarks.gloss_noise [--plot FILE]``.
 
-A ball of metal or of glass over a floor moves along x. What is printed is the standard deviation over seeds of the
-derivative's block means (8 x 8 pixels; root mean square over blocks) by roughness, for all terms together and for each
-by itself, and how far its largest value is above the larger one of both ends. ``--save`` writes the figures to a JSON
-file; ``--before`` takes such a file's as the dashed lines of the plot.
+A ball of metal or of glass, alone or over a floor, moves along x. What is printed is the standard deviation over seeds
+of the derivative's block means (8 x 8 pixels; root mean square over blocks) by roughness, for all terms together and
+for each by itself, and how far its largest value is above the larger one of both ends. ``--save`` writes the figures to
+a JSON file; ``--before`` takes such a file's as the dashed lines of the plot.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import pathlib
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,9 @@ SIZE, BLOCK, MAX_DEPTH = 16, 8, 5
 ROUGHNESS = (0.0, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2, 0.3, 0.5, 0.7, 1.0)
 TERMS = ("interior", "primary", "shadow", "indirect")
 BODIES = ("metal", "glass")
+# What is below it: nothing, a floor that gives light and scatters none, or one that the ball lights.
+FLOORS = ("none", "glowing", "matte")
+# What the ball is under.
 LIGHTS = ("sky", "image", "area", "sphere", "mesh", "point", "sun")
 
 
@@ -44,14 +48,13 @@ def body(kind: str, roughness: float) -> edgegrad.Material:
     return edgegrad.Material(np.array([0.9, 0.8, 0.6]), kind="GLOSSY", roughness=roughness)
 
 
-def scene(kind: str, roughness: float, light: str) -> edgegrad.Scene:
-    """A ball over a floor."""
+def scene(kind: str, roughness: float, light: str, floor: str) -> edgegrad.Scene:
+    """A ball, alone or over a floor."""
     vertices, faces = shapes.ball(3, 0.5)
-    meshes = {
-        "floor": rectangle((0, -0.6, 0), (0, 0, 3), (3, 0, 0), "floor"),
-        "ball": edgegrad.Mesh(vertices, faces, ("ball",), smoothing=faces),
-    }
-    materials = {"floor": matte(0.6, 0.4, 0.3), "ball": body(kind, roughness)}
+    meshes = {"ball": edgegrad.Mesh(vertices, faces, ("ball",), smoothing=faces)}
+    materials = {"floor": matte(0.6, 0.4, 0.3) if floor == "matte" else glowing(0.4), "ball": body(kind, roughness)}
+    if floor != "none":
+        meshes["floor"] = rectangle((0, -0.6, 0), (0, 0, 3), (3, 0, 0), "floor")
     place = np.array([0.8, 1.6, 0.9])
     world = edgegrad.World(np.full(3, 0.2))
     images: dict[str, edgegrad.Image] = {}
@@ -93,18 +96,19 @@ def noise(made: edgegrad.Scene, term: str, spp: int, seeds: int, what: str) -> f
     return float(np.sqrt(np.mean(np.var(blocks, axis=0, ddof=1))))
 
 
-def measure(lights: list[str], bodies: list[str], terms: list[str], spp: int, seeds: int, what: str) -> Figures:
+def measure(
+    lights: list[str], bodies: list[str], floors: list[str], terms: list[str], spp: int, seeds: int, what: str
+) -> Figures:
     """The noise over roughness, printed as it is found."""
     figures: Figures = {}
-    for light in lights:
-        for kind in bodies:
-            name = f"{kind}, {light}"
-            figures[name] = {}
-            for term in terms:
-                row = [noise(scene(kind, r, light), term, spp, seeds, what) for r in ROUGHNESS]
-                figures[name][term] = row
-                peak = max(row) / max(row[0], row[-1], 1e-30)
-                print(f"{name:>14} {term:>9}", *(f"{x:9.2e}" for x in row), f"peak {peak:.1f}", flush=True)
+    for light, floor, kind in product(lights, floors, bodies):
+        name = f"{kind}, {light}" + (f", {floor} floor" if floor != "none" else "")
+        figures[name] = {}
+        for term in terms:
+            row = [noise(scene(kind, r, light, floor), term, spp, seeds, what) for r in ROUGHNESS]
+            figures[name][term] = row
+            peak = max(row) / max(row[0], row[-1], 1e-30)
+            print(f"{name:>27} {term:>9}", *(f"{x:8.1e}" for x in row), f"peak {peak:.1f}", flush=True)
     return figures
 
 
@@ -130,7 +134,8 @@ def plot(figures: Figures, before: Figures, path: pathlib.Path) -> None:
 def main() -> None:
     """Measure, print, and plot what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--lights", nargs="+", choices=LIGHTS, default=["image", "area"])
+    parser.add_argument("--lights", nargs="+", choices=LIGHTS, default=["image"])
+    parser.add_argument("--floors", nargs="+", choices=FLOORS, default=["none", "glowing"])
     parser.add_argument("--bodies", nargs="+", choices=BODIES, default=list(BODIES))
     parser.add_argument("--terms", nargs="+", choices=("all", *TERMS), default=["all", *TERMS])
     parser.add_argument("--moves", default="ball", help="mesh that moves along x")
@@ -142,7 +147,7 @@ def main() -> None:
     args = parser.parse_args()
     if args.plot and "all" not in args.terms:
         parser.error("--plot draws all terms together: --terms must name 'all'")
-    figures = measure(args.lights, args.bodies, args.terms, args.spp, args.seeds, args.moves)
+    figures = measure(args.lights, args.bodies, args.floors, args.terms, args.spp, args.seeds, args.moves)
     if args.save:
         args.save.write_text(json.dumps({"roughness": ROUGHNESS, "noise": figures}))
     if args.plot:

@@ -5,8 +5,8 @@
 //   const BsdfSample s = sample(f, active, choice, u, v);
 //
 // `evaluate` gives the sum of all lobes but perfect and followed mirrors and interfaces, and the density of
-// `sample`, which picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or an
-// interface above it, is lost.
+// `sample`, which picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or
+// an interface above it, is lost.
 #pragma once
 
 #include "scene/view.h"
@@ -160,7 +160,8 @@ EG_INLINE void follow_sample(const Ggx& g, Mask m, Vec3 view, Float bound, Vec3 
                              Vec3 value, Direction& d) {
     if (!any(m)) return;
     const Float density = followed_density(g, view, bound, cosine);
-    d.value = select(m, value * (followed_light(g, view, w, d.transmitted, cosine) / max(density, 1e-20f)), d.value);
+    d.value = select(m, value * (followed_light(g, view, w, d.transmitted, cosine) / max(density, 1e-20f)),
+                     d.value);
     d.probability = select(m, d.probability * density, d.probability);
     d.half = select(m, h, d.half);
     d.followed |= m;
@@ -235,8 +236,10 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
                 done &= ~picked | s.found;
                 d.value = select(picked & s.perfect, s.value, d.value);
                 d.probability = select(picked, s.probability, d.probability);
-                const Mask followed = picked & f.glass.ggx.followed & ~(s.refracted & refracts_smoothly(f.glass));
-                follow_sample(f.glass.ggx, followed, f.view, splat(1.0f), s.w, s.h, dot(s.h, f.view), s.value, d);
+                const Mask followed =
+                    picked & f.glass.ggx.followed & ~(s.refracted & refracts_smoothly(f.glass));
+                follow_sample(f.glass.ggx, followed, f.view, splat(1.0f), s.w, s.h, dot(s.h, f.view), s.value,
+                              d);
                 d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
                 break;
             }

@@ -44,8 +44,7 @@ EG_INLINE void follow_none(Bsdf& f, Mask m) {
 
 // F aside, the light of h by D(h) dh, which goes to the side of `transmitted`.
 EG_INLINE Float followed_light(const Ggx& g, Vec3 view, Vec3 w, Mask transmitted, Float cosine) {
-    const Mask counts =
-        (view.z > 0.0f) & (cosine > 0.0f) & select(transmitted, w.z < 0.0f, w.z > 0.0f);
+    const Mask counts = (view.z > 0.0f) & (cosine > 0.0f) & select(transmitted, w.z < 0.0f, w.z > 0.0f);
     return select(counts, cosine / (max(view.z, 1e-20f) * (1.0f + g.masking + ggx_lambda(g, w))), 0.0f);
 }
 

@@ -112,9 +112,9 @@ EG_INLINE InterfaceSample sample_interface(const Interface& g, Vec3 view, Float 
     const Float cosine = dot(h, view);
     Split s = split_light(g, cosine);
     if (g.by_slope)
-        s.reflect_probability = select(
-            is_perfect(g.ggx), reflect_by_slope(s.reflect_probability, g.eta, cosine, s.cosine),
-            s.reflect_probability);
+        s.reflect_probability =
+            select(is_perfect(g.ggx), reflect_by_slope(s.reflect_probability, g.eta, cosine, s.cosine),
+                   s.reflect_probability);
     InterfaceSample r;
     r.found = average(s.reflected + s.transmitted) > 0.0f;
     r.refracted = choice >= s.reflect_probability;

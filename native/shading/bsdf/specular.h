@@ -15,7 +15,8 @@ struct Specular {
 EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h, Vec3& w, Vec3& value) {
     const auto of = [&](Lobe k) { return lobe == splat(static_cast<int>(k)); };
     const auto put = [&](const Ggx& g, Mask m, Vec3 view, Vec3 way, Mask through, Float cosine, Vec3 color) {
-        value = select(m, color * (followed_light(g, view, way, through, cosine) * relative_density(g, h)), value);
+        value = select(m, color * (followed_light(g, view, way, through, cosine) * relative_density(g, h)),
+                       value);
     };
     const auto mirror = [&](const Reflection& r, Mask m, Vec3 view, bool turns) {
         if (!any(m)) return;
@@ -24,7 +25,8 @@ EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 
         put(r.ggx, m, view, way, splat(0), cosine, reflectance(r, cosine));
         w = select(m, turns ? turned_back(f, way) : way, w);
     };
-    if (f.any_lobe[kMirrorLobe]) mirror(f.mirror, of(kMirrorLobe) & f.mirror.ggx.followed, f.turned_view, true);
+    if (f.any_lobe[kMirrorLobe])
+        mirror(f.mirror, of(kMirrorLobe) & f.mirror.ggx.followed, f.turned_view, true);
     if (f.any_lobe[kCoatLobe]) mirror(f.coat, of(kCoatLobe) & f.coat.ggx.followed, f.view, false);
     if (!f.any_lobe[kInterfaceLobe]) return;
     const Mask glass =
@@ -34,7 +36,8 @@ EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 
     const Split s = split_light(f.glass, cosine);
     const Vec3 through = h * (cosine / f.glass.eta - s.cosine) - f.view * (1.0f / f.glass.eta);
     const Vec3 way = select(transmitted, through, h * (2.0f * cosine) - f.view);
-    put(f.glass.ggx, glass, f.view, way, transmitted, cosine, select(transmitted, s.transmitted, s.reflected));
+    put(f.glass.ggx, glass, f.view, way, transmitted, cosine,
+        select(transmitted, s.transmitted, s.reflected));
     w = select(glass, way, w);
 }
 

@@ -26,7 +26,7 @@ _SMOOTH = 4e-3
 _AIMED, _WEAK_GLOSS = 0.25, 0.25
 # Up to which alpha lobes are followed as perfect ones are, where meshes give light and elsewhere
 # (native/following.cpp).
-_FOLLOWED_BY_EMITTERS, _FOLLOWED = 0.0205, 0.0405
+_FOLLOWED_BY_EMITTERS, _FOLLOWED = 0.0205, 0.0905
 # Most surfaces that a chain of mirrors and glass meets (native/boundary/scan_task.h).
 _LONGEST = 16
 

@@ -12,7 +12,7 @@ namespace {
 
 // Wider lobes have less noise as they are: edges are looked for along them (boundary/aimed.h), where scan
 // lines find them by chance, and emissive meshes are sampled. Of scenes with such meshes and without.
-constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = 0.0405f;
+constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = 0.0905f;
 
 // Lights of the table alone move nothing that followed lobes see.
 bool moves(const Asked& asked) { return asked.camera || asked.rotation || asked.any_mesh_moves(); }

@@ -272,7 +272,7 @@ def test_samples_from_edges_and_from_the_camera_agree(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["two bounces", "edge behind rough glass", "camera and metal", "edge in nearly smooth metal",
+    ["two bounces", "edge behind rough glass", "camera and metal", "edge in rough metal",
      "bounces in nearly smooth metal"],
 )  # fmt: skip
 def test_modes_are_transposes(name: str) -> None:

@@ -199,7 +199,7 @@ CASES: dict[str, Case] = {
     "instances": Case(moving(instanced, "box", BOX)),
     "edge in rougher metal": Case(moving(lambda: mirrored_edge(0.3), "box", (1.0, 0.5, 0.3))),
     "edge in rough metal": Case(moving(lambda: mirrored_edge(0.1), "box", (1.0, 0.5, 0.3)), quick=True),
-    "edge in nearly smooth metal": Case(moving(lambda: mirrored_edge(0.02), "box", (1.0, 0.5, 0.3))),
+    "edge in nearly smooth metal": Case(moving(lambda: mirrored_edge(0.03), "box", (1.0, 0.5, 0.3))),
     "metal that moves": Case(moving(lambda: mirrored_edge(0.1), "floor", (0.3, 1.0, 0.2)), "meshes.floor.vertices"),
     "camera and metal": Case(moving_camera(lambda: mirrored_edge(0.2), (0.5, 0.4, -1.0)), "camera.to_world"),
     "bounces in nearly smooth metal": Case(

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from . import parameters
-from .light import AreaLight, PointLight
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .light_table import LEAST_BLEND
 from .material import Material, Mixture
 from .material_table import GLOSSY, REFRACTION, flags
 from .scene import Scene
@@ -24,6 +25,9 @@ _SMOOTH = 4e-3
 # Up to which alpha (roughness squared) lobes are the aimed estimator's (native/boundary/aimed_lobes.h), and what
 # part of that of glosses over diffuse bases.
 _AIMED, _WEAK_GLOSS = 0.25, 0.25
+# Up to which alpha lobes are followed as perfect ones are, where meshes give light and elsewhere
+# (native/following.cpp).
+_FOLLOWED_BY_EMITTERS, _FOLLOWED = 0.0205, 0.0905
 # Most surfaces that a chain of mirrors and glass meets (native/boundary/scan_task.h).
 _LONGEST = 16
 
@@ -43,6 +47,33 @@ def may_be_specular(leaf: Material) -> bool:
 
 def _may_be_smooth(leaf: Material, field: str) -> bool:
     return field in leaf.textures or getattr(leaf, field) < _SMOOTH
+
+
+def followed_materials(scene: Scene) -> list[str]:
+    """Names of the materials of some mesh with lobes so narrow that they are followed as mirrors and smooth glass are.
+
+    Surfaces that pass through each other or through lights, which the engine looks for, keep them from it.
+    """
+    widest = _FOLLOWED_BY_EMITTERS if scene.emitters else _FOLLOWED
+    names = _used(scene, lambda leaf: _may_be_followed(leaf, widest))
+    if not names:
+        return []
+    textured = any(leaf.textures for name in scene.used_materials for leaf in scene.leaves(name))
+    smooth = any(mesh.smoothing is not None for mesh in scene.meshes.values())
+    return [] if textured or any(_jumps(light, smooth) for light in scene.lights.values()) else names
+
+
+def _may_be_followed(leaf: Material, widest: float) -> bool:
+    if leaf.kind in ("REFRACTION", "DISNEY", "SHEEN") or not flags(leaf) & (GLOSSY | REFRACTION):
+        return False
+    coat = leaf.kind == "PRINCIPLED" and leaf.coat_weight > 0.0
+    return 0.0 < leaf.roughness**2 <= widest or (coat and 0.0 < leaf.coat_roughness**2 <= widest)
+
+
+def _jumps(light: Light, smooth: bool) -> bool:
+    """Whether a light ends within faces: a spot without blend, or one without size that smooth faces turn from."""
+    sized = isinstance(light, AreaLight) or (light.angle > 0.0 if isinstance(light, SunLight) else light.radius > 0.0)
+    return (smooth and not sized) or (isinstance(light, SpotLight) and light.blend < LEAST_BLEND)
 
 
 def aimed_materials(scene: Scene) -> list[str]:
@@ -76,40 +107,59 @@ def sharp_lobe(leaf: Material, widest: float) -> bool:
 
 def specular_rule(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:
     """What is computed of edges seen in mirrors and through glass; None: there is nothing of the kind."""
-    materials = specular_materials(scene)
-    if not materials or max_depth < 2 or not (moves.meshes or moves.camera or bends_rays(scene, wrt)):
+    if max_depth < 2 or not (moves.meshes or moves.camera or bends_rays(scene, wrt)):
         return None
-    return f"besides: all edges that the camera sees by mirrors and smooth glass ({listed(materials)})"
+    seen = _shown_by(scene, moves)
+    return f"besides: all edges that the camera sees by {seen}" if seen else None
 
 
 def mirrored_shadows(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:
     """What is computed of edges of shadows seen in mirrors and through glass; None: there is nothing of the kind."""
-    materials = specular_materials(scene)
+    seen = _shown_by(scene, moves)
     # By the camera's ray, the mirror's, and that of the light.
-    return _seen_by(materials) if materials and max_depth > 2 and (moves.any or bends_rays(scene, wrt)) else None
+    return _seen_by(seen) if seen and max_depth > 2 and (moves.any or bends_rays(scene, wrt)) else None
 
 
 def mirrored_light(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:
     """The same of edges between a surface seen in mirrors and through glass and others that light it."""
-    materials = specular_materials(scene)
+    seen = _shown_by(scene, moves)
     moved = bool(moves.meshes or moves.camera) or bends_rays(scene, wrt)
-    return _seen_by(materials) if materials and max_depth > 3 and moved else None
+    return _seen_by(seen) if seen and max_depth > 3 and moved else None
 
 
-def _seen_by(materials: list[str]) -> str:
-    return f"besides: those that the camera sees by mirrors and smooth glass ({listed(materials)})"
+def _followed(scene: Scene, moves: Motion) -> list[str]:
+    return followed_materials(scene) if moves.meshes or moves.camera or moves.sky else []
+
+
+def _shown_by(scene: Scene, moves: Motion) -> str:
+    """By what the camera sees what scan lines find, in words."""
+    smooth, followed = specular_materials(scene), _followed(scene, moves)
+    words = [f"mirrors and smooth glass ({listed(smooth)})"] if smooth else []
+    if followed:
+        words.append(f"lobes nearly as narrow ({listed(followed)}), where no surfaces pass through others or lights")
+    return " and ".join(words)
+
+
+def _seen_by(words: str) -> str:
+    return f"besides: those that the camera sees by {words}"
 
 
 def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> Iterator[str]:
     """Sentences on what the camera may see in mirrors and through glass that has no derivative as it moves."""
     if specular_rule(scene, moves, wrt, max_depth) is None:
         return
+    smooth, followed = specular_materials(scene), _followed(scene, moves)
+    if followed:
+        yield (f"seen in lobes nearly as narrow as a mirror's ({', '.join(followed)}): what is thinner than a quarter "
+               "of a pixel in the picture may be missed")
+    if not smooth:
+        return
     yield ("seen in mirrors and through smooth glass: what is thinner than a quarter of a pixel in the picture may be "
            "missed; left out are lines where surfaces pass through each other or through lights, seams of textures "
            "inside of smooth surfaces, borders of spots without blend, and where faces of smooth-shaded meshes turn "
            "away from lights without size"
            + (f", and what chains of more than {_LONGEST} surfaces show" if max_depth > _LONGEST else ""))
-    clear = [name for name in specular_materials(scene)
+    clear = [name for name in smooth
              if any(leaf.kind == "REFRACTION" and may_be_specular(leaf) for leaf in scene.leaves(name))]
     if clear:
         yield f"where Refraction shaders stop to let light through, since it is reflected totally ({listed(clear)})"

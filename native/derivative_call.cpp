@@ -5,6 +5,7 @@
 
 #include "boundary/solids.h"
 #include "curve_terms.h"
+#include "following.h"
 #include "interior_rules.h"
 #include "passed_leaves.h"
 
@@ -104,7 +105,8 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       asked(asked_for(wanted)),
       geometry(wanted.geometry() || moves_chains(e.tables_, wanted)),
       lights(e.lights_for(wanted)),
-      prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), lights),
+      prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), lights,
+               options.max_depth > 1 ? e.follow(asked, sides, lights) : 0.0f),
       scene(prepared.view()),
       plan(interior_plan(of_term(options, learned, kInteriorTerm))),
       horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
@@ -259,6 +261,13 @@ ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) co
                           (wanted.any("leaf_params") && (wanted.span("leaf_params").columns & values) != 0);
     const ImagePlan own(scene.camera, options, kRecordedPaths);
     return pictures ? own : own.sharing();
+}
+
+float Engine::follow(const Asked& asked, const std::vector<int8_t>& sides,
+                     const std::shared_ptr<const LightList>& lights) const {
+    const auto faces = normals();
+    return followed_alpha({tables_, sides.data(), closed_, faces->data(), kernels_, threads_, lights, kept_},
+                          asked);
 }
 
 std::shared_ptr<const LightList> Engine::lights_for(const Wanted& wanted) const {

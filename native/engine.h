@@ -112,6 +112,9 @@ class Engine {
     int threads_;
     // Made when a call first asks for them, and kept until values or vertices change.
     std::shared_ptr<const LightList> lights(bool dark_too = false) const;
+    // The alpha up to which derivatives follow lobes (following.h).
+    float follow(const Asked& asked, const std::vector<int8_t>& sides,
+                 const std::shared_ptr<const LightList>& lights) const;
     // Those that derivatives sample.
     std::shared_ptr<const LightList> lights_for(const Wanted& wanted) const;
     mutable std::mutex made_lock_;

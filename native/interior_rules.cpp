@@ -47,7 +47,8 @@ bool is_black(const SceneView& scene, int32_t material) {
 // Black meshes whose light holds its direction on all surfaces (shading/held_light.h) change nothing inside
 // of their outlines. Behind mirrors and smooth glass it doesn't.
 bool only_outlines_move(const SceneView& scene, const SceneTables& tables, const Wanted& wanted) {
-    if (!scene.face_held || !asks_only(wanted, {"vertices", "normals"}) || may_be_specular(tables))
+    if (!scene.face_held || !asks_only(wanted, {"vertices", "normals"}) ||
+        may_be_specular(tables, scene.followed_alpha))
         return false;
     std::vector<uint8_t> rides(tables.material_first_leaf.size() - 1);
     for (size_t m = 0; m < rides.size(); ++m) {

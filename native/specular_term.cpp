@@ -59,7 +59,7 @@ std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Scene
                         (moves || wanted.moves_lights() || wanted.any("environment_rotation"));
     // One that a surface lights by another takes one more.
     const bool surfaces = options.indirect && options.max_depth >= 4 && moves;
-    if (!(edges || lights || surfaces) || !may_be_specular(tables)) return std::nullopt;
+    if (!(edges || lights || surfaces) || !may_be_specular(tables, scene.followed_alpha)) return std::nullopt;
     const FilmRectangle film = specular_bounds(scene, tables);
     if (film.empty()) return std::nullopt;
     return SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film,

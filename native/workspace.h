@@ -67,7 +67,7 @@ class ChainWorkspace {
     ChainCrossings& view(const CameraSamples& camera) {
         if (memory_.empty()) {
             constexpr size_t row = kBlockPaths / 2 + 2 * kMaxWidth;
-            memory_.resize((7 * kMostChain + 40) * row);
+            memory_.resize((10 * kMostChain + 40) * row);
             float* next = memory_.data();
             const auto take = [&](auto*& p) {
                 p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
@@ -77,7 +77,7 @@ class ChainWorkspace {
             take(c.segment), take(c.horizontal), take(c.length), take(c.parted);
             for (auto* v : {&c.face, &c.mesh, &c.instance, &c.leaf, &c.fate})
                 for (int32_t*& p : *v) take(p);
-            for (auto* v : {&c.b1, &c.b2})
+            for (auto* v : {&c.b1, &c.b2, &c.half[0], &c.half[1], &c.half[2]})
                 for (float*& p : *v) take(p);
             take(c.edge), take(c.edge_instance), take(c.u), take(c.weight), take(c.seen);
             for (auto* v : {&c.from, &c.jump, &c.by_point, &c.by_direction, &c.direction})

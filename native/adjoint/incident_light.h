@@ -49,7 +49,8 @@ struct Scattering {
     Mask light, sky, next;
     Mask last;      // of `next`: where nothing but the environment could be met
     Mask veiled;    // of `last`: behind surfaces that let light through
-    Mask specular;  // not of `next`: the ray goes on from a perfect lobe, its value is next_value
+    Mask specular;  // not of `next`: the ray goes on from a perfect or followed lobe, its value is next_value
+    Mask of_table;  // of `light`
     Mask held;      // where the same ray brings light of a direction that stays besides
     Int light_visible_to;
     Vec3 light_w, sky_w, next_w, held_w;
@@ -87,6 +88,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     const Int light_face = load(v.light_face), light_row = load(v.light_row);
     const Mask from_face = stays & (light_face >= 0), from_row = stays & (light_row >= 0);
     s.light = from_face | from_row;
+    s.of_table = from_row;
     s.light_visible_to = load(v.light_visible_to);
     s.light_w = s.sky_w = load3(v.direction), s.light_value = s.sky_value = zero3();
     s.held = s.veiled = splat(0);

@@ -6,7 +6,8 @@
 // with everything random held fixed: densities, weights of multiple importance sampling, roulette,
 // visibility, and the light L' that arrives by the ray that goes on (its own derivative is that of the next
 // vertex). What moves (derivations, section 1; shared design, formulation 1 and 2):
-// - the first hit, and every hit after a specular vertex, slides along its ray;
+// - the first hit, and every hit after a specular vertex, slides along its ray; so does what a followed lobe
+//   shows, whose microfacet's normal is held (shading/bsdf/followed_lobes.h);
 // - every other vertex, and samples of lights, ride on their triangles at fixed places, and the measure
 //   |w.M|/r^2 that replaces a solid angle is differentiated with f (material form);
 // - surfaces that let a ray through are met where it goes from one such place to the next;
@@ -61,9 +62,8 @@ EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, 
     Vec3 sum = zero3();
     const Mask light = active & s.light, sky = active & s.sky, next = active & s.next;
     if (any(light)) {
-        const Vec3 f = scene.lights.any_hidden
-                           ? surface.evaluate_for(s.light_visible_to, light, s.light_w).value
-                           : surface.evaluate(light, s.light_w).value;
+        const Vec3 f =
+            scattered_light(scene, surface, s.light_visible_to, light, s.of_table, s.light_w).value;
         sum = select(light, f * s.light_value, sum);
     }
     if (any(sky)) sum = sum + select(sky, surface.evaluate(sky, s.sky_w).value * s.sky_value, zero3());
@@ -183,7 +183,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         out.light = select(missed, environment_radiance(scene, towards) * sky_weight, out.light);
     }
     if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(slides))
-        out.light = out.light + lights_met(scene, v, slides, arrival.from, direction);
+        out.light =
+            out.light + lights_met(scene, v, slides & ~load(v.arrives_followed), arrival.from, direction);
     if (!any(hit)) return out;
 
     // The surface, and the view from where the ray came.
@@ -239,23 +240,27 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     const Mask others = stays & ~lambertian, perfect = others & s.specular;
     const bool scatters = any(others & (s.light | s.sky | s.next));
-    if (!scatters && any(perfect) && !(scene.all_flags & kHasNormalMap) &&
+    const Int follows = select(others, load(v.follows), splat(0));
+    const Mask followed = perfect & ((follows >> load(v.lobe) & 1) != 0);
+    if (!scatters && !any(followed) && any(perfect) && !(scene.all_flags & kHasNormalMap) &&
         plainly_specular(shader, perfect)) {
         const Specular mirrored =
             plain_specular(perfect, x, view, shader, normal, load(v.lobe), load(v.transmitted));
         reflected = select(perfect, mirrored.value * s.next_value, reflected);
         out.direction = mirrored.wi;
     } else if (scatters || any(perfect)) {
-        const ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
+        ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
         const Mask rim = others & load(v.rim);
-        reflected = reflected + scattered(scene, surface, others & ~rim, s);
         if (any(rim)) reflected = reflected + scattered(scene, RimOfSurface{surface}, rim, s);
+        follow_lobes(surface.bsdf, follows);
+        reflected = reflected + scattered(scene, surface, others & ~rim, s);
         if (any(perfect)) {
-            const Specular mirrored = scatter_specular(surface.bsdf, load(v.lobe), load(v.transmitted));
+            const Specular mirrored =
+                scatter_specular(surface.bsdf, load(v.lobe), load(v.transmitted), followed, load3(v.half));
             Vec3 value = mirrored.value;
             if (surface.smooth)
                 value = value * bump_shadowing(*surface.smooth, normal, mirrored.wi, surface.diffuse);
-            reflected = select(perfect, value * s.next_value, reflected);
+            reflected = reflected + select(perfect, value * s.next_value, zero3());
             out.direction = mirrored.wi;
         }
     }

@@ -53,13 +53,15 @@ struct AimedSurface {
     Lambertian flat;
     ShadedSurface rest;
 
-    EG_INLINE AimedSurface(const SceneView& scene, const ScatteringPoint& s, Mask active)
+    // In lanes of `without` but for lobes that may be followed.
+    EG_INLINE AimedSurface(const SceneView& scene, const ScatteringPoint& s, Mask active, Mask without)
         : at(s),
           lambertian(active & has(s.shader, kLambertian)),
           others(active & ~lambertian),
           flat{s.normal, s.x.normal, s.shader.color(kBaseColor),
                scene.all_flags & kHasNormalMap ? &s.point.normal : nullptr} {
         if (any(others)) rest = shaded_surface(scene, others, s.x, s.point, s.shader, s.normal);
+        if (any(others & without)) follow_lobes(rest.bsdf, others & without, scene.followed_alpha);
     }
     // f |n_s . w| towards light from w, of lobes that scatter `kinds` (bits 1 << RayKind).
     EG_INLINE Vec3 evaluate(Mask m, Vec3 w, Int kinds) const {
@@ -251,6 +253,13 @@ EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTas
     return w;
 }
 
+// Leaves out what followed lobes alone bring to surfaces that the camera doesn't see (boundary/specular.h).
+EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, PathPacket& path) {
+    if (!(scene.followed_alpha > 0.0f)) return;
+    path.throughput = select(seen, path.throughput, without_followed(path.throughput, followed));
+    path.active &= largest_component(path.throughput) > 0.0f;
+}
+
 // The edge that x's lobes see, one of `candidates`, as that of the segment and of its piece; its value.
 EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x, const AimedSurface& surface,
                            Int kinds, const PathIndex& walk, Int vertex, int candidates, PieceSample& p,
@@ -279,13 +288,15 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
     PathPacket& path = begun.path;
     const ImageTask walks = aimed_paths(task);
     if (scene.mesh_contact) begin_held_chain(scene, path.active, begun.length, s.held);
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.held);
+    Vec3 followed;
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.held, &followed);
+    leave_followed(scene, s.slides, followed, path);
     if (!any(path.active)) return queued;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     const Int kinds = select(s.slides, aimed_kinds(x.shader, task.aimed), splat(kScatteredRays));
     s.active = x.x.active & (kinds != 0);
     if (!any(s.active)) return queued;
-    const AimedSurface surface(scene, x, s.active);
+    const AimedSurface surface(scene, x, s.active, s.slides);
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value = aim_segment(task, x, surface, kinds, walk, path.vertex, kAimedCandidates, p, s);
     if (!any(s.active)) return queued;

@@ -36,9 +36,10 @@ EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const Surface
 
 // f |n_s . w| / |n . w| of light from w that x scatters by `shader` towards point.view (unit, both from x),
 // on whose side x's normal is: by the picture's own BSDF, times the share that isn't let through.
-// `light_kinds`: bits 1 << RayKind of the scattering that the light is seen through.
+// `light_kinds`: bits 1 << RayKind of the scattering that the light is seen through. In lanes of `without`
+// the lobes that may be followed are left out.
 EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
-                             const Shader& shader, Vec3 w, Int light_kinds) {
+                             const Shader& shader, Vec3 w, Int light_kinds, Mask without = splat(0)) {
     const Vec3 normal = shading_normal(scene, x.active, shader, point);
     const bool all_kinds = !any((light_kinds & kScatteredRays) != kScatteredRays);
     const auto evaluate = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
@@ -54,7 +55,8 @@ EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, cons
         value = select(lit, evaluate(surface, lit), value);
     }
     if (any(others)) {
-        const ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
+        ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
+        if (any(without)) follow_lobes(surface.bsdf, others & without, scene.followed_alpha);
         const Mask reached = others & (surface.both_sides() | (above > 0.0f));
         value = select(reached, evaluate(surface, reached), value);
         lit |= reached;
@@ -67,13 +69,31 @@ EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, cons
     return select(lit, value * scale, zero3());
 }
 
+// The part of it that followed lobes scatter.
+EG_INLINE Vec3 followed_part(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
+                             const Shader& shader, Vec3 w, Int light_kinds, Vec3 all) {
+    return all - scattered_by(scene, x, point, shader, w, light_kinds, splat(-1));
+}
+
 // The same towards a ray of `kind`, with one of the material's shaders picked by `choice`; without the lobes
-// that are the aimed estimator's.
+// that are the aimed estimator's. `followed`, if not null: the part of followed lobes.
 EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
-                                 Int light_kinds, Float choice, float aimed = 0.0f) {
+                                 Int light_kinds, Float choice, float aimed = 0.0f,
+                                 Vec3* followed = nullptr) {
     const TexturePoint point = texture_point(scene, x, view, kind);
     const Shader shader = surface_shader(scene, x, point, choice);
-    return scattered_by(scene, x, point, shader, w, light_kinds & ~aimed_kinds(shader, aimed));
+    const Int kinds = light_kinds & ~aimed_kinds(shader, aimed);
+    const Vec3 all = scattered_by(scene, x, point, shader, w, kinds);
+    if (followed) *followed = followed_part(scene, x, point, shader, w, kinds, all);
+    return all;
+}
+
+// What `all` leaves of the light that chains of followed lobes alone bring, which scan lines find
+// (boundary/specular.h): nothing but rounding where they bring all of it.
+EG_INLINE Vec3 without_followed(Vec3 all, Vec3 followed) {
+    constexpr float kRounding = 1e-5f;
+    const auto rest = [&](Float a, Float b) { return select(a - b > kRounding * a, a - b, splat(0.0f)); };
+    return {rest(all.x, followed.x), rest(all.y, followed.y), rest(all.z, followed.z)};
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -15,15 +15,17 @@ struct ScatteringPoint {
     Vec3 normal;      // shading normal, on the viewer's side
     Mask both_sides;  // light that falls on its back matters
 
-    // f |cos| of light from w, for what kinds of scattering (bits 1 << RayKind) see of it.
-    EG_INLINE Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds) const {
+    // f |cos| of light from w, for what kinds of scattering (bits 1 << RayKind) see of it; in lanes of
+    // `without` but for lobes that may be followed.
+    EG_INLINE Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
+                            Mask without = splat(0)) const {
         const bool all_kinds = !any(active & ((kinds & kScatteredRays) != kScatteredRays));
         Vec3 value = zero3();
         const auto add = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
             const Vec3 f = all_kinds ? surface.evaluate(m, w).value : surface.evaluate_for(kinds, m, w).value;
             value = select(m, f, value);
         };
-        visit(scene, active, add);
+        visit(scene, active, add, without);
         return value;
     }
     // Density with which `sample` finds w.
@@ -56,13 +58,17 @@ struct ScatteringPoint {
  private:
     // visit_surface(surface, mask) for Lambertian lanes and for the others.
     template <typename Visit>
-    EG_INLINE void visit(const SceneView& scene, Mask active, const Visit& visit_surface) const {
+    EG_INLINE void visit(const SceneView& scene, Mask active, const Visit& visit_surface,
+                         Mask without = splat(0)) const {
         const Mask lambertian = active & has(shader, kLambertian), others = active & ~lambertian;
         if (any(lambertian)) {
             const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
             visit_surface(Lambertian{normal, x.normal, shader.color(kBaseColor), smooth}, lambertian);
         }
-        if (any(others)) visit_surface(shaded_surface(scene, others, x, point, shader, normal), others);
+        if (!any(others)) return;
+        ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
+        if (any(others & without)) follow_lobes(surface.bsdf, others & without, scene.followed_alpha);
+        visit_surface(surface, others);
     }
 };
 
@@ -93,9 +99,13 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
 // Follows paths from their first hits to the surfaces on which their segments with the numbers `target` end;
 // lanes that don't get there, or aren't scattered there, become inactive. Surfaces that let light pass are
 // passed by chance. `aimed`, if above 0: from the camera's surface only by the aimed estimator's lobes, and
-// nowhere by perfect ones. `held`: the surfaces on their way, where light is held.
+// nowhere by perfect ones. `held`: the surfaces on their way, where light is held. `followed`, if not null:
+// of the throughput what perfect and followed lobes alone bring.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
-                                  Int target, float aimed = 0.0f, HeldChain* held = nullptr) {
+                                  Int target, float aimed = 0.0f, HeldChain* held = nullptr,
+                                  Vec3* followed = nullptr) {
+    if (followed) *followed = p.throughput;
+    const bool follows = followed && scene.followed_alpha > 0.0f;
     const bool clear = scene.all_flags & kHasTransparency;
     Mask walking = p.active & hit.hit, arrived = splat(0);
     while (true) {
@@ -121,6 +131,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             walking &= ~pass | (bounce_count(p.bounces, kind) < task.limits.transparent);
             p.bounces = add_bounce(p.bounces, walking & pass, kind);
             p.throughput = select(walking & pass, p.throughput * color * s.shader.scale, p.throughput);
+            if (follows) *followed = select(walking & pass, *followed * color * s.shader.scale, *followed);
             p.origin = select(walking & pass, leave_surface(s.x, p.direction), p.origin);
         }
         const Mask scattered = walking & ~pass;
@@ -133,9 +144,16 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             const Mask goes = scattered & next.active & ~next_is_final(task, p, next.ray_kind);
             walking &= pass | goes;
             Vec3 weight = next.weight;
+            Int kinds = splat(kScatteredRays);
             if (aimed > 0.0f) {
-                const Int kinds = select(p.segment == 1, aimed_kinds(s.shader, aimed), splat(kScatteredRays));
+                kinds = select(p.segment == 1, aimed_kinds(s.shader, aimed), kinds);
                 weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
+            }
+            if (follows) {
+                const Vec3 rest = s.evaluate(scene, goes & ~next.specular, next.wi, kinds, splat(-1)) *
+                                  (1.0f / max(next.pdf, 1e-20f));
+                const Vec3 part = select(next.specular, weight, weight - rest);
+                *followed = select(goes, *followed * part * s.shader.scale, *followed);
             }
             p.throughput = select(goes, p.throughput * weight * s.shader.scale, p.throughput);
             p.origin = select(goes, leave_surface(s.x, next.wi), p.origin);

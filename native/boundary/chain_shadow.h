@@ -91,7 +91,9 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const Vec3 w = way.light.w;
     lit &= scatters.both_sides | (dot(x.normal, w) > 0.0f);
     if (!any(lit)) return lit;
-    Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to) *
+    // Followed lobes find all but lights of the table by the chain itself.
+    const Mask without = scene.followed_alpha > 0.0f ? light.row < 0 : splat(0);
+    Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to, without) *
                  radiance_of(scene, lit, light, way.light, x.mesh, kind) *
                  (sigma * way.light.measure / light.density);
     lit &= largest_component(value) > 0.0f;

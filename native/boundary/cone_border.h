@@ -98,7 +98,8 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     s.active &= moves;
     if (!any(s.active)) return out;
     s.sweep = normal * (1.0f / max(s.reach, 1e-30f));
-    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, o, length, links.visible_to, false);
+    const SeenLight seen =
+        see_light(scene, task, p, s.active, lit.hit, o, length, links.visible_to, false, splat(-1));
     s.active = seen.active;
     s.view = seen.view;
     if (scene.mesh_contact) s.held = seen.held;

@@ -81,7 +81,9 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     PathPacket& path = begun.path;
     s.distance = splat(__builtin_inff());
     const ImageTask walks = outline_paths(task);
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1);
+    Vec3 followed;
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, nullptr, &followed);
+    leave_followed(scene, s.slides, followed, path);
     // Behind perfect mirrors and smooth glass points of light ride.
     path.active &= s.slides | (path.pdf > 0.0f);
     if (!any(path.active)) return s;
@@ -91,7 +93,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     s.active &= s.view.active;
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
-    const AimedSurface surface(scene, x, s.active);
+    const AimedSurface surface(scene, x, s.active, s.slides);
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value =
         aim_segment(task, x, surface, splat(kScatteredRays), walk, path.vertex, kOutlineCandidates, p, s);

@@ -83,8 +83,23 @@ EG_INLINE HorizonSide pick_side(const ScatteringPoint& s, const PathIndex& rando
 
 // f |n_s . w| on that side, of its sign.
 EG_OUTLINE Vec3 scattered_at_horizon(const SceneView& scene, const ScatteringPoint& s, Mask active,
-                                     const HorizonSide& side, Vec3 w, Int kinds) {
-    return s.evaluate(scene, active, w + side.normal * splat(1e-4f), kinds) * side.weight;
+                                     const HorizonSide& side, Vec3 w, Int kinds, Mask without = splat(0)) {
+    return s.evaluate(scene, active, w + side.normal * splat(1e-4f), kinds, without) * side.weight;
+}
+
+// The same times the path's throughput; in lanes of `left_out` without what followed lobes alone bring, of
+// `followed` throughput: that is the specular boundary's (boundary/chain_horizon.h).
+EG_INLINE Vec3 brought_at_horizon(const SceneView& scene, const ScatteringPoint& s, Mask active,
+                                  const HorizonSide& side, Vec3 w, Int kinds, Vec3 throughput, Vec3 followed,
+                                  Mask left_out) {
+    const Vec3 f = scattered_at_horizon(scene, s, active, side, w, kinds), all = f * throughput;
+    left_out &= active;
+    if (!(scene.followed_alpha > 0.0f) || !any(left_out)) return all;
+    const Vec3 part = f - scattered_at_horizon(scene, s, left_out, side, w, kinds, splat(-1));
+    // f has the sign of the side.
+    const Vec3 rest = without_followed(all * side.weight, followed * part * side.weight) *
+                      (1.0f / (side.weight * side.weight));
+    return select(left_out, rest * side.weight, all);
 }
 
 EG_INLINE HorizonCut empty_cut(const SurfacePoint& x) {
@@ -116,8 +131,8 @@ EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, Horizon
 
 // Light of the scene's lights.
 EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
-                           const PathPacket& p, const ScatteringPoint& s, const HorizonSide& side,
-                           const PathIndex& random, HorizonCut& cut) {
+                           const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
+                           const HorizonSide& side, const PathIndex& random, HorizonCut& cut) {
     Float u, unused;
     sobol_pair(random.stream, random.sample, kPairLight, u, unused);
     LightSample light = sample_light_arc(scene, p.active, s.x.position, s.x.normal, s.x.face, u);
@@ -141,11 +156,12 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     if (!any(cut.active)) return;
 
     const Int kinds = scene.lights.any_hidden ? light.visible_to : splat(-1);
-    const Vec3 f = scattered_at_horizon(scene, s, cut.active, side, light.w, kinds);
+    const Vec3 f =
+        brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed, light.row < 0);
     cut.active &= size_of(f) > 0.0f;
     light.active = cut.active;
     look_up_emission(scene, light, p.kind);
-    cut.color = f * p.throughput * light.radiance * light.geometry;
+    cut.color = f * light.radiance * light.geometry;
     cut.active &= size_of(cut.color) > 0.0f;
     if (!any(cut.active)) return;
     const Vec3 start = leave_surface(s.x, side.normal) + terminator_lift(scene, s.x, s.normal, light.w);
@@ -184,8 +200,9 @@ EG_INLINE ImageTask beyond_paths(const ImageTask& task) {
 // Light of the sky, and of surfaces but for what they give by themselves; the path that finds the latter is
 // appended to the queue of `queued`, whose new length is returned.
 EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
-                          const PathPacket& p, const ScatteringPoint& s, const HorizonSide& side,
-                          const PathIndex& random, Workspace& work, int queued, HorizonCut& cut) {
+                          const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
+                          const HorizonSide& side, const PathIndex& random, Workspace& work, int queued,
+                          HorizonCut& cut) {
     const bool sky = task.lights && scene.has_environment;
     const Mask further = p.active & (p.segment + 1 < task.image.max_depth);
     if (!sky && !(task.surfaces && any(further))) return queued;
@@ -206,7 +223,8 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     open &= moves;
     if (!any(met | open)) return queued;
     const Int kinds = select(open, splat(scene.environment_mask), splat(kScatteredRays));
-    const Vec3 f = scattered_at_horizon(scene, s, met | open, side, w, kinds);
+    const Vec3 f =
+        brought_at_horizon(scene, s, met | open, side, w, kinds, p.throughput, followed, splat(-1));
     cut.active = (met | open) & (size_of(f) > 0.0f);
     cut.towards = w;
     cut.distance = select(met, y.distance, splat(__builtin_inff()));
@@ -214,7 +232,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     cut.y.b1 = y.hit.b1, cut.y.b2 = y.hit.b2;
     cut.rides = 1.0f - held_share(scene, met, p.segment - 1, s.x, cut.y);
     cut.y.sky = open & splat(scene.sky.pixels ? -1 : 0);
-    cut.color = f * p.throughput * (1.0f / max(density, 1e-30f));
+    cut.color = f * (1.0f / max(density, 1e-30f));
     if (any(open))
         cut.color = select(open, cut.color * y.through * environment_radiance(scene, w), cut.color);
     met &= cut.active;
@@ -227,7 +245,8 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
         Float chance;
         sobol_pair(random.stream, random.sample, kPairStrategy, unused, chance);
         const Vec3 soft = scattered_at_horizon(scene, s, met, side, w, splat(1 << kDiffuseRay));
-        kind = bounce_kind(s.x, side.normal, f * side.weight, soft * side.weight, chance);
+        const Vec3 all = scattered_at_horizon(scene, s, met, side, w, splat(kScatteredRays));
+        kind = bounce_kind(s.x, side.normal, all * side.weight, soft * side.weight, chance);
         met &= ~next_is_final(task.image, p, kind);
         cut.active &= met | open;
     }
@@ -246,17 +265,20 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     out.light.active = out.beyond.active = splat(0);
     Float probability;
     const Int target = pick_vertex(random, task.image.max_depth - 1, probability);
-    walk_camera_paths(scene, task.image, p, hit, target);
+    Vec3 followed;
+    walk_camera_paths(scene, task.image, p, hit, target, 0.0f, nullptr, &followed);
     if (!any(p.active)) return queued;
     const ScatteringPoint s = scattering_point(scene, task.image, p, p.active, hit);
     const Vec3 leans = cross(s.normal, s.x.normal);
     p.active &= s.x.active & (dot(leans, leans) > 1e-12f);
     if (!any(p.active)) return queued;
     p.throughput = p.throughput * (s.shader.scale / probability);
+    followed = followed * (s.shader.scale / probability);
     out.light = out.beyond = empty_cut(s.x);
     const HorizonSide side = pick_side(s, random);
-    if (task.lights && scene.lights.count > 0) cut_lights(scene, task, asked, p, s, side, random, out.light);
-    queued = cut_beyond(scene, task, asked, p, s, side, random, work, queued, out.beyond);
+    if (task.lights && scene.lights.count > 0)
+        cut_lights(scene, task, asked, p, followed, s, side, random, out.light);
+    queued = cut_beyond(scene, task, asked, p, followed, s, side, random, work, queued, out.beyond);
     if (any(out.light.active)) keep_finite(task, p, out.light);
     if (any(out.beyond.active)) keep_finite(task, p, out.beyond);
     return queued;

@@ -71,7 +71,7 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     s.active &= segment_moves(scene, asked, s);
     if (!any(s.active)) return queued;
 
-    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, scattered, true);
+    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, scattered, true, splat(0));
     s.active = seen.active;
     s.view = seen.view;
     if (scene.mesh_contact) s.held = seen.held;

@@ -67,6 +67,7 @@ struct KeptEdges {
     Kept<Sides, Candidates> silhouettes;  // towards the environment and other surfaces
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
+    Kept<bool, bool> cross;  // whether surfaces pass through each other or through lights
     // What candidates of the primary term are made in.
     Spare<Candidates> spare_candidates;
     Spare<CandidateParts> spare_parts;
@@ -80,7 +81,7 @@ struct KeptEdges {
     void clear_values() {
         spare_candidates.give(primary.clear());
         shadow.clear(), silhouettes.clear();
-        tree.clear(), regions.clear();
+        tree.clear(), regions.clear(), cross.clear();
     }
 };
 

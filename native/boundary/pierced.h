@@ -207,7 +207,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
         s.lambda = select(holds_direction(scene, s.active, pair.face, s.x.material), splat(1.0f), 0.0f);
     hold_contact(scene, length, s);
     const Int kinds = scatters ? splat(kScatteredRays) : links.visible_to;
-    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, kinds, scatters);
+    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, kinds, scatters, splat(0));
     s.active = seen.active;
     s.view = seen.view;
     if (scene.mesh_contact) s.held = seen.held;

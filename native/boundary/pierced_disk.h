@@ -74,7 +74,7 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
-    const AimedSurface surface(scene, x, s.active);
+    const AimedSurface surface(scene, x, s.active, splat(0));
     const Int kinds = scene.lights.any_hidden ? links.visible_to : splat(kScatteredRays);
     const Vec3 value = surface.evaluate(s.active, s.towards, kinds) * (1.0f / max(r2, 1e-30f));
     const Vec3 light =

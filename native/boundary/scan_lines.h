@@ -214,6 +214,8 @@ EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, int64_t segmen
         out.instance[k][n] = chain.instance[k][i];
         out.b1[k][n] = chain.b1[k][i], out.b2[k][n] = chain.b2[k][i];
         out.leaf[k][n] = choices.leaf[k][i], out.fate[k][n] = choices.fate[k][i];
+        const Vec3& half = choices.half[k];
+        out.half[0][k][n] = half.x[i], out.half[1][k][n] = half.y[i], out.half[2][k][n] = half.z[i];
         probability *= choices.probability[k][i];
     }
     out.edge[n] = edge.edge, out.edge_instance[n] = edge.instance, out.u[n] = edge.u;

@@ -43,6 +43,7 @@ struct ChainCrossings {
     int32_t *face[kMostChain], *mesh[kMostChain], *instance[kMostChain];
     int32_t *leaf[kMostChain], *fate[kMostChain];
     float *b1[kMostChain], *b2[kMostChain];
+    float* half[3][kMostChain];     // the microfacet's normal, of a followed lobe
     int32_t *edge, *edge_instance;  // -1: the horizon of the last vertex' face
     float* u;                       // place along the edge
     float* weight;                  // of what was decided by chance, and of the scan lines

@@ -21,7 +21,8 @@ struct Chain {
     Closest at;  // hit: it is there
     Vec3 w;
     Vec3 weight;
-    Int bounces;  // counts by kind (path/path_queue.h)
+    Vec3 followed;  // of the weight, what followed lobes alone bring on from the first surface
+    Int bounces;    // counts by kind (path/path_queue.h)
 };
 
 // That point, its normal on the side from which the ray came that met it.
@@ -57,9 +58,9 @@ EG_INLINE Mask within_limits(const BounceLimits& limits, Int bounces) {
 constexpr int kChainVertex = 256;
 
 // One more surface, which rays of `seers` (bits 1 << RayKind) see; lanes whose light leaves the scene, or is
-// reflected perfectly, become inactive.
+// reflected perfectly, become inactive. `first`: it is x.
 EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const PathIndex& random, Int vertex,
-                       Int light_kinds, Int seers, bool count_bounces) {
+                       Int light_kinds, Int seers, bool count_bounces, bool first) {
     Float choice, lobe, u, v;
     sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
     sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexDirection), u, v);
@@ -103,7 +104,11 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         back.scale = select(leaves > 1, here * shader.scale / max(picked, 1e-20f), 1.0f);
     }
     const Vec3 f = scattered_by(scene, seen, point, back, wi, light_kinds);
-    const Vec3 weight = c.weight * f * (abs(dot(x.normal, wo)) / max(pdf, 1e-20f));
+    const Float by_density = abs(dot(x.normal, wo)) / max(pdf, 1e-20f);
+    const Vec3 weight = c.weight * f * by_density;
+    Vec3 followed = c.followed * by_density;
+    if (scene.followed_alpha > 0.0f)
+        followed = followed * (first ? f : followed_part(scene, seen, point, back, wi, light_kinds, f));
     const Mask active = seen.active & (largest_component(weight) > 0.0f);
     if (count_bounces && any(active)) {
         const Vec3 diffuse = scattered_by(scene, seen, point, back, wi, splat(1 << kDiffuseRay));
@@ -124,6 +129,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     c.at.distance = select(walking, hit.distance, c.at.distance);
     c.w = select(walking, wo, c.w);
     c.weight = select(walking, weight * next.through, c.weight);
+    c.followed = select(walking, followed * next.through, c.followed);
 }
 
 // The share of chains that go on once more, if the picture's depth lets them.
@@ -179,12 +185,15 @@ struct SeenLight {
 };
 
 // Light that arrives along w at x, of the kinds `light_kinds` of scattering, is followed over `length` more
-// surfaces to the camera. `x_goes_on`: the camera's path is scattered once more behind x.
+// surfaces to the camera. `x_goes_on`: the camera's path is scattered once more behind x. Left out is what
+// followed lobes alone bring (boundary/specular.h), but for light `of_table` where the camera sees x: that
+// has no edges.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
-                               bool x_goes_on) {
+                               bool x_goes_on, Mask of_table) {
     const bool limited = limits_matter(task);
-    Chain chain{x, w, {splat(1.0f), splat(1.0f), splat(1.0f)}, splat(0)};
+    const Vec3 one = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Chain chain{x, w, one, one, splat(0)};
     chain.at.hit = active;
     SeenLight seen;
     if (scene.mesh_contact) begin_held_chain(scene, active, length, seen.held);
@@ -196,7 +205,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         if (holds) before = chain_point(scene, walking, chain);
         const Int seers = select(length == k + 1, splat(1 << kCameraRay), splat(kScatteredRays));
         extend(scene, walking, chain, p.random, splat((k + 1) * kChainVertex),
-               k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on));
+               k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on), k == 0);
         if (holds) {
             const Mask held = walking & chain.at.hit & (seen.held.length > k);
             hold_next(scene, held, length - (k + 1), chain_point(scene, held, chain), before, seen.held);
@@ -210,8 +219,10 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     sobol_pair(p.random.stream, p.random.sample, kPairStrategy, choice, unused);
     const Int kind = splat(static_cast<int>(kCameraRay));
     const Int kinds = select(length == 0, light_kinds, splat(kScatteredRays));
-    Vec3 f = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
-                               x_goes_on ? task.aimed : 0.0f);
+    Vec3 followed = zero3();
+    Vec3 f =
+        scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
+                          x_goes_on ? task.aimed : 0.0f, scene.followed_alpha > 0.0f ? &followed : nullptr);
     end.active &= largest_component(f) > 0.0f;
     seen.bounces = chain.bounces;
     const Mask counts = x_goes_on ? end.active : end.active & (length > 0);
@@ -223,9 +234,16 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         seen.bounces = add_bounce(seen.bounces, counts, bounce_kind(end, -chain.w, f, soft, chance));
         end.active &= within_limits(task.limits, seen.bounces);
     }
-    if (any(end.active)) f = f * seen_by_camera(scene, end.active, end, seen.view, task.limits.transparent);
+    if (any(end.active)) {
+        const Vec3 through = seen_by_camera(scene, end.active, end, seen.view, task.limits.transparent);
+        f = f * through, followed = followed * through;
+    }
     const Float cosine = select(length == 0, splat(1.0f), abs(dot(end.normal, seen.view.across_of)));
-    seen.weight = f * chain.weight * (seen.view.area * cosine);
+    const Float area = seen.view.area * cosine;
+    seen.weight = f * chain.weight * area;
+    if (scene.followed_alpha > 0.0f)
+        seen.weight = select((length == 0) & of_table, seen.weight,
+                             without_followed(seen.weight, followed * chain.followed * area));
     seen.active = end.active & (largest_component(seen.weight) > 0.0f);
     return seen;
 }

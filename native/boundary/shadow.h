@@ -184,7 +184,8 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return s;
     const Int kinds = task.kind == kSkyBoundary ? splat(scene.environment_mask) : light.sample.visible_to;
-    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false);
+    const SeenLight seen =
+        see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false, s.y.row >= 0);
     s.view = seen.view;
     if (scene.mesh_contact) s.held = seen.held;
     s.color = color * seen.weight;

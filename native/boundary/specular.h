@@ -44,6 +44,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     Int waiting = splat(0);
     Vec3 from_normal = ray.direction;
     Int from_mesh = splat(0);
+    Mask followed = splat(0);
     const Int length = select(active, load(c.length + at), splat(0));
     const Mask horizon = at_horizon(c, at, count), parted = active & load(c.parted + at);
     for (int level = 0; level < kMostChain; ++level) {
@@ -59,6 +60,8 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         hit.b2 = select(here, load(c.b2[level] + at), 0.0f);
         hit.distance = splat(0.0f);
         const Int fate = column(c.fate, kFatePasses);
+        const auto half_part = [&](int k) { return select(here, load(c.half[k][level] + at), 0.0f); };
+        const Vec3 half = {half_part(0), half_part(1), half_part(2)};
         SurfacePoint x = surface_point(scene, here, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
         x.mesh = hit.mesh;
         const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
@@ -88,7 +91,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         if (!any(scatters)) continue;
         Vec3 value;
         Mask below;
-        const Mask goes_on = scatter_chain(scene, s, scatters, fate, ray, value, below);
+        const Mask goes_on = scatter_chain(scene, s, scatters, fate, half, ray, value, below);
         // At a horizon rounding may decide.
         fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
         const Mask bends = scatters & recorded;
@@ -97,11 +100,15 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         put(v.specular, bends, splat(-1));
         put(v.transmitted, bends, (fate & kFateTransmits) != 0);
         put(v.lobe, bends, fate & kFateLobes);
+        const Mask follows = bends & ((fate & kFateFollows) != 0);
+        put(v.follows, follows, splat(1) << (fate & kFateLobes));
+        put3(v.half, follows, half);
         put3(v.next_direction, bends, ray.direction);
         throughput = select(scatters, throughput * passed * value * ((1.0f - s.share) * kept), throughput);
         passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
         from_normal = select(scatters, x.normal, from_normal);
         from_mesh = select(scatters, x.mesh, from_mesh);
+        followed = select(scatters, (fate & kFateFollows) != 0, followed);
         counted.add(scatters, ray.kind);
         counted.p.bounces = counted.p.bounces + ((waiting & scatters) << 24);
         counted.p.vertex = counted.p.vertex + ((waiting + 1) & scatters);
@@ -112,6 +119,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     p.throughput = throughput;
     p.from_normal = from_normal;
     p.from_mesh = from_mesh;
+    p.followed = followed;
     p.kind = select(active, ray.kind, splat(0));
     return fine;
 }

@@ -14,12 +14,12 @@ namespace {
 // What rounding may make of places in the picture, pixels.
 constexpr double kSlack = 0.5;
 
-// Materials that may be mirrors or smooth glass.
-std::vector<uint8_t> specular_materials(const SceneTables& t) {
+// Materials that may be mirrors or smooth glass, or have lobes that are followed like those.
+std::vector<uint8_t> specular_materials(const SceneTables& t, float followed) {
     std::vector<uint8_t> out(t.material_first_leaf.size() - 1);
     for (size_t m = 0; m < out.size(); ++m)
         for (int32_t leaf = t.material_first_leaf[m]; leaf < t.material_first_leaf[m + 1]; ++leaf)
-            out[m] |= static_cast<uint8_t>(may_be_specular(t, static_cast<size_t>(leaf)));
+            out[m] |= static_cast<uint8_t>(may_be_specular(t, static_cast<size_t>(leaf), followed));
     return out;
 }
 
@@ -45,7 +45,7 @@ FilmRectangle specular_bounds(const SceneView& scene, const SceneTables& t) {
     const auto margin = static_cast<float>(frame.margin());
     const FilmRectangle all{{-margin, -margin},
                             {static_cast<float>(c.width) + margin, static_cast<float>(c.height) + margin}};
-    const std::vector<uint8_t> materials = specular_materials(t);
+    const std::vector<uint8_t> materials = specular_materials(t, scene.followed_alpha);
     double low[2] = {1e30, 1e30}, high[2] = {-1e30, -1e30};
     // False: they may be seen anywhere.
     const auto add = [&](const std::vector<int64_t>& vertices, int32_t instance) {

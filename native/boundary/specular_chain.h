@@ -28,6 +28,7 @@ struct PicturePoint {
 struct ChainChoices {
     Int key[kMostChain], instance[kMostChain];  // of the vertices that it was chosen at
     Int leaf[kMostChain], fate[kMostChain];
+    Vec3 half[kMostChain];          // microfacets' normals, of followed lobes
     Float probability[kMostChain];  // of this vertex' choice
     Int lit;                        // the vertex that a light is looked at from; kMostChain: none
     ChainLight light;
@@ -139,6 +140,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
             choices.key[level] = key, choices.instance[level] = hit.instance;
             choices.leaf[level] = splat(0), choices.fate[level] = splat(kFateEnds);
             choices.probability[level] = splat(1.0f);
+            choices.half[level] = point.normal;
         } else {
             going &= (key == choices.key[level]) & (hit.instance == choices.instance[level]) &
                      (choices.fate[level] != kFateEnds);
@@ -172,10 +174,11 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         }
         const ChainSurface s = chain_surface(scene, x, point, select(meets, leaf, splat(0)));
         Int fate = choices.fate[level];
+        Vec3 half = choices.half[level];
         if constexpr (kChoose) {
             probability = select(s.leaf_weight > 0.0f, probability * s.leaf_weight, probability);
             fate = choose_fate(scene, s, meets, meets & ~counted.p.final_ray, may_be_lit, stream, level,
-                               probability);
+                               probability, half);
             fate = select((fate == kFatePasses) & ~counted.may_pass(), splat(kFateEnds), fate);
             const Mask looks = meets & (fate == kFateLit);
             if (any(looks)) {
@@ -193,6 +196,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
             choices.leaf[level] = select(meets, leaf, splat(0));
             choices.fate[level] = select(meets, fate, choices.fate[level]);
             choices.probability[level] = select(meets, probability, 1.0f);
+            choices.half[level] = half;
             going &= passes_on | (fate != kFateEnds);
             if (!any(going)) return;
         }
@@ -204,7 +208,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         if (any(scatters)) {
             Vec3 value;
             Mask cut;
-            const Mask fine = scatter_chain(scene, s, scatters, fate, ray, value, cut);
+            const Mask fine = scatter_chain(scene, s, scatters, fate, half, ray, value, cut);
             dead |= scatters & ~fine;
             below |= cut;
             bent |= scatters;

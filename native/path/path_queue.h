@@ -23,11 +23,11 @@ struct PathPacket {
     Int kind;         // RayKind
     Mask touched;     // recorded paths: it has met what has a derivative
     Mask past_rim;    // of paths that look for rims: it has been scattered along one (path/rim.h)
-    Mask final_ray;   // it brings light that it meets, and isn't scattered again
-    // A surface scattered the path by a lobe that is not perfect, and after that one by a perfect lobe: its
-    // light is a caustic on the first of them.
-    Mask blurred, caustic;
-    Int bounces;  // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
+    Mask led;       // nothing but perfect and followed lobes has scattered it (shading/bsdf/followed_lobes.h)
+    Mask followed;  // the last of them was a followed one: lights of the table are not met by such rays
+    Mask caustic;   // another lobe has scattered it, and after that a perfect one
+    Mask final_ray;  // it brings light that it meets, and isn't scattered again
+    Int bounces;     // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
 
 constexpr int kVertexBits = 11, kSegmentBits = 11;
@@ -37,9 +37,10 @@ EG_INLINE Int pack_state(const PathPacket& p) {
            ((p.final_ray & 1) << (kSegmentBits + kVertexBits + 3)) |
            ((p.both_sides & 1) << (kSegmentBits + kVertexBits + 4)) |
            ((p.touched & 1) << (kSegmentBits + kVertexBits + 5)) |
-           ((p.blurred & 1) << (kSegmentBits + kVertexBits + 6)) |
-           ((p.caustic & 1) << (kSegmentBits + kVertexBits + 7)) |
-           ((p.past_rim & 1) << (kSegmentBits + kVertexBits + 8));
+           ((p.led & 1) << (kSegmentBits + kVertexBits + 6)) |
+           ((p.followed & 1) << (kSegmentBits + kVertexBits + 7)) |
+           ((p.caustic & 1) << (kSegmentBits + kVertexBits + 8)) |
+           ((p.past_rim & 1) << (kSegmentBits + kVertexBits + 9));
 }
 
 EG_INLINE void unpack_state(Int state, PathPacket& p) {
@@ -49,9 +50,10 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.final_ray = ((state >> (kSegmentBits + kVertexBits + 3)) & 1) != 0;
     p.both_sides = ((state >> (kSegmentBits + kVertexBits + 4)) & 1) != 0;
     p.touched = ((state >> (kSegmentBits + kVertexBits + 5)) & 1) != 0;
-    p.blurred = ((state >> (kSegmentBits + kVertexBits + 6)) & 1) != 0;
-    p.caustic = ((state >> (kSegmentBits + kVertexBits + 7)) & 1) != 0;
-    p.past_rim = ((state >> (kSegmentBits + kVertexBits + 8)) & 1) != 0;
+    p.led = ((state >> (kSegmentBits + kVertexBits + 6)) & 1) != 0;
+    p.followed = ((state >> (kSegmentBits + kVertexBits + 7)) & 1) != 0;
+    p.caustic = ((state >> (kSegmentBits + kVertexBits + 8)) & 1) != 0;
+    p.past_rim = ((state >> (kSegmentBits + kVertexBits + 9)) & 1) != 0;
 }
 
 // Number of bounces of a kind (kDiffuseRay, kGlossyRay, kTransmissionRay, or 4: transparent) so far.

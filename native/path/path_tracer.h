@@ -122,16 +122,17 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
 EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
                                 Float distance) {
     if (work.values && !wants_rows(*work.values)) return;
+    const Mask meets = p.active & ~p.followed;
     const Float near = way_so_far(p);
     const Receiver from{p.from, p.from_normal, p.both_sides};
     if (work.values)
-        return for_each_light_along(scene, p.active & p.touched, from, p.from_mesh, p.direction, near,
+        return for_each_light_along(scene, meets & p.touched, from, p.from_mesh, p.direction, near,
                                     near + distance, p.pdf, p.kind,
                                     [&](int row, Mask seen, Vec3 radiance, Float gain) {
                                         record_met_light(*work.values, p, seen, row, radiance, gain);
                                     });
     const Vec3 light =
-        lights_along(scene, p.active, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind);
+        lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind);
     const Mask lit = p.active & (largest_component(light) > 0.0f);
     if (any(lit)) add_radiance(work, p, lit, p.throughput * light);
 }
@@ -195,14 +196,22 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
     if (any(part.active)) {
         ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
         surface.bsdf.glass.by_slope = vertex && work.vertices->geometry;
-        if (vertex && work.vertices->rims) {
-            const RimChoice rims = choose_rims(task, part, surface, index);
-            if (any(rims.taken)) {
-                alive = scatter_at_rim(scene, task, work, part, x, surface, rims, alive, *vertex);
-                part.active &= ~rims.taken;
+        const bool rims = vertex && work.vertices->rims;
+        RimChoice rim;
+        if (rims) rim = choose_rims(task, part, surface, index);
+        ShadedSurface whole = surface;
+        if (vertex && scene.followed_alpha > 0.0f)
+            put(vertex->follows, part.active,
+                follow_lobes(surface.bsdf, part.active & part.led, scene.followed_alpha));
+        if (rims) {
+            if (any(rim.taken)) {
+                const Mask followed =
+                    surface.bsdf.any_lobe[kInterfaceLobe] ? surface.bsdf.glass.ggx.followed : splat(0);
+                alive = scatter_at_rim(scene, task, work, part, x, whole, rim, followed, alive, *vertex);
+                part.active &= ~rim.taken;
                 if (!any(part.active)) return alive;
             }
-            part.throughput = part.throughput * rims.others;
+            part.throughput = part.throughput * rim.others;
         }
         if (vertex && work.vertices->asked.lobes) {
             const AskedSurfaces& asked = work.vertices->asked;

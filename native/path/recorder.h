@@ -46,6 +46,7 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
     store(v.number, p.vertex);
     store(v.touched, p.touched);
     store(v.slides, p.active & (p.pdf == 0.0f));
+    store(v.arrives_followed, p.active & p.followed);
     store(v.kind, p.kind);
     set3(v.from, p.active, p.from);
     set3(v.direction, p.active, p.direction);
@@ -111,6 +112,7 @@ EG_INLINE void record_direction(Vertex& v, Mask sampled, const BsdfSample& s) {
     put(v.specular, sampled, s.specular);
     put(v.transmitted, sampled, s.transmitted);
     put(v.lobe, sampled, s.lobe);
+    put3(v.half, sampled, s.half);
     put3(v.next_direction, sampled, s.wi);
     put(v.next_scale, sampled, 1.0f / max(s.pdf, 1e-30f));
 }

@@ -85,10 +85,11 @@ EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, con
     return r;
 }
 
-// Sends the paths of a choice along their rims; the queue's new length.
+// Sends the paths of a choice along their rims; the queue's new length. Lobes that are followed have a rim
+// for lights of the table alone: what else their rays show moves with them.
 EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                               const SurfacePoint& x, const ShadedSurface& surface, const RimChoice& r,
-                              int alive, Vertex& vertex) {
+                              Mask followed, int alive, Vertex& vertex) {
     const Vec3 w = to_world(surface.bsdf, r.sample.w);
     p.active &= r.taken & r.sample.active & (dot(x.normal, w) < 0.0f);
     const Vec3 f = rim_value(surface.bsdf.glass, surface.bsdf.view, r.sample.w);
@@ -110,6 +111,8 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
             record_light(vertex, s, light);
         }
     }
+    p.active &= ~followed;
+    if (!any(p.active)) return alive;
     const Int kind = splat(static_cast<int>(kTransmissionRay));
     put(vertex.samples, p.active, splat(-1));
     put(vertex.continues, p.active, splat(-1));
@@ -119,6 +122,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     p.final_ray = next_is_final(task, p, kind);
     p.throughput = p.throughput * f * scale;
     p.past_rim = splat(-1);
+    p.led = p.followed = splat(0);
     p.both_sides = splat(-1);
     leave(p, x, w, kind, splat(kRimDensity));
     return append_paths(work.paths, alive, p);

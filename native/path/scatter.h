@@ -3,6 +3,7 @@
 
 #include "path/bounces.h"
 #include "path/recorder.h"
+#include "path/shaded_surface.h"
 #include "path/stream.h"
 #include "path/value_recorder.h"
 #include "shading/environment_samples.h"
@@ -58,8 +59,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
     LightSample s = sample_light(scene, p.active, x, p.both_sides, u, v);
     look_up_emission(scene, s, p.kind);
-    const BsdfValue f = scene.lights.any_hidden ? surface.evaluate_for(s.visible_to, s.active, s.w)
-                                                : surface.evaluate(s.active, s.w);
+    const BsdfValue f = scattered_light(scene, surface, s.visible_to, s.active, s.row >= 0, s.w);
     // What is zero now may have a derivative.
     Vec3 light = s.radiance * f.value * s.geometry;
     if (vertex) {
@@ -217,8 +217,9 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
         if (vertex) record_survival(*vertex, p.active, splat(1.0f));
         if (values) record_next(*work.values, p.active, s.weight);
     }
-    p.caustic |= p.blurred & s.specular;
-    p.blurred |= ~s.specular;
+    p.caustic |= ~p.led & s.specular;
+    p.led &= s.specular;
+    p.followed = s.followed;
     leave(p, x, s.wi, s.ray_kind, select(s.specular, splat(0.0f), s.pdf));
     return append_paths(work.paths, alive, p);
 }

@@ -68,4 +68,21 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
             transmits, bent ? &point.normal : nullptr, diffuse};
 }
 
+// What a surface scatters of a sample of the lights. Lights of the table have no edges that rays of followed
+// lobes could find: of these lanes such lobes scatter it as others do.
+template <typename Surface>
+EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surface, Int visible_to,
+                                    Mask active, Mask of_table, Vec3 w) {
+    const auto value = [&](const Surface& s) EG_INLINE_LAMBDA {
+        return scene.lights.any_hidden ? s.evaluate_for(visible_to, active, w) : s.evaluate(active, w);
+    };
+    if constexpr (!Surface::kSmooth)
+        if (scene.followed_alpha > 0.0f && any(active & of_table)) {
+            Surface whole = surface;
+            follow_none(whole.bsdf, of_table);
+            return value(whole);
+        }
+    return value(surface);
+}
+
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -20,11 +20,12 @@ struct alignas(64) VertexPacket {
 
     // The ray and what it met. Lanes whose `active` is 0 hold nothing else.
     Ints active, path;
-    Ints number;     // of the vertex in its path, passed surfaces included; the same in all lanes
-    Ints touched;    // -1: it, or one before, is on what is asked for (path/asked_surfaces.h)
-    Ints slides;     // -1: from the camera or a specular vertex, so its direction is a function of the scene
-    Ints kind;       // RayKind
-    Floats from[3];  // the surface point that scattered it, or the camera's
+    Ints number;   // of the vertex in its path, passed surfaces included; the same in all lanes
+    Ints touched;  // -1: it, or one before, is on what is asked for (path/asked_surfaces.h)
+    Ints slides;   // -1: from the camera or a specular vertex, so its direction is a function of the scene
+    Ints arrives_followed;  // -1: from a followed lobe: lights of the table are that vertex' own
+    Ints kind;              // RayKind
+    Floats from[3];         // the surface point that scattered it, or the camera's
     Floats direction[3], throughput[3];
     Ints face, mesh, instance;  // face -1: it met nothing
     Floats b1, b2;
@@ -57,6 +58,8 @@ struct alignas(64) VertexPacket {
     Ints continues;  // -1: light may come along it
     Ints specular, transmitted, lobe;
     Ints rim;  // -1: it goes along the rim of the transmission lobe (path/rim.h), as its light sample does
+    Ints follows;  // bits 1 << Lobe of those that are followed, and of such a one the microfacet's normal
+    Floats half[3];
     Floats next_direction[3], next_scale;
     Floats last_scale[3];  // of environment's light along it, where nothing else could be met
 

@@ -53,7 +53,8 @@ void PreparedScene::hold_directions(const SceneTables& tables, const Asked& aske
 }
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
-                             const Asked* asked, bool convex, std::shared_ptr<const LightList> lights)
+                             const Asked* asked, bool convex, std::shared_ptr<const LightList> lights,
+                             float followed)
     : lights_(std::move(lights)),
       brute_triangles_(brute_triangles(tables)),
       face_moving_(tables.face_material.size(), 0) {
@@ -133,12 +134,13 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.camera = tables.camera;
     view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();
     if (!asked) return;
+    view_.followed_alpha = followed;
     hold_directions(tables, *asked);
     mesh_contact_ = contact_meshes(tables, view_, *asked);
     if (mesh_contact_.empty()) return;
     view_.mesh_contact = mesh_contact_.data();
     // Behind perfect lobes points ride.
-    view_.held_surfaces = may_be_specular(tables) ? 1 : kHeldSurfaces;
+    view_.held_surfaces = may_be_specular(tables, view_.followed_alpha) ? 1 : kHeldSurfaces;
 }
 
 }  // namespace edgegrad

@@ -11,9 +11,10 @@ namespace edgegrad {
 
 class PreparedScene {
  public:
-    // With the picture's `lights`, and what estimators of `asked` derivatives have beside them (null: none).
+    // With the picture's `lights`, and what estimators of `asked` derivatives have beside them (null: none),
+    // which follow lobes up to an alpha of `followed`.
     PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked,
-                  bool convex, std::shared_ptr<const LightList> lights);
+                  bool convex, std::shared_ptr<const LightList> lights, float followed = 0.0f);
 
     const SceneView& view() const { return view_; }
 

@@ -26,21 +26,25 @@ inline bool may_refract_roughly(const SceneTables& tables, size_t leaf) {
            (row[kRoughness] > 0.0f || is_textured(tables, leaf, kRoughness));
 }
 
-// Whether a shader may be a perfect mirror, or glass that is perfectly smooth. (Textures of roughness may say
-// so anywhere.)
-inline bool may_be_specular(const SceneTables& tables, size_t leaf) {
+// Whether a shader may be a perfect mirror, or glass that is perfectly smooth, or may have a lobe of an alpha
+// up to `followed` that is followed like those (shading/bsdf/followed_lobes.h). (Textures of roughness may
+// say so anywhere.)
+inline bool may_be_specular(const SceneTables& tables, size_t leaf, float followed = 0.0f) {
     if (!(tables.leaf_flags[leaf] & (kHasGlossy | kHasRefraction))) return false;
     const float* row = tables.leaf_params.data() + leaf * kMaterialParams;
     constexpr float kSmooth = 4e-3f;  // its fourth power is beyond what is taken for smooth
-    const auto smooth = [&](int place) { return row[place] < kSmooth || is_textured(tables, leaf, place); };
+    const auto smooth = [&](int place) {
+        return row[place] < kSmooth || row[place] * row[place] <= followed ||
+               is_textured(tables, leaf, place);
+    };
     const bool coat = tables.leaf_kind[leaf] == kPrincipled &&
                       (row[kCoatWeight] > 0.0f || is_textured(tables, leaf, kCoatWeight));
     return smooth(kRoughness) || (coat && smooth(kCoatRoughness));
 }
 
-inline bool may_be_specular(const SceneTables& tables) {
+inline bool may_be_specular(const SceneTables& tables, float followed = 0.0f) {
     for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
-        if (may_be_specular(tables, leaf)) return true;
+        if (may_be_specular(tables, leaf, followed)) return true;
     return false;
 }
 

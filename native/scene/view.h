@@ -72,11 +72,14 @@ struct SceneView {
     const int32_t* mesh_first_face;  // by Embree's geomID
     const int32_t* mesh_contact;     // (S) those bits, or null: nothing moves, or no light is held so
     int32_t held_surfaces;           // of a path from the camera on, that light is held on
-    int32_t mesh_count;              // that rays can hit; instances have the geomIDs from here on
-    const int32_t* mesh_mask;        // (S) bits of the rays that meet a mesh
-    bool rays_differ;                // some mesh isn't met by all rays
-    const int32_t* mesh_receivers;   // (S) bits of the sets of receivers that a mesh is in
-    const float* mesh_terminator;    // (S) share of the shadow terminator's offset
+    // Lobes up to this alpha are followed where the camera sees them by such lobes alone
+    // (shading/bsdf/followed_lobes.h); 0: none.
+    float followed_alpha;
+    int32_t mesh_count;             // that rays can hit; instances have the geomIDs from here on
+    const int32_t* mesh_mask;       // (S) bits of the rays that meet a mesh
+    bool rays_differ;               // some mesh isn't met by all rays
+    const int32_t* mesh_receivers;  // (S) bits of the sets of receivers that a mesh is in
+    const float* mesh_terminator;   // (S) share of the shadow terminator's offset
     bool any_terminator;
     const int32_t* corner_normal;    // (F, 3) shading normal of each corner, -1: flat; null: all is flat
     const float* normals;            // (N, 3) unit

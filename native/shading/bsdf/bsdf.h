@@ -4,12 +4,13 @@
 //   const BsdfValue e = evaluate(f, active, wi);
 //   const BsdfSample s = sample(f, active, choice, u, v);
 //
-// `evaluate` gives the sum of all lobes but perfect mirrors and interfaces, and the density of `sample`,
-// which picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or an
-// interface above it, is lost.
+// `evaluate` gives the sum of all lobes but perfect and followed mirrors and interfaces, and the density of
+// `sample`, which picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or
+// an interface above it, is lost.
 #pragma once
 
 #include "scene/view.h"
+#include "shading/bsdf/followed_lobes.h"
 #include "shading/bsdf/principled.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -152,11 +153,26 @@ EG_INLINE Vec3 evaluate_rim(const Bsdf& f, Mask active, Vec3 wi) {
 struct Direction {
     Vec3 wi;
     Mask perfect, transmitted;
-    Vec3 value;  // of a perfect one: f |cos| / probability, that of the lobe apart
+    Mask followed;  // of `perfect`
+    Vec3 half;      // of a followed one
+    Vec3 value;     // of a perfect one: f |cos| / probability, that of the lobe apart
     Float probability;
     Int ray_kind;
     Int lobe;
 };
+
+// What lobes of lanes of the mask scatter that are followed, h being the microfacet's normal in their frame
+// and `value` their reflectance or transmittance by the probability of that kind.
+EG_INLINE void follow_sample(const Ggx& g, Mask m, Vec3 view, Float bound, Vec3 w, Vec3 h, Float cosine,
+                             Vec3 value, Direction& d) {
+    if (!any(m)) return;
+    const Float density = followed_density(g, view, bound, cosine);
+    d.value = select(m, value * (followed_light(g, view, w, d.transmitted, cosine) / max(density, 1e-20f)),
+                     d.value);
+    d.probability = select(m, d.probability * density, d.probability);
+    d.half = select(m, h, d.half);
+    d.followed |= m;
+}
 
 // The coat's frame isn't turned.
 EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask picked, Float u, Float v,
@@ -167,8 +183,11 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask
     const Mask smooth = picked & is_smooth(r.ggx);
     const Vec3 w = h * (2.0f * cosine) - view;
     d.wi = select(picked, to_world(f, coat ? w : turned_back(f, w)), d.wi);
-    d.perfect |= smooth;
+    d.perfect |= picked & is_perfect(r.ggx);
     if (any(smooth)) d.value = select(smooth, reflectance(r, cosine), d.value);
+    const Mask followed = picked & r.ggx.followed;
+    if (any(followed))
+        follow_sample(r.ggx, followed, view, r.ggx.bound, w, h, cosine, reflectance(r, cosine), d);
     d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
 }
 
@@ -178,7 +197,8 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask
 EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_all, Float v) {
     Direction d;
     d.wi = f.normal;
-    d.perfect = d.transmitted = splat(0);
+    d.perfect = d.transmitted = d.followed = splat(0);
+    d.half = f.normal;
     d.value = zero3();
     d.probability = splat(1.0f);
     d.ray_kind = splat(static_cast<int>(kDiffuseRay));
@@ -223,6 +243,10 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
                 done &= ~picked | s.found;
                 d.value = select(picked & s.perfect, s.value, d.value);
                 d.probability = select(picked, s.probability, d.probability);
+                const Mask followed =
+                    picked & f.glass.ggx.followed & ~(s.refracted & refracts_smoothly(f.glass));
+                follow_sample(f.glass.ggx, followed, f.view, splat(1.0f), s.w, s.h, dot(s.h, f.view), s.value,
+                              d);
                 d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
                 break;
             }
@@ -235,6 +259,8 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
     s.wi = d.wi;
     s.transmitted = d.transmitted;
     s.specular = d.perfect;
+    s.followed = d.followed;
+    s.half = d.half;
     s.lobe = d.lobe;
     s.ray_kind = select(d.transmitted, splat(static_cast<int>(kTransmissionRay)), d.ray_kind);
     s.active = done & select(d.transmitted, side < 0.0f, side > 0.0f);

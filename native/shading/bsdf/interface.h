@@ -28,6 +28,7 @@ EG_INLINE Interface no_interface() {
 EG_INLINE Mask refracts_smoothly(const Interface& g) {
     return is_smooth(g.ggx) | (abs(g.eta - 1.0f) < 1e-4f);
 }
+EG_INLINE Mask refracts_perfectly(const Interface& g) { return refracts_smoothly(g) | g.ggx.followed; }
 
 struct Split {
     Vec3 reflected, transmitted;
@@ -51,7 +52,7 @@ EG_INLINE Split split_light(const Interface& g, Float cosine) {
 
 EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view, Vec3 w, Vec3 h,
                                                   Float cosine) {
-    const Mask rough = ~is_smooth(g.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
+    const Mask rough = ~is_perfect(g.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
     const Split s = split_light(g, cosine);
     const Float density = select(rough, ggx_density(g.ggx, h), 0.0f);
     const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
@@ -72,7 +73,7 @@ EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
     const Float ho = dot(h, view), hi = dot(h, w);
     const Mask inside = kOnRim ? splat(-1) : h.z > 0.0f;
     const Mask rough =
-        ~refracts_smoothly(g) & (view.z > 0.0f) & (w.z < 0.0f) & inside & (ho > 0.0f) & (hi < 0.0f);
+        ~refracts_perfectly(g) & (view.z > 0.0f) & (w.z < 0.0f) & inside & (ho > 0.0f) & (hi < 0.0f);
     // No early return where no lane refracts: GCC 12 takes it always when a packet has one lane.
     const Split s = split_light(g, ho);
     const Float jacobian = g.eta * g.eta * inverse * inverse * abs(hi);
@@ -90,6 +91,7 @@ struct InterfaceSample {
     Mask found;  // false: the microfacet reflects totally what it should refract
     Mask refracted, perfect;
     Vec3 value;         // of a perfect one: weight by the probability of its kind
+    Vec3 h;             // the microfacet's normal
     Float probability;  // of the kind
 };
 
@@ -114,12 +116,14 @@ EG_INLINE InterfaceSample sample_interface(const Interface& g, Vec3 view, Float 
     const Float cosine = dot(h, view);
     Split s = split_light(g, cosine);
     if (g.by_slope)
-        s.reflect_probability = select(
-            smooth, reflect_by_slope(s.reflect_probability, g.eta, cosine, s.cosine), s.reflect_probability);
+        s.reflect_probability =
+            select(is_perfect(g.ggx), reflect_by_slope(s.reflect_probability, g.eta, cosine, s.cosine),
+                   s.reflect_probability);
     InterfaceSample r;
     r.found = average(s.reflected + s.transmitted) > 0.0f;
     r.refracted = choice >= s.reflect_probability;
-    r.perfect = select(r.refracted, refracts_smoothly(g), smooth);
+    r.h = h;
+    r.perfect = select(r.refracted, refracts_perfectly(g), is_perfect(g.ggx));
     r.probability = select(r.refracted, 1.0f - s.reflect_probability, s.reflect_probability);
     const Vec3 through = h * (cosine / g.eta - s.cosine) - view * (1.0f / g.eta);
     r.w = select(r.refracted, through, h * (2.0f * cosine) - view);

@@ -19,6 +19,7 @@ struct Ggx {
     Float masking;    // Smith's lambda of the view
     Float bound;      // of sampled reflections
     Mask by_score;    // sampled for the derivative by roughness (shading/bsdf/score_density.h)
+    Mask followed;    // scatters by a microfacet that is held (shading/bsdf/followed_lobes.h)
 };
 
 EG_INLINE Float ggx_lambda(const Ggx& g, Vec3 w) {
@@ -36,11 +37,13 @@ EG_INLINE Ggx make_ggx(Float ax, Float ay, Vec3 view) {
     const Float a = detach(min(ax, ay)), a2 = a * a;
     const Float s = 1.0f + sqrt(v.x * v.x + v.y * v.y), s2 = s * s;
     g.bound = (1.0f - a2) * s2 / (s2 + a2 * v.z * v.z);
-    g.by_score = splat(0);
+    g.by_score = g.followed = splat(0);
     return g;
 }
 
 EG_INLINE Mask is_smooth(const Ggx& g) { return g.ax * g.ay <= kSmoothAlpha2; }
+// Where a ray that it scatters is a function of the view: light is found by such rays alone.
+EG_INLINE Mask is_perfect(const Ggx& g) { return is_smooth(g) | g.followed; }
 
 // Density of normals. Sines rather than 1 - cos^2 keep its precision on nearly smooth surfaces.
 EG_INLINE Float ggx_density(const Ggx& g, Vec3 h) {

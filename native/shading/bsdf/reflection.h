@@ -44,9 +44,9 @@ struct Scattered {
     Float pdf;
 };
 
-// For directions above the surface in the local frame; 0 for perfect mirrors.
+// For directions above the surface in the local frame; 0 for perfect and followed mirrors.
 EG_INLINE Scattered evaluate_reflection(const Reflection& r, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
-    const Mask rough = ~is_smooth(r.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
+    const Mask rough = ~is_perfect(r.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
     const Float density = select(rough, ggx_density(r.ggx, h), 0.0f);
     const Float masking = ggx_lambda(r.ggx, w);
     Float both = 1.0f + r.ggx.masking + masking;

@@ -15,7 +15,9 @@ struct BsdfSample {
     Vec3 wi;      // unit, away from the surface
     Vec3 weight;  // f |n.w| / pdf
     Float pdf;
-    Mask specular;     // of a mirror or a smooth interface: no other strategy finds it
+    Mask specular;     // of a mirror, a smooth interface or a followed lobe: no other strategy finds it
+    Mask followed;     // of a followed lobe (shading/bsdf/followed_lobes.h), by the microfacet normal
+    Vec3 half;         // `half`, in the lobe's own frame
     Mask transmitted;  // to the other side of the triangle
     Int ray_kind;      // kDiffuseRay, kGlossyRay or kTransmissionRay
     Int lobe;          // shading/bsdf/closures.h, Lobe

@@ -8,9 +8,13 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 EG_INLINE Ggx select_ggx(Mask m, const Ggx& a, const Ggx& b) {
-    return {
-        select(m, a.ax, b.ax),           select(m, a.ay, b.ay),       select(m, a.stretched, b.stretched),
-        select(m, a.masking, b.masking), select(m, a.bound, b.bound), (a.by_score & m) | (b.by_score & ~m)};
+    return {select(m, a.ax, b.ax),
+            select(m, a.ay, b.ay),
+            select(m, a.stretched, b.stretched),
+            select(m, a.masking, b.masking),
+            select(m, a.bound, b.bound),
+            (a.by_score & m) | (b.by_score & ~m),
+            (a.followed & m) | (b.followed & ~m)};
 }
 EG_INLINE Sheen select_sheen(Mask m, const Sheen& a, const Sheen& b) {
     return {select(m, a.weight, b.weight), select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.a, b.a),

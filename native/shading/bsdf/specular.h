@@ -1,4 +1,5 @@
-// Perfect mirrors and interfaces as functions of the view: what `sample` found by chance, once more.
+// Perfect and followed mirrors and interfaces as functions of the view: what `sample` found by chance, once
+// more.
 #pragma once
 
 #include "shading/bsdf/bsdf.h"
@@ -7,11 +8,42 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 struct Specular {
     Vec3 wi;
-    Vec3 value;  // f |cos| of the lobe
+    Vec3 value;  // f |cos| of the lobe; of followed ones by D(h) dh
 };
 
-// Of the lanes that a perfect `lobe` scatters, to the other side where `transmitted`.
-EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted) {
+// Of followed lobes of lanes, by the microfacet normal h in the lobe's own frame.
+EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h, Vec3& w, Vec3& value) {
+    const auto of = [&](Lobe k) { return lobe == splat(static_cast<int>(k)); };
+    const auto put = [&](const Ggx& g, Mask m, Vec3 view, Vec3 way, Mask through, Float cosine, Vec3 color) {
+        value = select(m, color * (followed_light(g, view, way, through, cosine) * relative_density(g, h)),
+                       value);
+    };
+    const auto mirror = [&](const Reflection& r, Mask m, Vec3 view, bool turns) {
+        if (!any(m)) return;
+        const Float cosine = dot(h, view);
+        const Vec3 way = h * (2.0f * cosine) - view;
+        put(r.ggx, m, view, way, splat(0), cosine, reflectance(r, cosine));
+        w = select(m, turns ? turned_back(f, way) : way, w);
+    };
+    if (f.any_lobe[kMirrorLobe])
+        mirror(f.mirror, of(kMirrorLobe) & f.mirror.ggx.followed, f.turned_view, true);
+    if (f.any_lobe[kCoatLobe]) mirror(f.coat, of(kCoatLobe) & f.coat.ggx.followed, f.view, false);
+    if (!f.any_lobe[kInterfaceLobe]) return;
+    const Mask glass =
+        of(kInterfaceLobe) & f.glass.ggx.followed & ~(transmitted & refracts_smoothly(f.glass));
+    if (!any(glass)) return;
+    const Float cosine = dot(h, f.view);
+    const Split s = split_light(f.glass, cosine);
+    const Vec3 through = h * (cosine / f.glass.eta - s.cosine) - f.view * (1.0f / f.glass.eta);
+    const Vec3 way = select(transmitted, through, h * (2.0f * cosine) - f.view);
+    put(f.glass.ggx, glass, f.view, way, transmitted, cosine,
+        select(transmitted, s.transmitted, s.reflected));
+    w = select(glass, way, w);
+}
+
+// Of the lanes that a perfect or followed `lobe` scatters, to the other side where `transmitted`; `half`: the
+// normal of the microfacet, of the latter.
+EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted, Mask followed, Vec3 half) {
     const Vec3 z = {splat(0.0f), splat(0.0f), splat(1.0f)};
     const Float cosine = f.view.z;
     const auto is = [&](Lobe k) { return lobe == splat(static_cast<int>(k)); };
@@ -24,6 +56,7 @@ EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted) {
         w = select(is(kInterfaceLobe) & transmitted, through, w);
         value = select(is(kInterfaceLobe), select(transmitted, s.transmitted, s.reflected), value);
     }
+    if (any(followed)) scatter_followed(f, lobe, transmitted, half, w, value);
     return {to_world(f, w), value};
 }
 

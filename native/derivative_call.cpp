@@ -266,8 +266,9 @@ ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) co
 float Engine::follow(const Asked& asked, const std::vector<int8_t>& sides,
                      const std::shared_ptr<const LightList>& lights) const {
     const auto faces = normals();
-    return followed_alpha({tables_, sides.data(), closed_, faces->data(), kernels_, threads_, lights, kept_},
-                          asked);
+    const std::vector<uint8_t> clear(closed_.size(), 0);  // matters to edges' masses alone
+    return followed_alpha(
+        {tables_, sides.data(), closed_, clear, faces->data(), kernels_, threads_, lights, kept_}, asked);
 }
 
 std::shared_ptr<const LightList> Engine::lights_for(const Wanted& wanted) const {

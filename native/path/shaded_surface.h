@@ -76,7 +76,7 @@ EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surfa
     const auto value = [&](const Surface& s) EG_INLINE_LAMBDA {
         return scene.lights.any_hidden ? s.evaluate_for(visible_to, active, w) : s.evaluate(active, w);
     };
-    if constexpr (!Surface::kSmooth)
+    if constexpr (requires { surface.bsdf; })
         if (scene.followed_alpha > 0.0f && any(active & of_table)) {
             Surface whole = surface;
             follow_none(whole.bsdf, of_table);

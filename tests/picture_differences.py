@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from edgegrad import Renderer, Scene, parameters
 from edgegrad.engines import engine_class
 from edgegrad.render_options import TERMS
+from edgegrad.renderer import DERIVATIVE_STREAM
 from tests import block_statistics
 from tests.block_statistics import ALARM, Agreement
 from tests.small_scenes import Floats, Moving, central_difference, need
@@ -22,6 +23,14 @@ def need_every_table() -> None:
     need("native")
     if engine_class("native").narrow:
         pytest.skip("this engine differentiates few tables")
+
+
+def seed_of_picture(seed: int) -> int:
+    """The seed that gives a derivative the random numbers that a picture of the given seed has.
+
+    Otherwise both are independent. With common numbers they can be compared sample by sample.
+    """
+    return seed ^ DERIVATIVE_STREAM
 
 
 def agreement(
@@ -94,8 +103,8 @@ def check_equal_bits(make: Callable[[float], Scene], paths: Sequence[str], **opt
 
 
 def compare(
-    scene: Scene, path: str, direction: Any, step: float, *, one_sided: bool = False, seeds: int = 6, spp: int = 64,
-    max_depth: int = 2,
+    scene: Scene, path: str, direction: Any, step: float, *, curve: Callable[[float], Any] | None = None,
+    one_sided: bool = False, seeds: int = 6, spp: int = 64, max_depth: int = 2,
 ) -> tuple[float, float, float]:
     """Difference quotient and derivative of a weighted sum over the picture, and the standard error of their gap.
 
@@ -105,6 +114,8 @@ def compare(
         Tangent of the parameter.
     step
         Of the difference: to both sides, or `one_sided` along the direction.
+    curve
+        The parameter's value at a step, with the tangent `direction` at 0; None: a straight line.
     """
     renderer = Renderer(scene, threads=2)
     value = np.array(parameters.get(scene, path), np.float64)
@@ -112,7 +123,7 @@ def compare(
     weight = rng.uniform(0.5, 1.0, (*scene.camera.size, 3))
 
     def shifted(by: float, options: dict[str, Any]) -> Floats:
-        parameters.put(scene, path, value + by * direction)
+        parameters.put(scene, path, curve(by) if curve else value + by * direction)
         renderer.update([path])
         return renderer.render(**options).astype(np.float64)
 
@@ -123,6 +134,7 @@ def compare(
         difference = (shifted(step, options) - shifted(low, options)) / (step - low)
         shifted(0.0, options)
         found.append(float(np.sum(difference * weight)))
+        options["seed"] = seed_of_picture(seed)
         exact.append(float(np.sum(renderer.render_forward({path: direction}, **options) * weight)))
     gap = np.subtract(found, exact)
     return float(np.mean(found)), float(np.mean(exact)), float(gap.std(ddof=1) / np.sqrt(seeds))

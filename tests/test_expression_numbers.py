@@ -94,6 +94,8 @@ def test_equal_numbers_of_different_expressions_have_different_places() -> None:
 
 def test_pull_back_is_the_transpose_of_push_forward() -> None:
     scene = everything()
+    for mesh in scene.meshes.values():
+        mesh.attributes = {**mesh.attributes, "P": np.ones((len(mesh.faces), 3, 3), np.float32)}
     scene.materials["glow"].textures = {  # type: ignore[misc]
         "roughness": e.Ramp(P, ((0.1, 0.2, 0.3, 1.0), (0.5, 0.6, 0.7, 1.0))), "metallic": e.Math("SINE", 0.3),
     }

@@ -15,10 +15,10 @@ from edgegrad import Mesh, Scene, parameters, topology
 from edgegrad.fit import fit
 from edgegrad.fit_run import FitStep, Run
 from edgegrad.losses import Pyramid, l1, l2
-from edgegrad.renderer import DERIVATIVE_STREAM
 from edgegrad.targets import Target, View, views
 from edgegrad.unknowns import unknown
 from tests import shapes
+from tests.picture_differences import seed_of_picture
 
 VERTICES, COLOR, POWER = "meshes.object.vertices", "materials.clay.base_color", "lights.lamp.power"
 
@@ -120,7 +120,7 @@ def test_the_gradient_of_a_noisy_loss_is_unbiased() -> None:
     assert found.mean() == pytest.approx(expected, abs=4.0 * error)
     # The derivative of this seed has the random numbers of the picture.
     same = [renderer.render_backward(l2(renderer.render(spp=1, seed=k), target)[1], [COLOR], spp=1,
-                                     seed=k ^ DERIVATIVE_STREAM)[COLOR].sum()
+                                     seed=seed_of_picture(k))[COLOR].sum()
             for k in range(run.iterations)]  # fmt: skip
     assert abs(np.mean(same) - expected) > 8.0 * error, "or this scene has no noise to be biased by"
 

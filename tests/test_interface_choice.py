@@ -91,11 +91,12 @@ def test_slope_of_what_passes() -> None:
     lit = error > 0
     z = (samples.mean(0) - truth)[lit] / error[lit]
     assert (z**2).mean() < 1 + 5 * np.sqrt(2 / lit.sum())
-    assert abs(truth[~lit]).max() == 0
     # How often they pass, and what those count for: neither is the picture's.
     more = np.minimum(0.2 * abs(slope), 0.25) * (share > 0)
     chance = (share + more) / (1 + 2 * more)
     often, picked = (samples != 0).mean(), pixel_means(chance, across, along)
+    # Pixels without a sample that passes are those where hardly any is expected.
+    assert np.exp(-seeds * picked[~lit]).min() > 1e-4
     spread = np.sqrt((picked * (1 - picked)).mean() / samples.size)
     assert abs(often - picked.mean()) < 4 * spread
     assert abs(often - share.mean()) > 20 * spread

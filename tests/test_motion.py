@@ -96,7 +96,7 @@ def test_boundaries_that_no_term_has_are_named() -> None:
     for smooth in (False, True):
         # Textures of its roughness alone make a mirror of a textured surface.
         found = missing(scene, motion_of_still, 4, False)
-        assert any(sentence.startswith("reflected and refracted boundary") for sentence in found) == smooth
+        assert any(sentence.startswith("caustics: of light that mirrors and smooth glass") for sentence in found) == smooth
         scene.materials["wood"].textures = {"roughness": expression.Coordinates("POSITION")}  # type: ignore[misc]
     assert missing(SCENE, moves("world.color"), 4, False) == ()
     plain = shapes.scene(*shapes.cube())

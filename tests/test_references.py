@@ -30,7 +30,7 @@ MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
 # Not in the repository (size); tested where the file exists.
 LARGE = ["dense_200k"]
 # Pictures alone: the boundary that their differences have and derivatives don't, as the plan names it.
-PICTURES = {"glass_sphere": "reflected and refracted boundary"}
+PICTURES = {"glass_sphere": "caustics: of light that mirrors and smooth glass"}
 # The files don't tell the noise of their pictures: independent samples, at least this many per pixel. Where it is less,
 # single pixels' differences from a converged picture tell it (blocks still show a bias of a tenth of those).
 PICTURE_SPP = 8192

@@ -51,7 +51,9 @@ def boxes(count: int, gap: float = 3.0) -> Scene:
 
 
 def textured(expression: Expression) -> Scene:
+    """A cube with attributes for the expression."""
     scene = boxes(1)
+    scene.meshes["box0"].attributes = {"values": np.ones((12, 3, 1), np.float32), "UVMap": np.ones((12, 3, 2), np.float32)}
     scene.materials = {"clay": Material(textures={"roughness": expression})}
     return scene
 
@@ -97,6 +99,7 @@ def test_a_fit_makes_its_plan_once(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = boxes(1)
     scene.materials = {**scene.materials, "glow": Material(textures={"roughness": Attribute("a")})}
     scene.meshes["box0"].materials = ("clay", "glow")
+    scene.meshes["box0"].attributes = {"a": np.ones((12, 3, 1), np.float32)}
     target = np.full((8, 8, 3), 0.5, np.float32)
     with pytest.warns(RuntimeWarning, match="no gradient for"):
         edgegrad.fit(scene, target, ["materials.clay.base_color", "materials.clay.alpha", "materials.clay.ior",

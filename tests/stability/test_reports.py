@@ -82,7 +82,7 @@ def test_results_that_are_not_finite_are_told() -> None:
     scene = shadowed()
     renderer = Renderer(scene)
     path = "meshes.floor.vertices"
-    tangent = {path: np.full((4, 3), 1e300)}
+    tangent = {path: np.full((4, 3), HUGE)}
     told = sentences(lambda: renderer.render_forward(tangent, spp=1))
     assert any("render_forward" in sentence and "pixels are not finite" in sentence for sentence in told)
 

@@ -45,7 +45,7 @@ def emission(draw: Draw) -> np.ndarray:
 def _textures(draw: Draw) -> dict[str, e.Expression]:
     found = {draw.one(TEXTURED): expression(draw, draw.whole(1, 3)) for _ in range(draw.whole(1, 3))}
     if draw.chance(0.2):
-        found["normal"] = e.ImageTexture("colors", e.Attribute("UVMap"))
+        found["normal"] = e.ImageTexture("colors", e.Attribute("UVMap", required=False))
     return found
 
 
@@ -56,6 +56,8 @@ def materials(draw: Draw) -> dict[str, Material | Mixture]:
     if draw.chance(0.25):
         count = draw.whole(1, 4)
         parts = tuple(draw.one(names) for _ in range(count))
-        textures = {str(draw.whole(0, count - 1)): e.Attribute(draw.one(tuple(LAYERS)))} if draw.chance(0.4) else {}
+        textures: dict[str, e.Expression] = {}
+        if draw.chance(0.4):
+            textures = {str(draw.whole(0, count - 1)): e.Attribute(draw.one(tuple(LAYERS)), required=False)}
         out["mix"] = Mixture(parts, np.array([draw.share() for _ in range(count)]), textures)
     return out

@@ -112,8 +112,12 @@ def main() -> None:
     for n in range(first, count + 1, stride):
         say(n=n)
         outcome = attempt(call, shim, n)
-        # A failed change has been made or not, and can be made again.
-        usable = subject.picture() in pictures.values() and (expected is None or call() == expected)
+        # A failed change has been made or not, and can be made again. The renderer has not taken it over, so that its
+        # pictures, with whichever vertices it has, would be refused.
+        subject.renderer.watched = False
+        usable = subject.picture() in pictures.values()
+        subject.renderer.watched = True
+        usable = usable and (expected is None or call() == expected)
         subject.renderer.update()
         usable = usable and subject.picture() == pictures[subject.place]
         say(n=n, outcome=outcome, usable=usable)

@@ -71,6 +71,8 @@ def _value(draw: Draw, kind: type[Expression], name: str, type_name: str, depth:
         return draw.one(kind.choices[name])
     if name == "name":
         return draw.one((*LAYERS, "absent"))
+    if name == "required":  # meshes lack attributes now and then
+        return False
     if name == "image":
         return draw.one(IMAGES)
     if name == "table":
@@ -90,7 +92,7 @@ def _value(draw: Draw, kind: type[Expression], name: str, type_name: str, depth:
     if depth > 1 and (name == "vector" or draw.chance(0.4)):
         return expression(draw, depth - 1)
     if name == "vector":
-        return e.Attribute("UVMap")
+        return e.Attribute("UVMap", required=False)
     # Half of the rest keep their defaults.
     return draw.one(_OUTER_NUMBERS) if _is_needed(kind, name) or draw.chance(0.5) else None
 

@@ -214,7 +214,8 @@ def _shadow(
         still = "no shadow moves, but where it is seen by mirrors and smooth glass does"
         return Term("shadow", True, 0, total, (still, str(mirrored)))
     cut, horizons = horizon_rule(scene, moves, max_depth)
-    if len(edges) == 1 and convex(next(iter(scene.meshes.values()))) and _single(scene):
+    # Seen through a body's far side, from within, borders of what lets light pass lie anywhere on it.
+    if len(edges) == 1 and _single(scene) and not lets_light_pass(scene) and convex(next(iter(scene.meshes.values()))):
         alone = f"'{next(iter(edges))}' is alone and convex: it hides no light from itself"
         return Term("shadow", cut or bool(curves), 0, total, (alone, *((horizons,) if cut else ()), *curves))
     kept = total - sum(e.flat for e in edges.values())

@@ -54,6 +54,7 @@ def test_fits_find_every_kind_of_parameter(path: str) -> None:
     goal = np.asarray(change(parameters.get(truth, path)), np.float64)
     parameters.put(truth, path, goal)
     target = Target(Renderer(truth).render(spp=128, seed=99, max_depth=3))
-    fit(scene, target, [path], iterations=60, spp=8, max_depth=3)
+    # That a ball has turned hardly shows: with fewer samples, noise turns it.
+    fit(scene, target, [path], iterations=60, spp=32, max_depth=3)
     found = np.asarray(parameters.get(scene, path), np.float64)
     assert np.linalg.norm(found - goal) < left * np.linalg.norm(start - goal)

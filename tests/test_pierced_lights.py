@@ -105,7 +105,9 @@ DEEP: dict[str, tuple[Make, list[str]]] = {
 @pytest.mark.parametrize("name", CASES)
 def test_pierced_lights_agree_with_central_differences(name: str) -> None:
     need_every_table()
-    check_agreement(along(*CASES[name]), spp=128)
+    # On the sheet itself the light of an ellipse jumps, with samples of no finite variance (derivations, C and F2):
+    # more samples hardly lessen the noise.
+    check_agreement(along(*CASES[name]), spp=128, noise=0.5 if name == "ellipse: sheet moves" else 0.25)
 
 
 @pytest.mark.parametrize("name", DEEP)

@@ -155,6 +155,7 @@ NOT_ZERO: dict[str, tuple[Scene, list[str], str]] = {
     "emissive edges": (glowing(box()), [VERTICES], "primary"),
     "light between surfaces": (with_neighbour(box()), [VERTICES], "indirect"),
     "a body within a room": (within_room(box()), [VERTICES], "indirect"),
+    "light through a body's far side": (veiled(box()), [VERTICES], "shadow"),
     "veils over a floor": (veiled(with_floor(box())), [VERTICES], "indirect"),
 }
 

@@ -53,7 +53,8 @@ def boxes(count: int, gap: float = 3.0) -> Scene:
 def textured(expression: Expression) -> Scene:
     """A cube with attributes for the expression."""
     scene = boxes(1)
-    scene.meshes["box0"].attributes = {"values": np.ones((12, 3, 1), np.float32), "UVMap": np.ones((12, 3, 2), np.float32)}
+    sizes = {"values": 1, "UVMap": 2}
+    scene.meshes["box0"].attributes = {name: np.ones((12, 3, size), np.float32) for name, size in sizes.items()}
     scene.materials = {"clay": Material(textures={"roughness": expression})}
     return scene
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -64,7 +65,7 @@ def scene(*sources: str) -> Scene:
         "lamp": Material(np.zeros(3), glow),
     }
     world = next((WORLDS[name] for name in sources if name in WORLDS), World(np.zeros(3)))
-    lights = {name: LIGHTS[name] for name in sources if name in LIGHTS}
+    lights = {name: replace(LIGHTS[name]) for name in sources if name in LIGHTS}  # tests change them
     image = Image(rng.uniform(0.1, 1.0, (6, 12, 3)).astype(np.float32) ** 3)
     return Scene(small_scenes.camera((0, 1, 4), size=24), meshes, materials, lights, world, {"sky": image})
 

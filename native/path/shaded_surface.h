@@ -24,10 +24,10 @@ struct ShadedSurface {
     // The same for light that only some kinds of rays (bits 1 << RayKind) see: of lobes that scatter those.
     EG_INLINE BsdfValue evaluate_for(Int kinds, Mask active, Vec3 w) const {
         BsdfValue f = evaluate(active, w);
-        Bsdf diffuse = bsdf;
-        diffuse.any_lobe[kMirrorLobe] = diffuse.any_lobe[kCoatLobe] = diffuse.any_lobe[kInterfaceLobe] =
-            false;
-        const Vec3 soft = EDGEGRAD_ISA::evaluate(diffuse, active, w).value;
+        Bsdf wide = bsdf;
+        wide.any_lobe[kMirrorLobe] = wide.any_lobe[kCoatLobe] = wide.any_lobe[kInterfaceLobe] = false;
+        Vec3 soft = EDGEGRAD_ISA::evaluate(wide, active, w).value;
+        if (smooth) soft = soft * bump_shadowing(*smooth, normal, w, diffuse);
         const auto seen = [&](RayKind kind) { return (kinds & (1 << kind)) != 0; };
         const Vec3 above =
             select(seen(kDiffuseRay), soft, zero3()) + select(seen(kGlossyRay), f.value - soft, zero3());

@@ -61,7 +61,7 @@ EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
     const Mask multiscatter = m & has_flag(flags, kMultiscatter);
     if (any(multiscatter)) {
         const Compensation c =
-            compensation(reflection_albedo(sqrt(sqrt(ggx.ax * ggx.ay)), f.view.z), v.base_color);
+            compensation(reflection_albedo(sqrt(sqrt(ggx.ax * ggx.ay)), f.view.z), saturate(v.base_color));
         weight = select(multiscatter, weight * c.darkening * c.scale, weight);
     }
     f.mirror.constant = select(m, weight, f.mirror.constant);

@@ -281,8 +281,7 @@ class Scene {
             gradients = engine_->backward(options, what, image.data(), learned, report, dropped);
         }
         nb::dict out;
-        for (const auto& [name, values] : gradients)
-            out[name.c_str()] = edgegrad::zeros_to_numpy(values);
+        for (const auto& [name, values] : gradients) out[name.c_str()] = edgegrad::zeros_to_numpy(values);
         return nb::make_tuple(out, dropped_list(dropped));
     }
 

@@ -67,8 +67,10 @@ EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view,
 template <bool kOnRim = false>
 EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
     const Vec3 sum = view + w * g.eta;
-    // The normal of refracting microfacets points from the denser medium to the other.
-    const Float inverse = select(g.eta > 1.0f, splat(-1.0f), 1.0f) / max(sqrt(dot(sum, sum)), 1e-20f);
+    // The normal of refracting microfacets points from the denser medium to the other. The sum is not shorter
+    // than |eta - 1|, which is above 1e-4 where light refracts roughly; in other lanes its inverse must stay
+    // a number whose square is one.
+    const Float inverse = select(g.eta > 1.0f, splat(-1.0f), 1.0f) / max(sqrt(dot(sum, sum)), 1e-6f);
     const Vec3 h = sum * inverse;
     const Float ho = dot(h, view), hi = dot(h, w);
     const Mask inside = kOnRim ? splat(-1) : h.z > 0.0f;

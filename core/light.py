@@ -222,3 +222,10 @@ def turns_with_point(light: Light) -> bool:
 def is_disk(light: Light) -> bool:
     """Whether a light is a disk that faces each point that it lights."""
     return isinstance(light, PointLight | SpotLight) and light.radius > 0.0 and not light.sphere
+
+
+def has_size(light: Light) -> bool:
+    """Whether rays can meet a light, and planes cut it in two."""
+    if isinstance(light, SunLight):
+        return light.angle > 0.0
+    return isinstance(light, AreaLight) or light.radius > 0.0

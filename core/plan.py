@@ -23,7 +23,7 @@ from .render import caustic_share
 from .renderer import MAX_DERIVATIVE_DEPTH
 from .rim_plan import missing_rims
 from .scene import Scene, validated
-from .specular_plan import causes_caustics, missing_caustics, missing_specular
+from .specular_plan import causes_caustics, missing_caustics, missing_outlines, missing_specular
 from .table_derivatives import asked_tables, wanted_tables
 from .tables import flatten
 
@@ -110,6 +110,7 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     left_out += missing_texel_borders(scene, wrt)
     if not narrow:
         left_out += missing_specular(scene, moves, wrt, max_depth)
+        left_out += missing_outlines(scene, moves, wrt, max_depth)
         thrown = causes_caustics(scene, moves, wrt, max_depth)
         if thrown:
             share = caustic_share(given, spp=measure, max_depth=max_depth) if measure else None

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from typing import TYPE_CHECKING
 
+from .light import has_size
 from .material import Material
 from .material_table import REFRACTION, flags
 from .scene import Scene
-from .shadow_plan import has_size
 from .specular_plan import asks_bending
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ._check import RAYS
-from .light import AreaLight, Light, SunLight, turns_with_point
+from .light import has_size, turns_with_point
 from .material_table import NORMAL_MAP, flags
 from .motion import Motion
 from .scene import Scene
@@ -44,13 +44,6 @@ def bent_meshes(scene: Scene) -> list[str]:
     mapped = {name for name in scene.materials if any(flags(leaf) & NORMAL_MAP for leaf in scene.leaves(name))}
     turned = set(scene.meshes_with(mapped))
     return [name for name, mesh in scene.meshes.items() if mesh.smoothing is not None or name in turned]
-
-
-def has_size(light: Light) -> bool:
-    """Whether a plane can cut the light in two."""
-    if isinstance(light, SunLight):
-        return light.angle > 0.0
-    return isinstance(light, AreaLight) or light.radius > 0.0
 
 
 def missing_shadows(scene: Scene, moves: Motion) -> Iterator[str]:

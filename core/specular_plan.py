@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from . import parameters
-from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .light import Light, SpotLight, has_size
 from .light_table import LEAST_BLEND
 from .material import Material, Mixture
 from .material_table import GLOSSY, REFRACTION, flags
@@ -72,8 +72,7 @@ def _may_be_followed(leaf: Material, widest: float) -> bool:
 
 def _jumps(light: Light, smooth: bool) -> bool:
     """Whether a light ends within faces: a spot without blend, or one without size that smooth faces turn from."""
-    sized = isinstance(light, AreaLight) or (light.angle > 0.0 if isinstance(light, SunLight) else light.radius > 0.0)
-    return (smooth and not sized) or (isinstance(light, SpotLight) and light.blend < LEAST_BLEND)
+    return (smooth and not has_size(light)) or (isinstance(light, SpotLight) and light.blend < LEAST_BLEND)
 
 
 def aimed_materials(scene: Scene) -> list[str]:
@@ -163,8 +162,15 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
              if any(leaf.kind == "REFRACTION" and may_be_specular(leaf) for leaf in scene.leaves(name))]
     if clear:
         yield f"where Refraction shaders stop to let light through, since it is reflected totally ({listed(clear)})"
+
+
+def missing_outlines(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> Iterator[str]:
+    """A sentence on lights whose outlines move in what mirrors and smooth glass show to the camera."""
+    if max_depth < 2 or not specular_materials(scene):
+        return
+    all_move = bool(moves.meshes or moves.camera) or bends_rays(scene, wrt)
     shown = [name for name, light in scene.lights.items()
-             if ((isinstance(light, PointLight) and light.radius > 0.0) or isinstance(light, AreaLight))
+             if (all_move or name in moves.lights) and has_size(light)
              and not {"glossy", "transmission"}.isdisjoint(light.visible_to)]
     if shown:
         yield f"the outlines of lights in mirrors and behind glass ({listed(shown)}): they are no edges"

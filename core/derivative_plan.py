@@ -184,7 +184,9 @@ def _met_alone(scene: Scene, wrt: Sequence[str]) -> str:
 def _revalued(scene: Scene, path: str, lit: Collection[str], max_depth: int) -> tuple[bool, str]:
     """Whether a value that moves no edge changes nothing, and that in words."""
     collection, name, fieldname = parameters.split(path)
-    glows = fieldname in ("emission", f"{parameters.TEXTURES}emission", "alpha", "weights")
+    # Layers above a surface's emission take a part of it.
+    plain = fieldname.removeprefix(parameters.TEXTURES)
+    glows = plain in ("emission", "alpha", "weights") or plain.startswith(("coat_", "sheen_"))
     if collection == "materials" and not _is_used(scene, name):
         return True, f"'{path}': zero, since no face has this material"
     shown = collection == "lights" and has_outline(scene.lights[name])

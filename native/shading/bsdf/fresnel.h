@@ -28,9 +28,11 @@ EG_INLINE Dielectric dielectric(Float cosine, Float eta) {
     const Float squared = eta * eta - (1.0f - c * c);
     const Mask refracts = squared > 0.0f;
     const Float g = sqrt(max(squared, 0.0f));
-    const Float s = (c - g) / (c + g);
+    // Of equal indices both sums are 0 where light grazes.
+    constexpr float kLeast = 1e-20f;
+    const Float s = (c - g) / max(c + g, kLeast);
     const Float eta2c = eta * eta * c;
-    const Float p = (eta2c - g) / (eta2c + g);
+    const Float p = (eta2c - g) / max(eta2c + g, kLeast);
     return {select(refracts, 0.5f * (s * s + p * p), 1.0f), select(refracts, g / eta, 0.0f)};
 }
 

@@ -13,9 +13,9 @@ from tests.torture.tame import CYCLE, PARAMETERS, SHADERS, comparison
 from tests.torture.textures import all_nodes
 
 SCENES = 206
-# Defects that are known: scenes without edges, anisotropy without attributes (crashes), and textured shares beyond
-# [0, 1] (negative pictures).
-KNOWN: tuple[int, ...] = ()
+# Of very many others those in which something was wrong: negative pictures of lamps that some rays alone see and of
+# bright metal, a gradient that was no number at an index of exactly 1, a plan that left out what covers an emission.
+ONCE_WRONG = (60813, 60860, 102541, 114432)
 PATIENCE = 120.0
 
 
@@ -23,7 +23,7 @@ def test_random_scenes_hold_all_checks() -> None:
     need("native")
     if engine_class("native").narrow:
         pytest.skip("this engine differentiates few tables")
-    seeds = [str(seed) for seed in range(SCENES) if seed not in KNOWN]
+    seeds = [str(seed) for seed in (*range(SCENES), *ONCE_WRONG)]
     found = list(results(seeds, 1, PATIENCE))
     assert len(found) == len(seeds)
     assert [(f["task"], f["wrong"]) for f in found if f["wrong"]] == []

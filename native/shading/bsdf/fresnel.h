@@ -28,8 +28,8 @@ EG_INLINE Dielectric dielectric(Float cosine, Float eta) {
     const Float squared = eta * eta - (1.0f - c * c);
     const Mask refracts = squared > 0.0f;
     const Float g = sqrt(max(squared, 0.0f));
-    // Of equal indices both sums are 0 where light grazes.
-    constexpr float kLeast = 1e-20f;
+    // Of equal indices both sums are 0 where light grazes. The inverse square of the least is a number, too.
+    constexpr float kLeast = 1e-15f;
     const Float s = (c - g) / max(c + g, kLeast);
     const Float eta2c = eta * eta * c;
     const Float p = (eta2c - g) / max(eta2c + g, kLeast);

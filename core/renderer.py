@@ -167,11 +167,6 @@ class Renderer:
             self._unfinished = True
             raise
 
-    def _finish_update(self) -> None:
-        """Do an unfinished change anew, before anything is computed."""
-        if self._unfinished:
-            self.update()
-
     @property
     def watched(self) -> bool:
         """Whether each call looks for changes of the scene that no update has taken over: fields with other values, and
@@ -184,8 +179,10 @@ class Renderer:
     def watched(self, watched: bool) -> None:
         self._taken_over = TakenOver(self.scene) if watched else None
 
-    def _watch(self, camera: Camera | None) -> None:
-        """Refuse a scene of which an update is missing."""
+    def _settle(self, camera: Camera | None) -> None:
+        """Do an unfinished change anew, and refuse a scene of which an update is missing."""
+        if self._unfinished:
+            self.update()
         if self._taken_over is not None:
             self._taken_over.check(self.scene, camera=camera is None)
 
@@ -240,8 +237,7 @@ class Renderer:
         """The picture; see `edgegrad.render`."""
         options = checked_options(spp, max_depth, seed, bounces)
         progress = checked_progress("render", progress)
-        self._finish_update()
-        self._watch(camera)
+        self._settle(camera)
         if self._may_be_convex():
             _ = self.edges
         picture = self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
@@ -269,7 +265,7 @@ class Renderer:
         """
         options = checked_options(spp, max_depth, seed, bounces)
         progress = checked_progress("render_caustics", progress)
-        self._watch(camera)
+        self._settle(camera)
         tables = self._seen(self._tables, camera)
         picture = self._engine.render(tables, **options, caustics_alone=True, progress=progress)
         warn_of_picture(picture, "render_caustics")
@@ -289,7 +285,7 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
         tangent = mapping("render_forward", "tangent", tangent)
-        self._watch(camera)
+        self._settle(camera)
         options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms)
         progress = checked_progress("render_forward", progress)
         tables, wanted = self._asked(tuple(tangent), camera)
@@ -320,7 +316,7 @@ class Renderer:
     ) -> dict[str, NDArray[np.float64]]:
         """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
         wrt = names("render_backward", "wrt", wrt, "parameter paths")
-        self._watch(camera)
+        self._settle(camera)
         progress = checked_progress("render_backward", progress)
         options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
         tables, wanted = self._asked(wrt, camera)
@@ -366,7 +362,6 @@ class Renderer:
         bounces: Bounces | None,
         terms: Sequence[str],
     ) -> dict[str, Any]:
-        self._finish_update()
         narrow = self._engine.narrow
         if self._obstacles is None:
             self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None

@@ -145,3 +145,36 @@ def test_a_progress_function_cannot_use_its_renderer() -> None:
     with pytest.raises(RuntimeError, match="renderer: its progress function can't use it"):
         renderer.render(spp=64, progress=lambda _: renderer.update(["materials.clay.base_color"]))
     assert renderer.render(spp=1).any()
+
+
+@pytest.mark.parametrize("call", ["render", "render_caustics", "render_forward", "render_backward"])
+@pytest.mark.parametrize("named", [False, True])
+def test_each_call_does_an_update_anew_that_has_failed(call: str, named: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Memory runs out in the engine while it takes over a changed value; the next call sees the change."""
+    path = "materials.clay.base_color"
+
+    def scene() -> Scene:
+        return shapes.scene(*shapes.ball(1))
+
+    def result(renderer: Renderer) -> Any:
+        options: dict[str, Any] = {"spp": 2, "max_depth": 2}
+        if call == "render_forward":
+            return renderer.render_forward({path: np.ones(3)}, **options)
+        if call == "render_backward":
+            height, width = renderer.scene.camera.size
+            return renderer.render_backward(np.ones((height, width, 3)), [path], **options)[path]
+        return getattr(renderer, call)(**options)
+
+    def fails(*_: object) -> None:
+        raise MemoryError
+
+    changed = Renderer(scene())
+    changed.scene.materials["clay"].base_color = np.array([0.1, 0.9, 0.4])
+    with monkeypatch.context() as patch:
+        patch.setattr(changed._engine, "update", fails)
+        patch.setattr(changed._engine, "update_values", fails)
+        with pytest.raises(MemoryError):
+            changed.update([path] if named else None)
+    expected = scene()
+    expected.materials["clay"].base_color = np.array([0.1, 0.9, 0.4])
+    np.testing.assert_array_equal(result(changed), result(Renderer(expected)))

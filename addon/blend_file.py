@@ -9,7 +9,7 @@ from pathlib import Path
 
 import bpy
 
-from edgegrad.output_files import replacing
+from edgegrad.images.output_files import replacing
 
 from .problem import Problem
 

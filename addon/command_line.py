@@ -17,7 +17,7 @@ from typing import Any, TextIO
 import bpy
 
 from edgegrad import images
-from edgegrad.output_files import check_outputs
+from edgegrad.images.output_files import check_outputs
 from edgegrad.progress import ProgressBar
 
 from .blend_file import open_blend

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad import parameters as values
-from edgegrad.unknowns import vertex_normals
+from edgegrad.fitting.variables import vertex_normals
+from edgegrad.scene import parameters as values
 
 from .differentiable import export_differentiable, not_computed
 from .export import Export

@@ -6,9 +6,9 @@ from dataclasses import replace
 from typing import Any
 
 import edgegrad
-from edgegrad.engines import engine_class
-from edgegrad.render import CAUSTIC_SAMPLES
-from edgegrad.renderer import MAX_DERIVATIVE_DEPTH
+from edgegrad.rendering.engine import engine_class
+from edgegrad.rendering.one_shot import CAUSTIC_SAMPLES
+from edgegrad.rendering.renderer import MAX_DERIVATIVE_DEPTH
 
 from .export import Export, export_camera, export_scene
 

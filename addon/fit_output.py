@@ -16,7 +16,7 @@ import numpy as np
 
 import edgegrad
 from edgegrad import images
-from edgegrad.output_files import check_output_folder, check_outputs, replacing
+from edgegrad.images.output_files import check_output_folder, check_outputs, replacing
 
 from .blend_file import save_blend
 from .problem import Problem

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 import edgegrad
-from edgegrad import parameters as values
+from edgegrad.scene import parameters as values
 
 from . import write_back
 from .export import Export

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import images
-from edgegrad import parameters as values
+from edgegrad.scene import parameters as values
 
 from . import parameters
 from .differentiable import export_differentiable, export_view, not_computed

@@ -14,22 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from edgegrad import (
-    AreaLight,
-    Camera,
-    FitResult,
-    Image,
-    Material,
-    Mesh,
-    PointLight,
-    Scene,
-    World,
-    fit,
-    parameters,
-    render,
-)
+from edgegrad import AreaLight, Camera, FitResult, Image, Material, Mesh, PointLight, Scene, World, fit, render
 from edgegrad import expression as e
-from edgegrad.unknown_poses import rotations
+from edgegrad.fitting.rigid_variables import rotations
+from edgegrad.scene import parameters
 
 F64 = NDArray[np.float64]
 SIZE = 48  # pixels along each side

@@ -1,20 +1,29 @@
 """Edgegrad: differentiable, physically based rendering of triangle scenes, boundary terms included."""
 
-from .bounces import Bounces
-from .camera import Camera
-from .differentiable import differentiable
-from .fit import FitResult, fit
-from .fit_run import FitStep
-from .image import Image
-from .light import AreaLight, PointLight, SpotLight, SunLight
-from .material import Material, Mixture
-from .mesh import Mesh
-from .plan import Plan, plan
-from .render import render, render_backward, render_forward
-from .render_options import TERMS
-from .renderer import Cancelled, Renderer
-from .scene import Scene, World
-from .targets import Target
+import sys
+
+from .expression import procedural
+from .fitting import losses, optimisers
+from .fitting.run import FitStep
+from .fitting.scene_fit import FitResult, fit
+from .fitting.targets import Target
+from .planning.scene_plan import Plan, plan
+from .reference.simplify import differentiable
+from .rendering.one_shot import render, render_backward, render_forward
+from .rendering.options import TERMS
+from .rendering.renderer import Cancelled, Renderer
+from .scene import parameters
+from .scene.bounces import Bounces
+from .scene.camera import Camera
+from .scene.image import Image
+from .scene.light import AreaLight, PointLight, SpotLight, SunLight
+from .scene.material import Material, Mixture
+from .scene.mesh import Mesh
+from .scene.scene import Scene, World
+
+# `edgegrad.NAME` can be imported as a module for each of these, whatever room its file stands in.
+for _module in (losses, optimisers, parameters, procedural):
+    sys.modules[f"{__name__}.{_module.__name__.rpartition('.')[2]}"] = _module
 
 __all__ = [
     "TERMS",
@@ -38,7 +47,11 @@ __all__ = [
     "World",
     "differentiable",
     "fit",
+    "losses",
+    "optimisers",
+    "parameters",
     "plan",
+    "procedural",
     "render",
     "render_backward",
     "render_forward",

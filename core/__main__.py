@@ -58,7 +58,7 @@ def information() -> dict[str, str]:
     """What this installation runs on, name to value."""
     out = {"edgegrad": _version("edgegrad"), "Python": f"{platform.python_version()}, {platform.machine()}"}
     try:
-        from . import native_engine
+        from .rendering import native_engine
 
         out["engine"] = "native"
         out["instruction set"] = ", ".join(native_engine.instruction_sets()) + " (the first is used)"

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand, operands
-from edgegrad.lowering import RULES, Lowering, Resources
-from edgegrad.texture_ops import Builder
+from edgegrad.tables.textures.lowering import RULES, Lowering, Resources
+from edgegrad.tables.textures.ops import Builder
 
 from .images import Images
 from .nodes import Groups, by_identifier, feed, label

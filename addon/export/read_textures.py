@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from edgegrad import expression as e
-from edgegrad import procedural as p
 from edgegrad.expression import Operand
+from edgegrad.expression import procedural as p
 
 from . import attributes
 from .expressions import Reader, Unreadable, reads

@@ -23,8 +23,8 @@ from dataclasses import fields
 
 import numpy as np
 
-from ..narrow_derivatives import Asked, Derivative
-from ..tables import Tables
+from ..tables.tables import Tables
+from .diffuse_tables import Asked, Derivative
 from .surfaces import Bools, Floats, Ints, Surfaces, dot
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..topology import Edges
+from ..geometry.topology import Edges
 from .film import Film
 from .surfaces import Bools, Floats, Ints, Surfaces, dot
 

@@ -8,11 +8,11 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import narrow_derivatives as narrow
-from ..bounces import UNLIMITED, Bounces
-from ..table_derivatives import TableDerivative, Wanted
-from ..tables import Tables
-from ..topology import Edges
+from ..derivatives.table_derivatives import TableDerivative, Wanted
+from ..geometry.topology import Edges
+from ..scene.bounces import UNLIMITED, Bounces
+from ..tables.tables import Tables
+from . import diffuse_tables as narrow
 from .blocks import Forward, Reverse, Sink
 from .edges import EdgeTable, seen_edges
 from .film import Film

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..tables import Tables
+from ..tables.tables import Tables
 from .surfaces import Floats, Ints, dot, unit
 
 

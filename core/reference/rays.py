@@ -15,7 +15,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
-from ..tables import Tables
+from ..tables.tables import Tables
 from .surfaces import Bools, Floats, Ints
 
 # Rays per call of embreex; calls of several threads overlap, as embreex releases the GIL.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..tables import Tables
+from ..tables.tables import Tables
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

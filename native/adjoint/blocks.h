@@ -1,6 +1,6 @@
 // Steps of the shading code that are recorded as one block (adjoint/tape.h), with derivatives written by
 // hand: the adjoint blocks of the derivations, section 1. Where generic operations would leave 20 to 60 edges
-// each on the tape, a block keeps a few vectors; tests compare both (tests/test_adjoint_blocks.py).
+// each on the tape, a block keeps a few vectors; tests compare both (tests/shading/test_adjoint_blocks.py).
 //
 // As on the tape's edges, a lane whose adjoint is zero passes nothing on, whatever numbers a block keeps for
 // it.

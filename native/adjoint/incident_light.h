@@ -3,10 +3,10 @@
 #pragma once
 
 #include "adjoint/light_arrival.h"
-#include "adjoint/passed_surfaces.h"
-#include "path/vertex_packet.h"
-#include "shading/environment.h"
-#include "shading/held_light.h"
+#include "adjoint/transparent_light.h"
+#include "shading/lights/environment.h"
+#include "shading/lights/fixed_direction_light.h"
+#include "tasks/vertex_record.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

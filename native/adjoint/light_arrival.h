@@ -1,15 +1,15 @@
 // Light that a recorded emitter sample brings, as a function of the scene.
 //
 // A sample is a fixed place of its light: barycentrics of a face, the place's coordinates in the frame of a
-// light's own shape, or in the cone of directions to a sun or a sphere (boundary/light_motion.h has all of
-// them). It moves with the light, and the measure on the light changes with it (material form):
+// light's own shape, or in the cone of directions to a sun or a sphere (boundary/segment/light_motion.h has
+// all of them). It moves with the light, and the measure on the light changes with it (material form):
 //   L_e |w . M| / r^2,   M the area normal of the parametrisation,
 // divided by its own value, since the sample's density is a constant.
 #pragma once
 
 #include "adjoint/segment_block.h"
 #include "shading/emission.h"
-#include "shading/light_rows.h"
+#include "shading/lights/light_rows.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -24,7 +24,7 @@ class TapeBuffer {
 
 struct TapeMemory {
     TapeBuffer ends, partials, leaves, derivatives, block_entries, blocks;
-    TapeBuffer parts;  // of what is recorded at once (adjoint/path.cpp)
+    TapeBuffer parts;  // of what is recorded at once (adjoint/path_sweeps.cpp)
 };
 
 }  // namespace edgegrad

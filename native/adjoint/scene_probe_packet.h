@@ -1,8 +1,8 @@
 // One packet of points to look at parts of the shading code at.
 #pragma once
 
-#include "kernels.h"
 #include "simd/vector.h"
+#include "tasks/probe_tasks.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -3,8 +3,8 @@
 
 #include "adjoint/block_probes.h"
 #include "path/camera_rays.h"
-#include "shading/environment.h"
-#include "shading/light_rows.h"
+#include "shading/lights/environment.h"
+#include "shading/lights/light_rows.h"
 #include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

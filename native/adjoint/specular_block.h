@@ -5,7 +5,7 @@
 #pragma once
 
 #include "adjoint/blocks.h"
-#include "shading/bsdf/specular.h"
+#include "shading/bsdf/perfect_lobes.h"
 #include "shading/surface_shader.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

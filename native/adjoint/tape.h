@@ -17,8 +17,8 @@
 // lanes hold which were computed but not selected.
 #pragma once
 
+#include "adjoint/differentiable_tables.h"
 #include "adjoint/memory.h"
-#include "adjoint/tables.h"
 #include "simd/lanes.h"
 
 // Statically placed thread-local storage costs one instruction where a library's own costs a call.

@@ -11,7 +11,8 @@
 // - every other vertex, and samples of lights, ride on their triangles at fixed places, and the measure
 //   |w.M|/r^2 that replaces a solid angle is differentiated with f (material form);
 // - surfaces that let a ray through are met where it goes from one such place to the next;
-// - the direction of what faces of meshes with many of them give by themselves stays (shading/held_light.h);
+// - the direction of what faces of meshes with many of them give by themselves stays
+// (shading/lights/fixed_direction_light.h);
 // - so does, by a share, that of light from near surfaces (scene/contact.h);
 // - directions to the environment turn with its image.
 // Nothing is traced. The adjoint of a vertex' position that its successor asks for is handed over by path.
@@ -21,7 +22,7 @@
 #include "adjoint/specular_block.h"
 #include "path/shaded_surface.h"
 #include "path/stream.h"
-#include "shading/bsdf/specular.h"
+#include "shading/bsdf/perfect_lobes.h"
 #include "shading/lambertian.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

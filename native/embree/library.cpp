@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "parallel.h"
+#include "util/parallel.h"
 
 #ifdef _WIN32
 #include <windows.h>

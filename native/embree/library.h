@@ -17,8 +17,8 @@ const Api& load(const std::string& path);
 // allocates memory where it may not throw. Throws std::bad_alloc or std::runtime_error if there is none.
 Device device(int threads);
 
-// Commits a scene; asks the caller meanwhile whether to go on (parallel.h) and throws what it throws. The
-// scene can't be used then.
+// Commits a scene; asks the caller meanwhile whether to go on (util/parallel.h) and throws what it throws.
+// The scene can't be used then.
 void commit_scene(SceneHandle scene);
 
 // Version of the loaded library as "4.4.0"; needs load() before.

@@ -2,7 +2,7 @@
 // with its own EDGEGRAD_ISA and EDGEGRAD_WIDTH (CMakeLists.txt).
 #pragma once
 
-#include "kernels.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "path/path_queue.h"
-#include "scene/rays.h"
+#include "scene/rays/rays.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -17,12 +17,12 @@
 
 #include "film/splat.h"
 #include "path/camera_projection.h"
-#include "path/edge_on_task.h"
 #include "path/first_rays.h"
 #include "path/run.h"
 #include "path/start.h"
 #include "path/stream.h"
 #include "sampling/systematic.h"
+#include "tasks/edge_on_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -3,7 +3,7 @@
 
 #include "path/camera_rays.h"
 #include "path/path_queue.h"
-#include "scene/rays.h"
+#include "scene/rays/rays.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -1,8 +1,8 @@
 // The queue of a task's live paths: what a ray carries from one surface to the next.
 #pragma once
 
-#include "kernels.h"
 #include "simd/vector.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -1,11 +1,11 @@
-// Writes down what happens at the vertices of paths whose derivatives are asked for (path/vertex_packet.h).
+// Writes down what happens at the vertices of paths whose derivatives are asked for (tasks/vertex_record.h).
 #pragma once
 
 #include "path/path_queue.h"
-#include "path/vertex_packet.h"
 #include "scene/contact.h"
 #include "shading/bsdf/sample.h"
-#include "shading/lights.h"
+#include "shading/lights/lights.h"
+#include "tasks/vertex_record.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -6,10 +6,10 @@
 #include "path/shaded_surface.h"
 #include "path/stream.h"
 #include "path/value_recorder.h"
-#include "shading/environment_samples.h"
 #include "shading/lambertian.h"
-#include "shading/light_radiance.h"
-#include "shading/lights.h"
+#include "shading/lights/environment_samples.h"
+#include "shading/lights/light_radiance.h"
+#include "shading/lights/lights.h"
 #include "shading/terminator.h"
 #include "shading/transmittance.h"
 

@@ -4,7 +4,7 @@
 #include "path/first_rays.h"
 #include "path/path_queue.h"
 #include "path/run.h"
-#include "scene/rays.h"
+#include "scene/rays/rays.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

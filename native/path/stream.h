@@ -1,10 +1,10 @@
 // Paths of a task by number, and their random numbers.
 #pragma once
 
-#include "kernels.h"
 #include "path/camera_rays.h"
 #include "sampling/sobol.h"
 #include "sampling/z_order.h"
+#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

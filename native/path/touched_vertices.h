@@ -1,5 +1,5 @@
-// Of recorded vertices, those of which anything comes, closed up: a sweep over a packet (adjoint/path.cpp)
-// takes as long for one lane as for all, and ten times as long as moving its lanes.
+// Of recorded vertices, those of which anything comes, closed up: a sweep over a packet
+// (adjoint/path_sweeps.cpp) takes as long for one lane as for all, and ten times as long as moving its lanes.
 #pragma once
 
 #include "path/recorder.h"

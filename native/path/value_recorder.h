@@ -1,9 +1,9 @@
-// Writes down what derivatives by colours and strengths need of paths (path/value_packet.h). Only the latest
+// Writes down what derivatives by colours and strengths need of paths (tasks/value_record.h). Only the latest
 // packet is written to.
 #pragma once
 
 #include "path/recorder.h"
-#include "path/value_packet.h"
+#include "tasks/value_record.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -1,8 +1,8 @@
-// Derivatives by colours and strengths, from what is recorded of a task's paths (path/value_packet.h): from
+// Derivatives by colours and strengths, from what is recorded of a task's paths (tasks/value_record.h): from
 // their ends to the camera, as the light that arrives at a vertex is that of the vertices behind it.
 #pragma once
 
-#include "adjoint/tables.h"
+#include "adjoint/differentiable_tables.h"
 #include "path/value_recorder.h"
 #include "simd/lanes.h"
 

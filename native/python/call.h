@@ -11,12 +11,12 @@
 
 #include <functional>
 
-#include "parallel.h"
+#include "util/parallel.h"
 
 namespace edgegrad {
 
 // While one exists, the calling thread works without the interpreter's lock, and answers signals
-// (parallel.h: may_cancel).
+// (util/parallel.h: may_cancel).
 class WithoutInterpreter {
  public:
     WithoutInterpreter();
@@ -38,7 +38,7 @@ class WithoutInterpreter {
 // by the end of the process.
 Progress make_progress(nanobind::object callback);
 
-// The functions that core/native_engine.py registers for the process's exit and forks.
+// The functions that core/rendering/native_engine.py registers for the process's exit and forks.
 void bind_process(nanobind::module_& module);
 
 }  // namespace edgegrad

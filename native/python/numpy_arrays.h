@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "zeroed.h"
+#include "util/zeroed_memory.h"
 
 namespace edgegrad {
 

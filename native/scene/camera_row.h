@@ -1,4 +1,4 @@
-// Places of the camera's floats in their row (CameraView's first kCameraFloats; core/camera_row.py).
+// Places of the camera's floats in their row (CameraView's first kCameraFloats; core/tables/camera.py).
 #pragma once
 
 namespace edgegrad {

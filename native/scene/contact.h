@@ -9,18 +9,19 @@
 // b = 1 near x, falling to 0 at the borders of y's triangle. Of light that x receives this makes
 //   d log(measure) = (1 - b) R + grad b . (v_1 - m(y)),
 // R the rate of |w . M|/r^2 in material form; f and whatever y shows move with v; and edges of shadows sweep
-// over segments that move with (1 - b) as much of y and with the rest of x (boundary/segment.h).
+// over segments that move with (1 - b) as much of y and with the rest of x (boundary/segment/segment.h).
 //
 // Borders that lie in x's own plane don't count: light from there arrives along x's horizon, where |n_x . w|
 // vanishes. (Where n_x isn't the face's own normal it doesn't: there they count, and the horizon moves over y
-// as much as that rides, boundary/horizon.h.) With rho the distance to the nearest of all borders that do,
+// as much as that rides, boundary/terms/horizon.h.) With rho the distance to the nearest of all borders that
+// do,
 //   b = 1 - s^2 (3 - 2 s),   s = min(r/(kReach rho), 1),
 // so that no border needs samples of its own.
 //
 // Squared error of pixels, held by riding, 16 samples, with kReach 1, 2, 3, 4 (medians;
-// tests/test_contact.py): a glowing wall slides .031, .024, .022, .022, a matte one .027, .024, .023, .022,
-// the floor .0063, .0037, .0035, .0034, a block .12, .11, .11, .13, the camera .094, .064, .066, .076.
-// Riding, it doesn't fall with the number of samples. Where nothing touches, light that is held far off
+// tests/interior/test_contact.py): a glowing wall slides .031, .024, .022, .022, a matte one .027, .024,
+// .023, .022, the floor .0063, .0037, .0035, .0034, a block .12, .11, .11, .13, the camera .094, .064, .066,
+// .076. Riding, it doesn't fall with the number of samples. Where nothing touches, light that is held far off
 // loses: of 50 scenes (shadows and inter-reflection in the tests) one 1.3, 2.6, 4.1 times with 1, 2, 3, all
 // of them .99, .97, .95 in the mean.
 #pragma once

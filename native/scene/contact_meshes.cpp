@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "scene/closure_programs.h"
 #include "scene/face_vectors.h"
-#include "scene/leaf_programs.h"
 #include "scene/sharp_lobes.h"
 
 namespace edgegrad {
@@ -71,7 +71,7 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
     if (!moves || view.face_held || (view.all_flags & kHasTransparency)) return {};
     std::vector<int32_t> materials(tables.material_first_leaf.size() - 1);
     for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
-    // Some lights turn with the points that they light, which at horizons ride (boundary/horizon.h).
+    // Some lights turn with the points that they light, which at horizons ride (boundary/terms/horizon.h).
     const bool turning = view.lights.kinds & kTurningLights;
     std::vector<int32_t> meshes(static_cast<size_t>(tables.visible_meshes), 0);
     int32_t any = 0;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scene/tables.h"
-#include "scene/vector.h"
+#include "util/double_vector.h"
 
 namespace edgegrad {
 

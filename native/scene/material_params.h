@@ -1,11 +1,11 @@
-// One shader's values as a row of floats: the places of its fields (core/material_table.py has the same).
+// One shader's values as a row of floats: the places of its fields (core/tables/materials.py has the same).
 #pragma once
 
 #include <cstdint>
 
 namespace edgegrad {
 
-// Kinds of shaders, in the order of core/material.py's KINDS.
+// Kinds of shaders, in the order of core/scene/material.py's KINDS.
 enum ShaderKind : int32_t {
     kPrincipled,
     kDiffuse,

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "parallel.h"
-#include "scene/vector.h"
+#include "util/double_vector.h"
+#include "util/parallel.h"
 
 namespace edgegrad {
 namespace {

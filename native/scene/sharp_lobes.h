@@ -1,9 +1,9 @@
 // Which shaders have lobes so sharp that what lights them is looked for along those, or perfect ones.
 #pragma once
 
-#include "kernels.h"
-#include "scene/leaf_programs.h"
+#include "scene/closure_programs.h"
 #include "scene/tables.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad {
 

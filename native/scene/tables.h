@@ -1,4 +1,4 @@
-// The scene's tables by value (core/tables.py has the same names), and derivatives of them.
+// The scene's tables by value (core/tables/tables.py has the same names), and derivatives of them.
 #pragma once
 
 #include <algorithm>
@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "scene/environment_map.h"
+#include "scene/lights/environment_map.h"
 #include "scene/view.h"
-#include "texture/tables.h"
+#include "texture/texture_tables.h"
 
 namespace edgegrad {
 
@@ -32,7 +32,7 @@ struct GeometryTables {
 struct ValueTables {
     std::vector<int32_t> material_first_leaf, leaf_kind, leaf_flags;
     std::vector<float> leaf_params;
-    struct LightRows {  // core/light_table.py
+    struct LightRows {  // core/tables/lights.py
         std::vector<float> params;
         std::vector<int32_t> kind, flags, visible_to, receivers, blockers;
     } lights;

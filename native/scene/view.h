@@ -1,16 +1,16 @@
-// What the kernels read: plain pointers into the engine's tables (core/tables.py has the same names).
+// What the kernels read: plain pointers into the engine's tables (core/tables/tables.py has the same names).
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
 #include "embree/api.h"
-#include "scene/brute_triangle.h"
 #include "scene/camera_row.h"
-#include "scene/environment_view.h"
-#include "scene/light_view.h"
+#include "scene/lights/environment_view.h"
+#include "scene/lights/light_view.h"
 #include "scene/material_params.h"
-#include "texture/view.h"
+#include "scene/rays/brute_triangle.h"
+#include "texture/texture_view.h"
 
 namespace edgegrad {
 
@@ -47,8 +47,8 @@ struct CameraView {
 constexpr int kCameraFloats = 24;
 static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 
-// Flag of what a surface passes through, among the faces of a line (boundary/crossings.h): no face, but a row
-// of the light table.
+// Flag of what a surface passes through, among the faces of a line (boundary/curves/intersections.h): no
+// face, but a row of the light table.
 constexpr uint32_t kLightOfTable = 1u << 31;
 
 // Of meshes (scene/contact.h): light from near surfaces may be held on them; light from them may be; not all
@@ -63,11 +63,12 @@ struct SceneView {
     const BruteTriangle* brute_triangles;  // all, where that beats the BVH
     int32_t brute_count;                   // 0: the BVH is used
 
-    const float* vertices;           // (V, 3)
-    const int32_t* faces;            // (F, 3)
-    const int32_t* face_material;    // (F)
-    const int32_t* face_moving;      // (F) 1: its vertices are parameters
-    const int32_t* face_held;        // (F) 1: its light holds its direction (shading/held_light.h), or null
+    const float* vertices;         // (V, 3)
+    const int32_t* faces;          // (F, 3)
+    const int32_t* face_material;  // (F)
+    const int32_t* face_moving;    // (F) 1: its vertices are parameters
+    const int32_t*
+        face_held;  // (F) 1: its light holds its direction (shading/lights/fixed_direction_light.h), or null
     const int32_t* material_held;    // (M) 1: on surfaces of it
     const int32_t* mesh_first_face;  // by Embree's geomID
     const int32_t* mesh_contact;     // (S) those bits, or null: nothing moves, or no light is held so
@@ -110,14 +111,15 @@ struct SceneView {
     float environment[3];
     bool has_environment;
 
-    // Edges with their faces (core/topology.py), for the boundary term and for rays that start there.
+    // Edges with their faces (core/geometry/topology.py), for the boundary term and for rays that start
+    // there.
     const uint32_t* edge_vertices;    // (E, 2)
     const uint32_t* edge_face_first;  // (E + 1)
     const uint32_t* edge_faces;
     const uint32_t* edge_opposite;
     int32_t edge_count;
     const float* crossing_ends;  // (crossings, 2, 3) ends of the lines with the numbers from edge_count on,
-                                 // along which two faces pierce each other (boundary/crossings.h)
+                                 // along which two faces pierce each other (boundary/curves/intersections.h)
     const int32_t* crossing_instances;  // (crossings, 2) that place those faces, -1: none does; null: of all
 
     CameraView camera;

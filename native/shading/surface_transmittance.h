@@ -1,8 +1,8 @@
 // The transparent share of a surface point.
 #pragma once
 
-#include "shading/passed_surfaces.h"
 #include "shading/surface_shader.h"
+#include "shading/transparent_surfaces.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

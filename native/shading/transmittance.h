@@ -1,9 +1,9 @@
 // Light that surfaces between two points let through: the product of their transparent shares.
 #pragma once
 
-#include "scene/rays.h"
-#include "shading/passed_recorder.h"
+#include "scene/rays/rays.h"
 #include "shading/surface_transmittance.h"
+#include "shading/transparent_recorder.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

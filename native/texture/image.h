@@ -6,7 +6,7 @@
 
 #include "simd/elementary.h"
 #include "texture/texels.h"
-#include "texture/view.h"
+#include "texture/texture_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

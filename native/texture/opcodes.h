@@ -1,5 +1,5 @@
-// Operations of texture programs, in the order of core/texture_ops.py. What each computes stands at its case
-// in interpreter.cpp.
+// Operations of texture programs, in the order of core/tables/textures/ops.py. What each computes stands at
+// its case in interpreter.cpp.
 #pragma once
 
 #include <cstdint>

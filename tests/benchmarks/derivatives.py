@@ -30,13 +30,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad.native_engine import instruction_sets
-from tests import peer_scenes
+from edgegrad.rendering.native_engine import instruction_sets
 from tests.benchmarks.derivative_report import markdown, plot
 from tests.benchmarks.mitsuba_peer import REST, MitsubaPeer
 from tests.benchmarks.versus_mitsuba import processor
-from tests.block_statistics import block_sums
-from tests.test_references import FOLDERS
+from tests.rendering.test_references import FOLDERS
+from tests.support import peer_scenes
+from tests.support.block_statistics import block_sums
 
 F64 = NDArray[np.float64]
 

@@ -52,7 +52,7 @@ def _first_picture(renderer: str, scene: dict[str, Any], spp: int, threads: int)
     start = time.perf_counter()
     if renderer == "edgegrad":
         import edgegrad
-        from tests import peer_scenes
+        from tests.support import peer_scenes
 
         imported = time.perf_counter()
         prepared = edgegrad.Renderer(peer_scenes.to_edgegrad(scene), threads=threads, engine="native")

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad.renderer import Renderer
-from tests import shapes
-from tests.block_statistics import block_sums
-from tests.small_scenes import camera, glowing, matte, rectangle
+from edgegrad.rendering.renderer import Renderer
+from tests.support import shapes
+from tests.support.block_statistics import block_sums
+from tests.support.small_scenes import camera, glowing, matte, rectangle
 
 Floats = NDArray[np.float64]
 Figures = dict[str, dict[str, list[float]]]  # by scene and term, over ROUGHNESS

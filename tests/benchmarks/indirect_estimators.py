@@ -19,11 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad.renderer import Renderer
-from tests import shapes
-from tests.block_statistics import block_sums, compare
-from tests.small_scenes import along, camera, glowing, matte, rectangle
-from tests.test_indirect_boundary import (
+from edgegrad.rendering.renderer import Renderer
+from tests.boundary.test_indirect_boundary import (
     BOX,
     SIZE,
     behind_rough_glass,
@@ -32,7 +29,10 @@ from tests.test_indirect_boundary import (
     mirrored_room,
     moving,
 )
-from tests.test_moving_scenes import cornell
+from tests.rendering.test_moving_scenes import cornell
+from tests.support import shapes
+from tests.support.block_statistics import block_sums, compare
+from tests.support.small_scenes import along, camera, glowing, matte, rectangle
 
 Make = Callable[[float], edgegrad.Scene]
 SPP, SEEDS = 128, 96

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from tests.light_probes import Probe, lit
-from tests.small_scenes import glowing
+from tests.support.light_probes import Probe, lit
+from tests.support.small_scenes import glowing
 
 SAMPLES = 200_000
 UP = np.array([0.0, 0.0, 1.0])

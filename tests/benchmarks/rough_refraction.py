@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from edgegrad import Renderer
-from tests import block_statistics
-from tests.rough_glass import PARAMETERS, changing, glass, under_sky
-from tests.small_scenes import Floats, along, central_difference
+from tests.support import block_statistics
+from tests.support.rough_glass import PARAMETERS, changing, glass, under_sky
+from tests.support.small_scenes import Floats, along, central_difference
 
 IORS = (0.7, 1.05, 1.1, 1.4, 2.4)
 ROUGHNESSES = (0.05, 0.3, 0.5, 0.8, 1.0)

@@ -17,9 +17,9 @@ import numpy as np
 
 from edgegrad import Camera, Image, Material, Mesh, Renderer, Scene, SunLight, World, plan
 from edgegrad.expression import Attribute, Expression, ImageTexture, Math
-from edgegrad.tables import flatten
-from edgegrad.texture_program import compile_textures
-from tests.shapes import ball, cube
+from edgegrad.tables.tables import flatten
+from edgegrad.tables.textures.program import compile_textures
+from tests.support.shapes import ball, cube
 
 SIZES = {
     "meshes": (1, 1_000, 10_000, 100_000),

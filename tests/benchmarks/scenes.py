@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests import peer_scenes
+from tests.support import peer_scenes
 
 Neutral = dict[str, Any]
 F64 = NDArray[np.float64]

@@ -20,12 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad import _native, native_engine
-from edgegrad.native_engine import instruction_sets
-from tests import peer_scenes
+from edgegrad import _native
+from edgegrad.rendering import native_engine
+from edgegrad.rendering.native_engine import instruction_sets
 from tests.benchmarks import scenes
 from tests.benchmarks.fresh_process import peak_mib
 from tests.benchmarks.versus_mitsuba import processor
+from tests.support import peer_scenes
 
 F32 = NDArray[np.float32]
 

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 import edgegrad
-from tests import peer_scenes
 from tests.benchmarks import scenes
 from tests.benchmarks.versus_mitsuba import processor
-from tests.rich_scene import pose, turn
-from tests.small_scenes import matte, rectangle
+from tests.support import peer_scenes
+from tests.support.rich_scene import pose, turn
+from tests.support.small_scenes import matte, rectangle
 
 # Cuts of the sphere (20 cuts² triangles).
 CUTS = (7, 22, 71, 158, 224)

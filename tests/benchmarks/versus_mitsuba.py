@@ -22,13 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad.native_engine import instruction_sets
-from tests import peer_scenes
+from edgegrad.rendering.native_engine import instruction_sets
 from tests.benchmarks import scenes
 from tests.benchmarks.fresh_process import FirstPicture
 from tests.benchmarks.fresh_process import measure as first_picture
 from tests.benchmarks.mitsuba_peer import REST, MitsubaPeer
 from tests.benchmarks.report import markdown
+from tests.support import peer_scenes
 
 SPP = (16, 64)
 FIRST_SPP = 16

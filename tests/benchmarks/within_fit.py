@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from tests import peer_scenes
 from tests.benchmarks.derivatives import Case, find_cases, spread
-from tests.test_references import FOLDERS
+from tests.rendering.test_references import FOLDERS
+from tests.support import peer_scenes
 
 F64 = NDArray[np.float64]
 

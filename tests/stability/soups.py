@@ -29,9 +29,9 @@ from edgegrad import (
     World,
 )
 from edgegrad import expression as e
-from edgegrad.light import Light
-from edgegrad.material import KINDS
-from tests.rich_scene import pose, turn
+from edgegrad.scene.light import Light
+from edgegrad.scene.material import KINDS
+from tests.support.rich_scene import pose, turn
 
 F64 = NDArray[np.float64]
 # How a triangle comes about from those before it.

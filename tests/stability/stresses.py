@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import Camera, Material, Mesh, PointLight, Renderer, Scene, SunLight, World
-from tests.small_scenes import camera, glowing, matte, rectangle
+from tests.rendering.test_invariances import build, geometry
 from tests.stability import coverage
-from tests.test_invariances import build, geometry
+from tests.support.small_scenes import camera, glowing, matte, rectangle
 
 F64 = NDArray[np.float64]
 Error = tuple[float, float]

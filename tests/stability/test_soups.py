@@ -9,11 +9,12 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from numpy.typing import NDArray
 
-from edgegrad import Renderer, Scene, parameters
-from tests.picture_differences import need_every_table
-from tests.small_scenes import Floats
+from edgegrad import Renderer, Scene
+from edgegrad.scene import parameters
 from tests.stability.soups import soups
-from tests.table_values import WITHOUT
+from tests.support.picture_differences import need_every_table
+from tests.support.small_scenes import Floats
+from tests.support.table_values import WITHOUT
 
 OPTIONS = {"spp": 4, "max_depth": 4, "seed": 3}
 # Rounding of both modes, relative to the sizes of what they sum. Turning a needle or a sharp lobe has parts of either

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.picture_differences import need_every_table
 from tests.stability.stresses import STRESSES, Stress
+from tests.support.picture_differences import need_every_table
 
 CASES = [
     pytest.param(stress, value, id=f"{stress.name}, {value:.3g}",

@@ -7,10 +7,10 @@ import threading
 import numpy as np
 
 from edgegrad import Renderer
-from tests.picture_differences import need_every_table
-from tests.rich_scene import everything
-from tests.small_scenes import floating_box
 from tests.stability.test_soups import paths_of
+from tests.support.picture_differences import need_every_table
+from tests.support.rich_scene import everything
+from tests.support.small_scenes import floating_box
 
 OPTIONS = {"spp": 2, "max_depth": 3, "seed": 1}
 

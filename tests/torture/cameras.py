@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from edgegrad import Camera, World
-from edgegrad.camera import FILTERS
-from tests.rich_scene import pose, turn
+from edgegrad.scene.camera import FILTERS
+from tests.support.rich_scene import pose, turn
 from tests.torture.draw import Draw
 
 

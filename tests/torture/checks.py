@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from edgegrad import Renderer, SunLight, parameters, plan
-from edgegrad.derivative_plan import NOT_COMPUTED
+from edgegrad import Renderer, SunLight, plan
 from edgegrad.expression import Coordinates, nodes_of
+from edgegrad.planning.terms import NOT_COMPUTED
+from edgegrad.scene import parameters
+from tests.support.world_sizes import resized, resized_tangent
 from tests.torture.scenes import Case
-from tests.world_sizes import resized, resized_tangent
 
 F64 = NDArray[np.float64]
 THREADS = (1, 2, 5)

@@ -17,8 +17,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from edgegrad import Renderer, parameters, plan
-from tests.block_statistics import block_sums, student_to_normal
+from edgegrad import Renderer, plan
+from edgegrad.scene import parameters
+from tests.support.block_statistics import block_sums, student_to_normal
 from tests.torture.tame import Comparison
 
 F64 = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from edgegrad import Scene
-from tests.small_scenes import floating_box
+from tests.support.small_scenes import floating_box
 
 
 def dense_scene(side: int) -> Scene:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad._check import RAYS
-from tests.rich_scene import pose, turn
+from tests.support.rich_scene import pose, turn
 
 F64 = NDArray[np.float64]
 T = TypeVar("T")

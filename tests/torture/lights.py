@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from edgegrad import AreaLight, PointLight, SpotLight, SunLight
-from edgegrad.light import FALLOFFS, SHAPES, Light
+from edgegrad.scene.light import FALLOFFS, SHAPES, Light
 from tests.torture.draw import Draw
 
 # In sizes of the scene.

@@ -24,7 +24,8 @@ from typing import Any
 import numpy as np
 
 import edgegrad
-from edgegrad import expression, parameters
+from edgegrad import expression
+from edgegrad.scene import parameters
 from tests.torture.malformed_files import broken_files, read
 from tests.torture.valid import NAMES, Call, nodes, valid_calls, valid_scene
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from edgegrad import Material, Mixture
 from edgegrad import expression as e
-from edgegrad.material import KINDS, TEXTURED
+from edgegrad.scene.material import KINDS, TEXTURED
 from tests.torture.draw import Draw
 from tests.torture.textures import LAYERS, expression
 

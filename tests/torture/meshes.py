@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad import Mesh
-from tests import shapes as solids
-from tests.rich_scene import pose
 from tests.stability.soups import FACES, triangles
+from tests.support import shapes as solids
+from tests.support.rich_scene import pose
 from tests.torture.draw import Draw
 from tests.torture.textures import LAYERS
 

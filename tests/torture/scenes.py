@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from edgegrad import AreaLight, Bounces, PointLight, Scene, SpotLight, parameters
-from tests.table_values import WITHOUT
+from edgegrad import AreaLight, Bounces, PointLight, Scene, SpotLight
+from edgegrad.scene import parameters
+from tests.support.table_values import WITHOUT
 from tests.torture import cameras, lights, materials, meshes, textures
 from tests.torture.draw import Draw
 

@@ -18,8 +18,8 @@ import numpy as np
 
 import edgegrad
 from edgegrad import Renderer, Scene
-from tests.rich_scene import everything
-from tests.small_scenes import floating_box
+from tests.support.rich_scene import everything
+from tests.support.small_scenes import floating_box
 
 OPTIONS: dict[str, Any] = {"spp": 1, "max_depth": 3, "seed": 1}
 # Scenes with the mesh that moves: of every kind of parameter; of a mesh by itself, whose BVH is refitted.

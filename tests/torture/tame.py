@@ -12,24 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from edgegrad import (
-    AreaLight,
-    Camera,
-    Image,
-    Material,
-    Mesh,
-    Mixture,
-    PointLight,
-    Scene,
-    SpotLight,
-    SunLight,
-    World,
-    parameters,
-)
+from edgegrad import AreaLight, Camera, Image, Material, Mesh, Mixture, PointLight, Scene, SpotLight, SunLight, World
 from edgegrad import expression as e
-from edgegrad.light import Light
-from tests import shapes as solids
-from tests.rich_scene import pose, turn
+from edgegrad.scene import parameters
+from edgegrad.scene.light import Light
+from tests.support import shapes as solids
+from tests.support.rich_scene import pose, turn
 from tests.torture.draw import Draw
 
 F64 = NDArray[np.float64]

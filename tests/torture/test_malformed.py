@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad import Material, Renderer, Scene, images, losses, parameters
+from edgegrad import Material, Renderer, Scene, images, losses
 from edgegrad import expression as e
 from edgegrad._fields import Checked
+from edgegrad.scene import parameters
 from tests.torture import malformed
 from tests.torture.malformed import cases, objects, outcome
 from tests.torture.malformed_files import chunked, png, whole_files
@@ -254,7 +255,7 @@ def test_numbers_changed_in_place_and_objects_that_come_and_go_need_an_update_to
 
 
 def test_a_fit_does_not_look_for_changes(monkeypatch: pytest.MonkeyPatch) -> None:
-    from edgegrad.taken_over import TakenOver
+    from edgegrad.rendering.taken_over import TakenOver
 
     def never(*arguments: Any, **options: Any) -> None:
         raise AssertionError("looked for changes")

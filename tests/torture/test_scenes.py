@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from edgegrad.engines import engine_class
 from edgegrad.expression import nodes_of
-from tests.small_scenes import need
+from edgegrad.rendering.engine import engine_class
+from tests.support.small_scenes import need
 from tests.torture.processes import results
 from tests.torture.scenes import case
 from tests.torture.tame import CYCLE, PARAMETERS, SHADERS, comparison

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from edgegrad.native_engine import embree_version
+from edgegrad.rendering.native_engine import embree_version
 from tests.torture.starved import CHANGING, COMPUTING
 
 ROOT = Path(__file__).parents[2]

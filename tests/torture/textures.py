@@ -9,8 +9,8 @@ import numpy as np
 
 from edgegrad import Image
 from edgegrad import expression as e
-from edgegrad import procedural as p
 from edgegrad.expression import Expression
+from edgegrad.expression import procedural as p
 from tests.torture.draw import Draw
 
 # The images of a scene, by what reads them best.

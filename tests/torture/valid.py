@@ -13,8 +13,10 @@ import numpy as np
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad import images, losses, parameters, procedural
-from tests import shapes
+from edgegrad import images, losses
+from edgegrad.expression import procedural
+from edgegrad.scene import parameters
+from tests.support import shapes
 
 SIDE = 4
 VERTICES, COLOR = "meshes.box.vertices", "materials.clay.base_color"

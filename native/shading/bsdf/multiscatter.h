@@ -2,9 +2,9 @@
 // albedo scaling, after Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks".
 #pragma once
 
-#include "shading/bsdf/albedo_tables.h"
 #include "shading/bsdf/fresnel.h"
-#include "shading/bsdf/table_lookup.h"
+#include "shading/bsdf/tables/albedo_tables.h"
+#include "shading/bsdf/tables/table_lookup.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "sampling/hemisphere.h"
-#include "shading/bsdf/albedo_tables.h"
 #include "shading/bsdf/fresnel.h"
-#include "shading/bsdf/table_lookup.h"
+#include "shading/bsdf/tables/albedo_tables.h"
+#include "shading/bsdf/tables/table_lookup.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

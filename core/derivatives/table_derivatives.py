@@ -1,0 +1,248 @@
+"""Derivatives of the tables that kernels read, from and to derivatives of the scene's parameters.
+
+`push_forward` carries a tangent of parameters to the tables (forward mode), `pull_back` carries gradients of the
+tables back to the parameters (reverse mode); the two are each other's transpose, and `wanted_tables` says which rows
+they meet. Each parameter is a list of pieces (`table_map.Piece`), which its kind's module makes.
+
+Values that a texture's program replaces (a base colour with an image, a mixture's textured weight) have the
+derivative 0: the picture doesn't depend on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import array
+from ..scene import parameters
+from ..scene.material import Mixture
+from ..scene.placement import placed_meshes
+from ..scene.scene import Scene
+from ..tables import lights as light_table
+from ..tables import materials as material_table
+from ..tables.camera import WIDTH as CAMERA_WIDTH
+from ..tables.tables import Tables, environment_pixels
+from ..tables.textures.program import compile_textures, is_opaque
+from . import images as image_map
+from . import meshes as mesh_map
+from . import values as value_map
+from .linear_map import Piece
+
+# Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
+TableDerivative = dict[str, NDArray[np.float64]]
+# Table name to the (n, 2) spans of rows [first, last) that derivatives are wanted of.
+Wanted = dict[str, NDArray[np.int64]]
+
+_PIECES = {
+    "meshes": mesh_map.pieces,
+    "materials": value_map.material_pieces,
+    "lights": value_map.light_pieces,
+    "world": value_map.world_pieces,
+    "camera": value_map.camera_pieces,
+    "images": image_map.pieces,
+}
+_WITHOUT = {
+    ("meshes", "terminator_offset"): "it only moves where shadow rays start",
+    ("camera", "clip_start"): "clip distances only say what is seen at all",
+    ("camera", "clip_end"): "clip distances only say what is seen at all",
+    ("camera", "filter_width"): "pixels are weighted by a fixed filter",
+}
+
+
+def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
+    """Names and shapes of all differentiable tables of a scene.
+
+    ============================ ============ =====================================================================
+    vertices                     (V, 3)       as `Tables.vertices`
+    normals                      (N, 3)       unit shading normals; the parameters' own are the custom ones, those
+                                              that follow the vertices are the engine's to chain on to `vertices`
+    instance_to_world            (I, 12)      rows of the transforms
+    leaf_params                  (L * 36,)    rows of `material_table.COLUMNS`, one after the other
+    texture_pixels               (n,)         `TextureTables.pixels`; absent like the next three without textures
+    texture_attributes           (n,)         `TextureTables.attributes`
+    texture_lookups              (n,)         `TextureTables.lookups`
+    texture_constants            (n,)         `TextureTables.constants`
+    light_params                 (R * 24,)    rows of `light_table`
+    environment                  (3,)         colour times strength
+    environment_pixels           (h, w, 3)    of the image, absent without one; not scaled by `environment`
+    environment_rotation         (9,)         rows, world to image
+    camera                       (24,)        `camera_row.PLACES`
+    ============================ ============ =====================================================================
+    """
+    out: dict[str, tuple[int, ...]] = {
+        "vertices": tables.vertices.shape,
+        "normals": (int(tables.mesh_first_normal[-1]), 3),
+        "instance_to_world": (len(tables.instance_mesh), 12),
+        "leaf_params": (len(tables.materials.kind) * material_table.WIDTH,),
+        "light_params": (len(tables.lights.kind) * light_table.WIDTH,),
+        "environment": (3,),
+        "environment_rotation": (9,),
+        "camera": (CAMERA_WIDTH,),
+    }
+    if tables.environment_pixels is not None:
+        out["environment_pixels"] = tables.environment_pixels.shape
+    if tables.textures is not None:
+        for name in ("pixels", "attributes", "lookups", "constants"):
+            out[f"texture_{name}"] = getattr(tables.textures, name).shape
+    return out
+
+
+def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
+    """How the tables depend on a parameter.
+
+    Raises
+    ------
+    ValueError
+        For an unknown path, or a parameter that has no derivative, in one sentence.
+    """
+    parameters.owner(scene, path)
+    collection, name, field = parameters.split(path)
+    reason = _WITHOUT.get((collection, field))
+    if reason is not None:
+        raise ValueError(f"parameter '{path}' has no derivative: {reason}")
+    return _PIECES[collection](scene, tables, name, field)
+
+
+def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> TableDerivative:
+    """Tangent of the tables along a tangent of the scene's parameters.
+
+    Parameters
+    ----------
+    tables
+        From `asked_tables`.
+    tangent
+        Parameter path to an array of the parameter's shape.
+
+    Returns
+    -------
+    The tables that depend on the parameters; the others' tangents are zero.
+
+    Raises
+    ------
+    ValueError
+        For an unknown path, one that has no derivative, or an array of another shape.
+    """
+    size = shapes(tables)
+    out: TableDerivative = {}
+    for path, value in tangent.items():
+        shape = np.shape(parameters.get(scene, path))
+        dv = array("render_forward", f"tangent of '{path}'", value, shape, np.float64)
+        for piece in pieces(scene, tables, path):
+            table = out.setdefault(piece.table, np.zeros(size[piece.table]))
+            table[piece.first : piece.last] += piece.push(dv)
+    return out
+
+
+def pull_back(
+    scene: Scene, tables: Tables, gradients: Mapping[str, NDArray[np.float64]], wrt: Iterable[str]
+) -> dict[str, NDArray[np.float64]]:
+    """Gradients of the asked parameters from gradients of the tables (the transpose of `push_forward`).
+
+    Parameters
+    ----------
+    tables
+        From `asked_tables`.
+    gradients
+        Of all tables that `wanted_tables` names.
+
+    Returns
+    -------
+    Parameter path to an array of the parameter's shape.
+    """
+    return pull_back_of(scene, tables, wrt)(gradients)
+
+
+def pull_back_of(
+    scene: Scene, tables: Tables, wrt: Iterable[str]
+) -> Callable[[Mapping[str, NDArray[np.float64]]], dict[str, NDArray[np.float64]]]:
+    """`pull_back` for the scene as it is now, whatever becomes of it before there are gradients."""
+    of = {path: (np.shape(parameters.get(scene, path)), pieces(scene, tables, path)) for path in wrt}
+
+    def pull(gradients: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        out = {}
+        for path, (shape, found) in of.items():
+            # Most parameters are one piece, which is not copied: it may be a very large image.
+            total: NDArray[np.float64] | None = None
+            for piece in found:
+                part = piece.pull(gradients[piece.table][piece.first : piece.last])
+                total = part if total is None else total + part
+            out[path] = np.zeros(shape) if total is None else np.asarray(total, np.float64).reshape(shape)
+        return out
+
+    return pull
+
+
+def wanted_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Wanted:
+    """Which rows of which tables depend on some parameters.
+
+    Returns
+    -------
+    Table name to (n, 2) spans of rows [first, last), sorted and apart; tables that don't depend on any
+    of the parameters are absent. Rows count along the first axis of `shapes`.
+    """
+    spans: dict[str, list[tuple[int, int]]] = {}
+    for path in wrt:
+        for piece in pieces(scene, tables, path):
+            spans.setdefault(piece.table, []).append((piece.first, piece.last))
+    return {name: _united(found) for name, found in spans.items()}
+
+
+def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
+    """The tables that derivatives with respect to `wrt` are taken of.
+
+    What is zero adds nothing to a picture and is left out of its tables; its derivative isn't zero. So lobes whose
+    weights are asked for count as present, surfaces whose anisotropy is asked for have the tangents that it is about,
+    and the environment's image is there even if its colour is black. Numbers
+    of expressions that are asked for get places of their own in the programs' constants, and images that are asked for
+    keep an alpha that is 1 everywhere.
+    """
+    asked: dict[str, set[str]] = {}
+    expressions, with_alpha = [], []
+    for path in wrt:
+        parameters.owner(scene, path)
+        collection, name, field = parameters.split(path)
+        if collection == "materials" and field.startswith(parameters.TEXTURES):
+            expressions.append((name, field[len(parameters.TEXTURES) :]))
+        elif collection == "materials":
+            asked.setdefault(name, set()).add(field)
+        elif collection == "images" and _loses_alpha(scene, tables, name):
+            with_alpha.append(name)
+    flags = tables.materials.flags.copy()
+    for name, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
+        material = scene.materials[name]
+        for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
+            if part in asked:
+                flags[first + k] = material_table.flags(scene.leaves(name)[k], asked[part])
+    if not np.array_equal(flags, tables.materials.flags):
+        tables = replace(tables, materials=replace(tables.materials, flags=flags))
+    if tables.environment_pixels is None and not {"world.color", "world.strength"}.isdisjoint(wrt):
+        tables = replace(tables, environment_pixels=environment_pixels(scene))
+    # Those whose anisotropy isn't 0 have their tangents in any case.
+    anisotropic = [name for name, fields in asked.items()
+                   if "anisotropy" in fields and getattr(scene.materials[name], "anisotropy", None) == 0.0]
+    if expressions or with_alpha or anisotropic:
+        meshes = placed_meshes(scene)
+        compiled = compile_textures(scene, tables.origin, meshes, expressions, with_alpha, anisotropic)
+        tables = replace(tables, textures=compiled)
+    return tables
+
+
+def _loses_alpha(scene: Scene, tables: Tables, name: str) -> bool:
+    """Whether an image's alpha isn't stored because it is 1 everywhere, though some texture would read it."""
+    pixels = scene.images[name].pixels
+    stored = tables.textures.stored_images if tables.textures is not None else ()
+    return pixels.shape[2] == 4 and is_opaque(pixels) and any(image.name == name for image in stored)
+
+
+def _united(spans: list[tuple[int, int]]) -> NDArray[np.int64]:
+    out: list[list[int]] = []
+    for first, last in sorted(spans):
+        if out and first <= out[-1][1]:
+            out[-1][1] = max(out[-1][1], last)
+        else:
+            out.append([first, last])
+    return np.array(out, np.int64)

@@ -1,0 +1,93 @@
+"""How the tables depend on materials, lights, the world and the camera: few numbers each."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..scene.material import Mixture
+from ..scene.parameters import TEXTURES
+from ..scene.scene import Scene
+from ..tables import lights as light_table
+from ..tables import materials as material_table
+from ..tables.camera import camera_row
+from ..tables.lights import light_row
+from ..tables.tables import Tables
+from ..tables.textures.program import NumberPlaces
+from .complex_step import jacobian
+from .linear_map import F64, Piece, by_matrix, same
+
+
+def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
+    """The rows of all leaves that the material is, alone and in mixtures, or of a mixture's parts for its weights."""
+    material = scene.materials[name]
+    if field.startswith(TEXTURES):
+        return _number_pieces(tables, name, field[len(TEXTURES) :])
+    if isinstance(material, Mixture):
+        return [piece for k, leaf in enumerate(tables.materials.leaves_of[name]) if str(k) not in material.textures
+                for piece in _weight(leaf, k, len(material.parts))]
+    if field in material.textures:
+        return []
+    place, count = material_table.COLUMNS[field]
+    matrix = np.eye(count).reshape(-1, *np.shape(getattr(material, field)))
+    return [piece for leaf in tables.materials.leaves_of[name]
+            for piece in by_matrix("leaf_params", leaf * material_table.WIDTH + place, matrix)]
+
+
+def _weight(leaf: int, k: int, parts: int) -> list[Piece]:
+    place = leaf * material_table.WIDTH + material_table.COLUMNS["weight"][0]
+    return by_matrix("leaf_params", place, np.eye(parts)[k : k + 1])
+
+
+def _number_pieces(tables: Tables, name: str, field: str) -> list[Piece]:
+    if tables.textures is None or (name, field) not in tables.textures.numbers:
+        raise RuntimeError(f"the tables were compiled without the numbers of material '{name}', textures['{field}']; "
+                           "take those of table_derivatives.asked_tables")
+    found = tables.textures.numbers[name, field]
+    return [piece for table in ("constants", "lookups") for piece in _scattered(f"texture_{table}", found, table)]
+
+
+def _scattered(table: str, found: NumberPlaces, which: str) -> list[Piece]:
+    places = getattr(found, which)
+    if not len(places):
+        return []
+    number, row = places.T
+    first, last = int(row.min()), int(row.max()) + 1
+
+    def push(v: F64) -> F64:
+        out = np.zeros(last - first)
+        out[row - first] = v[number]
+        return out
+
+    def pull(g: F64) -> F64:
+        out = np.zeros(found.count)
+        out[number] = g[row - first]
+        return out
+
+    return [Piece(table, first, last, push, pull)]
+
+
+def light_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
+    """The light's row.
+
+    A light without size (radius, angle) is one of another kind, so the derivative of its size is 0 there, as is that
+    of a spread of 180 degrees.
+    """
+    matrix = jacobian(lambda light: light_row(light, tables.origin), scene.lights[name], field)
+    return by_matrix("light_params", tables.lights.row_of[name] * light_table.WIDTH, matrix)
+
+
+def world_pieces(scene: Scene, _tables: Tables, _name: str, field: str) -> list[Piece]:
+    """Colour times strength, or the rotation."""
+    world = scene.world
+    if field == "rotation":
+        return [same("environment_rotation", 0, 9, (9,), (3, 3))]
+    factor: Any = world.strength * np.eye(3) if field == "color" else world.color
+    return by_matrix("environment", 0, np.array(factor, np.float64))
+
+
+def camera_pieces(scene: Scene, tables: Tables, _name: str, field: str) -> list[Piece]:
+    """The scene's camera; pictures of another one don't depend on it."""
+    matrix: F64 = jacobian(lambda camera: camera_row(camera, tables.origin), scene.camera, field)
+    return by_matrix("camera", 0, matrix)

@@ -1,0 +1,70 @@
+"""The numbers in an expression, as one vector: constants, ramps' and curves' tables, transforms' matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .nodes import Expression, nodes_of
+
+# How the types of fields begin that hold numbers, or may; whole numbers and words are no parameters.
+_NUMERIC = ("Operand", "float", "tuple")
+
+
+def numbers(root: Expression) -> NDArray[np.float64]:
+    """(n,) all numbers: nodes in the order of `expression.nodes_of`, their fields in the order of the class."""
+    return np.array([x for node in nodes_of(root) for _, value in _own(node) for x in _flat(value)], np.float64)
+
+
+def with_numbers(root: Expression, values: Iterable[float]) -> Expression:
+    """The expression with other numbers in the same order.
+
+    Raises
+    ------
+    ValueError
+        If there are more or fewer than the expression has.
+    """
+    supply = iter(values)
+    made: dict[int, Expression] = {}
+    try:
+        for node in nodes_of(root):
+            changes = {name: _filled(value, supply) for name, value in _own(node)}
+            for f in fields(node):  # type: ignore[arg-type]
+                value = getattr(node, f.name)
+                if isinstance(value, Expression):
+                    changes[f.name] = made[id(value)]
+            made[id(node)] = replace(node, **changes) if changes else node  # type: ignore[type-var]
+    except StopIteration:
+        raise ValueError("expression: has more numbers than were given") from None
+    if next(supply, None) is not None:
+        raise ValueError("expression: has fewer numbers than were given")
+    return made[id(root)]
+
+
+def _own(node: Expression) -> Iterator[tuple[str, Any]]:
+    """Names and values of a node's fields that hold numbers."""
+    for f in fields(node):  # type: ignore[arg-type]
+        value = getattr(node, f.name)
+        if str(f.type).startswith(_NUMERIC) and value is not None and not isinstance(value, Expression):
+            yield f.name, value
+
+
+def _flat(value: Any) -> Iterator[Any]:
+    if isinstance(value, (tuple, list)):
+        for item in value:
+            yield from _flat(item)
+    else:
+        yield value
+
+
+def _filled(value: Any, supply: Iterator[float]) -> Any:
+    if isinstance(value, (tuple, list)):
+        out = []
+        for item in value:  # a comprehension would swallow the end of the supply
+            out.append(_filled(item, supply))
+        return tuple(out)
+    return next(supply)

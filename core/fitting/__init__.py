@@ -1,0 +1,1 @@
+"""Fitting: losses, optimisers, and the loop that makes a scene match pictures."""

@@ -1,0 +1,187 @@
+"""Losses between a rendered image and its target, each with its adjoint image in closed form.
+
+A loss is a function ``loss(image, target, mask=None) -> (value, adjoint)``; ``adjoint`` is
+d value / d image, the input of `edgegrad.render_backward`.
+
+The image is noisy, and that has a consequence: with value = E[rho(I - T)] the gradient is
+sum_p rho'(I_p - T_p) dI_p. If the adjoint rho'(I - T) and the derivative dI come from the *same*
+samples they are correlated and their product is biased (for L2 by the covariance of I and dI; for L1
+worse, since the sign of noise is not its mean). Derivatives therefore draw random numbers that are
+independent of those of pictures, also for equal seeds: L2 is unbiased. L1 is not where the noise is
+larger than the difference, since its sign is then random.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._check import array, light_values, number, whole
+from .._fields import Check, Checked, by, optional
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+Result = tuple[float, F32]
+
+
+class Loss(Protocol):
+    """What `edgegrad.fit` takes as its loss."""
+
+    def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
+        """(value, d value / d image)."""
+        ...
+
+
+def l1(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
+    """Mean absolute difference over the unmasked pixels and channels.
+
+    Parameters
+    ----------
+    image, target
+        (H, W, 3) linear Rec.709.
+    mask
+        (H, W) weight of each pixel, >= 0; None: all 1. The mean is weighted by it.
+
+    Returns
+    -------
+    value, and adjoint (H, W, 3) float32; the derivative of |x| at 0 is taken as 0.
+    """
+    difference, weight = _difference(image, target, mask)
+    scale = 1.0 / (3.0 * weight.sum())
+    value = scale * float((weight[..., None] * np.abs(difference)).sum())
+    return value, (scale * weight[..., None] * np.sign(difference)).astype(np.float32)
+
+
+def l2(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
+    """Mean squared difference over the unmasked pixels and channels; see `l1` for the parameters."""
+    difference, weight = _difference(image, target, mask)
+    scale = 1.0 / (3.0 * weight.sum())
+    weighted = scale * weight[..., None] * difference
+    return float((weighted * difference).sum()), (2.0 * weighted).astype(np.float32)
+
+
+@dataclass(frozen=True)
+class Pyramid(Checked):
+    """Sum of a loss over an image pyramid: coarse levels see an edge that is many pixels off.
+
+    The masked difference mask * (I - T) is filtered by [1 2 1]/4 along both axes and averaged over
+    2 x 2 pixels from each level to the next (linear, so the adjoint is the transposed chain). A
+    level's value is sum rho(d) / (3 sum mask_level); the levels' values are added with `weights`.
+
+    Attributes
+    ----------
+    levels
+        Number of levels, the full picture included; None: down to 8 pixels along the shorter side.
+    power
+        2: rho(d) = d²; 1: rho(d) = |d|.
+    focus
+        None: all levels weigh the same. Otherwise 0 puts the weight on the coarsest level, 1 on the
+        finest; each level next to the focus has half the weight of the one before.
+    """
+
+    levels: int | None = None
+    power: int = 2
+    focus: float | None = None
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        "levels": optional(by(whole, 1, 16)),
+        "power": by(whole, 1, 2),
+        "focus": optional(by(number, least=0.0, greatest=1.0)),
+    }
+
+    def __post_init__(self) -> None:
+        self.check_fields("Pyramid")
+
+    def at(self, progress: float) -> Pyramid:
+        """The loss for the part `progress` in [0, 1] of a fit that goes from coarse to fine."""
+        return replace(self, focus=min(max(number("Pyramid.at", "progress", progress), 0.0), 1.0))
+
+    def weights(self, count: int) -> F64:
+        """(count,) weights of the levels from fine to coarse; their sum is 1."""
+        if self.focus is None:
+            return np.full(count, 1.0 / count)
+        away = np.abs(np.arange(count) - (1.0 - self.focus) * (count - 1))
+        weight = 0.5**away
+        return weight / weight.sum()
+
+    def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
+        difference, weight = _difference(image, target, mask)
+        count = self.levels or _automatic_levels(weight.shape)
+        share = self.weights(count)
+        rho, slope = _RHO[self.power]
+        difference = difference * weight[..., None]
+        total, slopes, shapes = 0.0, [], []
+        for level in range(count):
+            if level:
+                shapes.append(difference.shape)
+                difference, weight = _halve(difference), _halve(weight[..., None])[..., 0]
+            scale = share[level] / (3.0 * weight.sum())
+            total += scale * float(rho(difference).sum())
+            slopes.append(scale * slope(difference))
+        adjoint = slopes.pop()
+        while slopes:
+            adjoint = slopes.pop() + _double(adjoint, shapes.pop())
+        return total, (adjoint * _weights(mask, adjoint.shape[:2])[..., None]).astype(np.float32)
+
+
+_Elementwise = Callable[[F64], F64]
+
+
+def _square(d: F64) -> F64:
+    return d * d
+
+
+def _twice(d: F64) -> F64:
+    return 2.0 * d
+
+
+_RHO: dict[int, tuple[_Elementwise, _Elementwise]] = {1: (np.abs, np.sign), 2: (_square, _twice)}
+
+
+def _automatic_levels(shape: tuple[int, ...]) -> int:
+    return max(1, 1 + int(np.log2(max(min(shape), 1) / 8.0))) if min(shape) >= 8 else 1
+
+
+def _blur(x: F64) -> F64:
+    """[1 2 1]/4 along both axes with zeros outside: a symmetric matrix, so it is its own transpose."""
+    for axis in (0, 1):
+        padded = np.pad(x, [(1, 1) if a == axis else (0, 0) for a in range(x.ndim)])
+        low, mid, high = (np.take(padded, range(k, k + x.shape[axis]), axis) for k in range(3))
+        x = 0.25 * low + 0.5 * mid + 0.25 * high
+    return x
+
+
+def _halve(x: F64) -> F64:
+    """Blur, then the mean of 2 x 2 pixels (zeros complete an odd row or column)."""
+    x = _blur(x)
+    x = np.pad(x, [(0, x.shape[0] % 2), (0, x.shape[1] % 2), (0, 0)])
+    return 0.25 * (x[0::2, 0::2] + x[1::2, 0::2] + x[0::2, 1::2] + x[1::2, 1::2])
+
+
+def _double(y: F64, shape: tuple[int, ...]) -> F64:
+    """Transpose of `_halve`."""
+    spread = 0.25 * np.repeat(np.repeat(y, 2, axis=0), 2, axis=1)
+    return _blur(spread[: shape[0], : shape[1]])
+
+
+def _difference(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None) -> tuple[F64, F64]:
+    a = light_values("loss", "image", image, (None, None, 3), np.float64)
+    b = light_values("loss", "target", target, (None, None, 3), np.float64)
+    if not a.size:
+        raise ValueError(f"loss: image must have the shape (H, W, 3), not {a.shape}")
+    if b.shape != a.shape:
+        raise ValueError(f"loss: target must have the shape of the image, {a.shape}, not {b.shape}")
+    return a - b, _weights(mask, a.shape[:2])
+
+
+def _weights(mask: ArrayLike | None, shape: tuple[int, ...]) -> F64:
+    if mask is None:
+        return np.ones(shape)
+    weight: F64 = array("loss", "mask", mask, shape, np.float64, least=0.0, booleans=True)
+    if not weight.any():
+        raise ValueError("loss: mask must be above 0 somewhere")
+    return weight

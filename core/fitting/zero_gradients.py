@@ -1,0 +1,75 @@
+"""Why a fit finds no gradient for a parameter, or for a part of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.camera_view import in_picture
+from ..planning.scene_plan import Plan
+from ..planning.terms import UNREAD
+from ..scene import parameters
+from ..scene.camera import Camera
+from ..scene.material import Mixture
+from ..scene.placement import expanded
+from ..scene.scene import Scene
+
+# A smaller part than this isn't worth a word: few meshes are seen from all sides.
+WORTH_A_NOTE = 0.01
+
+
+def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, planned: Plan) -> str:
+    """The likeliest reason why the gradient of the parameter `path` is zero everywhere.
+
+    `losses` are those of the pictures; `planned` is the plan of the scene by this parameter and others.
+    """
+    collection, name, fieldname = parameters.split(path)
+    if not losses.any():
+        return "the pictures already equal their targets"
+    if collection == "materials" and not _is_used(scene, name):
+        return "no mesh uses this material"
+    if planned.zero.get(path) == UNREAD:
+        return "nothing of the picture reads it (it is textured, or of no effect on what has no size)"
+    if collection == "lights" and fieldname == "color" and np.size(parameters.get(scene, path)):
+        held = parameters.owner(scene, path)[0]
+        if not getattr(held, "power", getattr(held, "strength", 1.0)):
+            return "this light's power is 0"
+    if collection == "world" and fieldname == "color" and not scene.world.strength:
+        return "the world's strength is 0"
+    if fieldname in ("power", "strength") and not np.any(parameters.owner(scene, path)[0].color):
+        return "its colour is black"
+    return planned.zero.get(path) or ("nothing that the cameras see depends on it (out of view, hidden, "
+                                      "unlit, or all of it masked)")
+
+
+def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: NDArray[np.bool_]) -> str | None:
+    """A sentence on the entries of a parameter whose gradient was exactly 0 in all pictures, and why; None: too few.
+
+    Parameters
+    ----------
+    touched
+        Of the parameter's shape: where the gradient was not 0.
+    """
+    if not touched.any() or touched.mean() > 1.0 - WORTH_A_NOTE:
+        return None
+    collection, name, fieldname = parameters.split(path)
+    found = f"{np.mean(~touched):.0%} of the gradient of '{path}' is exactly 0"
+    if collection == "meshes" and fieldname == "vertices" and scene.meshes[name].instances is None:
+        points = expanded(scene.meshes[name]).vertices
+        still = ~touched.any(axis=1)
+        seen = np.any([in_picture(camera, points) for camera in cameras], axis=0)
+        parts = {"lie outside all pictures": still & ~seen, "are hidden, unlit or masked": still & seen}
+        why = [f"{np.mean(part):.0%} of the vertices {words}" for words, part in parts.items()
+               if np.mean(part) >= WORTH_A_NOTE]  # fmt: skip
+        return f"{found}: {', '.join(why)}" if why else None
+    if collection == "images":
+        return f"{found}: these texels are out of view, hidden, unlit or masked"
+    return f"{found}: nothing that the cameras see depends on these entries"
+
+
+def _is_used(scene: Scene, name: str) -> bool:
+    """Whether a mesh has the material, or a mixture that it is a part of."""
+    users = {name, *(other for other, m in scene.materials.items() if isinstance(m, Mixture) and name in m.parts)}
+    return any(not users.isdisjoint(mesh.materials) for mesh in scene.meshes.values())

@@ -1,0 +1,32 @@
+"""Which points lie within a camera's picture, hidden or not."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.camera import Camera
+
+F64 = NDArray[np.float64]
+
+
+def depths(camera: Camera, points: F64) -> F64:
+    """(n,) depth of points (n, 3), metres; negative behind the camera."""
+    return np.asarray((camera.to_world[:3, 3] - points) @ camera.to_world[:3, 2])
+
+
+def in_picture(camera: Camera, points: F64) -> NDArray[np.bool_]:
+    """(n,) whether points (n, 3) lie before the camera and within the window that it renders.
+
+    All points are within the pictures of panoramic cameras.
+    """
+    if camera.kind not in ("PERSPECTIVE", "ORTHOGRAPHIC"):
+        return np.ones(len(points), bool)
+    depth = depths(camera, points)
+    before = depth > 0.0
+    scale = camera.focal / np.where(before, depth, 1.0) if camera.kind == "PERSPECTIVE" else camera.focal
+    across = (points - camera.to_world[:3, 3]) @ camera.to_world[:3, :2]
+    x = camera.principal_point[0] + scale * across[:, 0]
+    y = camera.principal_point[1] - scale * across[:, 1] / camera.pixel_aspect
+    x0, y0, x1, y1 = camera.window
+    return np.asarray(before & (x >= x0) & (x < x1) & (y >= y0) & (y < y1))

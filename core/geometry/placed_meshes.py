@@ -1,0 +1,121 @@
+"""Meshes as the tables have them, and which of them are near each other."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.mesh import Mesh
+from ..scene.placement import placed_meshes
+from ..scene.scene import Scene
+from .box_tree import BoxTree, meeting
+from .mesh_batches import corners
+from .shape import TOLERANCE, copy_boxes, may_cross, thickness
+
+F64 = NDArray[np.float64]
+I64 = NDArray[np.int64]
+
+# Pairs of meshes beyond which no more are looked for.
+MOST_PAIRS = 100_000
+
+Pair = tuple[str, str]
+
+
+class PlacedMeshes(dict[str, Mesh]):
+    """Meshes by name, which don't change; what is found out about all of them is found once."""
+
+    @staticmethod
+    def of(scene: Scene) -> PlacedMeshes:
+        """The meshes of a validated scene."""
+        return PlacedMeshes(zip(scene.meshes, placed_meshes(scene), strict=True))
+
+    @cached_property
+    def boxes(self) -> tuple[F64, F64]:
+        """(n, 3) lower and upper corners of a box around each mesh, with all its copies."""
+        meshes = list(self.values())
+        low, high = corners(meshes)
+        for k in np.flatnonzero(self._placed):
+            lows, highs = copy_boxes(meshes[k])
+            low[k], high[k] = lows.min(axis=0), highs.max(axis=0)
+        return low, high
+
+    def near(self, names: Collection[str], low: F64, high: F64) -> list[str]:
+        """Those of some meshes whose boxes meet a box, in order."""
+        lows, highs = self.boxes
+        meets = set(np.flatnonzero(((lows <= high) & (highs >= low)).all(axis=1)).tolist())
+        among = set(names)
+        return [name for k, name in enumerate(self) if k in meets and name in among] if meets else []
+
+    @cached_property
+    def crossing(self) -> list[Pair]:
+        """Pairs of meshes of which some may pass through each other, in order; at most `MOST_PAIRS`.
+
+        A mesh beside itself: instances of it.
+        """
+        return self._named(self._crossing())
+
+    def close(self, first: Collection[str], second: Collection[str]) -> list[Pair]:
+        """Pairs of one of `first` and one of `second`, whichever comes first, whose boxes meet, without instances.
+
+        In order; at most `MOST_PAIRS`.
+        """
+        return self._named(self._close(set(first), set(second))) if first and second else []
+
+    def _named(self, blocks: Iterator[I64]) -> list[Pair]:
+        rows: list[list[int]] = []
+        for block in blocks:
+            rows += block[: MOST_PAIRS - len(rows)].tolist()
+            if len(rows) == MOST_PAIRS:
+                break
+        names = list(self)
+        return [(names[i], names[j]) for i, j in sorted(rows)]
+
+    @cached_property
+    def _placed(self) -> NDArray[np.bool_]:
+        """(n,) which meshes have instances."""
+        return np.array([mesh.instances is not None for mesh in self.values()], bool)
+
+    def _crossing(self) -> Iterator[I64]:
+        """Blocks (k, 2) of numbers of such pairs."""
+        if not self:
+            return
+        meshes = list(self.values())
+        low, high = self.boxes
+        placed = self._placed
+        yield np.array([[k, k] for k in np.flatnonzero(placed) if may_cross(meshes[k], meshes[k], same=True)],
+                       np.int64).reshape(-1, 2)
+        size = TOLERANCE * np.linalg.norm(high - low, axis=1)
+        for i, j in meeting(BoxTree(low, high)):
+            slack = np.maximum(size[i], size[j])
+            apart = ((low[i] >= high[j] - slack[:, None]) | (low[j] >= high[i] - slack[:, None])).any(axis=1)
+            copies = placed[i] | placed[j]
+            i, j, slack, copies = (x[copies | ~apart] for x in (i, j, slack, copies))
+            if not len(i):
+                continue
+            # Where neither mesh is flat the boxes decide.
+            crosses = ~copies & (np.minimum(self._thickness[i], self._thickness[j]) > slack)
+            for k in np.flatnonzero(~crosses):
+                crosses[k] = may_cross(meshes[i[k]], meshes[j[k]])
+            yield np.stack([i[crosses], j[crosses]], axis=1)
+
+    @cached_property
+    def _thickness(self) -> F64:
+        """(n,) largest distance of each mesh's vertices from the plane of one of its faces."""
+        return thickness(list(self.values()))
+
+    def _close(self, first: set[str], second: set[str]) -> Iterator[I64]:
+        among_first, among_second = (np.array([name in some for name in self], bool) for some in (first, second))
+        low, high = self.boxes
+        # Boxes may be apart by TOLERANCE of the size of what encloses both, which is less than their sizes' sum.
+        slack = 1.01 * TOLERANCE * np.linalg.norm(high - low, axis=1, keepdims=True)
+        for i, j in meeting(BoxTree(low - slack, high + slack)):
+            kept = (among_first[i] & among_second[j]) | (among_first[j] & among_second[i])
+            kept &= ~(self._placed[i] | self._placed[j])
+            i, j = i[kept], j[kept]
+            both = np.maximum(high[i], high[j]) - np.minimum(low[i], low[j])
+            apart = TOLERANCE * np.linalg.norm(both, axis=1, keepdims=True)
+            kept = ((low[i] <= high[j] + apart) & (low[j] <= high[i] + apart)).all(axis=1)
+            yield np.stack([i[kept], j[kept]], axis=1)

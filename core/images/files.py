@@ -1,0 +1,268 @@
+"""Image files: OpenEXR, PNG and JPEG to and from linear Rec.709 arrays.
+
+In memory an image is float32, linear light, row 0 on top, and its alpha, if it has one, is *straight*
+(colour not multiplied by alpha). Files differ: EXR stores premultiplied colour in linear light, PNG
+straight colour in sRGB code values; both are converted here and nowhere else.
+"""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenEXR
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image, ImageCms, ImageOps
+
+from .._check import file_path, flag, numeric
+from ..scene.camera import MAX_SIDE
+from .chromaticities import to_rec709
+from .derivative_picture import derivative_image, write_derivative
+from .output_files import replacing
+from .png import read_deep, write_codes
+
+__all__ = ["derivative_image", "linear_to_srgb", "read_image", "srgb_to_linear", "write_derivative", "write_image"]
+
+F32 = NDArray[np.float32]
+
+READABLE = (".exr", ".png", ".jpg", ".jpeg")
+WRITABLE = (".exr", ".png")
+
+# Pixels that an EXR may have whatever its size, and pixels per byte of a larger one: no compression holds more.
+MOST_EXR_PIXELS = 1 << 26
+MOST_PIXELS_PER_BYTE = 4096
+
+
+def srgb_to_linear(code: ArrayLike) -> NDArray[np.float64]:
+    """Linear light of sRGB code values in [0, 1] (IEC 61966-2-1, exact piecewise curve)."""
+    x = np.asarray(numeric("srgb_to_linear", "code", code), np.float64)
+    return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4)
+
+
+def linear_to_srgb(light: ArrayLike) -> NDArray[np.float64]:
+    """sRGB code values of linear light; the inverse of `srgb_to_linear`."""
+    x = np.asarray(numeric("linear_to_srgb", "light", light), np.float64)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 0.0) ** (1.0 / 2.4) - 0.055)
+
+
+def read_image(path: str | Path) -> F32:
+    """Read an EXR, PNG or JPEG file.
+
+    Parameters
+    ----------
+    path
+        The file. Of an EXR with several layers the one without a name is read, else Blender's
+        ``…Combined``, else the first that has R, G and B. A grey picture gives three equal channels.
+
+    Returns
+    -------
+    (H, W, 3) float32 linear Rec.709, row 0 on top; (H, W, 4) with straight alpha in [0, 1] if the
+    file has one. Where an EXR's alpha is 0 its colour (light without coverage) is left as it is.
+
+    Raises
+    ------
+    ValueError
+        Naming the path: the file is missing, can't be decoded or has a form that isn't supported.
+    """
+    file = file_path("image", "path", path)
+    suffix = file.suffix.lower()
+    if suffix not in READABLE:
+        raise ValueError(f"image '{path}': files of type '{suffix}' can't be read; use {', '.join(READABLE)}")
+    if not file.is_file():
+        raise ValueError(f"image '{path}': there is no such file")
+    with np.errstate(all="ignore"):  # pixels that are not finite are the file's
+        image = _read_exr(file) if suffix == ".exr" else _read_coded(file)
+        return np.ascontiguousarray(image, np.float32)
+
+
+def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> None:
+    """Write an EXR (float32, or float16 if `half`) or an 8 bit sRGB PNG, completely or not at all.
+
+    Parameters
+    ----------
+    path
+        The file, ``.exr`` or ``.png``; its folder must exist.
+    image
+        (H, W, 3), or (H, W, 4) with straight alpha; linear Rec.709. A PNG clips it to [0, 1].
+
+    Raises
+    ------
+    ValueError
+        Naming the path, for another file type, a wrong shape or non-finite values in a PNG.
+    OSError
+        Naming the path and the reason, if the file can't be written; an earlier file stays as it was.
+    """
+    file = file_path("image", "path", path)
+    half = flag(f"image '{path}'", "half", half)
+    pixels = _writable(path, image)
+    if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or pixels.size == 0:
+        raise ValueError(f"image '{path}': must have the shape (H, W, 3) or (H, W, 4), not {pixels.shape}")
+    suffix = file.suffix.lower()
+    if suffix not in WRITABLE:
+        raise ValueError(f"image '{path}': files of type '{suffix}' can't be written; use {', '.join(WRITABLE)}")
+    if suffix == ".exr":
+        _write_exr(file, pixels, half)
+    else:
+        if not np.isfinite(pixels).all():
+            raise ValueError(f"image '{path}': has non-finite values, which a PNG can't hold")
+        write_codes(file, np.round(255.0 * _coded(pixels)).astype(np.uint8))
+
+
+def _writable(path: str | Path, image: ArrayLike) -> F32:
+    """The numbers of a picture of any shape, finite or not."""
+    pixels = numeric(f"image '{path}'", "pixels", image)
+    if pixels.dtype.kind != "f":
+        raise ValueError(f"image '{path}': pixels hold whole numbers ({pixels.dtype}), but must be linear light; of a "
+                         "picture's code values make it by srgb_to_linear(codes / 255)")
+    with np.errstate(over="ignore"):
+        return np.asarray(pixels, np.float32)
+
+
+def _coded(pixels: F32) -> NDArray[np.float64]:
+    codes = np.clip(pixels.astype(np.float64), 0.0, 1.0)
+    codes[..., :3] = linear_to_srgb(codes[..., :3])
+    return codes
+
+
+def _read_coded(path: Path) -> NDArray[Any]:
+    """PNG and JPEG: code values to linear light."""
+    try:
+        deep = read_deep(path)
+        with Image.open(path) as opened:
+            opened.load()
+            picture = ImageOps.exif_transpose(opened)
+    except MemoryError:
+        raise
+    except Exception as error:  # decoders raise many kinds for broken files
+        raise ValueError(f"image '{path}': can't be read ({error})") from None
+    profile = _profile(path, picture.info)
+    if deep is not None and profile is None:
+        return _light(deep / 65535.0)
+    if picture.mode.startswith("I"):  # 16 bit grey
+        grey = srgb_to_linear(np.asarray(picture, np.float64) / 65535.0)
+        return np.repeat(grey[..., None], 3, axis=2)
+    has_alpha = "A" in picture.getbands() or "transparency" in picture.info
+    picture = picture.convert("RGBA" if has_alpha else "RGB")
+    # Pixels of a profile for other than RGB have been converted to sRGB above.
+    if profile is not None and profile.profile.xcolor_space.strip() == "RGB":
+        try:
+            picture = ImageCms.profileToProfile(picture, profile, ImageCms.createProfile("sRGB")) or picture
+        except ImageCms.PyCMSError as error:
+            raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
+    return _light(np.asarray(picture, np.float64) / 255.0)
+
+
+_BAD_PROFILE = "its colour profile is broken; remove it, or save the picture as sRGB"
+
+
+def _profile(path: Path, info: dict[Any, Any]) -> ImageCms.ImageCmsProfile | None:
+    """The picture's colour profile, None if it has none."""
+    if "icc_profile" not in info:
+        return None
+    if not info["icc_profile"]:  # Pillow's word for one that can't be decompressed
+        raise ValueError(f"image '{path}': {_BAD_PROFILE}")
+    try:
+        return ImageCms.ImageCmsProfile(io.BytesIO(info["icc_profile"]))
+    except (ImageCms.PyCMSError, OSError) as error:
+        raise ValueError(f"image '{path}': {_BAD_PROFILE} ({error})") from None
+
+
+def _light(codes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Linear light of sRGB codes in [0, 1]; alpha stays."""
+    codes[..., :3] = srgb_to_linear(codes[..., :3])
+    return codes
+
+
+def _read_exr(path: Path) -> NDArray[Any]:
+    try:
+        with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
+            headers = [dict(part.header) for part in file.parts]
+    except Exception as error:  # the library raises RuntimeError, ValueError and TypeError alike
+        raise ValueError(f"image '{path}': can't be read ({error}); it is damaged, or no EXR") from None
+    for header in headers:
+        _check_windows(path, header)
+    try:
+        with OpenEXR.File(str(path), separate_channels=True) as file:
+            parts = [(dict(part.header), {n: c.pixels for n, c in part.channels.items()}) for part in file.parts]
+    except MemoryError:
+        raise
+    except Exception as error:  # as above
+        raise ValueError(f"image '{path}': can't be read ({error})") from None
+    # The library prints why pixels can't be read, and leaves them out.
+    if len(parts) < len(headers) or any(part.get("channels") and not channels for part, channels in parts):
+        raise ValueError(f"image '{path}': its pixels can't be read; the file is cut off or damaged")
+    layers = [(header, prefix, channels) for header, channels in parts for prefix in _layers(channels)]
+    if not layers:
+        names = ", ".join(name for _, channels in parts for name in channels) or "none"
+        raise ValueError(f"image '{path}': has no layer with R, G and B or Y (channels: {names})")
+    rank = {"": 0}
+    header, prefix, channels = min(
+        layers, key=lambda layer: rank.get(layer[1], 1 if layer[1].endswith("Combined.") else 2)
+    )
+    wanted = [prefix + c for c in ("RGB" if prefix + "R" in channels else "YYY")]
+    if prefix + "A" in channels:
+        wanted.append(prefix + "A")
+    planes = [np.asarray(channels[name]) for name in wanted]
+    if any(p.shape != planes[0].shape for p in planes):
+        raise ValueError(f"image '{path}': its channels are subsampled, which is not supported")
+    pixels = np.stack(planes, axis=-1).astype(np.float64)
+    pixels[..., :3] = to_rec709(pixels[..., :3], header, path)
+    if pixels.shape[2] == 4:
+        alpha = pixels[..., 3:]
+        pixels[..., :3] /= np.where(alpha > 0.0, alpha, 1.0)
+    return _display(pixels, header)
+
+
+def _check_windows(path: Path, header: dict[str, Any]) -> None:
+    """Refuse windows that no picture of the file's size has: a broken header would take all memory."""
+    most = max(MOST_EXR_PIXELS, MOST_PIXELS_PER_BYTE * path.stat().st_size)
+    for name in ("dataWindow", "displayWindow"):
+        (x0, y0), (x1, y1) = (tuple(int(x) for x in corner) for corner in header[name])
+        width, height = x1 - x0 + 1, y1 - y0 + 1
+        if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE and width * height <= most):
+            raise ValueError(f"image '{path}': its {name} of {width} x {height} pixels is beyond {MAX_SIDE} a side or "
+                             f"{most:,} in all, the most for a file of its size; it is damaged")
+
+
+def _layers(channels: dict[str, Any]) -> list[str]:
+    """Prefixes ("" or "name.") that have all of R, G, B, or Y alone."""
+    prefixes = dict.fromkeys(name[: name.rfind(".") + 1] for name in channels)
+    return [
+        p
+        for p in prefixes
+        if all(p + c in channels for c in "RGB") or (p + "Y" in channels and p + "X" not in channels)
+    ]
+
+
+def _display(pixels: NDArray[np.float64], header: dict[str, Any]) -> NDArray[np.float64]:
+    """The picture in its display window: zero where the file's data window does not reach."""
+    (x0, y0), (x1, y1) = (np.asarray(corner, int) for corner in header["dataWindow"])
+    (left, top), (right, bottom) = (np.asarray(corner, int) for corner in header["displayWindow"])
+    if (x0, y0, x1, y1) == (left, top, right, bottom):
+        return pixels
+    out = np.zeros((bottom - top + 1, right - left + 1, pixels.shape[2]))
+    ax, bx, ay, by = max(x0, left), min(x1, right) + 1, max(y0, top), min(y1, bottom) + 1
+    if ax < bx and ay < by:
+        out[ay - top : by - top, ax - left : bx - left] = pixels[ay - y0 : by - y0, ax - x0 : bx - x0]
+    return out
+
+
+def _write_exr(path: Path, pixels: F32, half: bool) -> None:
+    stored = pixels.copy()
+    if stored.shape[2] == 4:
+        alpha = stored[..., 3:]
+        stored[..., :3] *= np.where(alpha > 0.0, alpha, np.float32(1.0))
+    kind: type[np.floating[Any]] = np.float16 if half else np.float32
+    if half:  # out of range would become infinite
+        limit = float(np.finfo(np.float16).max)
+        stored = np.clip(stored, -limit, limit)
+    channels = {name: np.ascontiguousarray(stored[..., k], kind) for k, name in enumerate("RGBA"[: stored.shape[2]])}
+    header = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
+    with replacing(path) as temporary:
+        try:
+            with OpenEXR.File(header, channels) as file:
+                file.write(str(temporary))
+        except Exception as error:  # as above
+            raise OSError(str(error)) from None

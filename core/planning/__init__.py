@@ -1,0 +1,1 @@
+"""The plan: which terms a derivative has in a scene, and why, in words."""

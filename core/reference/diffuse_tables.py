@@ -1,0 +1,150 @@
+"""Derivatives of flat, diffuse, directly lit scenes: the few tables that engines for these differentiate.
+
+Such an engine (`EngineLike.narrow`) knows a material by one colour and one radiance, and area lights as emissive
+meshes. What it needs is part of a `TableDerivative`, and what it gives is put back into one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..derivatives.table_derivatives import TableDerivative, Wanted, shapes
+from ..scene import parameters
+from ..tables import lights as light_table
+from ..tables import materials as material_table
+from ..tables.lights import DIRECTION, ELLIPSE, POINT, RADIANCE, RECTANGLE
+from ..tables.materials import COLUMNS, EMISSION
+from ..tables.tables import Tables
+
+_FIELDS = {
+    "meshes": ("vertices",),
+    "materials": ("base_color", "emission"),
+    "lights": ("power", "strength", "color"),
+    "world": ("color", "strength"),
+}
+# Floats of a row of the tables that are rows one after the other.
+_WIDTHS = {"leaf_params": material_table.WIDTH, "light_params": light_table.WIDTH}
+# Tables of the same values.
+_SAME = ("vertices", "environment", "camera", "instance_to_world")
+_COLOR, _GLOW = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
+
+
+@dataclass
+class Derivative:
+    """A tangent of, or a gradient with respect to, the tables of the same names and shapes in `Tables`."""
+
+    vertices: NDArray[np.float64]
+    albedo: NDArray[np.float64]
+    emission: NDArray[np.float64]
+    point_intensity: NDArray[np.float64]
+    sun_irradiance: NDArray[np.float64]
+    environment: NDArray[np.float64]
+    camera: NDArray[np.float64]  # this and the next: of the primary boundary term alone
+    instance_to_world: NDArray[np.float64]
+
+    @staticmethod
+    def zero(tables: Tables) -> Derivative:
+        """A `Derivative` of zeros."""
+        return Derivative(**{f.name: np.zeros(getattr(tables, f.name).shape) for f in fields(Derivative)})
+
+
+@dataclass
+class Asked:
+    """Which derivatives a call is asked for; the rest is skipped."""
+
+    moving: NDArray[np.uint8]  # (S,) 1: the mesh's vertices
+    emitting: NDArray[np.uint8]  # (M,) 1: the material's emission
+    colors: bool = False  # any colour, radiance or intensity at all
+    lights: bool = False  # the strength of any point light or sun
+    environment: bool = False
+    camera: bool = False  # any float of the camera
+    instances: bool = False  # any instance's transform
+
+
+def check(wrt: Iterable[str]) -> None:
+    """Raise ``ValueError`` for a parameter that narrow engines don't know."""
+    for path in wrt:
+        collection, _, field = parameters.split(path)
+        if field not in _FIELDS.get(collection, ()):
+            raise ValueError(f"parameter '{path}' has no derivative in this version; "
+                             "vertices, base_color, emission, power, strength and color have one")
+
+
+def asked(tables: Tables, wanted: Wanted) -> Asked:
+    """What is asked for by `wanted` rows of the tables of `table_derivatives.asked_tables`."""
+    rows = {name: _inside(shape[0], wanted.get(name)) for name, shape in shapes(tables).items()}
+    moving = [rows["vertices"][a:b].any() for a, b in zip(tables.mesh_first_vertex, tables.mesh_first_vertex[1:],
+                                                          strict=False)]
+    emitting = np.zeros(len(tables.emission), np.uint8)
+    leaf, area, points, suns = _rows(tables)
+    leaves, lights = (rows[name].reshape(-1, width).any(axis=1) for name, width in _WIDTHS.items())
+    emitting[: len(leaf)] = leaves[leaf] & ((tables.materials.flags[leaf] & EMISSION) != 0)
+    emitting[len(leaf) :] = lights[area]
+    return Asked(
+        np.array(moving, np.uint8),
+        emitting,
+        colors=not {"leaf_params", "light_params", "environment"}.isdisjoint(wanted),
+        lights=bool(lights[np.concatenate([points, suns])].any()),
+        environment="environment" in wanted,
+        camera="camera" in wanted,
+        instances="instance_to_world" in wanted,
+    )
+
+
+def narrowed(tables: Tables, tangent: TableDerivative) -> Derivative:
+    """The part of a tangent that narrow engines know."""
+    out = Derivative.zero(tables)
+    for name, place, rows, columns in _places(tables):
+        if name in tangent:
+            getattr(out, place[0])[place[1]] = tangent[name].reshape(-1, _WIDTHS[name])[rows, columns]
+    for name in _SAME:
+        if name in tangent:
+            getattr(out, name)[...] = tangent[name].reshape(getattr(out, name).shape)
+    return out
+
+
+def widened(tables: Tables, gradient: Derivative, wanted: Wanted) -> TableDerivative:
+    """A narrow engine's gradient as one of the tables that are wanted: the transpose of `narrowed`."""
+    size = shapes(tables)
+    out = {name: np.zeros(size[name]) for name in wanted}
+    for name, place, rows, columns in _places(tables):
+        if name in out:
+            out[name].reshape(-1, _WIDTHS[name])[rows, columns] = getattr(gradient, place[0])[place[1]]
+    for name in _SAME:
+        if name in out:
+            out[name] = getattr(gradient, name).reshape(size[name])
+    return out
+
+
+Rows = NDArray[np.int64]
+
+
+def _rows(tables: Tables) -> tuple[Rows, Rows, Rows, Rows]:
+    """Rows of the materials' (first) leaves, of area lights, of point lights and of suns."""
+    kind = tables.lights.kind
+    area = np.flatnonzero((kind == RECTANGLE) | (kind == ELLIPSE))
+    leaf = tables.materials.first_leaf[: len(tables.albedo) - len(area)].astype(np.int64)
+    return leaf, area, np.flatnonzero(kind == POINT), np.flatnonzero(kind == DIRECTION)
+
+
+def _places(tables: Tables) -> list[tuple[str, tuple[str, slice], Rows, slice]]:
+    """(table, narrow table and its rows, the table's rows, its columns)."""
+    leaf, area, points, suns = _rows(tables)
+    return [
+        ("leaf_params", ("albedo", slice(0, len(leaf))), leaf, _COLOR),
+        ("leaf_params", ("emission", slice(0, len(leaf))), leaf, _GLOW),
+        ("light_params", ("emission", slice(len(leaf), None)), area, RADIANCE),
+        ("light_params", ("point_intensity", slice(None)), points, RADIANCE),
+        ("light_params", ("sun_irradiance", slice(None)), suns, RADIANCE),
+    ]
+
+
+def _inside(count: int, spans: NDArray[np.int64] | None) -> NDArray[np.bool_]:
+    out = np.zeros(count, bool)
+    for first, last in () if spans is None else spans:
+        out[first:last] = True
+    return out

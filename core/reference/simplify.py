@@ -1,0 +1,124 @@
+"""Flat, diffuse, directly lit scenes, of which every engine has derivatives, and the nearest to any other scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import RAYS
+from ..scene.camera import Camera
+from ..scene.light import AreaLight, Light, PointLight, SpotLight, SunLight
+from ..scene.material import Material, Mixture
+from ..scene.mesh import Mesh
+from ..scene.placement import expanded, is_moved
+from ..scene.scene import Scene, validated
+from ..tables.materials import LAMBERTIAN, NORMAL_MAP, TRANSPARENCY, flags
+from ..tables.mean_color import mean_color, mean_expression
+
+
+def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
+    """The nearest scene whose derivatives the reference engine has, and a sentence for each thing that was simplified.
+
+    Surfaces become flat-shaded, opaque and Lambertian in their mean colour, instances meshes of their own,
+    lights hard, the camera a pinhole with a box filter. Meshes keep their vertices, so that gradients and
+    results carry over.
+    """
+    validated(scene)
+    notes: list[str] = []
+    camera = _camera(scene.camera, notes)
+    materials = {name: _material(scene, name, notes) for name in scene.materials}
+    meshes = {name: _mesh(name, mesh, notes) for name, mesh in scene.meshes.items()}
+    lights = {name: _light(name, light, notes) for name, light in scene.lights.items()}
+    world = scene.world
+    if world.image is not None or world.visible_to != frozenset(RAYS):
+        notes.append("world: its mean colour stands for the image, seen by all rays")
+        color = world.color
+        if world.image is not None:
+            color = color * mean_color(scene.images[world.image], sphere=True)
+        world = replace(world, color=color, image=None, visible_to=frozenset(RAYS))
+    return Scene(camera, meshes, materials, lights, world), notes
+
+
+def indirect_obstacles(scene: Scene) -> Iterator[str]:
+    """What the indirect boundary can't deal with: surfaces that only some kinds of scattered rays meet."""
+    scattered = set(RAYS) - {"camera", "shadow"}
+    for name, mesh in scene.meshes.items():
+        if 0 < len(scattered - mesh.visible_to) < len(scattered):
+            yield f"mesh '{name}' is visible to some kinds of scattered rays only"
+
+
+def obstacles(scene: Scene) -> Iterator[str]:
+    """What stands in the way of exact derivatives: none for a scene from `differentiable`."""
+    yield from differentiable(scene)[1]
+
+
+def _camera(camera: Camera, notes: list[str]) -> Camera:
+    if camera.kind != "PERSPECTIVE":
+        notes.append(f"camera: {camera.kind.lower()} projection is replaced by a perspective of the same pose")
+    if camera.aperture_radius > 0.0:
+        notes.append("camera: depth of field is left out")
+    if camera.pixel_aspect != 1.0:
+        notes.append("camera: pixels are square")
+    if camera.filter != "BOX" or camera.filter_width != 1.0:
+        notes.append("camera: the pixel filter is a box of one pixel")
+    return replace(camera, kind="PERSPECTIVE", aperture_radius=0.0, pixel_aspect=1.0, filter="BOX", filter_width=1.0)
+
+
+def _material(scene: Scene, name: str, notes: list[str]) -> Material:
+    material = scene.materials[name]
+    leaf = scene.leaves(name)[0]
+    simple = isinstance(material, Material) and not material.textures
+    if simple and flags(leaf) & LAMBERTIAN and not flags(leaf) & (TRANSPARENCY | NORMAL_MAP):
+        return leaf
+    notes.append(f"material '{name}': diffuse in its mean colour stands for it")
+    if isinstance(material, Mixture):
+        parts = [(scene.leaves(name)[k], w) for k, w in enumerate(material.weights)]
+    else:
+        parts = [(leaf, 1.0)]
+    total = sum(w for _, w in parts) or 1.0
+    base = sum((w / total * _mean(scene, part, "base_color") for part, w in parts), np.zeros(3))
+    emission = sum((w * _mean(scene, part, "emission") for part, w in parts), np.zeros(3))
+    return Material(np.clip(base, 0.0, 1.0), emission, any(part.emission_two_sided for part, _ in parts))
+
+
+def _mean(scene: Scene, part: Material, field: str) -> NDArray[np.float64]:
+    if field in part.textures:
+        return mean_expression(scene, part.textures[field])
+    return np.asarray(getattr(part, field), np.float64)
+
+
+def _mesh(name: str, mesh: Mesh, notes: list[str]) -> Mesh:
+    if mesh.smoothing is not None:
+        notes.append(f"mesh '{name}': is shaded flat")
+    if mesh.visible_to != frozenset(RAYS):
+        notes.append(f"mesh '{name}': is visible to all rays")
+    if mesh.instances is not None:
+        notes.append(f"mesh '{name}': its {len(mesh.instances)} instances are one mesh")
+    elif is_moved(mesh):
+        notes.append(f"mesh '{name}': its transform is applied to its vertices")
+    return replace(
+        expanded(mesh), smoothing=None, normals=None, visible_to=frozenset(RAYS), attributes={}, terminator_offset=0.0
+    )
+
+
+def _light(name: str, light: Light, notes: list[str]) -> Light:
+    plain = PointLight(np.zeros(3))
+    if light.receivers is not None or light.blockers is not None or not light.casts_shadow:
+        notes.append(f"light '{name}': lights all meshes and casts the shadows of all")
+    light = replace(light, receivers=None, blockers=None, casts_shadow=True, visible_to=plain.visible_to)
+    if isinstance(light, SpotLight):
+        notes.append(f"light '{name}': a point light stands for the spot")
+        light = PointLight(light.position, light.power, light.radius, light.sphere, color=light.color)
+    if isinstance(light, PointLight) and light.radius > 0.0:
+        notes.append(f"light '{name}': has no size, its shadows are hard")
+        light = replace(light, radius=0.0)
+    if isinstance(light, SunLight) and light.angle > 0.0:
+        notes.append(f"light '{name}': has no angle, its shadows are hard")
+        light = replace(light, angle=0.0)
+    if isinstance(light, AreaLight) and light.spread < np.pi:
+        notes.append(f"light '{name}': shines to all sides")
+        light = replace(light, spread=float(np.pi))
+    return light

@@ -1,0 +1,1 @@
+"""Rendering: the renderer, its options, and the engines that do the work."""

@@ -1,0 +1,110 @@
+"""The engines that renderers can have, and which of them is there."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Collection
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import shown
+from ..derivatives.table_derivatives import TableDerivative, Wanted
+from ..geometry.topology import Edges
+from ..scene.bounces import Bounces
+from ..tables import tables as flat
+
+Progress = Callable[[float], None]
+
+
+class EngineLike(Protocol):
+    """What the native and the reference engine have in common."""
+
+    narrow: bool  # it has derivatives of flat, diffuse, directly lit scenes alone
+
+    def __init__(self, tables: flat.Tables, threads: int) -> None: ...
+    def set_edges(self, edges: Edges) -> None: ...
+    def update(self, tables: flat.Tables) -> None: ...
+    def update_values(self, tables: flat.Tables) -> None: ...
+    def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: flat.Tables) -> None: ...
+    def render(
+        self,
+        tables: flat.Tables,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces,
+        caustics_alone: bool = False,
+        progress: Progress | None,
+    ) -> NDArray[np.float32]: ...
+    def forward(
+        self,
+        tables: flat.Tables,
+        tangent: TableDerivative,
+        wanted: Wanted,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces,
+        terms: Collection[str],
+        progress: Progress | None,
+    ) -> NDArray[np.float32]: ...
+    def backward(
+        self,
+        tables: flat.Tables,
+        adjoint: NDArray[np.float32],
+        wanted: Wanted,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces,
+        terms: Collection[str],
+        progress: Progress | None,
+    ) -> TableDerivative: ...
+
+
+_warned_of_fallback = False
+
+
+def engine_name(name: str) -> str:
+    """`name`, which must be that of an engine."""
+    if not isinstance(name, str) or name not in ("auto", "native", "reference"):
+        raise ValueError(f"engine must be 'auto', 'native' or 'reference', not {shown(name)}")
+    return name
+
+
+def engine_class(name: str) -> type[EngineLike]:
+    """The engine of this name; "auto" is the native one, or the reference where that can't be loaded.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name.
+    ImportError
+        If "native" is asked for and can't be loaded.
+    """
+    global _warned_of_fallback
+    if engine_name(name) != "reference":
+        try:
+            from . import native_engine
+
+            native_engine.embree_version()  # loads Embree: what is missing shows here
+            return native_engine.Engine
+        except (ImportError, RuntimeError) as error:
+            if name == "native":
+                raise ImportError(f"edgegrad's native engine can't be loaded: {error}") from error
+            if not _warned_of_fallback:
+                warnings.warn(
+                    f"edgegrad's native engine can't be loaded ({error}); using the reference engine, "
+                    "which gives the same results much more slowly",
+                    RuntimeWarning,
+                    stacklevel=3,
+                )
+                _warned_of_fallback = True
+    from ..reference import Engine
+
+    return Engine

@@ -1,0 +1,274 @@
+"""The native engine: finds Embree in the `embreex` wheel and hands the tables to `edgegrad._native`."""
+
+from __future__ import annotations
+
+import atexit
+import importlib.util
+import math
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _native
+from ..derivatives.table_derivatives import TableDerivative, Wanted, shapes
+from ..geometry.topology import Edges
+from ..scene.bounces import UNLIMITED, Bounces
+from ..tables.tables import Tables
+from .call_lock import Turns
+from .non_finite import warn_of_samples
+
+# The wheel's own copy of Embree, relative to the folder that holds the package.
+_LIBRARY_PATTERNS = {
+    "linux": ("embreex.libs/libembree4-*.so*", "embreex.libs/libembree4*.so*"),
+    "darwin": ("embreex/.dylibs/libembree4*.dylib", "embreex.dylibs/libembree4*.dylib"),
+    "win32": ("embreex.libs/embree4*.dll", "embreex/embree4*.dll"),
+}
+
+
+# Held while a BVH is built or refitted, and by a fork: Embree's workers, which a forked process doesn't have, must not
+# hold a lock then. The kernels' threads need no such care, since each call starts its own.
+_builds = threading.RLock()
+_last_build = -math.inf  # when it ended
+# Seconds after a build in which its workers have gone to sleep, which takes a lock.
+SETTLED = 0.1
+
+
+@contextmanager
+def _building() -> Iterator[None]:
+    global _last_build
+    with _builds:
+        try:
+            yield
+        finally:
+            _last_build = time.monotonic()
+
+
+def _before_fork() -> None:
+    _builds.acquire()
+    time.sleep(max(_last_build + SETTLED - time.monotonic(), 0.0))
+
+
+def _after_fork_in_child() -> None:
+    _native.forget_calls()
+    _builds.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(
+        before=_before_fork, after_in_parent=_builds.release, after_in_child=_after_fork_in_child
+    )
+# Python ends a daemon thread by unwinding it, which native code doesn't survive.
+atexit.register(_native.end_calls)
+
+
+def embree_library() -> Path:
+    """Path of Embree's shared library inside the installed `embreex` wheel.
+
+    Raises
+    ------
+    ImportError
+        If the wheel, or the library in it, is missing.
+    """
+    spec = importlib.util.find_spec("embreex")
+    if spec is None or spec.origin is None:
+        raise ImportError("the package 'embreex', which brings the Embree library, is not installed")
+    site = Path(spec.origin).parent.parent
+    for pattern in _LIBRARY_PATTERNS.get(sys.platform, ()):
+        found = sorted(site.glob(pattern))
+        if found:
+            return found[0]
+    raise ImportError(f"the installed 'embreex' in {site} has no Embree library for {sys.platform}")
+
+
+def instruction_sets() -> list[str]:
+    """Instruction sets this build has and this processor can run, the fastest first."""
+    return list(_native.instruction_sets())
+
+
+def embree_version() -> str:
+    """Version of the wheel's Embree, such as "4.4.0"."""
+    return str(_native.embree_version(str(embree_library())))
+
+
+def learned_sampling() -> _native.LearnedSampling:
+    """What gradients of one more view learn: nothing yet."""
+    return _native.LearnedSampling()
+
+
+class Engine:
+    """Renders and differentiates the scene of some tables with the native kernels.
+
+    The native scene holds one camera and one set of values: calls from several threads wait for each other, and each
+    uses all the threads.
+
+    Parameters
+    ----------
+    tables
+        The scene.
+    threads
+        Threads to use; 0: one per core. Results don't depend on it.
+    instruction_set
+        One of `instruction_sets`; empty: the fastest.
+    """
+
+    narrow = False
+
+    def __init__(self, tables: Tables, threads: int, instruction_set: str = "") -> None:
+        library = str(embree_library())
+        with _building():
+            self._scene = _native.Scene(tables, threads, instruction_set, library)
+        self._turns = Turns("renderer")
+        # Whose materials, textures and environment the native scene has; None: some of them, since an update failed.
+        self._held: Tables | None = tables
+
+    def set_edges(self, edges: Edges) -> None:
+        """The scene's edges (`Tables.edges`), which derivatives need."""
+        with self._turns.lock():
+            self._scene.set_edges(edges)
+
+    @property
+    def instruction_set(self) -> str:
+        """Name of the instruction set in use."""
+        return str(self._scene.instruction_set)
+
+    @property
+    def guided(self) -> bool:
+        """Whether samples of edges are distributed by the jumps that a first pass over them finds.
+
+        Rounding then moves samples: what another instruction set computes is equal in the mean only.
+        """
+        return bool(self._scene.guided)
+
+    @guided.setter
+    def guided(self, guided: bool) -> None:
+        self._scene.guided = guided
+
+    @property
+    def aimed(self) -> float:
+        """Alpha (roughness squared) of the sharpest lobes through which the camera sees edges of light between surfaces
+        by samples that start at the camera; rougher ones, and diffuse ones, by samples that start at edges.
+
+        0: none by the camera's; 1000: all by the camera's. Both have the same mean.
+        """
+        return float(self._scene.aimed)
+
+    @aimed.setter
+    def aimed(self, alpha: float) -> None:
+        self._scene.aimed = alpha
+
+    def update(self, tables: Tables) -> None:
+        """Take other values of the same topology; moved meshes are refitted."""
+        with self._turns.lock():
+            self._update(tables)
+
+    def update_values(self, tables: Tables) -> None:
+        """Take other materials, lights, environment and camera; the geometry is the same."""
+        with self._turns.lock():
+            self._update_values(tables)
+
+    def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: Tables) -> None:
+        """Take other vertices (n, 3) of one mesh, in world space."""
+        with self._turns.lock(), _building():
+            self._scene.move_vertices(mesh, vertices, tables.origin)
+
+    def render(
+        self,
+        tables: Tables,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces = UNLIMITED,
+        caustics_alone: bool = False,
+        progress: Callable[[float], None] | None = None,
+    ) -> NDArray[np.float32]:
+        """(H, W, 3) picture seen by the camera of `tables`, or the part of it that is caustics."""
+        with self._turns.lock():
+            self._hold(tables)
+            return np.asarray(self._scene.render(spp, seed, max_depth, bounces, caustics_alone, progress))
+
+    def forward(
+        self,
+        tables: Tables,
+        tangent: TableDerivative,
+        wanted: Wanted,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces = UNLIMITED,
+        terms: Collection[str],
+        learned: _native.LearnedSampling | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> NDArray[np.float32]:
+        """(H, W, 3) derivative of the picture along `tangent`."""
+        floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
+        spans = _float_spans(tables, wanted)
+        with self._turns.lock():
+            self._hold(tables)
+            image, dropped = self._scene.forward(
+                floats, spans, spp, seed, max_depth, bounces, list(terms), learned, progress
+            )
+        warn_of_samples(tables, dropped)
+        return np.asarray(image)
+
+    def backward(
+        self,
+        tables: Tables,
+        adjoint: NDArray[np.float32],
+        wanted: Wanted,
+        *,
+        spp: int,
+        seed: int,
+        max_depth: int,
+        bounces: Bounces = UNLIMITED,
+        terms: Collection[str],
+        learned: _native.LearnedSampling | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> TableDerivative:
+        """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
+        spans = _float_spans(tables, wanted)
+        with self._turns.lock():
+            self._hold(tables)
+            found, dropped = self._scene.backward(
+                adjoint, spans, spp, seed, max_depth, bounces, list(terms), learned, progress
+            )
+        warn_of_samples(tables, dropped)
+        shape = shapes(tables)
+        return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
+
+    def _hold(self, tables: Tables) -> None:
+        """Make the native scene that of the tables, whose materials and textures may be those of derivatives."""
+        held = self._held
+        if held is None or not (
+            tables.textures is held.textures and tables.environment_pixels is held.environment_pixels
+        ):
+            self._update(tables)
+        elif tables.materials is not held.materials:
+            self._update_values(tables)
+        self._scene.set_camera(tables)
+
+    def _update(self, tables: Tables) -> None:
+        self._held = None
+        with _building():
+            self._scene.update(tables)
+        self._held = tables
+
+    def _update_values(self, tables: Tables) -> None:
+        self._held = None
+        self._scene.update_values(tables)
+        self._held = tables
+
+
+def _float_spans(tables: Tables, wanted: Wanted) -> dict[str, NDArray[np.int64]]:
+    """Spans of rows as spans of floats."""
+    shape = shapes(tables)
+    return {name: np.ascontiguousarray(spans * int(np.prod(shape[name][1:])), np.int64)
+            for name, spans in wanted.items()}

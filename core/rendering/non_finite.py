@@ -1,0 +1,91 @@
+"""Numbers that are not finite are told, never masked silently: samples that were left out, and results.
+
+Kernels leave out samples of a derivative that have no finite value (a radiance beyond what floats hold) and count
+them; what isn't finite in the end is looked for here. Each is one RuntimeWarning of one sentence.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tables.tables import Tables
+
+# Term, number of samples, and of the first of them the pixel (interior; else -1), the edge's vertices, and the
+# surface or the edge's face and the face that pierces it; -1 where there is none.
+Dropped = tuple[str, int, int, tuple[int, int], tuple[int, int]]
+
+
+def warn_of_samples(tables: Tables, dropped: Iterable[Dropped]) -> None:
+    """One warning for each term that has left out samples."""
+    for term, count, pixel, vertices, faces in dropped:
+        where = _place(tables, pixel, vertices, faces)
+        samples = f"{count} samples, of which the first is" if count > 1 else "one sample"
+        _warn(f"derivative: the {term} term leaves out {samples} {where}, since no finite number holds the value")
+
+
+def warn_of_picture(picture: NDArray[np.float32], what: str, terms: Iterable[str] = ()) -> None:
+    """A warning if pixels are not finite.
+
+    Parameters
+    ----------
+    what
+        Whose picture it is, such as "render".
+    terms
+        Names of the terms that made it so; empty: it is no derivative.
+    """
+    bad = ~np.isfinite(picture).all(axis=2)
+    if bad.any():
+        row, column = (int(k) for k in np.argwhere(bad)[0])
+        by = _by(terms)
+        _warn(f"{what}: {int(bad.sum())} of {bad.size} pixels are not finite{by}, the first in row {row}, "
+              f"column {column}")
+
+
+def warn_of_gradients(gradients: Mapping[str, NDArray[np.float64]], terms: Callable[[str], Iterable[str]]) -> None:
+    """One warning for each parameter whose gradient is not finite; `terms` names those that made it so."""
+    for path, gradient in gradients.items():
+        bad = np.argwhere(~np.isfinite(np.atleast_1d(gradient)))
+        if len(bad):
+            first = ", ".join(str(int(k)) for k in bad[0])
+            _warn(f"render_backward: the gradient of '{path}' is not finite at {len(bad)} of {np.size(gradient)} "
+                  f"values{_by(terms(path))}, the first at index ({first})")
+
+
+def _warn(sentence: str) -> None:
+    # Of the caller of the renderer's method.
+    warnings.warn(sentence, RuntimeWarning, stacklevel=5)
+
+
+def _by(terms: Iterable[str]) -> str:
+    names = list(terms)
+    return f" by the {' and '.join(names)} term{'s' if names[1:] else ''}" if names else ""
+
+
+def _place(tables: Tables, pixel: int, vertices: Sequence[int], faces: Sequence[int]) -> str:
+    """Where a sample is, in the words of the scene."""
+    surface = _of_mesh(tables, faces[0])
+    if pixel >= 0:
+        row, column = divmod(pixel, tables.width)
+        return f"in row {row}, column {column}, at {surface}"
+    if faces[1] >= 0:
+        return f"where {surface} and {_of_mesh(tables, faces[1])} pierce each other"
+    if vertices[0] < 0:
+        return f"where {surface} passes through a light" if faces[0] >= 0 else "at the border of a light"
+    mesh = _mesh_of(tables, faces[0])
+    a, b = (k - int(tables.mesh_first_vertex[mesh]) for k in vertices)
+    return f"at the edge between the vertices {a} and {b} of mesh '{tables.mesh_names[mesh]}'"
+
+
+def _mesh_of(tables: Tables, face: int) -> int:
+    return int(np.searchsorted(tables.mesh_first_face, face, side="right")) - 1
+
+
+def _of_mesh(tables: Tables, face: int) -> str:
+    if face < 0:
+        return "the world"
+    mesh = _mesh_of(tables, face)
+    return f"face {face - int(tables.mesh_first_face[mesh])} of mesh '{tables.mesh_names[mesh]}'"

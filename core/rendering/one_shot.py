@@ -1,0 +1,205 @@
+"""One-shot functions: a picture, its derivative along a tangent, gradients of parameters.
+
+The scene prepared last (BVH, edges) is kept and used again while the geometry stays the same to the bit;
+another geometry replaces it. To follow moving vertices by refitting, keep a `Renderer`.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._check import whole
+from ..scene.bounces import Bounces
+from ..scene.scene import Scene
+from .engine import Progress, engine_name
+from .options import MOST_THREADS, TERMS
+from .renderer import Renderer
+
+# Samples per pixel that tell how much of a picture is caustics: its mean over all pixels is asked for.
+CAUSTIC_SAMPLES = 4
+
+_last: dict[tuple[str, int], Renderer] = {}  # at most one, by engine and threads
+_lock = threading.Lock()
+_holder = 0  # the thread that has the lock
+
+
+def _after_fork() -> None:
+    """Forget what a thread uses that stayed in the other process."""
+    global _lock
+    if _lock.locked() and _holder != threading.get_ident():
+        _last.clear()
+        _lock = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)
+
+
+@contextmanager
+def _prepared(scene: Scene, engine: str, threads: int) -> Iterator[Renderer]:
+    """A renderer of the scene: the last one where that fits."""
+    global _holder
+    engine, threads = engine_name(engine), whole("render", "threads", threads, 0, MOST_THREADS)
+    # Another thread, or a progress callback of the running call, may want one too: it gets its own.
+    lock = _lock
+    if not lock.acquire(blocking=False):
+        yield _unwatched(scene, engine, threads)
+        return
+    try:
+        _holder = threading.get_ident()
+        kept = _last.get((engine, threads))
+        if kept is None or not kept.adopt(scene):
+            _last.clear()  # the old one's memory is free before the new one's is taken
+            kept = _last[engine, threads] = _unwatched(scene, engine, threads)
+        yield kept
+    finally:
+        lock.release()
+
+
+def _unwatched(scene: Scene, engine: str, threads: int) -> Renderer:
+    """A renderer that has all of the scene anew in each call."""
+    renderer = Renderer(scene, threads=threads, engine=engine)
+    renderer.watched = False
+    return renderer
+
+
+def render(
+    scene: Scene,
+    spp: int = 64,
+    *,
+    max_depth: int = 2,
+    seed: int = 0,
+    bounces: Bounces | None = None,
+    threads: int = 0,
+    engine: str = "auto",
+    progress: Progress | None = None,
+) -> NDArray[np.float32]:
+    """Render the scene.
+
+    Parameters
+    ----------
+    scene
+        What to render.
+    spp
+        Samples per pixel, 1 … 2^24.
+    max_depth
+        Path segments: 1 = light seen directly, 2 = and direct illumination.
+    seed
+        0 … 2^32 - 1. The same seed gives the same bits, for any number of threads.
+    bounces
+        Most scatterings of each kind along a path; None: as many as `max_depth` allows.
+    threads
+        Threads to use; 0: one per core.
+    engine
+        "auto", "native" or "reference".
+    progress
+        Called with the fraction done (0 … 1) now and then; an exception it raises cancels and
+        propagates (raise `Cancelled`).
+
+    Returns
+    -------
+    (height, width, 3) float32, linear Rec.709 radiance, row 0 on top: the mean of the radiance
+    over each pixel's square.
+
+    Raises
+    ------
+    ValueError
+        For a wrong scene or argument, naming it.
+    """
+    with _prepared(scene, engine, threads) as renderer:
+        return renderer.render(spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, progress=progress)
+
+
+def render_forward(
+    scene: Scene,
+    tangent: Mapping[str, ArrayLike],
+    spp: int = 64,
+    *,
+    max_depth: int = 2,
+    seed: int = 0,
+    bounces: Bounces | None = None,
+    terms: Sequence[str] = TERMS,
+    threads: int = 0,
+    engine: str = "auto",
+    progress: Progress | None = None,
+) -> NDArray[np.float32]:
+    """Derivative of the picture along a tangent of the scene's parameters (forward mode).
+
+    Parameters
+    ----------
+    tangent
+        Parameter path (``"meshes.cube.vertices"``) to an array of the parameter's shape.
+    spp
+        Quality: the samples of all terms are in proportion to it. A term whose noise is far below the others'
+        takes fewer than by itself: the interior one half or a quarter of `spp` per pixel.
+    terms
+        Which of the terms "interior", "primary" (edges seen by the camera), "shadow" (edges between light and
+        lit surface) and "indirect" (edges between two surfaces) to compute; their sum is the derivative.
+
+    Other parameters and errors as for `render`.
+
+    Returns
+    -------
+    (height, width, 3) float32 derivative of the picture that `render` estimates.
+    """
+    with _prepared(scene, engine, threads) as renderer:
+        return renderer.render_forward(
+            tangent, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
+        )
+
+
+def render_backward(
+    scene: Scene,
+    adjoint: ArrayLike,
+    wrt: Sequence[str],
+    spp: int = 64,
+    *,
+    max_depth: int = 2,
+    seed: int = 0,
+    bounces: Bounces | None = None,
+    terms: Sequence[str] = TERMS,
+    threads: int = 0,
+    engine: str = "auto",
+    progress: Progress | None = None,
+) -> dict[str, NDArray[np.float64]]:
+    """Gradients of ``sum(adjoint * render(scene))`` with respect to parameters (reverse mode).
+
+    Parameters
+    ----------
+    adjoint
+        (height, width, 3): derivative of a loss with respect to the picture. Derivatives have random numbers
+        of their own, so that it may come from a picture of the same seed.
+    wrt
+        Parameter paths.
+
+    Other parameters and errors as for `render_forward`.
+
+    Returns
+    -------
+    Parameter path to a float64 array of the parameter's shape.
+    """
+    with _prepared(scene, engine, threads) as renderer:
+        return renderer.render_backward(
+            adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
+        )
+
+
+def caustic_share(
+    scene: Scene, *, spp: int = CAUSTIC_SAMPLES, max_depth: int, seed: int = 0, threads: int = 0
+) -> float:
+    """How much of the picture's light is caustics, whose derivatives lack their jumps; see `Renderer.render_caustics`.
+
+    Returns
+    -------
+    0 … 1: the sum of the caustics' radiance over pixels and colours by that of the picture; 0 for a black picture.
+    """
+    renderer = Renderer(scene, threads=threads)  # not kept: who asks for a plan may not render
+    whole = renderer.render(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
+    part = renderer.render_caustics(spp=spp, max_depth=max_depth, seed=seed).sum(dtype=np.float64)
+    return float(part / whole) if whole > 0.0 else 0.0

@@ -1,0 +1,231 @@
+"""Lights other than emissive meshes, in Blender's units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import LARGEST_LENGTH, array, choice, flag, names, number, orthonormal, rays
+from .._fields import Check, Checked, by, optional
+
+SHAPES = ("RECTANGLE", "ELLIPSE")
+FALLOFFS = ("SMOOTH", "LINEAR")
+# Blender's default: lights are seen in reflections, but not by the camera.
+_SEEN = frozenset(("diffuse", "glossy", "transmission", "shadow"))
+
+
+def _white() -> NDArray[np.float64]:
+    return np.ones(3)
+
+
+@dataclass(kw_only=True)
+class _Light(Checked):
+    """What all lights have.
+
+    Attributes
+    ----------
+    color
+        (3,) linear Rec.709, >= 0.
+    visible_to
+        Kinds of rays that see the light, where it has a size: a subset of "camera", "diffuse", "glossy",
+        "transmission". Surfaces are lit by it only through the kinds named.
+    casts_shadow
+        False: it lights everything that faces it.
+    receivers, blockers
+        Names of the meshes that it lights, and of those that cast its shadow (light and shadow linking);
+        None: all.
+    """
+
+    color: NDArray[np.float64] = field(default_factory=_white)
+    visible_to: frozenset[str] = _SEEN
+    casts_shadow: bool = True
+    receivers: tuple[str, ...] | None = None
+    blockers: tuple[str, ...] | None = None
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        "color": by(array, (3,), np.float64, least=0.0),
+        "visible_to": rays,
+        "casts_shadow": flag,
+        **dict.fromkeys(("receivers", "blockers"), optional(by(names, "names of meshes"))),
+    }
+
+    def validate(self, name: str) -> None:
+        """Raise ``ValueError`` with one sentence that names the light and the wrong field."""
+        where = f"light '{name}'"
+        self.check_fields(where)
+        self._validate(where)
+
+    def _validate(self, where: str) -> None:
+        """What one field's check can't tell."""
+
+
+def _direction(where: str, name: str, value: Any) -> NDArray[np.float64]:
+    out = array(where, name, value, (3,), np.float64)
+    if not np.linalg.norm(out) > 0.0:
+        raise ValueError(f"{where}: {name} must not be zero")
+    return out
+
+
+# Half a turn, and a little more for its rounding to single precision.
+_HALF_TURN = np.pi + 1e-6
+# Radians; the cube of a narrower spread leaves single precision.
+_LEAST_SPREAD = 1e-9
+_point: Check = by(array, (3,), np.float64, most=LARGEST_LENGTH)
+_amount: Check = by(number, least=0.0)
+_length: Check = by(number, least=0.0, most=LARGEST_LENGTH)
+
+
+@dataclass
+class PointLight(_Light):
+    """A light of radiant intensity power * color / (4 pi) (W/sr).
+
+    Attributes
+    ----------
+    position
+        (3,) metres.
+    power
+        Watts, >= 0.
+    radius
+        Metres, >= 0; 0: without size, its shadows are hard.
+    sphere
+        With a radius: True is a sphere; False is a disk that always faces the point it lights (Blender's
+        soft falloff), which gives no glare where a surface cuts into it.
+    """
+
+    position: NDArray[np.float64]
+    power: float = 10.0
+    radius: float = 0.0
+    sphere: bool = False
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        **_Light.checks, "position": _point, "power": _amount, "radius": _length, "sphere": flag,
+    }
+
+
+@dataclass
+class SpotLight(_Light):
+    """A point light that shines within a cone only.
+
+    Attributes
+    ----------
+    position, power, radius, sphere
+        As for a point light, of which this shows a part: the power is that of the whole.
+    direction
+        (3,) the cone's axis, in which the light travels; any length but zero.
+    angle
+        Full opening angle of the cone, radians, in (0, pi].
+    blend
+        Share of the cone over which its edge is soft, in [0, 1] (Blender's: the factor is
+        smoothstep(((n.w)/|..| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))). Below 0.001 it is hard.
+    falloff
+        Shape of the soft edge: ``"SMOOTH"`` is Blender's; ``"LINEAR"`` falls linearly in the angle to the
+        axis, from 1 at (1 - blend) angle/2 to 0 at angle/2 (Mitsuba's spot).
+    """
+
+    position: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    power: float = 10.0
+    angle: float = 0.785398
+    blend: float = 0.15
+    radius: float = 0.0
+    sphere: bool = False
+    falloff: str = "SMOOTH"
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        **PointLight.checks,
+        "direction": _direction,
+        "angle": by(number, above=0.0, below=_HALF_TURN),
+        "blend": by(number, least=0.0, below=1.0 + 1e-6),
+        "falloff": by(choice, FALLOFFS),
+    }
+
+
+@dataclass
+class SunLight(_Light):
+    """A light at infinity.
+
+    Attributes
+    ----------
+    direction
+        (3,) direction in which its light travels; any length but zero.
+    strength
+        Irradiance on a surface that faces it, W/m², >= 0.
+    angle
+        Diameter of its disk as seen from the scene, radians, in [0, pi]; 0: its shadows are hard.
+    """
+
+    direction: NDArray[np.float64]
+    strength: float = 1.0
+    angle: float = 0.0
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        **_Light.checks,
+        "direction": _direction,
+        "strength": _amount,
+        "angle": by(number, least=0.0, below=_HALF_TURN),
+    }
+
+
+@dataclass
+class AreaLight(_Light):
+    """A flat emitter that shines along its own -Z; its radiance is power * color / (pi * area).
+
+    Light passes through it: it casts no shadow.
+
+    Attributes
+    ----------
+    to_world
+        (4, 4) rigid transform from light to world space.
+    size
+        (2,) extent along its own X and Y, metres, > 0.
+    shape
+        ``"RECTANGLE"`` or ``"ELLIPSE"`` (a disk is an ellipse of equal extents).
+    power
+        Watts, >= 0.
+    spread
+        Angle of the grid in front of it, radians, in (0, pi]; pi: none, the light is Lambertian.
+    """
+
+    to_world: NDArray[np.float64]
+    size: NDArray[np.float64] = field(default_factory=lambda: np.ones(2))
+    shape: str = "RECTANGLE"
+    power: float = 10.0
+    spread: float = float(np.pi)
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        **_Light.checks,
+        "to_world": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
+        "size": by(array, (2,), np.float64, least=0.0, most=LARGEST_LENGTH),
+        "shape": by(choice, SHAPES),
+        "power": _amount,
+        "spread": by(number, above=0.0, least=_LEAST_SPREAD, below=_HALF_TURN),
+    }
+
+    def _validate(self, where: str) -> None:
+        orthonormal(where, "to_world", self.to_world, "rigid transform")
+        if self.size.min() <= 0.0:
+            raise ValueError(f"{where}: size must be above 0 along both axes")
+
+
+Light = PointLight | SpotLight | SunLight | AreaLight
+
+
+def turns_with_point(light: Light) -> bool:
+    """Whether the places of a light that are held in derivatives turn with the point that it lights."""
+    return isinstance(light, PointLight | SpotLight) and light.radius > 0.0
+
+
+def is_disk(light: Light) -> bool:
+    """Whether a light is a disk that faces each point that it lights."""
+    return isinstance(light, PointLight | SpotLight) and light.radius > 0.0 and not light.sphere
+
+
+def has_size(light: Light) -> bool:
+    """Whether rays can meet a light, and planes cut it in two."""
+    if isinstance(light, SunLight):
+        return light.angle > 0.0
+    return isinstance(light, AreaLight) or light.radius > 0.0

@@ -1,0 +1,151 @@
+"""Triangle meshes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import LARGEST_LENGTH, RAYS, array, mapping, names, number, rays, within
+from .._fields import Check, Checked, by, optional
+
+
+def _attribute(where: str, name: str, value: Any) -> NDArray[np.float32]:
+    out = array(where, name, value, (None, 3, None), np.float32)
+    if not 1 <= out.shape[2] <= 4:
+        raise ValueError(f"{where}: {name} must have 1 to 4 values per corner, not {out.shape[2]}")
+    return out
+
+
+@dataclass
+class Mesh(Checked):
+    """A triangle mesh, in world space unless it has a transform.
+
+    Attributes
+    ----------
+    vertices
+        (n, 3) positions, metres. Vertices may be shared between faces or stored once per face:
+        topology is decided by position, so both give the same derivatives.
+    faces
+        (m, 3) vertex indices, counter-clockwise seen from the front.
+    materials
+        Names of the materials in the scene that the faces use ("slots").
+    face_material
+        (m,) index into `materials` for each face; None: all faces use the first one.
+    smoothing
+        (m, 3) the shading normal that each corner has, as an index; -1: the face's own. Corners with the same
+        index share one normal, so that a sharp edge is where the indices differ. None: flat. For a mesh
+        that is smooth all over and shares its vertices, `faces` itself will do.
+    normals
+        (k, 3) custom normals by that index, of any length but zero; None: each is the mean of its faces'
+        normals, weighted by the corners' angles, and follows the vertices.
+    attributes
+        UV maps, colours and other values by name: (m, 3, c) at the faces' corners, c from 1 to 4, linear
+        in between.
+    instances
+        (k, 4, 4) affine transforms: the mesh is drawn once for each, sharing one BVH; None: once, as it is.
+    transform
+        (4, 4) affine transform of the whole object, after `instances`: a point v of the mesh is drawn at
+        transform * v, or at transform * instances[k] * v. Normals and tangents turn with it. Last rows of
+        transforms aren't read.
+    visible_to
+        Kinds of rays that meet the mesh: a subset of "camera", "diffuse", "glossy", "transmission", "shadow".
+    terminator_offset
+        In [0, 1]: how far shadow rays from flat-lying light start off a smooth-shaded surface (Blender's
+        shadow terminator geometry offset); 0: they start on the triangles themselves, which then shade
+        themselves.
+    """
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int32]
+    materials: tuple[str, ...]
+    face_material: NDArray[np.int32] | None = None
+    smoothing: NDArray[np.int32] | None = None
+    normals: NDArray[np.float64] | None = None
+    attributes: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
+    instances: NDArray[np.float64] | None = None
+    transform: NDArray[np.float64] = field(default_factory=lambda: np.eye(4))
+    visible_to: frozenset[str] = frozenset(RAYS)
+    terminator_offset: float = 0.0
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        "vertices": by(array, (None, 3), np.float64, most=LARGEST_LENGTH),
+        "faces": by(array, (None, 3), np.int32),
+        "materials": by(names, "names of materials"),
+        "face_material": optional(by(array, (None,), np.int32)),
+        "smoothing": optional(by(array, (None, 3), np.int32, least=-1)),
+        "normals": optional(by(array, (None, 3), np.float64)),
+        "attributes": by(mapping, _attribute),
+        "instances": optional(by(array, (None, 4, 4), np.float64, most=LARGEST_LENGTH)),
+        "transform": by(array, (4, 4), np.float64, most=LARGEST_LENGTH),
+        "visible_to": rays,
+        "terminator_offset": by(number, least=0.0, greatest=1.0),
+    }
+
+    @property
+    def used_materials(self) -> list[str]:
+        """Names of the materials that faces have, each slot's once."""
+        if self.face_material is None:
+            return [self.materials[0]]
+        return [self.materials[k] for k in np.flatnonzero(np.bincount(self.face_material))]
+
+    def validate(self, name: str) -> None:
+        """Raise ``ValueError`` with one sentence that names the mesh and the wrong field."""
+        where = f"mesh '{name}'"
+        self.check_fields(where)
+        count = len(self.faces)
+        if len(self.vertices) == 0 or count == 0:
+            raise ValueError(f"{where}: is empty ({len(self.vertices)} vertices, {count} faces)")
+        within(where, "faces", self.faces, len(self.vertices), "name vertex", "vertices")
+        if not self.materials:
+            raise ValueError(f"{where}: materials is empty; name at least one material")
+        if self.face_material is not None:
+            self._check_count(where, "face_material", self.face_material, (count,))
+            within(where, "face_material", self.face_material, len(self.materials), "names slot", "materials")
+        self._validate_normals(where)
+        for key, value in self.attributes.items():
+            self._check_count(where, f"attributes['{key}']", value, (count, 3, value.shape[2]))
+        if self.instances is not None:
+            if len(self.instances) == 0:
+                raise ValueError(f"{where}: instances is empty; leave the mesh out, or give at least one transform")
+            if np.any(np.abs(np.linalg.det(self.instances[:, :3, :3])) < 1e-30):
+                raise ValueError(f"{where}: instances has a transform that flattens the mesh")
+        if abs(np.linalg.det(self.transform[:3, :3])) < 1e-30:
+            raise ValueError(f"{where}: transform flattens the mesh")
+        self._check_reach(where)
+
+    def check_vertices(self, name: str, count: int) -> None:
+        """Raise ``ValueError`` where the vertices alone are wrong, or not `count`."""
+        self.vertices = array(f"mesh '{name}'", "vertices", self.vertices, (count, 3), np.float64, most=LARGEST_LENGTH)
+
+    def _check_reach(self, where: str) -> None:
+        """Refuse a mesh that its transforms place too far away, or make too large."""
+        if self.instances is None and np.array_equal(self.transform[:3], np.eye(3, 4)):
+            return
+        placed = self.transform[None] if self.instances is None else self.transform @ self.instances
+        corner = np.abs(self.vertices).max(axis=0)
+        reach = float((np.abs(placed[:, :3, :3]) @ corner + np.abs(placed[:, :3, 3])).max())
+        if reach > LARGEST_LENGTH:
+            moved = "transform" if self.instances is None else "instances"
+            raise ValueError(f"{where}: {moved} places vertices up to {reach:.3g} m away; {LARGEST_LENGTH:.3g} m are "
+                             "the most; scale the scene down")
+
+    def _validate_normals(self, where: str) -> None:
+        if self.smoothing is None:
+            if self.normals is not None:
+                raise ValueError(f"{where}: normals needs smoothing, which says where each of them is used")
+            return
+        self._check_count(where, "smoothing", self.smoothing, (len(self.faces), 3))
+        if self.normals is not None:
+            named = self.smoothing[self.smoothing >= 0]
+            within(where, "smoothing", named, len(self.normals), "names normal", "normals")
+            if len(self.normals) and np.linalg.norm(self.normals, axis=1).min() == 0.0:
+                raise ValueError(f"{where}: normals must not be zero")
+
+    def _check_count(self, where: str, name: str, value: NDArray[Any], shape: tuple[int, ...]) -> None:
+        if value.shape != shape:
+            raise ValueError(f"{where}: {name} must have the shape {shape}, since the mesh has {len(self.faces)} "
+                             f"faces, not {value.shape}")

@@ -1,0 +1,143 @@
+"""Parameter paths: the names of a scene's floats.
+
+Grammar::
+
+    path   = "camera." FIELD | "world." FIELD
+           | "meshes." NAME "." FIELD | "meshes." NAME ".attributes." LAYER
+           | "materials." NAME "." FIELD | "materials." NAME ".textures." FIELD
+           | "lights." NAME "." FIELD | "images." NAME ".pixels"
+
+Names may contain dots ("Cube.001"): the collection is what stands before the first dot, the field what stands
+after the last. A layer (UV map, colours, other values) may contain dots too: it is all that follows the last
+".attributes.", which therefore neither the mesh's nor the layer's name may contain.
+
+The parameter of a textured FIELD is the vector of all numbers in its expression (`expression_numbers.numbers`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+
+from .._check import shaped, shown
+from .._fields import near
+from ..expression.numbers import numbers, with_numbers
+from .names import listed
+from .scene import Scene
+
+COLLECTIONS = ("meshes", "materials", "lights", "images")
+SINGLE = ("camera", "world")
+# By collection, the field that holds parameters by name.
+ATTRIBUTES, TEXTURES = "attributes.", "textures."
+_HOLDERS = {"meshes": ATTRIBUTES, "materials": TEXTURES}
+
+
+def split(path: str) -> tuple[str, str, str]:
+    """(collection, name, field) of a path.
+
+    The name of ``camera`` and ``world`` is empty; the field of a mesh's layer is "attributes.LAYER", that of an
+    expression "textures.FIELD".
+
+    Raises
+    ------
+    ValueError
+        If the path has not this form.
+    """
+    if not isinstance(path, str):
+        raise ValueError(f"a parameter path must be text such as 'meshes.NAME.vertices', not {shown(path)}")
+    collection, _, rest = path.partition(".")
+    if collection in SINGLE and rest and "." not in rest:
+        return collection, "", rest
+    holder = _HOLDERS.get(collection)
+    if holder is not None and f".{holder}" in rest:
+        name, _, key = rest.rpartition(f".{holder}")
+        if name and key:
+            return collection, name, holder + key
+    name, dot, fieldname = rest.rpartition(".")
+    if collection in COLLECTIONS and dot and name and fieldname:
+        return collection, name, fieldname
+    raise ValueError(f"unknown parameter path {shown(path)}; a path is camera.FIELD, world.FIELD, meshes.NAME.FIELD, "
+                     "meshes.NAME.attributes.LAYER, materials.NAME.FIELD, materials.NAME.textures.FIELD, "
+                     "lights.NAME.FIELD or images.NAME.pixels")
+
+
+def owner(scene: Scene, path: str) -> tuple[Any, str]:
+    """The dataclass that holds the parameter, and the field's name as `split` gives it."""
+    collection, name, fieldname = split(path)
+    if collection in SINGLE:
+        held = getattr(scene, collection)
+    else:
+        entries = getattr(scene, collection)
+        if name not in entries:
+            known = listed([f"'{n}'" for n in entries]) or "none"
+            raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})"
+                             f"{near(name, entries)}")
+        held = entries[name]
+    if not _has_float(held, fieldname):
+        raise ValueError(f"unknown parameter path '{path}': '{fieldname}' is none of the fields "
+                         f"{', '.join(_float_fields(held))}{near(fieldname, _float_fields(held))}")
+    return held, fieldname
+
+
+def get(scene: Scene, path: str) -> Any:
+    """The parameter's value: a float array, or a float."""
+    held, fieldname = owner(scene, path)
+    if fieldname.startswith(ATTRIBUTES):
+        return held.attributes[fieldname[len(ATTRIBUTES) :]]
+    if fieldname.startswith(TEXTURES):
+        return numbers(held.textures[fieldname[len(TEXTURES) :]])
+    return getattr(held, fieldname)
+
+
+def put(scene: Scene, path: str, value: Any) -> None:
+    """Replace the parameter's value by one of the same shape (and type: texels stay float32).
+
+    Limits are those of the object's field, which `Scene.validate` checks.
+    """
+    held, fieldname = owner(scene, path)
+    old = get(scene, path)
+    kind = old.dtype if isinstance(old, np.ndarray) else np.float64
+    new = shaped("parameter", f"'{path}'", value, np.shape(old), kind)
+    if fieldname.startswith(ATTRIBUTES):
+        held.attributes = {**held.attributes, fieldname[len(ATTRIBUTES) :]: new}
+    elif fieldname.startswith(TEXTURES):
+        key = fieldname[len(TEXTURES) :]
+        held.textures = {**held.textures, key: with_numbers(held.textures[key], new.tolist())}
+    else:
+        setattr(held, fieldname, new if new.ndim else float(new))
+
+
+def paths(scene: Scene) -> list[str]:
+    """Every float parameter of the scene."""
+    out = []
+    for collection in COLLECTIONS:
+        for name, held in getattr(scene, collection).items():
+            out += [f"{collection}.{name}.{field}" for field in _float_fields(held)]
+    for collection in SINGLE:
+        out += [f"{collection}.{field}" for field in _float_fields(getattr(scene, collection))]
+    return out
+
+
+def _float_fields(held: Any) -> Iterator[str]:
+    for f in fields(held):
+        value = getattr(held, f.name)
+        if f.name + "." == ATTRIBUTES:
+            yield from (ATTRIBUTES + layer for layer in value)
+        elif f.name + "." == TEXTURES:
+            yield from (TEXTURES + key for key, expression in value.items() if len(numbers(expression)))
+        elif _is_float(value):
+            yield f.name
+
+
+def _has_float(held: Any, fieldname: str) -> bool:
+    """Whether a field is one of `_float_fields`; this one alone is looked at."""
+    if fieldname.startswith((ATTRIBUTES, TEXTURES)):
+        return fieldname in _float_fields(held)
+    return fieldname in held.__dataclass_fields__ and _is_float(getattr(held, fieldname))
+
+
+def _is_float(value: Any) -> bool:
+    return isinstance(value, float) or (isinstance(value, np.ndarray) and np.issubdtype(value.dtype, np.floating))

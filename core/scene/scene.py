@@ -1,0 +1,197 @@
+"""The scene: everything that is rendered, as validated dataclasses of numpy arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import RAYS, array, derived, instance, mapping, number, orthonormal, rays, shown, text
+from .._fields import Check, Checked, by, near, optional
+from ..expression.nodes import images_of, required_attributes
+from .camera import Camera
+from .image import Image
+from .light import AreaLight, Light, PointLight, SpotLight, SunLight
+from .material import Material, Mixture
+from .mesh import Mesh
+
+
+@dataclass
+class World(Checked):
+    """The environment: radiance color * strength, times the image's where there is one, from every direction.
+
+    Attributes
+    ----------
+    color
+        (3,) linear Rec.709, >= 0.
+    strength
+        W/(m² sr), >= 0.
+    image
+        Name of an equirectangular image in the scene, or None. Direction d of the image's own space is at
+        u = 0.5 - atan2(d.y, d.x) / (2 pi) of its width, v = 0.5 + asin(d.z) / pi of its height above the
+        lower edge (Blender's Environment Texture).
+    rotation
+        (3, 3) rotation from world space to the image's own space.
+    visible_to
+        Kinds of rays that see it: a subset of "camera", "diffuse", "glossy", "transmission".
+    """
+
+    color: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    strength: float = 1.0
+    image: str | None = None
+    rotation: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    visible_to: frozenset[str] = frozenset(RAYS)
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        "color": by(array, (3,), np.float64, least=0.0),
+        "strength": by(number, least=0.0),
+        "image": optional(text),
+        "rotation": by(array, (3, 3), np.float64),
+        "visible_to": rays,
+    }
+
+    def validate(self) -> None:
+        """Raise ``ValueError`` with one sentence that names the wrong field."""
+        self.check_fields("world")
+        derived("world", "color times strength", self.color * self.strength)
+        orthonormal("world", "rotation", self.rotation, "rotation")
+
+
+@dataclass
+class Scene(Checked):
+    """Camera, meshes, materials, lights and world, each by the name that its parameter path uses.
+
+    Raises
+    ------
+    ValueError
+        From `validate` (called by every function that renders), naming the object and the field.
+    """
+
+    camera: Camera
+    meshes: Mapping[str, Mesh] = field(default_factory=dict)
+    materials: Mapping[str, Material | Mixture] = field(default_factory=dict)
+    lights: Mapping[str, Light] = field(default_factory=dict)
+    world: World = field(default_factory=World)
+    images: Mapping[str, Image] = field(default_factory=dict)
+
+    checks: ClassVar[Mapping[str, Check]] = {
+        "camera": by(instance, Camera),
+        "meshes": by(mapping, by(instance, Mesh)),
+        "materials": by(mapping, by(instance, (Material, Mixture))),
+        "lights": by(mapping, by(instance, (PointLight, SpotLight, SunLight, AreaLight))),
+        "world": by(instance, World),
+        "images": by(mapping, by(instance, Image)),
+    }
+
+    def validate(self) -> None:
+        """Check every field; arrays of another type are converted, wrong ones raise."""
+        if self.camera is None:
+            raise ValueError("scene: has no camera")
+        self.check_fields("scene")
+        self.camera.validate()
+        for name, material in self.materials.items():
+            material.validate(name)
+        for name, mesh in self.meshes.items():
+            mesh.validate(name)
+        for name, light in self.lights.items():
+            light.validate(name)
+        for name, image in self.images.items():
+            image.validate(name)
+        self.world.validate()
+        self._check_names()
+        if not self._is_lit():
+            raise ValueError("scene: nothing gives light; add a light, an emissive material or a world colour")
+
+    def leaves(self, name: str) -> list[Material]:
+        """The shaders that a material is the sum of: itself, or a mixture's parts."""
+        material = self.materials[name]
+        if isinstance(material, Material):
+            return [material]
+        return [part for key in material.parts if isinstance(part := self.materials[key], Material)]
+
+    @property
+    def used_materials(self) -> list[str]:
+        """Names of the materials that faces of some mesh have, in the order of `materials`."""
+        used = {name for mesh in self.meshes.values() for name in mesh.used_materials}
+        return [name for name in self.materials if name in used]
+
+    def meshes_with(self, materials: Collection[str]) -> list[str]:
+        """Names of the meshes that have faces of some of these materials."""
+        wanted = frozenset(materials)
+        if not wanted:
+            return []
+        return [name for name, mesh in self.meshes.items() if not wanted.isdisjoint(mesh.used_materials)]
+
+    @property
+    def emitters(self) -> list[str]:
+        """Names of the meshes of which a face may give light of its own."""
+        return self.meshes_with([name for name in self.materials if any(map(_emits, self.leaves(name)))])
+
+    def emits(self, mesh_name: str) -> bool:
+        """Whether a face of the mesh may give light of its own."""
+        return any(_emits(leaf) for name in self.meshes[mesh_name].used_materials for leaf in self.leaves(name))
+
+    def _check_names(self) -> None:
+        for name, material in self.materials.items():
+            for part in material.parts if isinstance(material, Mixture) else ():
+                if not isinstance(self.materials.get(part), Material):
+                    raise ValueError(f"material '{name}': part '{part}' is not a shader in the scene")
+            for value in material.textures.values():
+                for image in images_of(value):
+                    _check_known(f"material '{name}': image", image, self.images)
+        for name, mesh in self.meshes.items():
+            for slot in mesh.materials:
+                _check_known(f"mesh '{name}': material", slot, self.materials)
+        self._check_attributes()
+        for name, light in self.lights.items():
+            for field_name in ("receivers", "blockers"):
+                for key in getattr(light, field_name) or ():
+                    _check_known(f"light '{name}': {field_name}: mesh", key, self.meshes)
+        if self.world.image is not None:
+            _check_known("world: image", self.world.image, self.images)
+
+    def _check_attributes(self) -> None:
+        """Refuse textures that read what none of their meshes has: a name that is written wrongly, most likely."""
+        needed = {name: {key for value in material.textures.values() for key in required_attributes(value)}
+                  for name, material in self.materials.items() if material.textures}
+        if not needed:
+            return
+        meshes: dict[str, list[Mesh]] = {}
+        for mesh in self.meshes.values():
+            for slot in mesh.materials:
+                material = self.materials[slot]
+                for part in (slot, *(material.parts if isinstance(material, Mixture) else ())):
+                    meshes.setdefault(part, []).append(mesh)
+        for name, keys in needed.items():
+            for key in sorted(keys) if name in meshes else ():
+                if not any(key in mesh.attributes for mesh in meshes[name]):
+                    there = {other for mesh in meshes[name] for other in mesh.attributes}
+                    raise ValueError(f"material '{name}': textures read the attribute {shown(key)}, which is not in "
+                                     f"attributes of any mesh with the material{near(key, there)}")
+
+    def _is_lit(self) -> bool:
+        return (
+            bool(self.lights)
+            or bool(np.any(self.world.color * self.world.strength > 0.0))
+            or bool(self.emitters)
+        )
+
+
+def _check_known(what: str, name: str, among: Mapping[str, Any]) -> None:
+    if name not in among:
+        raise ValueError(f"{what} {shown(name)} is not in the scene{near(name, among)}")
+
+
+def validated(scene: Any) -> Scene:
+    """`scene` after `Scene.validate`; anything else is refused."""
+    if not isinstance(scene, Scene):
+        raise ValueError(f"scene must be an edgegrad.Scene, not {shown(scene)}")
+    scene.validate()
+    return scene
+
+
+def _emits(leaf: Material) -> bool:
+    return "emission" in leaf.textures or bool(np.any(leaf.emission > 0.0))

@@ -1,0 +1,159 @@
+"""Meshes and where they stand, as the arrays of `tables.Tables` that BVHs are built over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import RAYS
+from ..geometry.mesh_batches import corners
+from ..scene.light import AreaLight
+from ..scene.mesh import Mesh
+from ..scene.placement import smoothing_groups
+from ..scene.scene import Scene
+
+# An elliptic light is a polygon of this many sides with the ellipse's area.
+ELLIPSE_SIDES = 64
+# Kernels number corners in 32 bits.
+MAX_FACES = (1 << 31) // 3 - 1
+# In a mesh's mask, the bit of the first set of blockers (shadow linking); the kinds of rays come before.
+FIRST_BLOCKERS = len(RAYS)
+
+
+def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | None) -> dict[str, Any]:
+    """The fields of `Tables` that say where the meshes of `placement.placed_meshes` are."""
+    material_index = {name: k for k, name in enumerate(scene.materials)}
+    area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
+    meshes = list(placed)
+    slots = []
+    for mesh in meshes:
+        if mesh.face_material is None:
+            slots.append(np.full(len(mesh.faces), material_index[mesh.materials[0]], np.int32))
+        else:
+            slots.append(np.array([material_index[name] for name in mesh.materials], np.int32)[mesh.face_material])
+    for k, light in enumerate(area_lights):
+        light_vertices, light_faces = area_light_mesh(light)
+        meshes.append(Mesh(light_vertices, light_faces, ()))
+        slots.append(np.full(len(light_faces), len(scene.materials) + k, np.int32))
+
+    first_vertex = np.cumsum([0] + [len(m.vertices) for m in meshes])
+    first_face = np.cumsum([0] + [len(m.faces) for m in meshes])
+    if first_face[-1] > MAX_FACES:
+        raise ValueError(f"scene: has {int(first_face[-1]):,} triangles; {MAX_FACES:,} are the most")
+    faces = np.empty((int(first_face[-1]), 3), np.uint32)
+    for mesh, v, f in zip(meshes, first_vertex, first_face, strict=False):
+        np.add(mesh.faces, v, out=faces[f : f + len(mesh.faces)], casting="unsafe")
+    if origin is None:
+        origin = _centre(meshes)
+    vertices = np.empty((int(first_vertex[-1]), 3), np.float32)
+    for mesh, v in zip(meshes, first_vertex, strict=False):
+        # An instanced mesh stays in its own space.
+        vertices[v : v + len(mesh.vertices)] = mesh.vertices if mesh.instances is not None else mesh.vertices - origin
+    return {
+        "origin": origin,
+        "vertices": vertices,
+        "faces": faces,
+        "face_material": np.concatenate(slots).astype(np.int32) if slots else np.zeros(0, np.int32),
+        "mesh_first_vertex": first_vertex,
+        "mesh_first_face": first_face,
+        "mesh_names": tuple(scene.meshes),
+        "visible": np.array([1] * len(scene.meshes) + [0] * len(area_lights), np.uint8),
+        **_masks(scene, meshes),
+        "mesh_terminator": np.array([m.terminator_offset for m in meshes], np.float32),
+        **_shading_normals(meshes, first_face),
+        **_instances(meshes, origin),
+    }
+
+
+def ray_bits(kinds: Iterable[str]) -> int:
+    """A set of kinds of rays as bits, 1 << place in `RAYS`."""
+    return sum(1 << RAYS.index(kind) for kind in kinds)
+
+
+def link_sets(scene: Scene, field: str) -> list[tuple[str, ...]]:
+    """The different sets of meshes that lights name as their "receivers" or "blockers".
+
+    Raises ``ValueError`` if there are more than the bits of a mask have room for.
+    """
+    found = dict.fromkeys(
+        tuple(sorted(names)) for light in scene.lights.values() if (names := getattr(light, field)) is not None
+    )
+    most = 32 - (FIRST_BLOCKERS if field == "blockers" else 0)
+    if len(found) > most:
+        raise ValueError(f"lights: have {len(found)} different sets of {field}; {most} are the most")
+    return list(found)
+
+
+def _masks(scene: Scene, meshes: list[Mesh]) -> dict[str, Any]:
+    receivers, blockers = link_sets(scene, "receivers"), link_sets(scene, "blockers")
+    bits = {kinds: ray_bits(kinds) for kinds in {mesh.visible_to for mesh in meshes}}
+    mask = np.array([bits[mesh.visible_to] for mesh in meshes], np.uint32)
+    received = np.zeros(len(meshes), np.uint32)
+    shadow = np.uint32(ray_bits(["shadow"]))
+    number = {name: k for k, name in enumerate(scene.meshes)} if receivers or blockers else {}
+    for j, members in enumerate(receivers):
+        received[[number[name] for name in members]] |= np.uint32(1 << j)
+    for j, members in enumerate(blockers):
+        rows = np.array([number[name] for name in members], np.int64)
+        mask[rows[(mask[rows] & shadow) != 0]] |= np.uint32(1 << (FIRST_BLOCKERS + j))
+    return {"mesh_mask": mask, "mesh_receivers": received}
+
+
+def _centre(meshes: list[Mesh]) -> NDArray[np.float64]:
+    """Centre of the bounding box of what stands in the world."""
+    if not meshes:
+        return np.zeros(3)
+    low, high = corners([mesh for mesh in meshes if mesh.instances is None])
+    middles = [mesh.instances[:, :3, 3] for mesh in meshes if mesh.instances is not None]
+    return 0.5 * (np.concatenate([low, *middles]).min(axis=0) + np.concatenate([high, *middles]).max(axis=0))
+
+
+def _shading_normals(meshes: list[Mesh], first_face: NDArray[np.int64]) -> dict[str, Any]:
+    counts = [smoothing_groups(mesh) for mesh in meshes]
+    first = np.cumsum([0, *counts])
+    custom = np.array([mesh.normals is not None for mesh in meshes], np.uint8)
+    corner = np.full((int(first_face[-1]) if first[-1] else 0, 3), -1, np.int32)
+    given = np.zeros((int(first[-1]) if custom.any() else 0, 3), np.float32)
+    for k, mesh in enumerate(meshes):
+        if mesh.smoothing is None or not counts[k]:
+            continue
+        rows = corner[first_face[k] : first_face[k + 1]]
+        rows[:] = np.where(mesh.smoothing < 0, -1, mesh.smoothing + first[k])
+        if mesh.normals is not None:
+            normals = mesh.normals[: counts[k]]
+            given[first[k] : first[k + 1]] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    return {"corner_normal": corner, "mesh_first_normal": first, "mesh_custom": custom, "custom_normals": given}
+
+
+def _instances(meshes: list[Mesh], origin: NDArray[np.float64]) -> dict[str, Any]:
+    which: list[int] = []
+    places = [np.zeros((0, 3, 4))]
+    for k, mesh in enumerate(meshes):
+        if mesh.instances is None:
+            continue
+        place = mesh.instances[:, :3].copy()
+        place[:, :, 3] -= origin
+        which += [k] * len(place)
+        places.append(place)
+    return {
+        "instance_mesh": np.array(which, np.int32),
+        "instance_to_world": np.ascontiguousarray(np.concatenate(places), np.float32),
+    }
+
+
+def area_light_mesh(light: AreaLight) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Vertices and faces of the flat emitter, facing along the light's -Z."""
+    if light.shape == "RECTANGLE":
+        flat = np.array([[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.5], [0.5, -0.5]])  # clockwise seen from +Z
+    else:
+        angle = -2.0 * np.pi * np.arange(ELLIPSE_SIDES) / ELLIPSE_SIDES
+        # The polygon's area is n/2 sin(2 pi/n) r^2: this radius makes it that of the ellipse.
+        radius = 0.5 * np.sqrt(np.pi / (0.5 * ELLIPSE_SIDES * np.sin(2.0 * np.pi / ELLIPSE_SIDES)))
+        flat = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    local = np.concatenate([flat * light.size, np.zeros((len(flat), 1))], axis=1)
+    fan = np.arange(1, len(flat) - 1, dtype=np.int32)
+    faces = np.stack([np.zeros_like(fan), fan, fan + 1], axis=1)
+    return local @ light.to_world[:3, :3].T + light.to_world[:3, 3], faces

@@ -1,0 +1,176 @@
+"""Lights that are no meshes as rows of floats (native/scene/lights/light_params.h has the same places).
+
+Rows are analytic functions of the lights' numbers: complex ones give complex rows (`jacobian`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import derived
+from ..scene.light import AreaLight, Light, PointLight, SpotLight, SunLight
+from ..scene.scene import Scene
+from .geometry import link_sets, ray_bits
+
+# Kinds, as the natively named LightKind; emissive triangles come first and have no rows.
+POINT, SPHERE, DISK, RECTANGLE, ELLIPSE, DIRECTION, CONE = range(1, 8)
+# Bits of `flags`.
+SMOOTH_CONE, LINEAR_CONE, SPREAD, CASTS_SHADOW = 1, 2, 4, 8
+
+# Places of the fields in a row.
+RADIANCE = slice(0, 3)
+POSITION = slice(3, 6)
+AXIS_X = slice(6, 9)
+AXIS_Y = slice(9, 12)
+SHINES_TO = slice(12, 15)
+EXTENT_X, EXTENT_Y, RADIUS, AREA, ONE_MINUS_COS, EDGE, EDGE_SCALE = range(15, 22)
+WIDTH = 24
+
+# Scale of edges that are steps; those of spots are if they blend over less than this share of their angle.
+_STEP = 1e12
+LEAST_BLEND = 1e-3
+# Sizes below these are none: their solid angles and areas would vanish in float32.
+_LEAST_SUN_ANGLE = 1e-5
+_LEAST_RADIUS = 1e-6
+
+
+@dataclass
+class LightTable:
+    """All point, spot, sun and area lights of a scene, in its order; L rows.
+
+    Attributes
+    ----------
+    params
+        (L, WIDTH) float32, the fields of each light at the places named above; positions relative to the
+        tables' origin.
+    kind, flags
+        (L,) int32.
+    visible_to
+        (L,) int32 bits 1 << place in `RAYS` of the rays that see it, and that it lights surfaces through.
+    receivers, blockers
+        (L,) int32 number of the set of meshes that it lights, or that cast its shadow (`geometry_table.link_sets`);
+        -1: all do.
+    row_of
+        Each light's row by its name.
+    """
+
+    params: NDArray[np.float32]
+    kind: NDArray[np.int32]
+    flags: NDArray[np.int32]
+    visible_to: NDArray[np.int32]
+    receivers: NDArray[np.int32]
+    blockers: NDArray[np.int32]
+    row_of: Mapping[str, int]
+
+
+def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
+    """The table of a validated scene's lights, positions relative to `origin` (3,)."""
+    lights = list(scene.lights.values())
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # told of below
+        rows = [_kind_flags_row(light, origin) for light in lights]
+    for name, (_, _, row) in zip(scene.lights, rows, strict=True):
+        derived(f"light '{name}'", "the radiance that its strength, color and size make", row)
+    return LightTable(
+        params=np.array([row for _, _, row in rows], np.float32).reshape(-1, WIDTH),
+        kind=np.array([kind for kind, _, _ in rows], np.int32),
+        flags=np.array([flags | (CASTS_SHADOW if light.casts_shadow else 0)
+                        for (_, flags, _), light in zip(rows, lights, strict=True)], np.int32),
+        visible_to=np.array([ray_bits(light.visible_to) for light in lights], np.int32),
+        receivers=_sets(scene, "receivers"),
+        blockers=_sets(scene, "blockers"),
+        row_of={name: row for row, name in enumerate(scene.lights)},
+    )
+
+
+def _sets(scene: Scene, field: str) -> NDArray[np.int32]:
+    """By light, the number of the set of meshes that it names; -1: none."""
+    number = {names: k for k, names in enumerate(link_sets(scene, field))}
+    named = [getattr(light, field) for light in scene.lights.values()]
+    return np.array([-1 if names is None else number[tuple(sorted(names))] for names in named], np.int32)
+
+
+def light_row(light: Light, origin: NDArray[np.float64]) -> NDArray[Any]:
+    """(WIDTH,) values of a light, its position relative to `origin` (3,)."""
+    return _kind_flags_row(light, origin)[2]
+
+
+def _kind_flags_row(light: Light, origin: NDArray[np.float64]) -> tuple[int, int, NDArray[Any]]:
+    numbers = [value for f in fields(light) if _is_complex(value := getattr(light, f.name))]
+    row = np.zeros(WIDTH, np.complex128 if numbers else np.float64)
+    row[ONE_MINUS_COS] = 2.0
+    if isinstance(light, AreaLight):
+        return *_area(light, origin, row), row
+    if isinstance(light, SunLight):
+        return _sun(light, row), 0, row
+    return *_point(light, origin, row), row
+
+
+def _is_complex(value: Any) -> bool:
+    return isinstance(value, (complex, np.ndarray)) and np.iscomplexobj(value)
+
+
+def _unit(vector: NDArray[Any]) -> NDArray[Any]:
+    # `np.linalg.norm` takes absolute values, which aren't analytic.
+    return np.asarray(vector / np.sqrt(np.sum(vector * vector)))
+
+
+def _point(light: PointLight | SpotLight, origin: NDArray[np.float64], row: NDArray[Any]) -> tuple[int, int]:
+    intensity = light.power * light.color / (4.0 * np.pi)
+    row[POSITION] = light.position - origin
+    flags = 0
+    if isinstance(light, SpotLight):
+        row[SHINES_TO] = _unit(light.direction)
+        half = 0.5 * light.angle
+        row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * half) ** 2
+        linear = light.falloff == "LINEAR"
+        flags = LINEAR_CONE if linear else SMOOTH_CONE
+        row[EDGE] = half if linear else row[ONE_MINUS_COS]
+        width = row[EDGE] * light.blend
+        step = light.blend.real < LEAST_BLEND or width.real <= 1.0 / _STEP
+        row[EDGE_SCALE] = _STEP if step else 1.0 / width
+    if light.radius.real < _LEAST_RADIUS:
+        row[RADIANCE] = intensity
+        return POINT, flags
+    row[RADIUS] = light.radius
+    # A sphere of radiance L has the intensity pi r^2 L towards every side, as has the disk that faces there.
+    row[RADIANCE] = intensity / (np.pi * light.radius**2)
+    return (SPHERE if light.sphere else DISK), flags
+
+
+def _sun(light: SunLight, row: NDArray[Any]) -> int:
+    row[SHINES_TO] = _unit(light.direction)
+    irradiance = light.strength * light.color
+    half = 0.5 * light.angle
+    if light.angle.real < _LEAST_SUN_ANGLE:
+        row[RADIANCE] = irradiance
+        row[ONE_MINUS_COS] = 0.0
+        return DIRECTION
+    # The cosine over the cone integrates to pi sin^2 of half its angle.
+    row[RADIANCE] = irradiance / (np.pi * np.sin(half) ** 2)
+    row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * half) ** 2
+    row[AREA] = 2.0 * np.pi * row[ONE_MINUS_COS]
+    return CONE
+
+
+def _area(light: AreaLight, origin: NDArray[np.float64], row: NDArray[Any]) -> tuple[int, int]:
+    rectangle = light.shape == "RECTANGLE"
+    area = light.size[0] * light.size[1] * (1.0 if rectangle else 0.25 * np.pi)
+    row[RADIANCE] = light.power * light.color / (np.pi * area)
+    row[POSITION] = light.to_world[:3, 3] - origin
+    row[AXIS_X], row[AXIS_Y], row[SHINES_TO] = light.to_world[:3, 0], light.to_world[:3, 1], -light.to_world[:3, 2]
+    row[EXTENT_X], row[EXTENT_Y] = 0.5 * light.size
+    row[AREA] = area
+    flags = 0
+    if light.spread.real < np.pi:
+        # A soft box's grid of slats lets the share 1 - tan(t)/tan(s) through, s half the spread; the power stays:
+        # 2 int_0^s cos t sin t (1 - tan t / tan s) dt = 1 - s / tan s.
+        half = 0.5 * light.spread
+        flags = SPREAD
+        row[EDGE] = np.tan(half)
+        row[EDGE_SCALE] = 1.0 / (row[EDGE] - half) if half.real > 0.01 else 3.0 / half**3
+    return (RECTANGLE if rectangle else ELLIPSE), flags

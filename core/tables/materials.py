@@ -1,0 +1,129 @@
+"""Materials as a table of numbers: one row for each shader of each material (native/scene/material_params.h)."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.material import KINDS, Material, Mixture
+from ..scene.scene import Scene
+
+# Field to (first place in the row, number of values).
+COLUMNS = {
+    "base_color": (0, 3),
+    "emission": (3, 3),
+    "metallic": (6, 1),
+    "roughness": (7, 1),
+    "diffuse_roughness": (8, 1),
+    "specular_ior_level": (9, 1),
+    "specular_tint": (10, 3),
+    "ior": (13, 1),
+    "anisotropy": (14, 1),
+    "anisotropy_rotation": (15, 1),
+    "transmission": (16, 1),
+    "coat_weight": (17, 1),
+    "coat_roughness": (18, 1),
+    "coat_ior": (19, 1),
+    "coat_tint": (20, 3),
+    "sheen_weight": (23, 1),
+    "sheen_roughness": (24, 1),
+    "sheen_tint": (25, 3),
+    "alpha": (28, 1),
+    "subsurface_weight": (29, 1),
+    "normal": (30, 3),
+    "normal_strength": (33, 1),
+    "weight": (34, 1),
+}
+WIDTH = 36
+
+# Bits of `MaterialTable.flags`: what may occur in a shader.
+DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC = (
+    1 << k for k in range(10)
+)
+
+
+@dataclass
+class MaterialTable:
+    """L shaders ("leaves") of M materials, those of area lights last."""
+
+    first_leaf: NDArray[np.int32]  # (M + 1,) each material's leaves
+    kind: NDArray[np.int32]  # (L,) place in material.KINDS
+    flags: NDArray[np.int32]  # (L,) bits above
+    params: NDArray[np.float32]  # (L, WIDTH)
+    leaves_of: Mapping[str, tuple[int, ...]]  # by name: a shader's leaves, also in mixtures; a mixture's parts
+
+
+def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> MaterialTable:
+    """The table of a scene's materials, and of one-sided emitters of the given radiances."""
+    leaves: list[tuple[Material, float, bool]] = []
+    first = [0]
+    leaves_of: dict[str, list[int]] = {name: [] for name in scene.materials}
+    for own, material in scene.materials.items():
+        if isinstance(material, Mixture):
+            for k, name in enumerate(material.parts):
+                part = scene.materials[name]
+                assert isinstance(part, Material)  # Scene.validate has seen to it
+                for key in (own, name):
+                    leaves_of[key].append(len(leaves))
+                leaves.append((part, float(material.weights[k]), True))
+        else:
+            leaves_of[own].append(len(leaves))
+            leaves.append((material, 1.0, False))
+        first.append(len(leaves))
+    for radiance in area_lights:
+        leaves.append((Material(np.zeros(3), radiance, False), 1.0, False))
+        first.append(len(leaves))
+    params = np.zeros((len(leaves), WIDTH), np.float32)
+    for row, (leaf, weight, _) in zip(params, leaves, strict=True):
+        for field, (place, count) in COLUMNS.items():
+            row[place : place + count] = weight if field == "weight" else getattr(leaf, field)
+    return MaterialTable(
+        np.array(first, np.int32),
+        np.array([KINDS.index(leaf.kind) for leaf, _, _ in leaves], np.int32),
+        np.array([flags(leaf) for leaf, _, _ in leaves], np.int32),
+        params,
+        {name: tuple(rows) for name, rows in leaves_of.items()},
+    )
+
+
+def flags(m: Material, asked: Collection[str] = ()) -> int:
+    """Bits of what may occur in a shader: its kind's lobes whose weights are not zero everywhere.
+
+    Fields that are `asked` for count as if they weren't zero: a lobe's weight has a derivative where it is 0.
+    """
+
+    def may(field: str, zero: float = 0.0) -> bool:
+        if field in m.textures or field in asked:
+            return True
+        value = getattr(m, field)
+        return value != zero if isinstance(value, float) else bool(np.any(np.asarray(value) != zero))
+
+    out = 0
+    principled = m.kind == "PRINCIPLED"
+    # A principled surface without specular level has no dielectric reflection; transmission keeps its own.
+    dielectric = principled and (may("specular_ior_level") or may("transmission") or may("metallic"))
+    coated = principled and (may("coat_weight") or may("sheen_weight"))
+    if dielectric or coated or m.kind in ("GLOSSY", "GLASS", "REFRACTION", "SHEEN", "DISNEY"):
+        out |= GLOSSY
+    if principled or m.kind in ("DIFFUSE", "TRANSLUCENT", "DISNEY"):
+        out |= DIFFUSE
+    if m.kind in ("GLASS", "REFRACTION") or (principled and may("transmission")):
+        out |= REFRACTION
+    if m.kind == "TRANSPARENT" or (principled and may("alpha", 1.0)):
+        out |= TRANSPARENCY
+    if may("emission"):
+        out |= EMISSION
+    if "normal" in m.textures:
+        out |= NORMAL_MAP
+    if m.multiscatter:
+        out |= MULTISCATTER
+    if m.emission_two_sided:
+        out |= TWO_SIDED
+    if may("anisotropy"):
+        out |= ANISOTROPIC
+    if m.kind in ("PRINCIPLED", "DIFFUSE") and not out & (GLOSSY | REFRACTION) and not may("diffuse_roughness"):
+        out |= LAMBERTIAN
+    return out

@@ -1,0 +1,289 @@
+"""The scene as flat tables: what both engines read. `table_derivatives` maps derivatives of these to parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._check import derived
+from ..geometry import topology
+from ..geometry.mesh_batches import batches
+from ..scene.camera import FILTERS, Camera
+from ..scene.camera import KINDS as CAMERA_KINDS
+from ..scene.light import AreaLight, PointLight, SunLight
+from ..scene.material import Material, Mixture
+from ..scene.parameters import split
+from ..scene.placement import placed_meshes
+from ..scene.scene import Scene, validated
+from .camera import PLACES, camera_row
+from .geometry import geometry, ray_bits
+from .lights import LightTable, light_table
+from .materials import MaterialTable, material_table
+from .mean_color import mean_expression
+from .textures.program import TextureTables, compile_textures
+
+F32 = NDArray[np.float32]
+
+# Fields of `Tables` that engines build in, besides the vertices.
+_BUILT_IN = (
+    "faces", "face_material", "mesh_first_vertex", "mesh_first_face", "visible", "mesh_mask", "mesh_receivers",
+    "mesh_terminator", "corner_normal", "mesh_first_normal", "mesh_custom", "custom_normals", "instance_mesh",
+    "instance_to_world",
+)
+
+# Collections of parameters that aren't geometry.
+_VALUED = ("materials", "lights", "world", "camera")
+
+
+@dataclass
+class Tables:
+    """A scene as arrays. V vertices, F faces, S meshes (area lights included, last), M materials.
+
+    World positions are relative to `origin`, so that float32 keeps its precision far from the
+    world's origin.
+    """
+
+    origin: NDArray[np.float64]  # (3,)
+    vertices: F32  # (V, 3) relative to origin
+    faces: NDArray[np.uint32]  # (F, 3) into vertices
+    face_material: NDArray[np.int32]  # (F,)
+    mesh_first_vertex: NDArray[np.int64]  # (S + 1,)
+    mesh_first_face: NDArray[np.int64]  # (S + 1,)
+    mesh_names: tuple[str, ...]  # of the scene's meshes; the area lights' meshes have none
+    visible: NDArray[np.uint8]  # (S,) 1: rays hit it; 0: an area light, which only gives light
+    mesh_mask: NDArray[np.uint32]  # (S,) bits of what meets it: 1 << kind of ray, 1 << (FIRST_BLOCKERS + set)
+    mesh_receivers: NDArray[np.uint32]  # (S,) bits of the sets of receivers that it is in
+    mesh_terminator: F32  # (S,) Mesh.terminator_offset
+    corner_normal: NDArray[np.int32]  # (F, 3) into the shading normals, -1: flat; (0, 3): all is flat
+    mesh_first_normal: NDArray[np.int64]  # (S + 1,) each mesh's shading normals
+    mesh_custom: NDArray[np.uint8]  # (S,) 1: its shading normals are given, 0: they follow the vertices
+    custom_normals: F32  # (N, 3) the given ones, unit; (0, 3): none are
+    instance_mesh: NDArray[np.int32]  # (I,) the mesh that is placed
+    instance_to_world: F32  # (I, 3, 4) rows of its transform, relative to origin
+    materials: MaterialTable  # every shader of every material
+    lights: LightTable  # every light that is no mesh, for pictures
+    environment_rotation: F32  # (3, 3) from world space to the image's
+    environment_mask: int  # bits of the kinds of rays that see it
+    albedo: F32  # (M, 3)
+    emission: F32  # (M, 3)
+    emission_two_sided: NDArray[np.uint8]  # (M,)
+    point_position: F32  # (P, 3) relative to origin
+    point_intensity: F32  # (P, 3) W/sr
+    sun_direction: F32  # (D, 3) unit, direction of travel
+    sun_irradiance: F32  # (D, 3)
+    environment: F32  # (3,) radiance
+    camera_position: F32  # (3,) relative to origin
+    camera_axes: F32  # (3, 3) rows: right X, up Y, backwards Z
+    camera_kind: int  # place in camera.KINDS
+    focal: float  # pixels; orthographic: pixels per metre
+    pixel_aspect: float
+    principal_point: F32  # (2,) pixels of the rendered window
+    panorama: F32  # (4,) longitude and latitude of the full picture's left, right, lower and upper edge
+    full_size: NDArray[np.int32]  # (2,) width and height of the full picture
+    window: NDArray[np.int32]  # (2,) the rendered window's first pixel
+    aperture: F32  # (5,) radius, focus distance, blades, rotation, ratio
+    filter_kind: int  # place in camera.FILTERS
+    filter_width: float  # pixels
+    width: int  # of the rendered window
+    height: int
+    clip_start: float
+    clip_end: float
+    textures: TextureTables | None  # None: nothing in the scene is textured
+    environment_pixels: F32 | None  # (h, w, 3) of the environment's image, row 0 on top
+
+    @cached_property
+    def mesh_number(self) -> dict[str, int]:
+        """By name, each mesh's place in `mesh_names`."""
+        return {name: k for k, name in enumerate(self.mesh_names)}
+
+    @property
+    def camera(self) -> F32:
+        """(24,) the camera's floats in one row (`camera_row.PLACES`)."""
+        lens = self.aperture[[0, 1, 3, 4]]  # radius, focus distance, rotation, ratio
+        parts = [self.camera_position, self.camera_axes.ravel(), [self.focal, self.pixel_aspect], self.principal_point,
+                 self.panorama, lens]
+        return np.concatenate([np.asarray(part, np.float32) for part in parts])
+
+    def same_geometry(self, other: Tables) -> bool:
+        """Whether meshes, their vertices and what engines build of them are the same as in other tables."""
+        return self.same_but_vertices(other) and all(
+            np.array_equal(getattr(self, name), getattr(other, name)) for name in ("origin", "vertices")
+        )
+
+    def same_but_vertices(self, other: Tables) -> bool:
+        """Whether all is the same as in other tables that engines build in, and don't take over by an update."""
+        return self.mesh_names == other.mesh_names and all(
+            np.array_equal(getattr(self, name), getattr(other, name)) for name in _BUILT_IN
+        )
+
+    def edges(self) -> topology.Edges:
+        """Edges of all meshes that rays can hit, area lights left out."""
+        parts, vertex_first, face_first = [], [], []
+        counts = np.diff(self.mesh_first_vertex)
+        for first, last in batches((counts + np.diff(self.mesh_first_face))[: len(self.mesh_names)]):
+            (v, v_end), (f, f_end) = (begin[[first, last]] for begin in (self.mesh_first_vertex, self.mesh_first_face))
+            faces = self.faces[f:f_end].astype(np.int64) - v
+            of = np.repeat(np.arange(last - first), counts[first:last])
+            label = topology.weld(self.vertices[v:v_end].astype(np.float64), of=of)
+            parts.append(topology.edges(faces.astype(np.int32), label))
+            vertex_first.append(int(v))
+            face_first.append(int(f))
+        return topology.join(parts, vertex_first, face_first)
+
+
+def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]:
+    """The fields of `Tables` that depend on the camera."""
+    x0, y0, _, _ = camera.window
+    height, width = camera.size
+    row = camera_row(camera, origin)
+    part = {name: row[place] for name, place in PLACES.items()}
+    return {
+        "camera_position": part["camera_position"].astype(np.float32),
+        "camera_axes": part["camera_axes"].reshape(3, 3).astype(np.float32),
+        "camera_kind": CAMERA_KINDS.index(camera.kind),
+        "focal": float(part["focal"][0]),
+        "pixel_aspect": float(part["pixel_aspect"][0]),
+        "principal_point": part["principal_point"].astype(np.float32),
+        "panorama": part["panorama"].astype(np.float32),
+        "full_size": np.array([camera.width, camera.height], np.int32),
+        "window": np.array([x0, y0], np.int32),
+        "aperture": np.array([camera.aperture_radius, camera.focus_distance, camera.aperture_blades,
+                              camera.aperture_rotation, camera.aperture_ratio], np.float32),
+        "filter_kind": FILTERS.index(camera.filter),
+        "filter_width": camera.filter_width,
+        "width": width,
+        "height": height,
+        "clip_start": camera.clip_start,
+        "clip_end": camera.clip_end,
+    }
+
+
+def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
+    """Tables of a scene, relative to `origin` (None: the centre of its bounding box).
+
+    Raises ``ValueError`` as `Scene.validate` does.
+    """
+    validated(scene)
+    meshes = placed_meshes(scene)
+    placed = geometry(scene, meshes, origin)
+    origin = placed["origin"]
+    textures = compile_textures(scene, origin, meshes) if _needs_textures(scene) else None
+    return Tables(**placed, **_values(scene, origin), textures=textures,
+                  environment_pixels=environment_pixels(scene) if shows_image(scene) else None)
+
+
+def with_values(scene: Scene, tables: Tables, paths: Collection[str] | None = None) -> Tables:
+    """The same geometry and textures with the scene's other materials, lights, world and camera.
+
+    Parameters
+    ----------
+    paths
+        Parameter paths of what has changed; nothing else is looked at. None: all may have.
+    """
+    if paths is None:
+        held = [("materials", name) for name in scene.materials] + [("lights", name) for name in scene.lights]
+        held += [("world", ""), ("camera", "")]
+    else:
+        held = sorted({split(path)[:2] for path in paths})
+    for collection, name in held:
+        if name:
+            getattr(scene, collection)[name].validate(name)
+        else:
+            getattr(scene, collection).validate()
+    return replace(tables, **_values(scene, tables.origin, {collection for collection, _ in held}))
+
+
+def shows_image(scene: Scene) -> bool:
+    """Whether the environment has an image, and isn't black."""
+    return scene.world.image is not None and bool(np.any(scene.world.color * scene.world.strength))
+
+
+def _needs_textures(scene: Scene) -> bool:
+    return any(
+        material.textures or (isinstance(material, Material) and material.anisotropy != 0.0)
+        for material in scene.materials.values()
+    )
+
+
+def environment_pixels(scene: Scene) -> F32 | None:
+    """The environment's image in colour."""
+    if scene.world.image is None:
+        return None
+    pixels = scene.images[scene.world.image].pixels
+    return np.ascontiguousarray(np.broadcast_to(pixels[..., :3], (*pixels.shape[:2], 3)), np.float32)
+
+
+def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[str] = _VALUED) -> dict[str, Any]:
+    """The fields of `Tables` that hold materials, lights, the environment and the camera."""
+    out: dict[str, Any] = {}
+    if "materials" in collections:
+        out |= _material_values(scene)
+    if "lights" in collections:
+        out |= _light_values(scene, origin)
+    if "world" in collections:
+        out |= {
+            "environment_rotation": scene.world.rotation.astype(np.float32),
+            "environment_mask": ray_bits(scene.world.visible_to),
+            "environment": (scene.world.color * scene.world.strength).astype(np.float32),
+        }
+    if "camera" in collections:
+        out |= camera_fields(scene.camera, origin)
+    return out
+
+
+def _material_values(scene: Scene) -> dict[str, Any]:
+    radiances = [_area_radiance(light) for light in scene.lights.values() if isinstance(light, AreaLight)]
+    first_leaves = [scene.leaves(name)[0] for name in scene.materials]
+    two_sided = [leaf.emission_two_sided for leaf in first_leaves]
+    return {
+        "materials": material_table(scene, radiances),
+        "albedo": _rows([leaf.base_color for leaf in first_leaves] + [np.zeros(3)] * len(radiances)),
+        "emission": _rows([mean_emission(scene, name) for name in scene.materials] + radiances),
+        "emission_two_sided": np.array(two_sided + [False] * len(radiances), np.uint8),
+    }
+
+
+def _light_values(scene: Scene, origin: NDArray[np.float64]) -> dict[str, Any]:
+    points = [light for light in scene.lights.values() if isinstance(light, PointLight)]
+    suns = [light for light in scene.lights.values() if isinstance(light, SunLight)]
+    return {
+        "lights": light_table(scene, origin),
+        "point_position": _rows([p.position - origin for p in points]),
+        "point_intensity": _rows([p.power * p.color / (4.0 * np.pi) for p in points]),
+        "sun_direction": _rows([s.direction / np.linalg.norm(s.direction) for s in suns]),
+        "sun_irradiance": _rows([s.strength * s.color for s in suns]),
+    }
+
+
+def mean_emission(scene: Scene, name: str) -> NDArray[np.float64]:
+    """(3,) emission of a material: of a mixture the weighted sum, of textures their mean."""
+    material = scene.materials[name]
+    weights = material.weights if isinstance(material, Mixture) else np.ones(1)
+    total = np.zeros(3)
+    for leaf, weight in zip(scene.leaves(name), weights, strict=True):
+        expression = leaf.textures.get("emission")
+        total += weight * (leaf.emission if expression is None else mean_expression(scene, expression))
+    derived(f"material '{name}'", "its emission", total)
+    return total
+
+
+def _rows(rows: list[Any], dtype: Any = np.float32) -> NDArray[Any]:
+    """Rows of three stacked into one (n, 3) array, also when there are none."""
+    return np.ascontiguousarray(np.concatenate([np.reshape(r, (-1, 3)) for r in rows]) if rows
+                                else np.zeros((0, 3)), dtype)
+
+
+def area(light: AreaLight) -> float:
+    """Emitting area, m²."""
+    full = float(light.size[0] * light.size[1])
+    return full if light.shape == "RECTANGLE" else full * np.pi / 4.0
+
+
+def _area_radiance(light: AreaLight) -> NDArray[np.float64]:
+    """Radiance of a Lambertian one-sided emitter of this power: P / (pi A)."""
+    return light.power * light.color / (np.pi * area(light))

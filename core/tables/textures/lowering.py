@@ -1,0 +1,146 @@
+"""From expressions to the steps of texture programs: what rules for each kind of expression are written with.
+
+The rules themselves are in expression_steps.py, color_steps.py, image_steps.py and procedural_steps.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from ...expression import nodes as e
+from ...expression.nodes import Expression, nodes_of
+from .ops import Builder, Number, Value
+
+Components = tuple[Value, ...]  # x, y, z, w
+
+
+@dataclass
+class Resources:
+    """What programs refer to by number: images as nodes read them, tables, attributes, each once."""
+
+    images: dict[tuple[str, str, str, str], int] = field(default_factory=dict)
+    tables: dict[tuple[Any, bool, bool], int] = field(default_factory=dict)
+    attributes: dict[str, int] = field(default_factory=dict)
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def image(self, name: str, interpolation: str, extension: str, alpha: str) -> int:
+        """Number of an image as one kind of node reads it."""
+        return self.images.setdefault((name, interpolation, extension, alpha), len(self.images))
+
+    def table(self, rows: tuple[Any, ...], interpolate: bool, extrapolate: bool) -> int:
+        """Number of a lookup table."""
+        return self.tables.setdefault((rows, interpolate, extrapolate), len(self.tables))
+
+    def attribute(self, name: str) -> int:
+        """Number of a mesh attribute."""
+        return self.attributes.setdefault(name, len(self.attributes))
+
+
+class Lowering:
+    """Turns expressions into a program's steps."""
+
+    def __init__(self, build: Builder, resources: Resources) -> None:
+        self.build = build
+        self.resources = resources
+        self._done: dict[int, Components] = {}
+        self._kept: list[Expression] = []  # ids stay valid while their objects live
+
+    def components(self, node: e.Operand) -> Components:
+        """The components of an expression or constant."""
+        if not isinstance(node, Expression):
+            return _operand(node)
+        # Rules ask for their operands' components, which are known by then: only what is new is walked through.
+        for step in nodes_of(node, but=self._done):
+            rule = RULES.get(type(step))
+            if rule is None:
+                raise ValueError(f"expression {type(step).__name__} has no rule to be computed by")
+            self._done[id(step)] = rule(self, step)
+            self._kept.append(step)
+        return self._done[id(node)]
+
+    def number(self, node: e.Operand) -> Value:
+        """The first component."""
+        return self.components(node)[0]
+
+    # ---- Shorthands for steps ----
+    def add(self, a: Value, b: Value) -> Value:
+        return self.build.emit("ADD", a, b)
+
+    def sub(self, a: Value, b: Value) -> Value:
+        return self.build.emit("SUBTRACT", a, b)
+
+    def mul(self, a: Value, b: Value) -> Value:
+        return self.build.emit("MULTIPLY", a, b)
+
+    def div(self, a: Value, b: Value) -> Value:
+        return self.build.emit("DIVIDE", a, b)
+
+    def mad(self, a: Value, b: Value, c: Value) -> Value:
+        return self.build.emit("MULTIPLY_ADD", a, b, c)
+
+    def floor(self, a: Value) -> Value:
+        return self.build.emit("FLOOR", a)
+
+    def fract(self, a: Value) -> Value:
+        return self.sub(a, self.floor(a))
+
+    def clamp(self, a: Value, low: Value = 0.0, high: Value = 1.0) -> Value:
+        return self.build.emit("CLAMP", a, low, high)
+
+    def less(self, a: Value, b: Value) -> Value:
+        return self.build.emit("LESS_THAN", a, b)
+
+    def select(self, mask: Value, a: Value, b: Value) -> Value:
+        return self.build.emit("SELECT", mask, a, b)
+
+    def lerp(self, a: Value, b: Value, t: Value) -> Value:
+        return self.mad(t, self.sub(b, a), a)
+
+    def dot(self, a: Components, b: Components) -> Value:
+        return self.build.emit("AFFINE", a[0], b[0], a[1], b[1], a[2], b[2], 0.0)
+
+    def normalized(self, v: Components) -> Components:
+        """Unit vector; zero stays zero."""
+        inverse = self.build.emit("INVERSE_SQRT", self.dot(v, v))
+        return vector(*(self.mul(x, inverse) for x in v[:3]))
+
+    def reflected(self, v: Components, n: Components) -> Components:
+        """v - 2 (v . n) n."""
+        twice = self.mul(-2.0, self.dot(v, n))
+        return vector(*(self.mad(twice, b, a) for a, b in zip(v[:3], n[:3], strict=True)))
+
+
+Rule = Callable[[Lowering, Any], Components]
+RULES: dict[type[Expression], Rule] = {}
+
+
+def rule(kind: type[Expression]) -> Callable[[Rule], Rule]:
+    """Registers how a kind of expression is computed."""
+
+    def register(function: Rule) -> Rule:
+        RULES[kind] = function
+        return function
+
+    return register
+
+
+def _operand(value: Any) -> Components:
+    numbers = tuple(constant(v) for v in (value if isinstance(value, tuple) else (value,) * 4))
+    return (*numbers, 1.0)[:4]
+
+
+def constant(value: Any) -> float:
+    """A float, unless it is a parameter: that stays a `Number`."""
+    return value if isinstance(value, Number) else float(value)
+
+
+def vector(x: Value, y: Value, z: Value) -> Components:
+    """Three components and w = 1."""
+    return (x, y, z, 1.0)
+
+
+def repeated(a: Value) -> Components:
+    """One number as a value."""
+    return (a, a, a, a)

@@ -1,0 +1,373 @@
+#include "boundary/curves/candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "boundary/curves/picture_frame.h"
+#include "boundary/meshes/placed_vertex.h"
+#include "boundary/meshes/seams.h"
+#include "sampling/z_order.h"
+#include "scene/lights/light_list.h"
+#include "scene/mesh_edges.h"
+#include "scene/mesh_instances.h"
+#include "tasks/block_sizes.h"
+#include "tasks/boundary_task.h"
+#include "util/parallel.h"
+
+namespace edgegrad {
+namespace {
+
+using V = Vector;
+
+// Cells of directions about an edge, most along each axis; share of the samples that goes to segments which
+// the camera sees by way of other surfaces.
+constexpr double kMostDirections = 16.0, kChainedShare = 0.4;
+// Cells of the picture, most along each of its sides.
+constexpr double kMostPlaces = 512.0;
+// Parts of an edge, most: places along it are floats, which tell no more apart.
+constexpr double kMostParts = 1 << 20;
+// Edges per item of parallel work.
+constexpr int64_t kEdgeBlock = 1 << 13;
+
+// Where candidates are listed: silhouettes, borders and sharp creases first, then blunt ones, each by tiles
+// of the picture along a Z-order curve. Neighbours on the list then are of one kind and place,
+// so that systematic samples are spread evenly and a guide can tell of each by its neighbours.
+constexpr uint32_t kTiles = 1u << (2 * kTileBits), kPlaces = 2 * kTiles;
+constexpr float kBlunt = 0.5f;
+
+uint32_t place_of(uint32_t tile, float weight) { return tile + (weight < kBlunt ? kTiles : 0u); }
+
+// Edges of one mesh, where one instance places them.
+struct Run {
+    int32_t mesh, instance;
+    int64_t first, count;
+};
+
+// Runs over the edges of the meshes that `wanted` names, with all of their instances.
+template <typename Wanted>
+std::vector<Run> runs_of(const EdgeList& edges, const Wanted& wanted) {
+    const SceneTables& t = edges.tables;
+    const auto instances = mesh_instances(t);
+    std::vector<Run> runs;
+    for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
+        const std::vector<int32_t>& copies = instances[static_cast<size_t>(mesh)];
+        if (!wanted(mesh, is_placed(copies))) continue;
+        const auto [first, last] = mesh_edges(t, static_cast<size_t>(mesh));
+        for (int32_t instance : copies)
+            for (int64_t k = first; k < last; k += kEdgeBlock)
+                runs.push_back({mesh, instance, k, std::min(kEdgeBlock, last - k)});
+    }
+    return runs;
+}
+
+// What the kernel of masses writes for a run, in memory of one thread.
+struct RunMasses {
+    std::vector<float> mass, pixels;
+    std::vector<int32_t> tile, flat;
+    std::vector<uint8_t> seam;
+
+    EdgeMassTask task(const EdgeList& edges, const Run& run, EdgeMassKind kind) {
+        for (auto* column : {&mass, &pixels}) column->resize(kEdgeBlock + kMaxWidth);
+        for (auto* column : {&tile, &flat}) column->resize(kEdgeBlock + kMaxWidth);
+        EdgeMassTask t{};
+        t.kind = kind;
+        t.instance = run.instance;
+        t.first = run.first, t.count = run.count;
+        t.normal = edges.normal;
+        t.clear_mesh = edges.clear[static_cast<size_t>(run.mesh)] ? run.mesh : -2;
+        t.light_mesh = edges.lights->top_mesh().data();
+        t.solid_side = edges.solid_side[run.mesh];
+        t.mass = mass.data(), t.pixels = pixels.data();
+        t.tile = tile.data(), t.flat = flat.data();
+        return t;
+    }
+};
+
+}  // namespace
+
+// By run, in its order, what becomes a candidate.
+struct CandidateParts {
+    struct Entry {
+        int32_t edge;
+        float u0, u1, mass;
+    };
+    // Places by themselves: to count them is the first of two passes.
+    struct Run {
+        std::vector<Entry> entries;
+        std::vector<uint16_t> places;
+    };
+    std::vector<Run> runs;
+};
+
+namespace {
+
+// Joins candidates by place, and where that is the same in the order of runs: a counting sort, by as many
+// ranges of the runs as there are threads.
+void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed, int threads,
+          Candidates& out) {
+    const size_t ranges = std::clamp<size_t>(runs.size(), 1, static_cast<size_t>(threads));
+    std::vector<std::vector<size_t>> at(ranges);  // by range and place: the next of them on the list
+    const auto each_range = [&](const auto& visit) {
+        parallel_for(threads, static_cast<int64_t>(ranges), nullptr, [&](int, int64_t k) {
+            const auto range = static_cast<size_t>(k);
+            const size_t last = runs.size() * (range + 1) / ranges;
+            at[range].resize(kPlaces);
+            for (size_t run = runs.size() * range / ranges; run < last; ++run)
+                visit(run, parts.runs[run], at[range]);
+        });
+    };
+    each_range([](size_t, const CandidateParts::Run& part, std::vector<size_t>& count) {
+        for (uint16_t place : part.places) ++count[place];
+    });
+    size_t all = 0;
+    for (size_t place = 0; place < kPlaces; ++place)
+        for (std::vector<size_t>& next : at) all += std::exchange(next[place], all);
+    out.edge.resize(all), out.u0.resize(all), out.u1.resize(all), out.cumulative.resize(all + 1);
+    out.instance.resize(placed ? all : 0);
+    each_range([&](size_t run, const CandidateParts::Run& part, std::vector<size_t>& next) {
+        for (size_t k = 0; k < part.entries.size(); ++k) {
+            const CandidateParts::Entry& entry = part.entries[k];
+            const size_t to = next[part.places[k]]++;
+            out.edge[to] = entry.edge;
+            if (placed) out.instance[to] = runs[run].instance;
+            out.u0[to] = entry.u0, out.u1[to] = entry.u1;
+            out.cumulative[to + 1] = static_cast<double>(entry.mass);
+        }
+    });
+    for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
+}
+
+// Candidates of runs of edges by visit(run, task's memory, add) in parallel, joined by place; in memory that
+// is spare.
+template <typename Visit>
+Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
+    std::shared_ptr<CandidateParts> parts = edges.kept.spare_parts.take();
+    parts->runs.resize(runs.size());
+    std::vector<RunMasses> memory(static_cast<size_t>(edges.threads));
+    parallel_for(edges.threads, static_cast<int64_t>(runs.size()), nullptr, [&](int thread, int64_t k) {
+        const Run& run = runs[static_cast<size_t>(k)];
+        CandidateParts::Run& part = parts->runs[static_cast<size_t>(k)];
+        part.entries.clear(), part.places.clear();
+        const auto most = static_cast<size_t>(run.count);
+        part.entries.reserve(most), part.places.reserve(most);
+        visit(run, memory[static_cast<size_t>(thread)],
+              [&](int64_t edge, float u0, float u1, float mass, uint32_t place) {
+                  if (!(mass > 0.0f)) return;
+                  part.entries.push_back({static_cast<int32_t>(edge), u0, u1, mass});
+                  part.places.push_back(static_cast<uint16_t>(place));
+              });
+    });
+    Candidates out;
+    const std::shared_ptr<Candidates> old = edges.kept.spare_candidates.take();
+    out.edge.swap(old->edge), out.instance.swap(old->instance);
+    out.u0.swap(old->u0), out.u1.swap(old->u1), out.cumulative.swap(old->cumulative);
+    join(*parts, runs, !edges.tables.instance_mesh.empty(), edges.threads, out);
+    edges.kept.spare_parts.give(std::move(parts));
+    return out;
+}
+
+}  // namespace
+
+std::vector<float> unit_normals(const SceneTables& t, int threads) {
+    const auto faces = static_cast<int64_t>(t.faces.size() / 3);
+    std::vector<float> normals(static_cast<size_t>(3 * faces));
+    parallel_for(threads, (faces + kEdgeBlock - 1) / kEdgeBlock, nullptr, [&](int, int64_t block) {
+        for (int64_t f = block * kEdgeBlock; f < std::min(faces, (block + 1) * kEdgeBlock); ++f) {
+            const auto corner = [&](int64_t k) -> Vector {
+                const float* p =
+                    &t.vertices[3 * static_cast<size_t>(t.faces[static_cast<size_t>(3 * f + k)])];
+                return {p[0], p[1], p[2]};
+            };
+            const Vector a = corner(0), m = cross(corner(1) - a, corner(2) - a);
+            const double size = length(m), inverse = size > 0.0 ? 1.0 / size : 0.0;
+            float* n = &normals[static_cast<size_t>(3 * f)];
+            n[0] = static_cast<float>(m.x * inverse);
+            n[1] = static_cast<float>(m.y * inverse);
+            n[2] = static_cast<float>(m.z * inverse);
+        }
+    });
+    return normals;
+}
+
+Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const Asked& asked) {
+    const CameraView& camera = scene.camera;
+    const PictureFrame frame(camera);
+    const SceneTables& tables = edges.tables;
+    const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
+        const auto m = static_cast<size_t>(mesh);
+        return (asked.camera || asked.moving[m] || (asked.instances && placed)) &&
+               (tables.mesh_mask[m] & (1 << kCameraRay));
+    });
+    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
+        EdgeMassTask task = memory.task(edges, run, kPictureMass);
+        task.sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
+        task.cut_all = frame.bends_or_blurs();
+        task.lens_reach = static_cast<float>(frame.lens_reach());
+        task.margin = static_cast<float>(frame.margin());
+        edges.kernels.edge_masses(scene, task);
+        const Placement place = Placement::of(scene, run.instance);
+        for (int64_t k = 0; k < run.count; ++k) {
+            const float weight = task.mass[k];
+            const int64_t edge = run.first + k;
+            if (weight == 0.0f || (task.flat[k] && !is_seam(tables, edge))) continue;
+            if (task.pixels[k] >= 0.0f) {
+                add(edge, 0.0f, 1.0f, task.pixels[k] * weight,
+                    place_of(static_cast<uint32_t>(task.tile[k]), weight));
+                continue;
+            }
+            frame.pieces(place(vertex(scene, scene.edge_vertices[2 * edge])),
+                         place(vertex(scene, scene.edge_vertices[2 * edge + 1])),
+                         [&](const PictureFrame::Piece& piece) {
+                             const uint32_t tile =
+                                 z_order(piece.x / camera.width, piece.y / camera.height, kTileBits);
+                             add(edge, static_cast<float>(piece.u0), static_cast<float>(piece.u1),
+                                 static_cast<float>(piece.pixels * static_cast<double>(weight)),
+                                 place_of(tile, weight));
+                         });
+        }
+    });
+}
+
+Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
+    const std::vector<Run> runs = runs_of(edges, [](int32_t, bool) { return true; });
+    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
+        EdgeMassTask task = memory.task(edges, run, environment ? kSkyMass : kLightMass);
+        if (scene.all_flags & kHasTransparency) {
+            memory.seam.resize(kEdgeBlock);
+            for (int64_t k = 0; k < run.count; ++k)
+                memory.seam[static_cast<size_t>(k)] = is_seam(edges.tables, run.first + k);
+            task.seam = memory.seam.data();
+        }
+        edges.kernels.edge_masses(scene, task);
+        for (int64_t k = 0; k < run.count; ++k)
+            if (!task.flat[k] || is_seam(edges.tables, run.first + k))
+                add(run.first + k, 0.0f, 1.0f, task.mass[k], 0u);
+    });
+}
+
+bool any_held(const SceneView& scene, int64_t edge) {
+    const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
+    return scene.face_held && std::any_of(scene.edge_faces + first, scene.edge_faces + last,
+                                          [&](uint32_t face) { return scene.face_held[face] != 0; });
+}
+
+Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
+    const SceneTables& tables = edges.tables;
+    const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
+        const auto m = static_cast<size_t>(mesh);
+        const int32_t* held = scene.face_held;
+        return !placed && std::any_of(held + tables.mesh_first_face[m], held + tables.mesh_first_face[m + 1],
+                                      [](int32_t h) { return h != 0; });
+    });
+    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
+        EdgeMassTask task = memory.task(edges, run, kSkyMass);
+        edges.kernels.edge_masses(scene, task);
+        for (int64_t k = 0; k < run.count; ++k) {
+            const int64_t edge = run.first + k;
+            if (task.flat[k] || !any_held(scene, edge)) continue;
+            // Between faces of different materials light begins as seen from all sides.
+            float mass = task.mass[k];
+            const uint32_t first = scene.edge_face_first[edge];
+            if (scene.edge_face_first[edge + 1] - first == 2 &&
+                scene.face_material[scene.edge_faces[first]] !=
+                    scene.face_material[scene.edge_faces[first + 1]])
+                mass =
+                    static_cast<float>(3.14159265 * length(vertex(scene, scene.edge_vertices[2 * edge + 1]) -
+                                                           vertex(scene, scene.edge_vertices[2 * edge])));
+            add(edge, 0.0f, 1.0f, mass, 0u);
+        }
+    });
+}
+
+Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, const Borders& borders) {
+    Candidates out;
+    out.direction_cells = direction_cells;
+    const int32_t n = direction_cells, kinds = chains ? 2 : 1;
+    std::vector<float> u;
+    const size_t least = edges.edge.size() * static_cast<size_t>(n * n * kinds);
+    out.edge.reserve(least), out.u0.reserve(least), out.u1.reserve(least), out.cell.reserve(least);
+    out.cumulative.reserve(least + 1);
+    for (int32_t kind = 0; kind < kinds; ++kind) {
+        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        for (size_t i = 0; i < edges.edge.size(); ++i) {
+            const double mass = share * (edges.cumulative[i + 1] - edges.cumulative[i]);
+            // Where rounding has taken a part's length, it counts like the others.
+            const double length = std::max(static_cast<double>(edges.u1[i] - edges.u0[i]), 1e-30);
+            u.clear();
+            borders(i, u);
+            const auto parts = static_cast<double>(u.size() - 1);
+            for (size_t part = 0; part + 1 < u.size(); ++part) {
+                const double here = static_cast<double>(u[part + 1] - u[part]) / length;
+                const double each = mass * (here > 0.0 ? here : 1.0 / parts) / (n * n);
+                for (int32_t row = 0; row < n; ++row) {
+                    for (int32_t column = 0; column < n; ++column) {
+                        out.edge.push_back(edges.edge[i]);
+                        if (!edges.instance.empty()) out.instance.push_back(edges.instance[i]);
+                        out.u0.push_back(u[part]);
+                        out.u1.push_back(u[part + 1]);
+                        // There and back, so that what follows each other is near each other.
+                        const int32_t place = row % 2 ? n - 1 - column : column;
+                        out.cell.push_back((row * n + place) | (kind ? kChained : 0));
+                        out.cumulative.push_back(out.cumulative.back() + each);
+                    }
+                }
+            }
+        }
+    }
+    return out;
+}
+
+Candidates whole_picture() {
+    Candidates out;
+    out.edge.push_back(0);
+    out.u0.push_back(0.0f), out.u1.push_back(1.0f);
+    out.cumulative.push_back(1.0);
+    return out;
+}
+
+namespace {
+
+// Entries of candidates whose pieces have all cells of directions (Candidates::parts), of segments that the
+// camera sees, and where there are `chains` again of those that it sees by way of other surfaces.
+template <typename Parts>
+Candidates with_cells(const Candidates& edges, int32_t direction_cells, bool chains, const Parts& parts_of) {
+    Candidates out;
+    out.direction_cells = direction_cells;
+    double before = 0.0;
+    for (int32_t kind = 0; kind < (chains ? 2 : 1); ++kind) {
+        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+        append(out.edge, edges.edge), append(out.instance, edges.instance);
+        append(out.u0, edges.u0), append(out.u1, edges.u1);
+        out.cell.resize(out.edge.size(), kind ? kChained : 0);
+        for (size_t i = 0; i < edges.edge.size(); ++i) {
+            out.parts.push_back(parts_of(i));
+            out.cumulative.push_back(before + share * edges.cumulative[i + 1]);
+        }
+        before = out.mass();
+    }
+    return out;
+}
+
+}  // namespace
+
+Candidates over_picture(double wanted, bool chains) {
+    const auto n = static_cast<int32_t>(std::clamp(std::sqrt(wanted), 1.0, kMostPlaces));
+    return with_cells(whole_picture(), n, chains, [](size_t) { return 1; });
+}
+
+Candidates over_directions(const Candidates& edges, double wanted, bool chains) {
+    if (edges.size() == 0) return {};
+    // Directions first: what an edge hides depends more on them than on the place along it.
+    const double each = std::max(1.0, wanted / static_cast<double>(edges.size()));
+    const auto n = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
+    const double pieces = std::max(1.0, wanted / (n * n));
+    return with_cells(edges, n, chains, [&](size_t i) {
+        const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
+        return static_cast<int32_t>(
+            std::min(std::max(1.0, std::round(pieces * mass / edges.mass())), kMostParts));
+    });
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,67 @@
+// Lines along which the planes of triangles cut each other, in double precision.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "boundary/meshes/face_tree.h"
+#include "boundary/meshes/placed_vertex.h"
+
+namespace edgegrad {
+
+// Nearer to a plane than this, relative to the coordinates, is on it.
+constexpr double kOnPlane = 1e-6;
+// Sine squared of the least angle between two faces.
+constexpr double kParallel = 1e-6;
+
+struct Triangle3 {
+    std::array<Vector, 3> p;
+    Vector normal;  // of length |M|
+    double size;    // largest coordinate
+
+    Triangle3(Vector p0, Vector p1, Vector p2) : p{p0, p1, p2}, normal(cross(p1 - p0, p2 - p0)), size(0.0) {
+        for (const Vector& v : p) size = std::max({size, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    }
+    // A face where an instance places it.
+    Triangle3(const SceneTables& t, int32_t face, Placement place = {})
+        : Triangle3(place(vertex(corner(t, face, 0))), place(vertex(corner(t, face, 1))),
+                    place(vertex(corner(t, face, 2)))) {}
+};
+
+// The part of `t` that lies in the plane of `other`; false if it has none, or an edge of it does.
+inline bool cut(const Triangle3& t, const Triangle3& other, Vector (&ends)[2]) {
+    const double tolerance = kOnPlane * std::max(t.size, other.size) * length(other.normal);
+    double height[3];
+    int on = 0;
+    for (size_t k = 0; k < 3; ++k) {
+        height[k] = dot(other.normal, t.p[k] - other.p[0]);
+        on += std::abs(height[k]) <= tolerance;
+    }
+    if (on >= 2) return false;
+    int found = 0;
+    for (size_t k = 0; k < 3 && found < 2; ++k) {
+        const size_t next = (k + 1) % 3;
+        if ((height[k] < 0.0) == (height[next] < 0.0)) continue;
+        ends[found++] = t.p[k] + (t.p[next] - t.p[k]) * (height[k] / (height[k] - height[next]));
+    }
+    return found == 2;
+}
+
+// The line that two triangles share; false if there is none.
+inline bool shared_line(const Triangle3& s, const Triangle3& t, Vector (&ends)[2]) {
+    const Vector along = cross(s.normal, t.normal);
+    const double sine2 = dot(along, along), scale2 = dot(s.normal, s.normal) * dot(t.normal, t.normal);
+    if (!(sine2 > kParallel * scale2)) return false;
+    Vector a[2], b[2];
+    if (!cut(s, t, a) || !cut(t, s, b)) return false;
+    // Both lie on one line: what they have in common is between the second and the third of the four ends.
+    if (dot(along, a[0]) > dot(along, a[1])) std::swap(a[0], a[1]);
+    if (dot(along, b[0]) > dot(along, b[1])) std::swap(b[0], b[1]);
+    ends[0] = dot(along, a[0]) > dot(along, b[0]) ? a[0] : b[0];
+    ends[1] = dot(along, a[1]) < dot(along, b[1]) ? a[1] : b[1];
+    return dot(along, ends[1] - ends[0]) > 0.0 &&
+           length(ends[1] - ends[0]) > kOnPlane * std::max(s.size, t.size);
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,178 @@
+#include "boundary/curves/instance_intersections.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "boundary/curves/face_cut.h"
+#include "boundary/meshes/box_pairs.h"
+#include "scene/mesh_instances.h"
+#include "util/parallel.h"
+
+namespace edgegrad {
+namespace {
+
+// Boxes are in single precision: so much of the largest coordinate is added on all sides.
+constexpr float kRounding = 1e-6f;
+
+Box padded(Box box) {
+    float size = 0.0f;
+    for (int c = 0; c < 3; ++c) size = std::max({size, std::abs(box.low[c]), std::abs(box.high[c])});
+    for (int c = 0; c < 3; ++c) box.low[c] -= kRounding * size, box.high[c] += kRounding * size;
+    return box;
+}
+
+void add(Box& box, Vector p) {
+    const float at[3] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+    box.add(at);
+}
+
+// The box around what a map makes of the corners of another.
+template <typename Map>
+Box mapped(const Box& box, const Map& map) {
+    Box out;
+    for (int k = 0; k < 8; ++k)
+        add(out, map(Vector{k & 1 ? box.high[0] : box.low[0], k & 2 ? box.high[1] : box.low[1],
+                            k & 4 ? box.high[2] : box.low[2]}));
+    return out;
+}
+
+Box common_box(const Box& a, const Box& b) {
+    Box out;
+    for (int c = 0; c < 3; ++c)
+        out.low[c] = std::max(a.low[c], b.low[c]), out.high[c] = std::min(a.high[c], b.high[c]);
+    return out;
+}
+
+// The pairs of copies whose boxes meet and that wanted(one, other), in the order in which they begin along
+// the axis on which they are spread most.
+template <typename Wanted>
+std::vector<BoxPair> meeting_pairs(const std::vector<MeshCopy>& copies, const Wanted& wanted) {
+    Box middles;
+    for (const MeshCopy& copy : copies) add(middles, (vertex(copy.box.low) + vertex(copy.box.high)) * 0.5);
+    int axis = 0;
+    for (int c = 1; c < 3; ++c)
+        if (middles.high[c] - middles.low[c] > middles.high[axis] - middles.low[axis]) axis = c;
+    std::vector<size_t> order(copies.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return copies[a].box.low[axis] < copies[b].box.low[axis]; });
+    std::vector<Box> boxes;
+    for (size_t k : order) boxes.push_back(copies[k].box);
+    std::vector<BoxPair> out =
+        BoxPairs(boxes).pairs([&](size_t a, size_t b) { return wanted(copies[order[a]], copies[order[b]]); });
+    for (auto& [one, other] : out) one = order[one], other = order[other];
+    return out;
+}
+
+// The crossings of two copies. Boxes of the one's faces are looked for in the other's tree in its own space.
+void search_copy_pair(const SceneTables& tables, const std::vector<FaceTree>& trees, const MeshCopy* one,
+                      const MeshCopy* other, Crossings& out) {
+    const Box common = padded(common_box(one->box, other->box));
+    const auto faces_of = [&](const MeshCopy& copy) {
+        std::vector<int32_t> faces;
+        trees[static_cast<size_t>(copy.mesh)].visit(copy.local(common),
+                                                    [&](int32_t f) { faces.push_back(f); });
+        return faces;
+    };
+    std::vector<int32_t> few = faces_of(*one);
+    if (few.empty()) return;
+    if (std::vector<int32_t> many = faces_of(*other); many.size() < few.size())
+        std::swap(few, many), std::swap(one, other);
+    for (int32_t face : few) {
+        if (cancelled()) return;
+        const Triangle3 t(tables, face, one->place);
+        Box box;
+        for (const Vector& p : t.p) add(box, other->local(p));
+        trees[static_cast<size_t>(other->mesh)].visit(padded(box), [&](int32_t f) {
+            Vector ends[2];
+            if (shared_line(t, Triangle3(tables, f, other->place), ends))
+                out.add(ends, {static_cast<uint32_t>(face), one->instance},
+                        {static_cast<uint32_t>(f), other->instance});
+        });
+    }
+}
+
+}  // namespace
+
+MeshCopy::MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instance, const Box& mesh_box)
+    : mesh(of_mesh),
+      instance(of_instance),
+      place(Placement::of(tables, of_instance)),
+      back{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+      box(mesh_box) {
+    if (!place.matrix) return;
+    box = mapped(box, place);
+    const Vector x = vertex(place.matrix), y = vertex(place.matrix + 4), z = vertex(place.matrix + 8);
+    // Scene.validate has seen to it that none flattens its mesh.
+    const double inverse = 1.0 / dot(x, cross(y, z));
+    const Vector column[3] = {cross(y, z) * inverse, cross(z, x) * inverse, cross(x, y) * inverse};
+    back[0] = {column[0].x, column[1].x, column[2].x};
+    back[1] = {column[0].y, column[1].y, column[2].y};
+    back[2] = {column[0].z, column[1].z, column[2].z};
+}
+
+Vector MeshCopy::local(Vector world) const {
+    if (!place.matrix) return world;
+    const Vector d = world - Vector{place.matrix[3], place.matrix[7], place.matrix[11]};
+    return {dot(back[0], d), dot(back[1], d), dot(back[2], d)};
+}
+
+Box MeshCopy::local(const Box& world) const {
+    return place.matrix ? padded(mapped(world, [&](Vector p) { return local(p); })) : world;
+}
+
+void place_crossings(const SceneTables& tables, const Crossings& own, const std::vector<int32_t>& copies,
+                     Crossings& out) {
+    for (int32_t instance : copies) {
+        may_cancel();
+        const Placement place = Placement::of(tables, instance);
+        for (size_t k = 0; k < own.faces.size(); k += 2) {
+            Vector ends[2];
+            const Triangle3 one(tables, static_cast<int32_t>(own.faces[k]), place);
+            const Triangle3 other(tables, static_cast<int32_t>(own.faces[k + 1]), place);
+            if (shared_line(one, other, ends))
+                out.add(ends, {own.faces[k], instance}, {own.faces[k + 1], instance});
+        }
+    }
+}
+
+void search_copies(const SceneTables& tables, const Asked& asked, int32_t seers, int threads,
+                   Crossings& out) {
+    const auto instances = mesh_instances(tables);
+    std::vector<MeshCopy> copies;
+    for (size_t m = 0; m < instances.size(); ++m) {
+        if (!(tables.mesh_mask[m] & seers)) continue;
+        const Box box = mesh_box(tables, m);
+        for (int32_t instance : instances[m])
+            copies.emplace_back(tables, static_cast<int32_t>(m), instance, box);
+    }
+    const auto wanted = [&](const MeshCopy& one, const MeshCopy& other) {
+        if (one.instance < 0 && other.instance < 0)
+            return false;  // boundary/curves/intersections.cpp has them
+        return asked.camera || asked.instances || asked.moving[static_cast<size_t>(one.mesh)] ||
+               asked.moving[static_cast<size_t>(other.mesh)];
+    };
+    const std::vector<BoxPair> pairs = meeting_pairs(copies, wanted);
+    std::vector<uint8_t> met(instances.size(), 0);
+    for (const BoxPair& pair : pairs)
+        for (size_t k : pair) met[static_cast<size_t>(copies[k].mesh)] = 1;
+    std::vector<FaceTree> trees;
+    for (size_t m = 0; m < instances.size(); ++m) {
+        std::vector<int32_t> faces;
+        if (met[m])
+            faces.resize(static_cast<size_t>(tables.mesh_first_face[m + 1] - tables.mesh_first_face[m]));
+        std::iota(faces.begin(), faces.end(), tables.mesh_first_face[m]);
+        trees.emplace_back(tables, std::move(faces), threads);
+    }
+    constexpr size_t kBlock = 16;
+    std::vector<Crossings> parts((pairs.size() + kBlock - 1) / kBlock);
+    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
+        const size_t first = static_cast<size_t>(part) * kBlock;
+        for (size_t k = first; k < std::min(pairs.size(), first + kBlock); ++k)
+            search_copy_pair(tables, trees, &copies[pairs[k][0]], &copies[pairs[k][1]],
+                             parts[static_cast<size_t>(part)]);
+    });
+    out.add(parts);
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,186 @@
+#include "boundary/curves/intersections.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "boundary/curves/face_cut.h"
+#include "boundary/curves/instance_intersections.h"
+#include "boundary/curves/picture_frame.h"
+#include "boundary/meshes/box_pairs.h"
+#include "boundary/meshes/star_shaped.h"
+#include "scene/mesh_instances.h"
+#include "util/parallel.h"
+
+namespace edgegrad {
+namespace {
+
+// Whether two faces have a corner in common, by place: copies of a vertex count as one.
+bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
+    for (size_t j = 0; j < 3; ++j)
+        for (size_t k = 0; k < 3; ++k) {
+            const float *p = corner(t, face, j), *q = corner(t, other, k);
+            const float scale = std::max({std::abs(p[0]), std::abs(p[1]), std::abs(p[2])});
+            const float d[3] = {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
+            if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= 1e-12f * scale * scale) return true;
+        }
+    return false;
+}
+
+void add_pair(const SceneTables& tables, int32_t face, int32_t other, Crossings& out) {
+    Vector ends[2];
+    if (!shared_line(Triangle3(tables, face), Triangle3(tables, other), ends)) return;
+    out.add(ends, {static_cast<uint32_t>(face)}, {static_cast<uint32_t>(other)});
+}
+
+void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
+                 Crossings& out) {
+    const std::span<const Box> box(&common, 1);
+    std::vector<int32_t> few = std::move(faces_in(tables, one, box, threads).front());
+    if (few.empty()) return;
+    std::vector<int32_t> many = std::move(faces_in(tables, other, box, threads).front());
+    if (few.size() > many.size()) std::swap(few, many);
+    if (few.empty()) return;
+    const FaceTree tree(tables, std::move(many), threads);
+    constexpr size_t kBlock = 256;
+    std::vector<Crossings> parts((few.size() + kBlock - 1) / kBlock);
+    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
+        const size_t first = static_cast<size_t>(part) * kBlock;
+        for (size_t k = first; k < std::min(few.size(), first + kBlock) && !cancelled(); ++k)
+            tree.visit(box_of(tables, few[k]),
+                       [&](int32_t f) { add_pair(tables, few[k], f, parts[static_cast<size_t>(part)]); });
+    });
+    out.add(parts);
+}
+
+void search_self(const EdgeList& edges, int32_t mesh, Crossings& out) {
+    const SceneTables& tables = edges.tables;
+    const int threads = edges.threads;
+    const auto m = static_cast<size_t>(mesh);
+    if (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m] > kSelfCrossingFaces) return;
+    // To tell costs a 20th of the search.
+    if (edges.closed[m] && is_star_shaped(tables, m, threads)) return;
+    std::vector<int32_t> faces(
+        static_cast<size_t>(tables.mesh_first_face[m + 1] - tables.mesh_first_face[m]));
+    std::iota(faces.begin(), faces.end(), tables.mesh_first_face[m]);
+    const FaceTree tree(tables, std::move(faces), threads);
+    const std::vector<FaceTree::Pair> pairs = tree.pairs(256);
+    std::vector<Crossings> parts(pairs.size());
+    parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t k) {
+        const auto part = static_cast<size_t>(k);
+        tree.visit_pairs(pairs[part], [&](int32_t face, int32_t other) {
+            if (!neighbours(tables, face, other)) add_pair(tables, face, other, parts[part]);
+        });
+    });
+    out.add(parts);
+}
+
+}  // namespace
+
+Crossings find_crossings(const EdgeList& edges, const Asked& asked, int32_t seers) {
+    const SceneTables& tables = edges.tables;
+    const int threads = edges.threads;
+    const auto meshes = static_cast<size_t>(tables.visible_meshes);
+    std::vector<Box> boxes(meshes);
+    std::vector<uint8_t> seen(meshes);
+    const auto instances = mesh_instances(tables);
+    for (size_t m = 0; m < meshes; ++m) {
+        seen[m] = !is_placed(instances[m]) && (tables.mesh_mask[m] & seers);
+        if (seen[m]) boxes[m] = mesh_box(tables, m);
+    }
+    Crossings out;
+    // Meshes that no camera sees have empty boxes.
+    const std::vector<BoxPair> pairs = BoxPairs(boxes).pairs(
+        [&](size_t a, size_t b) { return asked.camera || asked.moving[a] || asked.moving[b]; });
+    auto pair = pairs.begin();
+    for (size_t a = 0; a < meshes; ++a) {
+        may_cancel();
+        if (seen[a] && (asked.camera || asked.moving[a])) search_self(edges, static_cast<int32_t>(a), out);
+        for (; pair != pairs.end() && (*pair)[0] == a; ++pair) {
+            const size_t b = (*pair)[1];
+            Box common;
+            for (int c = 0; c < 3; ++c) {
+                common.low[c] = std::max(boxes[a].low[c], boxes[b].low[c]);
+                common.high[c] = std::min(boxes[a].high[c], boxes[b].high[c]);
+            }
+            search_pair(tables, static_cast<int32_t>(a), static_cast<int32_t>(b), common, threads, out);
+        }
+    }
+    if (tables.instance_mesh.empty()) return out;
+    for (size_t m = 0; m < meshes; ++m) {
+        if (!is_placed(instances[m]) || !(tables.mesh_mask[m] & seers)) continue;
+        if (!asked.camera && !asked.moving[m] && !asked.instances) continue;
+        Crossings own;
+        search_self(edges, static_cast<int32_t>(m), own);
+        place_crossings(tables, own, instances[m], out);
+    }
+    search_copies(tables, asked, seers, threads, out);
+    return out;
+}
+
+Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const Crossings& all) {
+    if (asked.camera) return all;
+    const auto moves = [&](size_t k) {
+        if (asked.instances && all.instances[k] >= 0) return true;
+        const auto& first = tables.mesh_first_face;
+        const auto next = std::upper_bound(first.begin(), first.end(), static_cast<int32_t>(all.faces[k]));
+        return asked.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
+    };
+    Crossings out;
+    for (int64_t k = 0; k < all.size(); ++k) {
+        may_cancel();
+        if (moves(static_cast<size_t>(2 * k)) || moves(static_cast<size_t>(2 * k + 1))) out.add(all, k);
+    }
+    return out;
+}
+
+EdgesAndCrossings::EdgesAndCrossings(const SceneTables& tables, Crossings crossings)
+    : edge_count_(static_cast<int32_t>(tables.edge_vertices.size() / 2)),
+      placed_(!tables.instance_mesh.empty()),
+      crossings_(std::move(crossings)) {
+    if (crossings_.size() == 0) return;
+    face_first_ = tables.edge_face_first;
+    faces_ = tables.edge_faces;
+    faces_.insert(faces_.end(), crossings_.faces.begin(), crossings_.faces.end());
+    for (int64_t k = 0; k < crossings_.size(); ++k) face_first_.push_back(face_first_.back() + 2);
+}
+
+SceneView EdgesAndCrossings::view(SceneView scene) const {
+    if (crossings_.size() == 0) return scene;
+    scene.edge_face_first = face_first_.data();
+    scene.edge_faces = faces_.data();
+    scene.crossing_ends = crossings_.ends.data();
+    scene.crossing_instances = placed_ ? crossings_.instances.data() : nullptr;
+    return scene;
+}
+
+Candidates EdgesAndCrossings::crossings() const {
+    Candidates out;
+    for (int64_t k = 0; k < crossings_.size(); ++k) {
+        may_cancel();
+        const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
+        out.edge.push_back(edge_count_ + static_cast<int32_t>(k));
+        out.u0.push_back(0.0f);
+        out.u1.push_back(1.0f);
+        out.cumulative.push_back(out.mass() + length(Vector{p[3], p[4], p[5]} - Vector{p[0], p[1], p[2]}));
+    }
+    return out;
+}
+
+void EdgesAndCrossings::add_candidates(const CameraView& camera, Candidates& candidates) const {
+    const PictureFrame frame(camera);
+    for (int64_t k = 0; k < crossings_.size(); ++k) {
+        may_cancel();
+        const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
+        frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::Piece& piece) {
+            if (!(piece.pixels > 0.0)) return;
+            candidates.instance.resize(candidates.edge.size(), -1);
+            candidates.edge.push_back(edge_count_ + static_cast<int32_t>(k));
+            candidates.instance.push_back(-1);
+            candidates.u0.push_back(static_cast<float>(piece.u0));
+            candidates.u1.push_back(static_cast<float>(piece.u1));
+            candidates.cumulative.push_back(candidates.cumulative.back() + piece.pixels);
+        });
+    }
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,211 @@
+#include "boundary/curves/learned_weights.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace edgegrad {
+namespace {
+
+// What is left of a cell's samples after one more gradient.
+constexpr float kKept = 0.8f;
+constexpr double kKeptSquare = 0.9;
+// Guesses of a piece's samples: its own cell's, drawn to the mean of so many pieces to each side with the
+// weight of so many samples. Where events are rare the wide one is the better.
+struct Neighbours {
+    int64_t reach;
+    double weight;
+};
+constexpr Neighbours kNeighbours[] = {{4, 2.0}, {32, 1e6}};
+// Parts of the samples that may go to all mass alike: what a guess calls worthless is sampled that much.
+constexpr double kAlike[] = {0.15, 0.35, 0.6, 1.0};
+double mixed(int mixture, float size) {
+    return kAlike[mixture] + (1.0 - kAlike[mixture]) * static_cast<double>(size);
+}
+// A piece counts at most for so many of mean size.
+constexpr float kLargest = 16.0f;
+// Where more of the mass than this part has no cells, all is begun anew.
+constexpr double kMostUnknown = 0.25;
+// Cells, about, beyond which directions have fewer than the samples' own.
+constexpr double kMostCells = 1 << 20;
+
+// The cell among n x n in which a cell among others x others begins.
+int32_t cell_among(int32_t cell, int32_t others, int32_t n) {
+    if (n == others) return cell;
+    const int32_t place = cell & ~kChained;
+    return (place / others * n / others * n + place % others * n / others) | (cell & kChained);
+}
+
+}  // namespace
+
+bool LearnedMasses::knows(const EdgeList& edges, const Candidates& candidates) const {
+    if (!learned_ || first_.size() != static_cast<size_t>(edges.count()) + 1 ||
+        copy_.size() != edges.tables.instance_mesh.size())
+        return false;
+    double unknown = 0.0;
+    for (size_t i = 0; i < candidates.edge.size(); ++i)
+        if (candidates.edge[i] < edges.count() && parts(candidates.edge[i], -1) == 0)
+            unknown += candidates.cumulative[i + 1] - candidates.cumulative[i];
+    return unknown <= kMostUnknown * candidates.mass();
+}
+
+void LearnedMasses::begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells,
+                          bool chains, double wanted) {
+    const SceneTables& tables = edges.tables;
+    // Every edge has all cells of directions: where there are many edges, there are fewer cells.
+    const double lists = static_cast<double>(std::max<int64_t>(1, candidates.size())) * (chains ? 2 : 1);
+    direction_cells =
+        std::clamp(static_cast<int32_t>(std::sqrt(std::max(wanted, kMostCells) / lists)), 1, direction_cells);
+    direction_cells_ = direction_cells, chains_ = chains, learned_ = false;
+    guess_ = 1, mixture_ = 2, std::fill_n(&square_[0][0], kGuesses * kMixtures, 0.0);
+    std::vector<int32_t> copies(static_cast<size_t>(tables.visible_meshes), 0);
+    copy_.clear(), copies_.clear();
+    for (int32_t mesh : tables.instance_mesh) copy_.push_back(copies[static_cast<size_t>(mesh)]++);
+    for (int32_t mesh : tables.instance_mesh) copies_.push_back(copies[static_cast<size_t>(mesh)]);
+
+    const auto count = static_cast<size_t>(edges.count());
+    first_.assign(count + 1, 0);
+    const int32_t all = direction_cells * direction_cells * (chains ? 2 : 1);  // cells of a part
+    const double each = wanted / all;
+    for (int64_t k = 0; k < candidates.size(); ++k) {
+        const auto i = static_cast<size_t>(k), edge = static_cast<size_t>(candidates.edge[i]);
+        if (edge >= count) continue;
+        const double mass = candidates.cumulative[i + 1] - candidates.cumulative[i];
+        const double length = std::max(1e-6, static_cast<double>(candidates.u1[i] - candidates.u0[i]));
+        const double parts = std::round(each * std::min(1.0, mass / (candidates.mass() * length)));
+        first_[edge] = std::max(first_[edge], static_cast<uint32_t>(std::clamp(parts, 1.0, 65536.0)));
+    }
+    int64_t mesh = 0;
+    uint32_t next = 0;
+    for (size_t edge = 0; edge < count; ++edge) {
+        uint32_t n = first_[edge];
+        if (!candidates.instance.empty()) {
+            const auto face = static_cast<int32_t>(tables.edge_faces[tables.edge_face_first[edge]]);
+            while (face >= tables.mesh_first_face[static_cast<size_t>(mesh) + 1]) ++mesh;
+            n *= static_cast<uint32_t>(std::max(1, copies[static_cast<size_t>(mesh)]));
+        }
+        first_[edge] = next;
+        next += n;
+    }
+    first_[count] = next;
+    moment_.assign(static_cast<size_t>(next) * static_cast<size_t>(all), 0.0f);
+    samples_.assign(moment_.size(), 0.0f);
+}
+
+int32_t LearnedMasses::parts(int32_t edge, int32_t instance) const {
+    const auto e = static_cast<size_t>(edge);
+    if (e + 1 >= first_.size()) return 0;
+    const int32_t copies = instance < 0 ? 1 : copies_[static_cast<size_t>(instance)];
+    return static_cast<int32_t>(first_[e + 1] - first_[e]) / copies;
+}
+
+int64_t LearnedMasses::cell(int32_t edge, int32_t instance, float u, int32_t direction) const {
+    const int32_t n = parts(edge, instance);
+    if (n == 0) return -1;
+    int64_t part = first_[static_cast<size_t>(edge)];
+    if (instance >= 0) part += static_cast<int64_t>(copy_[static_cast<size_t>(instance)]) * n;
+    part += std::clamp(static_cast<int32_t>(u * static_cast<float>(n)), 0, n - 1);
+    const int32_t kind = direction & kChained ? 1 : 0;
+    return (part * (chains_ ? 2 : 1) + kind) * direction_cells_ * direction_cells_ + (direction & ~kChained);
+}
+
+Candidates LearnedMasses::pieces(const Candidates& candidates) const {
+    const auto instance = [](const Candidates& c, size_t i) {
+        return c.instance.empty() ? -1 : c.instance[i];
+    };
+    Candidates out = cut(candidates, direction_cells_, chains_, [&](size_t i, std::vector<float>& u) {
+        const int32_t n = parts(candidates.edge[i], instance(candidates, i));
+        const float low = candidates.u0[i], high = candidates.u1[i], size = static_cast<float>(n);
+        u.push_back(low);
+        for (int32_t k = 1; k < n; ++k)
+            if (const float at = static_cast<float>(k) / size; at > low && at < high) u.push_back(at);
+        u.push_back(high);
+    });
+    std::vector<int64_t> cells;
+    for (size_t i = 0; i < out.edge.size(); ++i) {
+        cells.push_back(cell(out.edge[i], instance(out, i), 0.5f * (out.u0[i] + out.u1[i]), out.cell[i]));
+        out.unlearned.push_back(out.cumulative[i + 1] - out.cumulative[i]);
+    }
+    for (int k = 0; k < kGuesses; ++k) out.guess[k] = guess(cells, out.unlearned, k);
+    const std::vector<float>& best = out.guess[guess_];
+    for (size_t i = 0; i < cells.size(); ++i)
+        out.cumulative[i + 1] = out.cumulative[i] + out.unlearned[i] * mixed(mixture_, best[i]);
+    return out;
+}
+
+std::vector<float> LearnedMasses::guess(const std::vector<int64_t>& cells, const std::vector<double>& masses,
+                                        int which) const {
+    // Neighbours on the list are neighbours in the picture or about the edge.
+    const auto [reach, weight] = kNeighbours[which];
+    const auto count = static_cast<int64_t>(cells.size());
+    std::vector<double> moments{0.0}, samples{0.0};
+    const auto value = [](const std::vector<float>& of, int64_t c) {
+        return c < 0 ? 0.0 : static_cast<double>(of[static_cast<size_t>(c)]);
+    };
+    for (int64_t c : cells) {
+        moments.push_back(moments.back() + value(moment_, c));
+        samples.push_back(samples.back() + value(samples_, c));
+    }
+    std::vector<float> out(cells.size());
+    double sum = 0.0, mass = 0.0;
+    for (int64_t k = 0; k < count; ++k) {
+        const auto i = static_cast<size_t>(k);
+        const auto low = static_cast<size_t>(std::max<int64_t>(0, k - reach));
+        const auto high = static_cast<size_t>(std::min(count, k + reach + 1));
+        const double seen = samples[high] - samples[low];
+        out[i] = -1.0f;  // nothing is known here
+        if (seen <= 0.0) continue;
+        const double around = std::max(0.0, moments[high] - moments[low]) / seen;
+        const double square =
+            (value(moment_, cells[i]) + weight * around) / (value(samples_, cells[i]) + weight);
+        out[i] = static_cast<float>(std::sqrt(square));
+        sum += static_cast<double>(out[i]) * masses[i], mass += masses[i];
+    }
+    const auto mean = static_cast<float>(mass > 0.0 ? sum / mass : 0.0);
+    for (float& size : out) size = mean > 0.0f && size >= 0.0f ? std::min(size / mean, kLargest) : 1.0f;
+    return out;
+}
+
+void LearnedMasses::age() {
+    for (float& m : moment_) m *= kKept;
+    for (float& n : samples_) n *= kKept;
+}
+
+void LearnedMasses::learn(const Candidates& pieces, const SampleRecord& record, int64_t count, double scale,
+                          double total) {
+    learned_ = true;
+    const double relative = total > 0.0 ? 1.0 / (scale * total) : 0.0;
+    const bool guessed = !pieces.unlearned.empty();
+    double square[kGuesses][kMixtures] = {};
+    for (int64_t k = 0; k < count; ++k) {
+        const auto i = static_cast<size_t>(record.entry[k]);
+        const double mass = guessed ? pieces.unlearned[i] : pieces.piece_mass(i);
+        const double size = static_cast<double>(record.worth[k]) * relative;
+        const int64_t at =
+            cell(pieces.edge[i], pieces.instance.empty() ? -1 : pieces.instance[i], record.u[k],
+                 cell_among(record.cell[k], pieces.direction_cells, direction_cells_));
+        if (at >= 0) {
+            const double each = size * static_cast<double>(record.density[k]) / mass;
+            samples_[static_cast<size_t>(at)] += 1.0f;
+            moment_[static_cast<size_t>(at)] += static_cast<float>(std::min(each * each, 1e30));
+        }
+        if (!guessed || size == 0.0) continue;
+        // Of n samples by another density d', sum F^2/(d d') estimates the sum of squares.
+        const double now = (pieces.cumulative[i + 1] - pieces.cumulative[i]) / mass * size * size;
+        for (int g = 0; g < kGuesses; ++g)
+            for (int m = 0; m < kMixtures; ++m) square[g][m] += now / mixed(m, pieces.guess[g][i]);
+    }
+    if (!guessed) return;
+    for (int g = 0; g < kGuesses; ++g) {
+        for (int m = 0; m < kMixtures; ++m) {
+            double all = 0.0;
+            for (size_t i = 0; i < pieces.unlearned.size(); ++i)
+                all += pieces.unlearned[i] * mixed(m, pieces.guess[g][i]);
+            square_[g][m] = kKeptSquare * square_[g][m] + square[g][m] * all / pieces.mass();
+        }
+    }
+    for (int g = 0; g < kGuesses; ++g)
+        for (int m = 0; m < kMixtures; ++m)
+            if (square_[g][m] < square_[guess_][mixture_]) guess_ = g, mixture_ = m;
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,164 @@
+#include "boundary/curves/picture_frame.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace edgegrad {
+namespace {
+
+Vector vector(const float* p) { return {p[0], p[1], p[2]}; }
+
+struct Range {
+    double low = 0.0, high = 1.0;
+
+    // Cuts the range to where the linear function that is v0 at 0 and v1 at 1 isn't negative.
+    void clip(double v0, double v1) {
+        if (v0 < 0.0 && v1 < 0.0) high = -1.0;
+        if (v0 < 0.0) low = std::max(low, v0 / (v0 - v1));
+        if (v1 < 0.0) high = std::min(high, v0 / (v0 - v1));
+    }
+    bool empty() const { return !(low < high); }
+};
+
+// Cuts to where v + |w| isn't negative, for linear functions v and w: to the hull of where v + w or v - w
+// isn't.
+void clip_blurred(Range& range, const double (&v)[2], const double (&w)[2]) {
+    Range more = range, less = range;
+    more.clip(v[0] + w[0], v[1] + w[1]);
+    less.clip(v[0] - w[0], v[1] - w[1]);
+    if (more.empty() || less.empty()) {
+        range = more.empty() ? less : more;
+        return;
+    }
+    range.low = std::min(more.low, less.low);
+    range.high = std::max(more.high, less.high);
+}
+
+using Ends = double[2];
+
+// The piece from u0 to u1 of a segment, whose ends' places in the picture are (x, y)/h.
+PictureFrame::Piece seen_piece(double u0, double u1, const Ends& x, const Ends& y, const Ends& h,
+                               const Ends& blur_x, const Ends& blur_y) {
+    double sx[2], sy[2], bx[2], by[2];
+    for (int k = 0; k < 2; ++k) {
+        const double u = k ? u1 : u0, over = 1.0 / std::max(h[0] + u * (h[1] - h[0]), 1e-12);
+        sx[k] = (x[0] + u * (x[1] - x[0])) * over;
+        sy[k] = (y[0] + u * (y[1] - y[0])) * over;
+        bx[k] = (blur_x[0] + u * (blur_x[1] - blur_x[0])) * over;
+        by[k] = (blur_y[0] + u * (blur_y[1] - blur_y[0])) * over;
+    }
+    const auto size = [](double dx, double dy) { return std::sqrt(dx * dx + dy * dy); };
+    // A segment that points at the middle of the lens is a point from there, but not from its border.
+    const double pixels = size(sx[1] - sx[0], sy[1] - sy[0]) + size(bx[1] - bx[0], by[1] - by[0]);
+    return {u0, u1, pixels, 0.5 * (sx[0] + sx[1]), 0.5 * (sy[0] + sy[1])};
+}
+
+}  // namespace
+
+PictureFrame::PictureFrame(const CameraView& c)
+    : camera_(c),
+      position_(vector(c.position)),
+      right_(vector(c.right)),
+      up_(vector(c.up)),
+      back_(vector(c.back)),
+      margin_(c.filter ? std::max(0.0, static_cast<double>(c.filter[kFilterSize]) - 0.5) : 0.0),
+      blur_x_(static_cast<double>(c.focal * c.aperture_radius) / std::max(1e-6f, c.aperture_ratio)),
+      blur_y_(static_cast<double>(c.focal * c.aperture_radius) / c.pixel_aspect) {}
+
+Vector PictureFrame::ray_through(Vector point) const {
+    return camera_.kind == kOrthographic ? back_ * -1.0 : point - position_;
+}
+
+double PictureFrame::lens_reach() const {
+    if (camera_.kind == kEquirectangular) return 0.0;
+    const double radius =
+        camera_.aperture_radius / std::min(1.0, std::max(1e-6, static_cast<double>(camera_.aperture_ratio)));
+    return camera_.kind == kOrthographic ? radius / camera_.focus_distance : radius;
+}
+
+PictureFrame::Place PictureFrame::place(Vector point) const {
+    const CameraView& c = camera_;
+    const Vector to = point - position_;
+    Place p{};
+    p.z = -dot(back_, to);
+    p.h = c.kind == kOrthographic ? 1.0 : p.z;
+    p.x = c.focal * dot(right_, to) + c.principal[0] * p.h;
+    p.y = -static_cast<double>(c.focal / c.pixel_aspect) * dot(up_, to) + c.principal[1] * p.h;
+    const double defocus = p.z / c.focus_distance - 1.0;
+    p.blur_x = blur_x_ * defocus, p.blur_y = blur_y_ * defocus;
+    return p;
+}
+
+std::optional<PictureFrame::Bounds> PictureFrame::around(Vector point) const {
+    if (camera_.kind == kEquirectangular) return std::nullopt;
+    const Place p = place(point);
+    if (!(p.z > std::max(1e-12, static_cast<double>(camera_.clip_start)))) return std::nullopt;
+    const double x = p.x / p.h, y = p.y / p.h, wide = std::abs(p.blur_x) / p.h,
+                 high = std::abs(p.blur_y) / p.h;
+    return Bounds{{x - wide, y - high}, {x + wide, y + high}};
+}
+
+PictureFrame::Piece PictureFrame::flat_piece(Vector a, Vector b) const {
+    const CameraView& c = camera_;
+    double x[2], y[2], z[2], h[2], blur_x[2], blur_y[2];
+    const Place ends[2] = {place(a), place(b)};
+    for (int k = 0; k < 2; ++k) {
+        x[k] = ends[k].x, y[k] = ends[k].y, z[k] = ends[k].z, h[k] = ends[k].h;
+        blur_x[k] = ends[k].blur_x, blur_y[k] = ends[k].blur_y;
+    }
+    // Most segments of fine meshes are in the frame as a whole.
+    bool whole = blur_x_ == 0.0 && blur_y_ == 0.0;
+    for (int k = 0; k < 2; ++k)
+        whole &= z[k] > c.clip_start && z[k] < c.clip_end && x[k] > 0.0 && x[k] < c.width * h[k] &&
+                 y[k] > 0.0 && y[k] < c.height * h[k];
+    Range range;
+    if (whole) return seen_piece(range.low, range.high, x, y, h, blur_x, blur_y);
+    range.clip(z[0] - c.clip_start, z[1] - c.clip_start);
+    range.clip(c.clip_end - z[0], c.clip_end - z[1]);
+    const auto within = [&](const double (&v)[2], double size, const double (&blur)[2]) {
+        const double low[2] = {v[0] + margin_ * h[0], v[1] + margin_ * h[1]};
+        const double high[2] = {(size + margin_) * h[0] - v[0], (size + margin_) * h[1] - v[1]};
+        clip_blurred(range, low, blur);
+        clip_blurred(range, high, blur);
+    };
+    if (!range.empty()) within(x, c.width, blur_x);
+    if (!range.empty()) within(y, c.height, blur_y);
+    if (range.empty()) return {1.0, 0.0, 0.0, 0.0, 0.0};
+    return seen_piece(range.low, range.high, x, y, h, blur_x, blur_y);
+}
+
+void PictureFrame::panorama_pieces(Vector a, Vector b, const std::function<void(const Piece&)>& visit) const {
+    constexpr double kLongest = 0.05;  // radians
+    const CameraView& c = camera_;
+    const Vector p = a - position_, q = b - position_;
+    const double near = length(p), far = length(q);
+    const double angle = std::atan2(length(cross(p, q)), dot(p, q));
+    if (!(angle > 0.0)) return;
+    const double wide = c.panorama[1] - c.panorama[0], high = c.panorama[3] - c.panorama[2];
+    const double per_longitude = c.full_width / wide, per_latitude = c.full_height / high;
+    struct Place {
+        double u, longitude, sy;
+    };
+    // Where the direction is at the angle `at` from a.
+    const auto place = [&](double at) {
+        const double from_a = std::sin(angle - at) * far, from_b = std::sin(at) * near;
+        const double u = at <= 0.0 ? 0.0 : at >= angle ? 1.0 : from_b / (from_a + from_b);
+        const Vector d = p * (1.0 - u) + q * u;
+        const double latitude = std::asin(std::clamp(dot(up_, d) / length(d), -1.0, 1.0));
+        const double fy = (latitude - c.panorama[2]) / high;
+        return Place{u, std::atan2(dot(right_, d), -dot(back_, d)), (1.0 - fy) * c.full_height - c.window_y};
+    };
+    const int count = static_cast<int>(std::ceil(angle / kLongest));
+    Place from = place(0.0);
+    for (int k = 0; k < count; ++k) {
+        const Place to = place(angle * (k + 1) / count);
+        const double dx = std::remainder(to.longitude - from.longitude, 2.0 * M_PI) * per_longitude;
+        const double dy = to.sy - from.sy;
+        const double slack = margin_ + 1.0 + 0.5 * std::abs(kLongest * per_latitude);
+        if (std::max(from.sy, to.sy) > -slack && std::min(from.sy, to.sy) < c.height + slack)
+            visit({from.u, to.u, std::hypot(dx, dy), 0.0, 0.5 * (from.sy + to.sy)});
+        from = to;
+    }
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,223 @@
+// Faces in a tree of boxes, to find those that may cross.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "scene/tables.h"
+#include "util/double_vector.h"
+
+namespace edgegrad {
+
+// Radians: parts of one mesh whose normals differ by less are taken not to pierce each other, as patches of a
+// smooth surface.
+constexpr double kOneDirection = 0.9;
+
+struct Box {
+    float low[3] = {3e38f, 3e38f, 3e38f}, high[3] = {-3e38f, -3e38f, -3e38f};
+
+    void add(const float* p) {
+        for (int c = 0; c < 3; ++c) low[c] = std::min(low[c], p[c]), high[c] = std::max(high[c], p[c]);
+    }
+    void add(const Box& b) {
+        for (int c = 0; c < 3; ++c)
+            low[c] = std::min(low[c], b.low[c]), high[c] = std::max(high[c], b.high[c]);
+    }
+    bool meets(const Box& b) const {
+        return low[0] <= b.high[0] && b.low[0] <= high[0] && low[1] <= b.high[1] && b.low[1] <= high[1] &&
+               low[2] <= b.high[2] && b.low[2] <= high[2];
+    }
+};
+
+const float* corner(const SceneTables& t, int32_t face, size_t k);
+Box box_of(const SceneTables& t, int32_t face);
+Box mesh_box(const SceneTables& t, size_t mesh);
+// By some boxes the faces of a mesh whose own box meets them.
+std::vector<std::vector<int32_t>> faces_in(const SceneTables& t, int32_t mesh, std::span<const Box> boxes,
+                                           int threads);
+
+// Directions about an axis.
+struct Cone {
+    Vector axis;
+    // Of the angle that is left of half of kOneDirection; below -1: none is.
+    double cosine, sine;
+
+    Cone() = default;
+    Cone(Vector to, double angle);
+    // Whether all directions of both are within kOneDirection of each other: the angles that are left are
+    // larger than that between the axes.
+    bool narrow(const Cone& other) const {
+        return cosine > -1.0 && other.cosine > -1.0 &&
+               dot(axis, other.axis) > cosine * other.cosine - sine * other.sine;
+    }
+};
+
+// Faces in a tree of boxes, with the cones of their normals. Nodes are split when a search first gets to
+// them, from whichever thread that is: of a smooth surface few are. What is found, and in which order, is
+// that of the whole tree.
+class FaceTree {
+ public:
+    // `threads`: of the constructor and of `pairs`.
+    FaceTree(const SceneTables& tables, std::vector<int32_t> faces, int threads);
+
+    // visit(face) for the faces whose boxes meet this one.
+    template <typename Visit>
+    void visit(const Box& box, const Visit& visit_face) const {
+        if (!nodes_) return;
+        size_t stack[64], top = 0;
+        stack[top++] = 0;
+        while (top > 0) {
+            const size_t at = stack[--top];
+            const Node& node = nodes_[at];
+            if (!node.box.meets(box)) continue;
+            if (node.leaf()) {
+                const Leaf& leaf = leaves_[node.first_leaf];
+                for_each_bit(leaf.meets(box), [&](size_t k) { visit_face(leaf.face[k]); });
+            } else {
+                split(at);
+                stack[top++] = node.right;
+                stack[top++] = at + 1;
+            }
+        }
+    }
+
+    // Two nodes by number, or one and itself.
+    using Pair = std::array<size_t, 2>;
+
+    // About so many pairs of nodes whose faces' pairs are all that may cross, but for those in patches of
+    // about one direction.
+    std::vector<Pair> pairs(size_t wanted) const;
+
+    // visit(face, other) for the pairs of two nodes' faces whose boxes meet, but for those in such patches
+    // and those with a vertex in common.
+    template <typename Visit>
+    void visit_pairs(Pair first, const Visit& visit_pair) const {
+        std::vector<Pair> stack;
+        const auto add = [&](const Pair& pair) {
+            if (may_cross(pair)) stack.push_back(pair);
+        };
+        add(first);
+        while (!stack.empty()) {
+            const Pair pair = stack.back();
+            stack.pop_back();
+            if (both_leaves(pair))
+                visit_leaves(pair, visit_pair);
+            else
+                divide(pair, add);
+        }
+    }
+
+ private:
+    static constexpr size_t kLeaf = 8;
+
+    // Whether a node's children are made.
+    enum State : uint8_t { kWhole, kBeingSplit, kSplit };
+
+    struct Node {
+        Box box;
+        Cone cone;
+        uint32_t first = 0, last = 0;  // faces order_[first] to order_[last - 1]
+        uint32_t right = 0;            // 0: a leaf; the left child comes next
+        uint32_t first_leaf = 0;
+        uint32_t axis = 0;  // on which its faces are spread most
+        std::atomic<uint8_t> state = kWhole;
+
+        bool leaf() const { return right == 0; }
+        uint32_t count() const { return last - first; }
+    };
+
+    // A leaf's faces by coordinate, so that one box is compared with all; places that are left over meet
+    // none.
+    struct Leaf {
+        float low[3][kLeaf], high[3][kLeaf];
+        int32_t vertex[3][kLeaf], face[kLeaf];
+
+        Box box(size_t k) const {
+            return {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}};
+        }
+        // Bits of the faces whose boxes meet this one.
+        uint32_t meets(const Box& b) const;
+        // Bits of the faces that have one of these three vertices.
+        uint32_t with_vertex(int32_t a, int32_t b, int32_t c) const;
+    };
+
+    template <typename F>
+    static void for_each_bit(uint32_t bits, const F& visit_bit) {
+        for (; bits; bits &= bits - 1) visit_bit(static_cast<size_t>(std::countr_zero(bits)));
+    }
+
+    bool both_leaves(const Pair& pair) const { return nodes_[pair[0]].leaf() && nodes_[pair[1]].leaf(); }
+    bool may_cross(const Pair& pair) const {
+        const Node &s = nodes_[pair[0]], &t = nodes_[pair[1]];
+        return s.box.meets(t.box) && !s.cone.narrow(t.cone);
+    }
+    // Which of two nodes, not both leaves, has its children take its place: the larger one.
+    size_t divided(const Pair& pair) const {
+        const Node &s = nodes_[pair[0]], &t = nodes_[pair[1]];
+        return pair[0] != pair[1] && (t.leaf() || (!s.leaf() && s.count() >= t.count())) ? pair[0] : pair[1];
+    }
+
+    // add(pair) for the pairs with the children of one of two nodes.
+    template <typename Add>
+    void divide(const Pair& pair, const Add& add) const {
+        const auto [a, b] = pair;
+        const size_t at = divided(pair), right = nodes_[at].right;
+        split(at);
+        if (a == b) {
+            add({a + 1, a + 1});
+            add({right, right});
+            add({a + 1, right});
+        } else if (at == a) {
+            add({a + 1, b});
+            add({right, b});
+        } else {
+            add({a, b + 1});
+            add({a, right});
+        }
+    }
+
+    template <typename Visit>
+    void visit_leaves(const Pair& pair, const Visit& visit_pair) const {
+        const Leaf &s = leaves_[nodes_[pair[0]].first_leaf], &t = leaves_[nodes_[pair[1]].first_leaf];
+        const bool one = pair[0] == pair[1];
+        for_each_bit(s.meets(nodes_[pair[1]].box), [&](size_t j) {
+            uint32_t others = t.meets(s.box(j));
+            if (one) others &= ~0u << (j + 1);
+            if (others) others &= ~t.with_vertex(s.vertex[0][j], s.vertex[1][j], s.vertex[2][j]);
+            for_each_bit(others, [&](size_t k) { visit_pair(s.face[j], t.face[k]); });
+        });
+    }
+
+    // What one node is over, without its children: a leaf with its faces.
+    void make(size_t at, uint32_t first, uint32_t last, uint32_t first_leaf) const;
+    // Makes the node's children unless another thread has, or waits until it has.
+    void split(size_t at) const {
+        if (nodes_[at].state.load(std::memory_order_acquire) != kSplit) split_once(at);
+    }
+    void split_once(size_t at) const;
+    void make_children(size_t at) const;
+    void split_wide() const;
+
+    const SceneTables& tables_;
+    int threads_;
+    std::vector<int32_t> faces_;
+    struct Shape {
+        Box box;
+        Vector normal;
+    };
+    std::vector<Shape> shapes_;  // of the faces
+    // While it grows, each part by one thread.
+    mutable std::vector<uint32_t> order_;
+    mutable std::vector<uint64_t> sorted_;  // faces by their places along an axis
+    std::unique_ptr<Node[]> nodes_;         // null: there are no faces
+    std::unique_ptr<Leaf[]> leaves_;
+};
+
+}  // namespace edgegrad

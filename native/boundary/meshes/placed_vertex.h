@@ -1,0 +1,32 @@
+// Vertices where instances place them, in double precision.
+#pragma once
+
+#include "scene/tables.h"
+#include "scene/view.h"
+#include "util/double_vector.h"
+
+namespace edgegrad {
+
+inline Vector vertex(const float* p) { return {p[0], p[1], p[2]}; }
+inline Vector vertex(const SceneView& scene, int64_t k) { return vertex(scene.vertices + 3 * k); }
+
+// Where an instance places the points of its mesh; without one they stay.
+struct Placement {
+    const float* matrix = nullptr;  // rows of 4; null: none
+
+    static Placement of(const SceneView& scene, int32_t instance) {
+        return {instance < 0 ? nullptr : scene.instance_to_world + 12 * int64_t{instance}};
+    }
+    static Placement of(const GeometryTables& t, int32_t instance) {
+        return {instance < 0 ? nullptr : t.instance_to_world.data() + 12 * int64_t{instance}};
+    }
+    Vector operator()(Vector p) const {
+        if (!matrix) return p;
+        const auto row = [&](const float* m) {
+            return m[0] * p.x + m[1] * p.y + m[2] * p.z + static_cast<double>(m[3]);
+        };
+        return {row(matrix), row(matrix + 4), row(matrix + 8)};
+    }
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,62 @@
+// Both modes of boundary samples, once they are known: moving_blocks(mode, scene, asked, samples) is what
+// moves, times their color; weigh(task, at, samples) leaves out those without a finite size, and
+// sweep_of(samples) is what a unit of motion sweeps.
+//
+// Most need no paths, since what they are seen by and what jumps there is known: sample(scene, task, at,
+// piece, asked, adjoint) gives a packet of those. `adjoint`: of the picture; samples where it is zero needn't
+// be found. Null: all are.
+#pragma once
+
+#include "boundary/samples/segment_sampling.h"
+#include "film/splat.h"
+#include "path/sample_blocks.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Lanes whose place in the picture has an adjoint.
+EG_INLINE Mask has_adjoint(const SceneView& scene, Mask active, Float x, Float y, const float* adjoint) {
+    if (!adjoint) return splat(-1);
+    return largest_component(adjoint_at(scene.camera, active, x, y, adjoint)) > 0.0f;
+}
+
+template <typename Samples>
+EG_INLINE void add_to_picture(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                              const DerivativeView& tangent, Samples& s, Splats& splats) {
+    weigh(task, at, s);
+    Forward mode{scene, tangent};
+    if (any(s.active)) moving_blocks(mode, scene, tangent, s);
+    write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, mode.value);
+}
+
+template <typename Samples>
+EG_INLINE void add_to_gradient(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                               const float* adjoint, Samples& s, DerivativeView& gradient) {
+    weigh(task, at, s);
+    if (!any(s.active)) return;
+    const Vec3 a = adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
+    record_worth(task, at, s.active, s.color, a, sweep_of(s));
+    Backward mode{scene, gradient, a};
+    moving_blocks(mode, scene, gradient, s);
+}
+
+template <auto sample>
+static void direct_forward(const SceneView& scene, const BoundaryTask& task, Workspace&,
+                           const DerivativeView& tangent, Splats& splats) {
+    PieceCursor piece = first_piece(task);
+    for (int64_t at = 0; at < task.count; at += W) {
+        auto s = sample(scene, task, at, piece, tangent, nullptr);
+        add_to_picture(scene, task, at, tangent, s, splats);
+    }
+}
+
+template <auto sample>
+static void direct_backward(const SceneView& scene, const BoundaryTask& task, Workspace&,
+                            const float* adjoint, DerivativeView& gradient) {
+    PieceCursor piece = first_piece(task);
+    for (int64_t at = 0; at < task.count; at += W) {
+        auto s = sample(scene, task, at, piece, gradient, adjoint);
+        add_to_gradient(scene, task, at, adjoint, s, gradient);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

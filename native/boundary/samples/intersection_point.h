@@ -1,0 +1,61 @@
+// The velocity of a point q of a line along which two planes cut each other: for any vector g across the
+// line,
+//   g = mu_1 n_1 + mu_2 n_2,    g . dq = mu_1 n_1 . m_1(q) + mu_2 n_2 . m_2(q),
+// m_k the velocities of the planes' points at q (derivations, F1).
+#pragma once
+
+#include "boundary/samples/moving_points.h"
+#include "shading/surface_shader.h"
+#include "shading/surface_transmittance.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// mu_1 and mu_2. Planes that are nearly parallel don't come here: the line's speed has no bound there.
+EG_INLINE void part_normals(Vec3 g, Vec3 n1, Vec3 n2, Float& mu1, Float& mu2) {
+    const Float cosine = dot(n1, n2), inverse = 1.0f / max(1.0f - cosine * cosine, 1e-7f);
+    const Float one = dot(g, n1), other = dot(g, n2);
+    mu1 = (one - cosine * other) * inverse;
+    mu2 = (other - cosine * one) * inverse;
+}
+
+EG_INLINE Vec3 unit_normal(const Triangle& t) {
+    const Vec3 m = area_normal(t);
+    return m * (1.0f / max(sqrt(dot(m, m)), 1e-30f));
+}
+
+// Barycentrics of a point of a face's plane.
+EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
+    const Vec3 m = area_normal(t), d = at - t.p0;
+    const Float size = 1.0f / max(dot(m, m), 1e-37f);
+    b1 = dot(m, cross(d, t.p2 - t.p0)) * size;
+    b2 = dot(m, cross(t.p1 - t.p0, d)) * size;
+}
+
+// The share of light along w that a face, as an instance places it, doesn't let pass at a point: what it lets
+// pass isn't hidden.
+EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int instance, Vec3 at, Vec3 w,
+                          RayKind rays) {
+    if (!(scene.all_flags & kHasTransparency)) return {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Float b1, b2;
+    const PlacedTriangle t = placed_triangle(scene, face, instance);
+    place_in_face(t.triangle, at, b1, b2);
+    const SurfacePoint i = surface_point(scene, active, face, t, b1, b2, w, instance);
+    const Vec3 through =
+        surface_transmittance(scene, i, texture_point(scene, i, -w, splat(static_cast<int>(rays))));
+    return {1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
+}
+
+// g . m(at), times the color, for a point that rides on a face.
+template <typename Mode>
+EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                                  Mask active, Int face, Int instance, Vec3 at, Vec3 g, Vec3 color) {
+    const Mask moves = face_point_moves(scene, asked, active, face, instance);
+    if (!any(moves)) return;
+    const PlacedTriangle t =
+        placed_triangle(scene, select(moves, face, splat(0)), select(moves, instance, splat(-1)));
+    Float b1, b2;
+    place_in_face(t.triangle, at, b1, b2);
+    face_point_blocks(mode, scene, asked, moves, face, instance, b1, b2, g, color);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

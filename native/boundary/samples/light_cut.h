@@ -1,0 +1,85 @@
+// Points of the lines along which faces pass through lights of the light table
+// (boundary/curves/light_intersections.h).
+//
+// A rectangle or an ellipse is cut along a straight line. Of a sphere the line is the chord of the arc along
+// which the face's plane cuts it: with v the way from the circle's middle to the chord's point at u, t the
+// chord and r the circle's radius
+//   q = middle + r v/|v|,    dq/du = r/|v| (t - v (v . t)/v^2).
+// A disk faces the point x that sees it: where it is cut isn't known before x is.
+#pragma once
+
+#include "boundary/samples/intersection_point.h"
+#include "boundary/samples/segment_sampling.h"
+#include "shading/lights/light_rows.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The faces, the instances that place them, and the lights' rows of lines.
+EG_INLINE void faces_of_line(const SceneView& scene, Mask active, Int line, Int& face, Int& instance,
+                             Int& row) {
+    face = row = splat(0);
+    instance = splat(-1);
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        instance[i] = face_instance(scene, line[i], -1, 0);
+        const uint32_t* faces = scene.edge_faces + scene.edge_face_first[line[i]];
+        face[i] = static_cast<int32_t>(faces[0]);
+        row[i] = static_cast<int32_t>(faces[1] & ~kLightOfTable);
+    }
+}
+
+struct LightCut {
+    Mask active;
+    Vec3 point, tangent;  // q, dq/du
+    Vec3 normal;          // unit, the light's at q
+};
+
+// At `point` of the line `tangent` through a light that is no disk, on a face with this unit normal.
+EG_INLINE LightCut light_cut(const LightRow& l, Int kind, Vec3 point, Vec3 tangent, Vec3 face_normal) {
+    LightCut cut{splat(-1), point, tangent, l.direction};
+    const Mask sphere = kind == splat(static_cast<int>(kSphereLight));
+    if (!any(sphere)) return cut;
+    const Float height = dot(face_normal, point - l.position);
+    const Vec3 middle = l.position + face_normal * height, way = point - middle;
+    const Float inverse = 1.0f / max(sqrt(dot(way, way)), 1e-30f);
+    const Vec3 out = way * inverse;
+    const Float ring = sqrt(max(l.radius * l.radius - height * height, 0.0f));
+    cut.point = select(sphere, middle + out * ring, point);
+    cut.tangent = select(sphere, (tangent - out * dot(out, tangent)) * (ring * inverse), tangent);
+    const Vec3 normal = (cut.point - l.position) * (1.0f / max(l.radius, 1e-30f));
+    cut.normal = select(sphere, normal, cut.normal);
+    return cut;
+}
+
+// At u, from 0 to 1, of the line along which a triangle cuts the disk that faces x.
+EG_INLINE LightCut facing_disk_cut(const LightRow& l, const Triangle& t, Vec3 face_normal, Vec3 x, Float u) {
+    constexpr float kParallel = 1e-6f;  // as where lines are looked for
+    const Vec3 way = x - l.position;
+    const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+    const Vec3 along = cross(face_normal, axis);
+    const Float sine2 = dot(along, along);
+    LightCut cut{sine2 > kParallel, l.position, zero3(), axis};
+    const Vec3 e = along * (1.0f / sqrt(max(sine2, kParallel))), across = cross(axis, e);
+    // The line is foot + e s; across the disk, and within the triangle's sides.
+    const Float lean = dot(face_normal, across);
+    const Float off = dot(face_normal, t.p0 - l.position) / select(cut.active, lean, 1.0f);
+    const Vec3 foot = l.position + across * off;
+    const Float half2 = l.radius * l.radius - off * off;
+    cut.active &= half2 > 0.0f;
+    Float high = sqrt(max(half2, 0.0f)), low = -high;
+    const Vec3 corner[3] = {t.p0, t.p1, t.p2};
+    for (int k = 0; k < 3; ++k) {
+        const Vec3 inwards = cross(face_normal, corner[(k + 1) % 3] - corner[k]);
+        const Float inside = dot(inwards, foot - corner[k]), rate = dot(inwards, e);
+        const Float at = -inside / select(rate != 0.0f, rate, 1.0f);
+        low = select(rate > 0.0f, max(low, at), low);
+        high = select(rate < 0.0f, min(high, at), high);
+        cut.active &= (rate != 0.0f) | (inside > 0.0f);
+    }
+    cut.active &= high > low;
+    cut.point = foot + e * (low + (high - low) * u);
+    cut.tangent = e * (high - low);
+    return cut;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

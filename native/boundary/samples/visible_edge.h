@@ -1,0 +1,297 @@
+// A point of an edge as the camera sees it: where it is in the picture, how fast it sweeps over it, and which
+// surfaces are beside it.
+#pragma once
+
+#include "boundary/samples/segment_sampling.h"
+#include "film/splat.h"
+#include "path/lens_sample.h"
+#include "scene/rays/rays.h"
+#include "shading/surface_shader.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct EdgeSample {
+    Mask active;
+    Int edge, instance;
+    Mask crossing;  // no edge, but a line along which two faces pierce each other
+    Float u;        // position along the edge
+    Float weight;   // kappa / density
+    Vec3 point, tangent;
+    Vec3 end;     // the edge's first
+    Vec3 normal;  // N = D x t
+    Projection view;
+    PathIndex random;
+    Int mask;  // of what rays towards it meet
+};
+
+// Samples [task.first + at, …) of the pieces, each seen through its own point of the lens.
+EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                 PieceCursor& piece) {
+    const PieceSample place = sample_piece(scene, task, at, piece);
+    const CameraView& c = scene.camera;
+    EdgeSample s;
+    s.active = place.active;
+    s.edge = place.edge;
+    s.instance = place.instance;
+    s.crossing = place.edge >= scene.edge_count;
+    s.random = place.random;
+    s.mask = splat(1 << kCameraRay);
+    const Float length = place.u1 - place.u0;
+    Float du;  // du / dtau
+    if (c.kind == kPerspective) {
+        // Uniform along the piece on the screen: with depths z0, z1 at its ends, the fraction tau of the
+        // screen length lies at the fraction tau z0/(z1 + tau (z0 - z1)) of the piece in space.
+        const Vec3 back = splat3(c.back);
+        const Float z_a = -dot(back, place.a - splat3(c.position)), z_t = -dot(back, place.t);
+        const Float z0 = max(z_a + place.u0 * z_t, 1e-30f), z1 = max(z_a + place.u1 * z_t, 1e-30f);
+        const Float w = z1 + place.tau * (z0 - z1);
+        s.u = place.u0 + length * (place.tau * z0 / w);
+        du = length * (z0 * z1 / (w * w));
+    } else {
+        s.u = place.u0 + length * place.tau;
+        du = length;
+    }
+    if (task.record.worth)
+        for (int i = 0; i < W && at + i < task.count; ++i)
+            if (const int64_t k = task.first + at + i; task.record.has(k))
+                task.record.u[task.record.place(k)] = s.u[i];
+    s.tangent = place.t;
+    s.end = place.a;
+    s.point = place.a + place.t * s.u;
+    const LensPoint lens = lens_of(c, place.random);
+    s.view = project(c, s.point, lens);
+    s.active &= s.view.active & in_reach(c, s.view.sx, s.view.sy) & (s.view.distance > s.view.near) &
+                (s.view.distance < s.view.far);
+    s.normal = cross(s.view.across_of, place.t);
+    s.weight = du * s.view.area * task.scale / place.density;
+    return s;
+}
+
+// A face beside an edge: the nearest of those on one side of it, as the camera sees them.
+struct SideFace {
+    Int face;      // -1: none is there
+    Int instance;  // that places it
+    Int opposite;  // its corner off the edge, 0 to 2
+    Float slope;   // of its depth, across the edge
+};
+
+struct Sides {
+    SideFace plus, minus;  // where N points, and where it points from
+    // Rays that leave a face at the edge may start behind another face of it: unless the edge is a border, or
+    // its two faces are blunt to each other (by more than 104 degrees).
+    Mask narrow;
+};
+
+// One face of each lane's edge.
+struct EdgeFace {
+    Int face, instance, opposite;  // its corner off the edge, 0 to 2
+    Vec3 normal;                   // area normal
+    Vec3 way;                      // from the edge's first end to that corner; 0 of crossings
+};
+
+// Entry `place` of the edges' faces, the k-th of each, of the lanes that have one.
+EG_INLINE EdgeFace face_beside(const SceneView& scene, const EdgeSample& s, Mask there, Int place, int k) {
+    const Mask crossing = there & s.crossing;
+    const auto entries = [&](const uint32_t* table, Mask m) {
+        return gather(table, select(m, place, splat(0)));
+    };
+    EdgeFace f;
+    f.face = entries(scene.edge_faces, there);
+    f.instance = face_instance(scene, s.edge, crossing, select(there, s.instance, splat(-1)), k);
+    const Int corner = entries(scene.edge_opposite, there & ~crossing);
+    Rows corners[3];
+    gather_corners(scene.faces, f.face, corners);
+    Triangle t = {gather3(scene.vertices, corners[0]), gather3(scene.vertices, corners[1]),
+                  gather3(scene.vertices, corners[2])};
+    place_triangle(scene, f.instance, t);
+    f.normal = area_normal(t);
+    const Mask zero = packet(corners[0]) == corner, one = packet(corners[1]) == corner;
+    f.opposite = select(crossing | zero, splat(0), select(one, splat(1), splat(2)));
+    f.way = select(crossing, zero3(), select(zero, t.p0, select(one, t.p1, t.p2)) - s.end);
+    return f;
+}
+
+// Whether the faces of a pair are not blunt to each other across their edge of direction t.
+EG_INLINE Mask narrow_pair(const EdgeFace (&pair)[2], Vec3 t) {
+    Vec3 across[2];
+    for (int k = 0; k < 2; ++k) {
+        const Vec3 g = cross(pair[k].normal, t);
+        across[k] = select(dot(g, pair[k].way) < 0.0f, -g, g);
+    }
+    constexpr float kBlunt = -0.25f;
+    return dot(across[0], across[1]) >= kBlunt * sqrt(dot(across[0], across[0]) * dot(across[1], across[1]));
+}
+
+// Per side the face that is nearest to the camera just beside the edge: the one of smallest depth slope
+// -(n . g)/(n . D), g = +-N (derivations A3). A face seen exactly edge-on lies on no side. Faces that pierce
+// each other are on both sides.
+EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
+    const SideFace none = {splat(-1), splat(-1), splat(0), splat(__builtin_inff())};
+    Sides sides{none, none, splat(-1)};
+    const Int edge = select(s.active, s.edge, splat(0)), first = gather(scene.edge_face_first, edge);
+    const Int count = s.active & (gather(scene.edge_face_first + 1, edge) - first);
+    EdgeFace pair[2];
+    for (int k = 0; any(count > k); ++k) {
+        const Mask there = count > k;
+        const EdgeFace f = face_beside(scene, s, there, first + k, k);
+        if (k < 2) pair[k] = f;
+        const Float md = dot(f.normal, s.view.across_of), mn = dot(f.normal, s.normal);
+        const Float side = dot(s.normal, f.way);
+        const Mask beside = there & (md != 0.0f) & ((side != 0.0f) | s.crossing);
+        const Float slope = -mn / select(md != 0.0f, md, 1.0f);
+        const auto offer = [&](SideFace& best, Mask here, Float lower) EG_INLINE_LAMBDA {
+            const Mask better = beside & here & (lower < best.slope);
+            best.face = select(better, f.face, best.face);
+            best.instance = select(better, f.instance, best.instance);
+            best.opposite = select(better, f.opposite, best.opposite);
+            best.slope = select(better, lower, best.slope);
+        };
+        offer(sides.plus, side >= 0.0f, slope);
+        offer(sides.minus, side <= 0.0f, -slope);
+    }
+    sides.narrow = count != 1;
+    const Mask two = (count == 2) & ~s.crossing;
+    if (any(two)) sides.narrow &= ~two | narrow_pair(pair, s.tangent);
+    return sides;
+}
+
+// What the camera sees behind the edge, and whether the edge lies in that face (contact).
+struct Behind {
+    Closest hit;
+    Mask touched;
+    // Of surfaces in front of the edge that let light pass: what comes through, and their number.
+    Vec3 through;
+    Int passed;
+};
+
+// Of surfaces that rays meet, those that let them pass by chance, as pictures' paths; takes what comes
+// through.
+EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const EdgeSample& s, const Closest& hit,
+                       Behind& behind, Float& offset) {
+    SurfacePoint x = surface_point(scene, blocked, hit.face, hit.b1, hit.b2, s.view.direction, hit.instance);
+    x.mesh = hit.mesh;
+    offset = x.offset;
+    const TexturePoint point =
+        texture_point(scene, x, -s.view.direction, splat(static_cast<int>(kCameraRay)));
+    Float choice, chance, unused;
+    sobol_pair(s.random.stream, s.random.sample, vertex_pair(behind.passed, kVertexChoice), choice, unused);
+    sobol_pair(s.random.stream, s.random.sample, vertex_pair(behind.passed, kVertexSurvival), unused, chance);
+    const Shader shader = surface_shader(scene, x, point, choice);
+    Vec3 color;
+    const Mask pass = x.active & has(shader, kHasTransparency) & (chance < passing_share(shader, color));
+    behind.through = select(pass, behind.through * color * shader.scale, behind.through);
+    behind.passed = behind.passed - pass;
+    return pass;
+}
+
+// Rays from the camera through e that ignore the edge's faces; lanes where something is in front of e become
+// inactive. They start at the camera, so that a surface touching the edge isn't lost. Where a face of the
+// edge is seen on both sides, what is farther than it doesn't matter, and isn't looked for.
+EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides, int most_passed) {
+    constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f, kBefore = 1e-5f;
+    const Float scale = max(largest_component(s.point), s.view.distance);
+    Behind behind;
+    behind.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    behind.passed = behind.touched = splat(0);
+    behind.hit.hit = behind.hit.face = behind.hit.mesh = splat(0);
+    behind.hit.instance = splat(-1);
+    behind.hit.b1 = behind.hit.b2 = behind.hit.distance = splat(0.0f);
+    Float near = s.view.near;
+    const Mask hidden = (sides.plus.face >= 0) & (sides.minus.face >= 0);
+    const Float far = select(hidden, min(s.view.far, s.view.distance + scale * kHere), s.view.far);
+    Mask looking = s.active;
+    while (any(looking)) {
+        const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, far,
+                                      {s.edge, s.instance}, embree::kCoherent, s.mask);
+        // Contact: the hit is about at e, and the edge lies in its plane.
+        Mask touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere);
+        if (any(touched)) {
+            const Triangle t = placed_triangle(scene, hit.face, hit.instance).triangle;
+            const Vec3 m = area_normal(t);
+            const Float length = max(sqrt(dot(m, m)), 1e-30f);
+            touched &= (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
+                       (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
+        }
+        const Mask blocked =
+            looking & hit.hit & ~touched & (hit.distance < s.view.distance - scale * kBefore);
+        const Mask seen = looking & ~blocked;
+        behind.hit.hit |= seen & hit.hit;
+        behind.hit.face = select(seen, hit.face, behind.hit.face);
+        behind.hit.mesh = select(seen, hit.mesh, behind.hit.mesh);
+        behind.hit.instance = select(seen, hit.instance, behind.hit.instance);
+        behind.hit.b1 = select(seen, hit.b1, behind.hit.b1);
+        behind.hit.b2 = select(seen, hit.b2, behind.hit.b2);
+        behind.hit.distance = select(seen, hit.distance, behind.hit.distance);
+        behind.touched |= seen & touched;
+        looking = blocked & (behind.passed < most_passed);
+        if (!(scene.all_flags & kHasTransparency)) looking = splat(0);
+        if (any(looking)) {
+            Float offset;
+            looking = passes(scene, looking, s, hit, behind, offset);
+            near = select(looking, hit.distance + 2.0f * offset, near);
+        }
+        s.active &= seen | looking | ~(seen | blocked);
+    }
+    return behind;
+}
+
+// Depth slope of the plane in which the edge lies, for the side of N; the other side's is its negative.
+EG_INLINE Float touched_slope(const SceneView& scene, const EdgeSample& s, const Closest& hit) {
+    Triangle t = gather_triangle(scene, hit.face);
+    place_triangle(scene, hit.instance, t);
+    const Vec3 m = area_normal(t);
+    const Float md = dot(m, s.view.across_of);
+    return select(md != 0.0f, -dot(m, s.normal) / select(md != 0.0f, md, 1.0f), splat(__builtin_inff()));
+}
+
+// By how far rays beside an edge start off it, of a face: far enough that a ray which leaves the surface
+// (SurfacePoint::offset off it) starts on the right side of another face of the edge or of a surface that
+// touches there, unless they meet it at less than 1/32; near enough that what hides light is what hides it
+// at the edge (tested against central differences where the neighbour hides all of it:
+// tests/boundary/test_primary_boundary.py).
+EG_INLINE Float aside(const Triangle& t) { return 32.0f * ray_offset(t); }
+
+// Barycentrics of e on a triangle in whose plane the edge lies; the step from there to beside it.
+EG_INLINE Vec3 beside_in_plane(const EdgeSample& s, const Triangle& t, Vec3 outwards, Float& b1, Float& b2) {
+    const Vec3 m = area_normal(t);
+    const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point - t.p0;
+    const Float inverse = 1.0f / max(dot(m, m), 1e-37f);
+    b1 = dot(m, cross(d, e2)) * inverse;
+    b2 = dot(m, cross(e1, d)) * inverse;
+    Vec3 across = cross(m, s.tangent);
+    across = across * (1.0f / max(sqrt(dot(across, across)), 1e-30f));
+    return select(dot(across, outwards) < 0.0f, -across, across) * aside(t);
+}
+
+// Barycentrics of the point e of the edge on `face`; the step from there to beside the edge, where `outwards`
+// (+-N) points.
+EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const SideFace& near, Vec3 outwards,
+                          Float& b1, Float& b2) {
+    const Mask active = s.active & (near.face >= 0);
+    const Int face = select(active, near.face, splat(0));
+    Triangle t = gather_triangle(scene, face);
+    edge_place(scene, select(active & ~s.crossing, s.edge, splat(0)), s.u, t, near.opposite, b1, b2);
+    place_triangle(scene, select(active, near.instance, splat(-1)), t);
+    // Towards the opposite corner, at most an eighth of the way.
+    const Vec3 corner = select(near.opposite == 0, t.p0, select(near.opposite == 1, t.p1, t.p2));
+    const Vec3 sheet = cross(s.tangent, corner - s.point);
+    const Float height = sqrt(dot(sheet, sheet) / max(dot(s.tangent, s.tangent), 1e-37f));
+    const Vec3 step = (corner - s.point) * min(aside(t) / max(height, 1e-30f), splat(0.125f));
+    if (!any(active & s.crossing)) return step;
+    // In the plane of the face, across the line; rays may start a step outside of the triangle.
+    Float c1, c2;
+    const Vec3 across = beside_in_plane(s, t, outwards, c1, c2);
+    b1 = select(s.crossing, c1, b1);
+    b2 = select(s.crossing, c2, b2);
+    return select(s.crossing, across, step);
+}
+
+// The same of the surface in which the edge lies.
+EG_INLINE Vec3 touched_point(const SceneView& scene, const EdgeSample& s, const Closest& hit, Vec3 outwards,
+                             Float& b1, Float& b2) {
+    Triangle t = gather_triangle(scene, hit.face);
+    place_triangle(scene, hit.instance, t);
+    return beside_in_plane(s, t, outwards, b1, b2);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

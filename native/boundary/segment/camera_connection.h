@@ -1,0 +1,99 @@
+// The camera's connection to a point x that light has reached from elsewhere. As an integral over surfaces a
+// pixel's value is
+//   I = int h(s(x)) kappa |D . n| V(x) L(x, wo) dA,
+// s(x) the place of x in the picture, h the pixel's filter, D the direction of the ray through it and kappa
+// the picture's area per area across D (path/camera_projection.h); V is what is let through on the way.
+#pragma once
+
+#include "boundary/terms/camera_sampled_lobes.h"
+#include "film/splat.h"
+#include "path/lens_sample.h"
+#include "path/shaded_surface.h"
+#include "path/stream.h"
+#include "shading/lambertian.h"
+#include "shading/transmittance.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Where the camera would see x, through a random point of the lens; inactive where no pixel looks there.
+EG_INLINE Projection place_in_picture(const SceneView& scene, Mask active, Vec3 x, const PathIndex& random) {
+    const CameraView& c = scene.camera;
+    const LensPoint lens = lens_of(c, random);
+    Projection view = project(c, x, lens);
+    view.active &=
+        active & in_reach(c, view.sx, view.sy) & (view.distance > view.near) & (view.distance < view.far);
+    return view;
+}
+
+// V: what surfaces between the camera and x let through; `most_passed` is the picture's limit.
+EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const SurfacePoint& x,
+                              const Projection& view, int most_passed) {
+    const Vec3 start = leave_surface(x);
+    const Float to_near_plane = 1.0f - view.near / max(view.distance, 1e-30f);
+    return transmittance(scene, active, start, view.origin - start, to_near_plane,
+                         {splat(1 << kCameraRay), kCameraRay, most_passed});
+}
+
+// f |n_s . w| / |n . w| of light from w that x scatters by `shader` towards point.view (unit, both from x),
+// on whose side x's normal is: by the picture's own BSDF, times the share that isn't let through.
+// `light_kinds`: bits 1 << RayKind of the scattering that the light is seen through. In lanes of `without`
+// the lobes that may be followed are left out.
+EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
+                             const Shader& shader, Vec3 w, Int light_kinds, Mask without = splat(0)) {
+    const Vec3 normal = shading_normal(scene, x.active, shader, point);
+    const bool all_kinds = !any((light_kinds & kScatteredRays) != kScatteredRays);
+    const auto evaluate = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
+        return all_kinds ? surface.evaluate(m, w).value : surface.evaluate_for(light_kinds, m, w).value;
+    };
+    const Float above = dot(x.normal, w);
+    const Mask lambertian = x.active & has(shader, kLambertian), others = x.active & ~lambertian;
+    Vec3 value = zero3();
+    Mask lit = lambertian & (above > 0.0f);
+    if (any(lit)) {
+        const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
+        const Lambertian surface{normal, x.normal, shader.color(kBaseColor), smooth};
+        value = select(lit, evaluate(surface, lit), value);
+    }
+    if (any(others)) {
+        ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
+        if (any(without)) follow_lobes(surface.bsdf, others & without, scene.followed_alpha);
+        const Mask reached = others & (surface.both_sides() | (above > 0.0f));
+        value = select(reached, evaluate(surface, reached), value);
+        lit |= reached;
+    }
+    Float scale = shader.scale / max(abs(above), 1e-20f);
+    if (scene.all_flags & kHasTransparency) {
+        Vec3 color;
+        scale = scale * (1.0f - passing_share(shader, color));
+    }
+    return select(lit, value * scale, zero3());
+}
+
+// The part of it that followed lobes scatter.
+EG_INLINE Vec3 followed_part(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
+                             const Shader& shader, Vec3 w, Int light_kinds, Vec3 all) {
+    return all - scattered_by(scene, x, point, shader, w, light_kinds, splat(-1));
+}
+
+// The same towards a ray of `kind`, with one of the material's shaders picked by `choice`; without the lobes
+// that are the aimed estimator's. `followed`, if not null: the part of followed lobes.
+EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
+                                 Int light_kinds, Float choice, float aimed = 0.0f,
+                                 Vec3* followed = nullptr) {
+    const TexturePoint point = texture_point(scene, x, view, kind);
+    const Shader shader = surface_shader(scene, x, point, choice);
+    const Int kinds = light_kinds & ~aimed_kinds(shader, aimed);
+    const Vec3 all = scattered_by(scene, x, point, shader, w, kinds);
+    if (followed) *followed = followed_part(scene, x, point, shader, w, kinds, all);
+    return all;
+}
+
+// What `all` leaves of the light that chains of followed lobes alone bring, which scan lines find
+// (boundary/specular/chain_term.h): nothing but rounding where they bring all of it.
+EG_INLINE Vec3 without_followed(Vec3 all, Vec3 followed) {
+    constexpr float kRounding = 1e-5f;
+    const auto rest = [&](Float a, Float b) { return select(a - b > kRounding * a, a - b, splat(0.0f)); };
+    return {rest(all.x, followed.x), rest(all.y, followed.y), rest(all.z, followed.z)};
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,188 @@
+// The camera's paths as far as their surface number `target`: those of the picture, scattered by their BSDF.
+#pragma once
+
+#include "boundary/segment/fixed_direction_chain.h"
+#include "boundary/terms/camera_sampled_lobes.h"
+#include "path/path_tracer.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A surface that scatters a path, shaded by one of its material's shaders.
+struct ScatteringPoint {
+    SurfacePoint x;
+    TexturePoint point;
+    Shader shader;
+    Vec3 normal;      // shading normal, on the viewer's side
+    Mask both_sides;  // light that falls on its back matters
+
+    // f |cos| of light from w, for what kinds of scattering (bits 1 << RayKind) see of it; in lanes of
+    // `without` but for lobes that may be followed.
+    EG_INLINE Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
+                            Mask without = splat(0)) const {
+        const bool all_kinds = !any(active & ((kinds & kScatteredRays) != kScatteredRays));
+        Vec3 value = zero3();
+        const auto add = [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
+            const Vec3 f = all_kinds ? surface.evaluate(m, w).value : surface.evaluate_for(kinds, m, w).value;
+            value = select(m, f, value);
+        };
+        visit(scene, active, add, without);
+        return value;
+    }
+    // Density with which `sample` finds w.
+    EG_INLINE Float density(const SceneView& scene, Mask active, Vec3 w) const {
+        Float pdf = splat(0.0f);
+        visit(scene, active, [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
+            pdf = select(m, surface.evaluate(m, w).pdf, pdf);
+        });
+        return pdf;
+    }
+    EG_INLINE BsdfSample sample(const SceneView& scene, Mask active, Float lobe, Float u, Float v) const {
+        BsdfSample s;
+        s.wi = normal;
+        s.weight = zero3();
+        s.pdf = splat(0.0f);
+        s.active = s.specular = s.transmitted = splat(0);
+        s.lobe = s.ray_kind = splat(static_cast<int>(kDiffuseRay));
+        visit(scene, active, [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
+            const BsdfSample part = surface.sample(m, lobe, u, v);
+            s.active |= m & part.active;
+            s.wi = select(m, part.wi, s.wi);
+            s.weight = select(m, part.weight, s.weight);
+            s.pdf = select(m, part.pdf, s.pdf);
+            s.ray_kind = select(m, part.ray_kind, s.ray_kind);
+            s.specular = select(m, part.specular, s.specular);
+        });
+        return s;
+    }
+
+ private:
+    // visit_surface(surface, mask) for Lambertian lanes and for the others.
+    template <typename Visit>
+    EG_INLINE void visit(const SceneView& scene, Mask active, const Visit& visit_surface,
+                         Mask without = splat(0)) const {
+        const Mask lambertian = active & has(shader, kLambertian), others = active & ~lambertian;
+        if (any(lambertian)) {
+            const Vec3* smooth = scene.all_flags & kHasNormalMap ? &point.normal : nullptr;
+            visit_surface(Lambertian{normal, x.normal, shader.color(kBaseColor), smooth}, lambertian);
+        }
+        if (!any(others)) return;
+        ShadedSurface surface = shaded_surface(scene, others, x, point, shader, normal);
+        if (any(others & without)) follow_lobes(surface.bsdf, others & without, scene.followed_alpha);
+        visit_surface(surface, others);
+    }
+};
+
+// Shaders that scatter light which falls on their backs.
+EG_INLINE Mask scatters_on_both_sides(const Shader& shader) {
+    return ~has(shader, kLambertian) &
+           (has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
+            (shader.kind == static_cast<int>(kDisney)));
+}
+
+// The surface that paths have met, as the path tracer shades it.
+EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTask& task, const PathPacket& p,
+                                           Mask active, const Closest& hit) {
+    ScatteringPoint s;
+    s.x = surface_point(scene, active, hit.face, hit.b1, hit.b2, p.direction,
+                        select(active, hit.instance, splat(-1)));
+    s.x.mesh = select(active, hit.mesh, splat(0));
+    const PathIndex index = path_index(task, p.path);
+    Float choice, unused;
+    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice, unused);
+    s.point = texture_point(scene, s.x, -p.direction, p.kind);
+    s.shader = surface_shader(scene, s.x, s.point, choice);
+    s.normal = shading_normal(scene, s.x.active, s.shader, s.point);
+    s.both_sides = scatters_on_both_sides(s.shader);
+    return s;
+}
+
+// Follows paths from their first hits to the surfaces on which their segments with the numbers `target` end;
+// lanes that don't get there, or aren't scattered there, become inactive. Surfaces that let light pass are
+// passed by chance. `aimed`, if above 0: from the camera's surface only by the aimed estimator's lobes, and
+// nowhere by perfect ones. `held`: the surfaces on their way, where light is held. `followed`, if not null:
+// of the throughput what perfect and followed lobes alone bring.
+EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
+                                  Int target, float aimed = 0.0f, HeldChain* held = nullptr,
+                                  Vec3* followed = nullptr) {
+    if (followed) *followed = p.throughput;
+    const bool follows = followed && scene.followed_alpha > 0.0f;
+    const bool clear = scene.all_flags & kHasTransparency;
+    Mask walking = p.active & hit.hit, arrived = splat(0);
+    while (true) {
+        const Mask there = walking & (p.segment == target);
+        if (!clear) {
+            arrived |= there;
+            walking &= ~there;
+        }
+        if (!any(walking)) break;
+        const ScatteringPoint s = scattering_point(scene, task, p, walking, hit);
+        const PathIndex index = path_index(task, p.path);
+        walking &= s.x.active;
+        Mask pass = splat(0);
+        Float unused;
+        if (clear) {
+            Float chance;
+            sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), unused, chance);
+            Vec3 color;
+            pass = walking & has(s.shader, kHasTransparency) & (chance < passing_share(s.shader, color));
+            arrived |= there & walking & ~pass;
+            walking &= ~arrived;
+            const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: passed surfaces
+            walking &= ~pass | (bounce_count(p.bounces, kind) < task.limits.transparent);
+            p.bounces = add_bounce(p.bounces, walking & pass, kind);
+            p.throughput = select(walking & pass, p.throughput * color * s.shader.scale, p.throughput);
+            if (follows) *followed = select(walking & pass, *followed * color * s.shader.scale, *followed);
+            p.origin = select(walking & pass, leave_surface(s.x, p.direction), p.origin);
+        }
+        const Mask scattered = walking & ~pass;
+        if (any(scattered)) {
+            Float lobe, u, v;
+            sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), unused, lobe);
+            sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexDirection), u, v);
+            const BsdfSample next = s.sample(scene, scattered, lobe, u, v);
+            // The ray must be scattered once more.
+            const Mask goes = scattered & next.active & ~next_is_final(task, p, next.ray_kind);
+            walking &= pass | goes;
+            Vec3 weight = next.weight;
+            Int kinds = splat(kScatteredRays);
+            if (aimed > 0.0f) {
+                kinds = select(p.segment == 1, aimed_kinds(s.shader, aimed), kinds);
+                weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
+            }
+            if (follows) {
+                const Vec3 rest = s.evaluate(scene, goes & ~next.specular, next.wi, kinds, splat(-1)) *
+                                  (1.0f / max(next.pdf, 1e-20f));
+                const Vec3 part = select(next.specular, weight, weight - rest);
+                *followed = select(goes, *followed * part * s.shader.scale, *followed);
+            }
+            p.throughput = select(goes, p.throughput * weight * s.shader.scale, p.throughput);
+            p.origin = select(goes, leave_surface(s.x, next.wi), p.origin);
+            p.direction = select(goes, next.wi, p.direction);
+            p.bounces = add_bounce(p.bounces, goes, next.ray_kind);
+            p.kind = select(goes, next.ray_kind, p.kind);
+            p.pdf = select(goes, select(next.specular, splat(0.0f), next.pdf), p.pdf);
+            p.segment = p.segment - goes;
+        }
+        walking &= largest_component(p.throughput) > 0.0f;
+        if (!any(walking)) break;
+        p.vertex = p.vertex - walking;
+        const Closest met =
+            intersect(scene, walking, p.origin, p.direction, splat(0.0f), splat(__builtin_inff()),
+                      ignore_nothing(), embree::kIncoherent, ray_mask(p.kind));
+        walking &= met.hit;
+        if (held && scene.mesh_contact && any(walking & (held->length > 0))) {
+            // Nothing lets rays pass, so that all have met as many surfaces.
+            SurfacePoint next = surface_point(scene, walking, met.face, met.b1, met.b2, p.direction,
+                                              select(walking, met.instance, splat(-1)));
+            next.mesh = select(walking, met.mesh, splat(0));
+            hold_next(scene, walking & (held->length > 0), p.segment - 2, s.x, next, *held);
+        }
+        hit.face = select(walking, met.face, hit.face), hit.mesh = select(walking, met.mesh, hit.mesh);
+        hit.instance = select(walking, met.instance, hit.instance);
+        hit.b1 = select(walking, met.b1, hit.b1), hit.b2 = select(walking, met.b2, hit.b2);
+    }
+    p.active = arrived;
+    hit.hit = arrived;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,82 @@
+// The far end of an indirect boundary segment: the surface y behind the edge, and the light that y scatters
+// towards the edge, which the path tracer of pictures finds.
+#pragma once
+
+#include "boundary/samples/direct_samples.h"
+#include "boundary/samples/visible_edge.h"
+#include "boundary/segment/light_source.h"
+#include "boundary/segment/segment.h"
+#include "path/run.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The samples of a task as paths of the path tracer.
+EG_INLINE ImageTask light_paths(const BoundaryTask& task) {
+    return sample_paths(task, 1, hash(task.seed ^ 0x7f4a7c15u));
+}
+
+// Where y is nearer than rounding, the edge lies in its surface (derivations F3): rays leave it a step to the
+// side that the edge's faces don't hide.
+EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 hidden_side,
+                             const Closest& y) {
+    const Triangle triangle = placed_triangle(scene, y.face, y.instance).triangle;
+    Vec3 across = cross(area_normal(triangle), t);
+    across = across * (aside(triangle) / max(sqrt(dot(across, across)), 1e-30f));
+    return select(touched, select(dot(across, hidden_side) > 0.0f, -across, across), zero3());
+}
+
+// The surface behind the edge.
+EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
+                                   Mask active, Int path, Vec3 t, Vec3 w) {
+    // The ray starts before the edge, so that a surface touching it isn't lost.
+    const Float rounding = 1e-5f * largest_component(s.point);
+    LightSource y = meet_source(scene, active, s.point + w * rounding, -w, {s.edge, s.instance},
+                                path_index(light_paths(task), path), task.limits.transparent);
+    const Mask touched = y.hit.hit & (y.hit.distance < 2.0f * rounding);
+    y.distance = select(y.hit.hit, max(y.hit.distance - rounding, 0.0f), 0.0f);
+    if (any(touched)) y.aside = leave_contact(scene, touched, t, s.sweep, y.hit);
+    return y;
+}
+
+// Samples of an estimator but for L(y), whose path each appends to a queue; then L(y) of all of them.
+template <auto sample, typename Segment>
+EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                  const DerivativeView& asked) {
+    const int count = static_cast<int>(task.count);
+    const size_t packets = static_cast<size_t>((count + W - 1) / W);
+    auto* segments = static_cast<Segment*>(work.segments->grow(packets * sizeof(Segment), 0));
+    PieceCursor piece = first_piece(task);
+    int queued = 0;
+    for (int at = 0; at < count; at += W)
+        queued = sample(scene, task, asked, at, piece, work, queued, segments[at / W]);
+    if (task.kind == kPiercedLight) return segments;  // what lights give is known
+    run_appended(scene, light_paths(task), work, queued, count);
+    for (int at = 0; at < count; at += W) {
+        BoundarySegment& s = segments[at / W];
+        Vec3 light;
+        load3(light, work.radiance, at);
+        s.color = s.color * light;
+        s.active &= ~(largest_component(s.color) <= 0.0f);
+    }
+    return segments;
+}
+
+// Both modes of an estimator. sample(scene, task, asked, at, piece, work, queued, segment): a packet's
+// segments but for L(y), whose paths it appends to the queue of `queued`; its new length.
+template <auto sample, typename Segment = BoundarySegment>
+static void lit_segments_forward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                 const DerivativeView& tangent, Splats& splats) {
+    Segment* segments = trace_segments<sample, Segment>(scene, task, work, tangent);
+    for (int at = 0; at < static_cast<int>(task.count); at += W)
+        add_to_picture(scene, task, at, tangent, segments[at / W], splats);
+}
+
+template <auto sample, typename Segment = BoundarySegment>
+static void lit_segments_backward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                  const float* adjoint, DerivativeView& gradient) {
+    Segment* segments = trace_segments<sample, Segment>(scene, task, work, gradient);
+    for (int at = 0; at < static_cast<int>(task.count); at += W)
+        add_to_gradient(scene, task, at, adjoint, segments[at / W], gradient);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

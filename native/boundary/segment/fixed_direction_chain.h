@@ -1,0 +1,92 @@
+// How points move whose light is held (scene/contact.h): x = x_k slides along the ray
+// from x_(k-1) by a share b_k and rides on its surface by the rest, and so does x_(k-1), down to x_1, which
+// slides along the camera's ray,
+//   dx_k = (1 - b_k) m(x_k) + b_k (dx_(k-1) + w n . (m(x_k) - dx_(k-1))/(n . w)).
+// Backwards: of the adjoint g of dx_k, b_k (g - n (g . w)/(n . w)) is that of dx_(k-1), the rest that of m.
+#pragma once
+
+#include "boundary/samples/moving_points.h"
+#include "path/camera_projection.h"
+#include "scene/contact.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A surface between x and the camera.
+struct HoldingSurface {
+    Int face, instance;
+    Float b1, b2;
+    Vec3 normal;
+    Vec3 w;       // unit, to the next one towards x
+    Float share;  // of that one's motion
+};
+
+// Those of a chain, from the camera on.
+struct HeldChain {
+    Int length;  // 0: x isn't held
+    HoldingSurface surface[kHeldSurfaces];
+};
+
+// Sets surface number k (from 0) of the chain in some lanes: `next` is the one behind it as x sees it.
+EG_INLINE void hold_next(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
+                         const SurfacePoint& next, HeldChain& chain) {
+    const Float share =
+        contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.triangle, next.position)
+            .share;
+    const Vec3 way = next.position - from.position;
+    const Vec3 w = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+    for (int i = 0; i < kHeldSurfaces; ++i) {
+        const Mask here = active & (k == i);
+        if (!any(here)) continue;
+        HoldingSurface& h = chain.surface[i];
+        h.face = select(here, from.face, h.face), h.instance = select(here, from.instance, h.instance);
+        h.b1 = select(here, from.b1, h.b1), h.b2 = select(here, from.b2, h.b2);
+        h.normal = select(here, from.normal, h.normal), h.w = select(here, w, h.w);
+        h.share = select(here, share, h.share);
+    }
+}
+
+// Chains of `length` surfaces between x and the camera, of those that may be held.
+EG_INLINE void begin_held_chain(const SceneView& scene, Mask active, Int length, HeldChain& chain) {
+    chain.length = select(active & (length <= scene.held_surfaces), length, splat(0));
+    const Int none = splat(0);
+    for (HoldingSurface& h : chain.surface)
+        h = {none, splat(-1), splat(0.0f), splat(0.0f), zero3(), zero3(), splat(0.0f)};
+}
+
+// The blocks of all surfaces but x, whose adjoint is g; that of its motion on its surface, `to_x` where it
+// isn't held.
+template <typename Mode>
+EG_INLINE Vec3 held_chain_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked, Mask active,
+                                 const HeldChain& chain, const SurfacePoint& x, const Projection& view,
+                                 Vec3 g, Vec3 to_x, Vec3 color) {
+    Mask carried = splat(0);  // lanes whose surface k has an adjoint
+    for (int k = kHeldSurfaces; k >= 1; --k) {
+        const HoldingSurface& by = chain.surface[k - 1];
+        const Mask starts = active & (chain.length == k), here = (starts | carried) & (by.share > 0.0f);
+        const HoldingSurface& own = chain.surface[k < kHeldSurfaces ? k : 0];
+        const Vec3 n = select(starts, x.normal, own.normal);
+        const Vec3 of_ray =
+            select(here, (g - n * (dot(g, by.w) / select(here, dot(n, by.w), 1.0f))) * by.share, zero3());
+        const Vec3 rides = g - of_ray;
+        to_x = select(starts, rides, to_x);
+        if (any(carried))
+            face_point_blocks(mode, scene, asked, carried, own.face, own.instance, own.b1, own.b2, rides,
+                              color);
+        g = select(starts | carried, of_ray, g);
+        carried = here;
+    }
+    if (!any(carried)) return to_x;
+    const HoldingSurface& first = chain.surface[0];
+    const Float facing = dot(first.normal, view.across_of);
+    const Vec3 of_plane = first.normal * (dot(g, view.across_of) / select(carried, facing, 1.0f));
+    face_point_blocks(mode, scene, asked, carried, first.face, first.instance, first.b1, first.b2, of_plane,
+                      color);
+    if (asked.want_camera) {
+        Float row[kCameraFloats];
+        ray_velocity_row(scene.camera, view, g - of_plane, row);
+        mode.camera(carried, row, color);
+    }
+    return to_x;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

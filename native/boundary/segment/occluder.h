@@ -1,0 +1,105 @@
+// What the faces of an edge hide of the light that passes it.
+#pragma once
+
+#include "boundary/segment/silhouette.h"
+#include "path/start.h"
+#include "shading/transmittance.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// On which side of the sheet of normal `across` through the edge a face of it lies: +1, -1, or 0 in it.
+EG_INLINE int face_side(const SceneView& scene, const PieceSample& p, uint32_t place, Vec3 across, int i) {
+    float c[3];
+    across_edge(scene, p, i, place, c);
+    const float h = across.x[i] * c[0] + across.y[i] * c[1] + across.z[i] * c[2];
+    return h > 0.0f ? 1 : h < 0.0f ? -1 : 0;
+}
+
+// Lanes whose edge has a face that lets light pass.
+EG_INLINE Mask transparent_occluder(const SceneView& scene, Mask active, Int edge) {
+    Mask clear = splat(0);
+    if (!(scene.all_flags & kHasTransparency)) return clear;
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        for (uint32_t k = scene.edge_face_first[edge[i]]; k < scene.edge_face_first[edge[i] + 1]; ++k) {
+            const int32_t material = scene.face_material[scene.edge_faces[k]];
+            for (int32_t leaf = scene.material_first_leaf[material];
+                 leaf < scene.material_first_leaf[material + 1]; ++leaf)
+                if (scene.leaf_flags[leaf] & kHasTransparency) clear[i] = -1;
+        }
+    }
+    return clear;
+}
+
+// Of such lanes those whose edge may let more light pass on one side than on the other wherever it comes
+// from: between faces of two materials, or of one whose share is a texture's. All others count as silhouettes
+// alone.
+EG_INLINE Mask parts_light(const SceneView& scene, Mask clear, Int edge) {
+    Mask parted = splat(0);
+    if (!any(clear)) return parted;
+    const auto& textures = scene.textures;
+    for (int i = 0; i < W; ++i) {
+        if (!clear[i]) continue;
+        const uint32_t first = scene.edge_face_first[edge[i]], last = scene.edge_face_first[edge[i] + 1];
+        const int32_t material = scene.face_material[scene.edge_faces[first]];
+        for (uint32_t k = first + 1; k < last; ++k)
+            if (scene.face_material[scene.edge_faces[k]] != material) parted[i] = -1;
+        for (int32_t leaf = scene.material_first_leaf[material];
+             leaf < scene.material_first_leaf[material + 1]; ++leaf)
+            if ((textures.leaf_program && textures.leaf_program[leaf] >= 0) ||
+                (textures.leaf_weight_program && textures.leaf_weight_program[leaf] >= 0))
+                parted[i] = -1;
+    }
+    return parted;
+}
+
+// Lanes whose x lies in a face of the edge.
+EG_INLINE Mask on_edge_face(const SceneView& scene, const PieceSample& p, const SurfacePoint& x) {
+    Mask on = splat(0);
+    for (int i = 0; i < W; ++i) {
+        if (!p.active[i] || p.instance[i] != x.instance[i]) continue;
+        for (uint32_t k = scene.edge_face_first[p.edge[i]]; k < scene.edge_face_first[p.edge[i] + 1]; ++k)
+            if (static_cast<int32_t>(scene.edge_faces[k]) == x.face[i]) on[i] = -1;
+    }
+    return on;
+}
+
+// T- - T+: the light that passes the edge's faces on the side from which `across` points, less that on the
+// side to which it does, for a line towards the light. Where both let all or nothing pass, nothing jumps.
+EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const PieceSample& p, Mask active, Float u,
+                                 Vec3 across, Vec3 towards) {
+    const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
+    Vec3 plus = white, minus = white;
+    uint32_t most = 0;
+    for (int i = 0; i < W; ++i) {
+        const uint32_t count = scene.edge_face_first[p.edge[i] + 1] - scene.edge_face_first[p.edge[i]];
+        if (active[i] && count > most) most = count;
+    }
+    for (uint32_t k = 0; k < most; ++k) {
+        Mask here = splat(0), above = splat(0);
+        Int face = splat(0), opposite = splat(0);
+        for (int i = 0; i < W; ++i) {
+            const uint32_t place = scene.edge_face_first[p.edge[i]] + k;
+            if (!active[i] || place >= scene.edge_face_first[p.edge[i] + 1]) continue;
+            const int side = face_side(scene, p, place, across, i);
+            if (side == 0) continue;
+            here[i] = -1;
+            above[i] = side > 0 ? -1 : 0;
+            face[i] = static_cast<int32_t>(scene.edge_faces[place]);
+            const int32_t* f = scene.faces + 3 * static_cast<int64_t>(face[i]);
+            while (opposite[i] < 2 && f[opposite[i]] != static_cast<int32_t>(scene.edge_opposite[place]))
+                ++opposite[i];
+        }
+        if (!any(here)) continue;
+        Float b1, b2;
+        edge_place(scene, select(here, p.edge, splat(0)), u, gather_triangle(scene, face), opposite, b1, b2);
+        const SurfacePoint x = surface_point(scene, here, face, b1, b2, towards, p.instance);
+        const Vec3 through = surface_transmittance(
+            scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(kShadowRay))));
+        plus = select(here & above, plus * through, plus);
+        minus = select(here & ~above, minus * through, minus);
+    }
+    return select(active, minus - plus, zero3());
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

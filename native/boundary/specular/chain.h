@@ -1,0 +1,247 @@
+// Chains of perfect mirrors, smooth glass and transparent surfaces: what a camera ray meets one after the
+// other, as a function of its place in the picture.
+//
+// What becomes of the ray at each surface (its fate) is chosen at random once, for one place; other places
+// near by take the same fate for as long as they meet the same surfaces. So all that the chain depends on
+// varies continuously from place to place but for the jumps that are looked for.
+//
+// A chain may end at a surface that scatters light of a light: its last ray then goes there. All that stops
+// it is the same, and surfaces that let light pass are met one after the other.
+#pragma once
+
+#include "boundary/specular/chain_light.h"
+#include "boundary/specular/chain_surface.h"
+#include "path/bounces.h"
+#include "path/camera_rays.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// What a chain's vertices are told apart by, besides the numbers of regions (2 region + side).
+// Of rays that a surface sends nowhere: kBelow if into itself, past the horizon of its face.
+enum ChainKey : int32_t { kMissed = -1, kDead = -2, kBlocked = -3, kBelow = -4 };
+
+// A place of the picture and of the lens.
+struct PicturePoint {
+    Float x, y, lens_u, lens_v;
+};
+
+struct ChainChoices {
+    Int key[kMostChain], instance[kMostChain];  // of the vertices that it was chosen at
+    Int leaf[kMostChain], fate[kMostChain];
+    Vec3 half[kMostChain];          // microfacets' normals, of followed lobes
+    Float probability[kMostChain];  // of this vertex' choice
+    Int lit;                        // the vertex that a light is looked at from; kMostChain: none
+    ChainLight light;
+};
+
+// The vertices that a chain meets: as far as they are those of its choices, and the first that differs.
+struct SpecularChain {
+    Int count;
+    Int key[kMostChain], face[kMostChain], mesh[kMostChain], instance[kMostChain];
+    Float b1[kMostChain], b2[kMostChain];
+    Vec3 from[kMostChain];       // the vertex that scattered the ray last
+    Vec3 direction[kMostChain];  // of the ray, unit
+    Vec3 position[kMostChain], normal[kMostChain], smooth[kMostChain];
+};
+
+EG_INLINE ChainRay chain_start(const CameraView& camera, const PicturePoint& at, Float& near, Float& far) {
+    const CameraRay ray = camera_ray(camera, at.x, at.y, at.lens_u, at.lens_v);
+    const Float length = sqrt(dot(ray.direction, ray.direction));
+    near = length * camera.clip_start, far = length * camera.clip_end;
+    return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(static_cast<int>(kCameraRay))};
+}
+
+// Bounces of a chain so far, as paths count them.
+struct ChainCount {
+    PathPacket p;
+    ImageTask limits;
+
+    explicit ChainCount(const BounceLimits& most, int max_depth) : p{}, limits{} {
+        limits.max_depth = max_depth;
+        limits.limits = most;
+        p.segment = splat(1);
+        p.final_ray = splat(max_depth <= 1 ? -1 : 0);
+    }
+    EG_INLINE void add(Mask scattered, Int kind) {
+        const Int counted = select(scattered, kind, splat(static_cast<int>(kDiffuseRay)));
+        const Mask last = next_is_final(limits, p, counted);
+        p.final_ray = select(scattered, last, p.final_ray);
+        p.bounces = add_bounce(p.bounces, scattered, counted);
+        p.segment = p.segment + (scattered & 1);
+    }
+    // Surfaces that were gone through are counted by the fourth count; those beyond the limit end the chain.
+    EG_INLINE Mask may_pass() const {
+        return bounce_count(p.bounces, splat(static_cast<int>(kShadowRay))) < limits.limits.transparent;
+    }
+    EG_INLINE void add_passed(Mask passed) {
+        p.bounces = add_bounce(p.bounces, passed, splat(static_cast<int>(kShadowRay)));
+    }
+};
+
+// Lanes whose surface may have a shader with one of these flags.
+EG_INLINE Mask may_have(const SceneView& scene, const SurfacePoint& x, Mask active, int32_t flags) {
+    Mask may = splat(0);
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        const int32_t first = scene.material_first_leaf[x.material[i]],
+                      last = scene.material_first_leaf[x.material[i] + 1];
+        for (int32_t leaf = first; leaf < last; ++leaf)
+            if (scene.leaf_flags[leaf] & flags) may[i] = -1;
+    }
+    return may;
+}
+
+// Sends the rays of lanes towards their lights; which of them shine on x from there.
+EG_OUTLINE void look_at_light(const SceneView& scene, Mask lit, const ChainLight& light,
+                              const SurfacePoint& x, ChainRay& ray, Float& far) {
+    const ChainLightRay seen = see_chain_light(scene, lit, light, x.position);
+    ray.origin = select(lit, leave_surface(x, seen.w), ray.origin);
+    ray.direction = select(lit, seen.w, ray.direction);
+    ray.from = select(lit, x.position, ray.from);
+    far = select(lit, seen.distance * 0.9999f, far);
+}
+
+// Traces chains. kChoose: `choices` are made on the way, else followed.
+template <bool kChoose>
+EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                            int max_depth, Mask active, const PicturePoint& at, UInt stream,
+                            ChainChoices& choices, SpecularChain& chain) {
+    chain.count = splat(0);
+    if constexpr (kChoose) choices.lit = splat(kMostChain);
+    ChainCount counted(limits, max_depth);
+    Float near, far;
+    ChainRay ray = chain_start(scene.camera, at, near, far);
+    Mask going = active, dead = splat(0), below = dead, bent = dead;
+    for (int level = 0; level < kMostChain && any(going); ++level) {
+        const Mask tracing = going & ~dead, to_light = level > choices.lit;
+        Closest hit = intersect(scene, tracing, ray.origin, ray.direction, near, far, ignore_nothing(),
+                                level == 0 ? embree::kCoherent : embree::kIncoherent,
+                                select(to_light, choices.light.blockers, ray_mask(ray.kind)));
+        near = splat(0.0f);
+        hit.hit &= tracing;
+        SurfacePoint x = surface_point(scene, hit.hit, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
+        x.mesh = hit.mesh;
+        const Int region = gather(task.region, select(hit.hit, hit.face, splat(0)));
+        Int key =
+            select(hit.hit, 2 * region + ((x.side < 0.0f) & 1),
+                   select(below, splat(static_cast<int>(kBelow)),
+                          select(dead, splat(static_cast<int>(kDead)), splat(static_cast<int>(kMissed)))));
+        const Mask stops = hit.hit & to_light & ~may_have(scene, x, hit.hit & to_light, kHasTransparency);
+        key = select(stops, splat(static_cast<int>(kBlocked)), key);
+        chain.count = chain.count - going;
+        chain.key[level] = key;
+        chain.face[level] = hit.face, chain.mesh[level] = hit.mesh, chain.instance[level] = hit.instance;
+        chain.b1[level] = hit.b1, chain.b2[level] = hit.b2;
+        chain.from[level] = ray.from, chain.direction[level] = ray.direction;
+        chain.position[level] = x.position;
+        const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
+        chain.normal[level] = x.normal, chain.smooth[level] = point.normal;
+        if constexpr (kChoose) {
+            choices.key[level] = key, choices.instance[level] = hit.instance;
+            choices.leaf[level] = splat(0), choices.fate[level] = splat(kFateEnds);
+            choices.probability[level] = splat(1.0f);
+            choices.half[level] = point.normal;
+        } else {
+            going &= (key == choices.key[level]) & (hit.instance == choices.instance[level]) &
+                     (choices.fate[level] != kFateEnds);
+        }
+        going &= hit.hit & x.active & ~stops;
+        // On its way to a light a chain goes through all that lets light pass. Most other chains end at a
+        // surface that does nothing with their rays.
+        const Mask passes_on = going & to_light;
+        if constexpr (kChoose) choices.fate[level] = select(passes_on, splat(kFatePasses), splat(kFateEnds));
+        // A surface that lights this one takes a ray more than a light does.
+        const Mask ends_here = going & bent & ~to_light & ~counted.p.final_ray;
+        const Mask by_lights = task.lights ? ends_here : splat(0);
+        const Mask by_surfaces = task.surfaces ? ends_here & (counted.p.segment + 2 <= max_depth) : splat(0);
+        const Mask may_be_lit = by_lights | by_surfaces;
+        if constexpr (kChoose)
+            going &= passes_on | may_be_lit |
+                     may_have(scene, x, going, kHasGlossy | kHasRefraction | kHasTransparency);
+        if (!any(going)) return;
+
+        ray.origin = select(passes_on, leave_surface(x, ray.direction), ray.origin);
+        far = select(passes_on, far - hit.distance, far);
+        x.active &= going & ~passes_on;
+        const Mask meets = going & ~passes_on;
+        if (!any(meets)) continue;
+        Int leaf = choices.leaf[level];
+        Float probability = splat(1.0f);
+        if constexpr (kChoose) {
+            Float sum;
+            leaf = pick_leaf(scene, x, point, chain_random(stream, level, 0), sum);
+            probability = 1.0f / max(sum, 1e-30f);  // times its weight, below
+        }
+        const ChainSurface s = chain_surface(scene, x, point, select(meets, leaf, splat(0)));
+        Int fate = choices.fate[level];
+        Vec3 half = choices.half[level];
+        if constexpr (kChoose) {
+            probability = select(s.leaf_weight > 0.0f, probability * s.leaf_weight, probability);
+            fate = choose_fate(scene, s, meets, meets & ~counted.p.final_ray, may_be_lit, stream, level,
+                               probability, half);
+            fate = select((fate == kFatePasses) & ~counted.may_pass(), splat(kFateEnds), fate);
+            const Mask looks = meets & (fate == kFateLit);
+            if (any(looks)) {
+                const Float random[4] = {
+                    chain_random(stream, kMostChain, 0), chain_random(stream, kMostChain, 1),
+                    chain_random(stream, kMostChain, 2), chain_random(stream, kMostChain, 3)};
+                ChainLight light;
+                const Mask found = choose_chain_light(scene, scattering_point(scene, looks, s),
+                                                      looks & by_lights, looks & by_surfaces, stream, random,
+                                                      chain_random(stream, kMostChain + 1, 0), light);
+                choices.lit = select(found, splat(level), choices.lit);
+                take(choices.light, found, light);
+                fate = select(looks & ~found, splat(kFateEnds), fate);
+            }
+            choices.leaf[level] = select(meets, leaf, splat(0));
+            choices.fate[level] = select(meets, fate, choices.fate[level]);
+            choices.probability[level] = select(meets, probability, 1.0f);
+            choices.half[level] = half;
+            going &= passes_on | (fate != kFateEnds);
+            if (!any(going)) return;
+        }
+        const Mask lit = meets & going & (fate == kFateLit);
+        if (any(lit)) look_at_light(scene, lit, choices.light, x, ray, far);
+        const Mask passes = meets & going & (fate == kFatePasses), scatters = meets & going & ~passes & ~lit;
+        far = select(passes | scatters, splat(__builtin_inff()), far);
+        ray.origin = select(passes, leave_surface(x, ray.direction), ray.origin);
+        if (any(scatters)) {
+            Vec3 value;
+            Mask cut;
+            const Mask fine = scatter_chain(scene, s, scatters, fate, half, ray, value, cut);
+            dead |= scatters & ~fine;
+            below |= cut;
+            bent |= scatters;
+        }
+        if constexpr (kChoose) {
+            counted.add(scatters, ray.kind);
+            counted.add_passed(passes);
+        }
+    }
+}
+
+// The first vertex at which two chains of the same choices differ by more than their neighbourhood explains;
+// -1: none. Within one region they do where one part of it hides another: the way from one point to the other
+// doesn't lie in the surface then, or the normal jumps.
+EG_OUTLINE Int first_difference(const SpecularChain& a, const SpecularChain& b, Mask active) {
+    constexpr float kSteep = 0.5f, kBent = 0.7f, kRounding = 4e-6f;
+    Int found = splat(-1);
+    Mask looking = active;
+    for (int level = 0; level < kMostChain; ++level) {
+        looking &= (level < a.count) & (level < b.count);
+        if (!any(looking)) break;
+        const Mask other =
+            (a.key[level] != b.key[level]) | ((a.key[level] >= 0) & (a.instance[level] != b.instance[level]));
+        const Vec3 way = b.position[level] - a.position[level];
+        const Float distance = sqrt(dot(way, way));
+        const Float off = max(abs(dot(way, a.normal[level])), abs(dot(way, b.normal[level])));
+        const Mask fold = (off > kSteep * distance + kRounding * largest_component(a.position[level])) |
+                          (dot(a.smooth[level], b.smooth[level]) < kBent);
+        const Mask differs = looking & (other | ((a.key[level] >= 0) & fold));
+        found = select(differs, splat(level), found);
+        looking &= ~differs;
+    }
+    return found;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

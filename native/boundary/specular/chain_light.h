@@ -1,0 +1,278 @@
+// Light that falls on the end x of a chain of mirrors and glass: one place y of a light or of a surface that
+// scatters light, or a direction to the sky, that is held while x moves.
+//
+// y is a fixed place in the frame of its light, as in the interior term (adjoint/light_arrival.h): what a
+// picture integrates over lights by samples at each x is, with dM the measure of those places,
+//   L(x) = int f |n_s . w| V(x, y) L_e |n_y . w|/|y - x|^2 dM(y),
+// and of what has no distance, by direction; of surfaces L_e is what they scatter to x. So a jump of V alone
+// is left, as x moves along a scan line, and as the scene does.
+#pragma once
+
+#include "boundary/segment/camera_subpath.h"
+#include "boundary/segment/light_motion.h"
+#include "boundary/segment/receiver.h"
+#include "boundary/segment/segment.h"
+#include "boundary/specular/chain_surface.h"
+#include "shading/lights/environment_samples.h"
+#include "shading/lights/light_radiance.h"
+#include "shading/lights/lights.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct ChainLight {
+    Int row, kind;       // of the light table, LightKind; -1: none
+    Int face, instance;  // or of a surface; -1: none. Neither: the sky
+    Mask scatters;       // light of a surface is what it scatters, else what it emits
+    Float b1, b2;        // place on the face
+    // y; of distant ones the direction to them, of disks that face x and of cones about spheres
+    // two coordinates.
+    Vec3 place;
+    Int blockers, visible_to;
+    Float density;  // of y by dM
+
+    EG_INLINE Mask is(LightKind k) const { return (row >= 0) & (kind == splat(static_cast<int>(k))); }
+    EG_INLINE Mask sky() const { return (row < 0) & (face < 0); }
+    EG_INLINE Mask distant() const {
+        return sky() | ((row >= 0) & (kind >= splat(static_cast<int>(kDirectionLight))));
+    }
+};
+
+EG_INLINE ChainLight no_chain_light() {
+    const Int none = splat(-1);
+    const Float zero = splat(0.0f);
+    return {none,     splat(0), none,       none, splat(0), zero, zero, {zero, zero, splat(1.0f)},
+            splat(0), splat(0), splat(1.0f)};
+}
+
+// Takes the lanes of a mask from another one.
+EG_INLINE void take(ChainLight& to, Mask m, const ChainLight& from) {
+    to.row = select(m, from.row, to.row), to.kind = select(m, from.kind, to.kind);
+    to.face = select(m, from.face, to.face), to.instance = select(m, from.instance, to.instance);
+    to.scatters = select(m, from.scatters, to.scatters);
+    to.b1 = select(m, from.b1, to.b1), to.b2 = select(m, from.b2, to.b2);
+    to.place = select(m, from.place, to.place);
+    to.blockers = select(m, from.blockers, to.blockers);
+    to.visible_to = select(m, from.visible_to, to.visible_to);
+    to.density = select(m, from.density, to.density);
+}
+
+// A light as seen from x.
+struct ChainLightRay {
+    Vec3 w;          // unit, to y
+    Float distance;  // infinite of distant ones
+    Float measure;   // |n_y . w|/|y - x|^2
+};
+
+EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, const ChainLight& light,
+                                        Vec3 x) {
+    LightRow l{};
+    const Mask on_row = active & (light.row >= 0);
+    if (any(on_row)) l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
+    Vec3 y = light.place, normal = zero3();
+    const Mask disk = on_row & light.is(kDiskLight);
+    if (any(disk)) {
+        const Vec3 way = l.position - x;
+        const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
+        Vec3 a, b;
+        basis(axis, a, b);
+        y = select(disk, l.position + a * light.place.x + b * light.place.y, y);
+        normal = select(disk, axis, normal);
+    }
+    normal = select(on_row & (light.is(kRectangleLight) | light.is(kEllipseLight)), l.direction, normal);
+    const Mask on_face = active & (light.face >= 0);
+    if (any(on_face)) {
+        const Int face = select(on_face, light.face, splat(0));
+        const Vec3 m =
+            area_normal(placed_triangle(scene, face, select(on_face, light.instance, splat(-1))).triangle);
+        normal = select(on_face, m * (1.0f / max(sqrt(dot(m, m)), 1e-37f)), normal);
+    }
+    const Mask distant = light.distant();
+    const Vec3 way = select(distant, light.place, y - x);
+    const Float r2 = max(dot(way, way), 1e-30f), r = sqrt(r2);
+    ChainLightRay seen;
+    seen.w = way * (1.0f / r);
+    seen.distance = select(distant, splat(__builtin_inff()), r);
+    const Float facing = select(on_row & light.is(kPointSource), splat(1.0f), abs(dot(normal, seen.w)));
+    seen.measure = select(distant, splat(1.0f), facing / r2);
+    const Mask sphere = on_row & light.is(kSphereLight);
+    if (any(sphere)) {
+        // The place's radius in the unit disk is the root of its share of the cone.
+        const Vec3 center = l.position - x;
+        const SphereCone cone = sphere_cone(center, l.radius);
+        Vec3 a, b;
+        basis(cone.axis, a, b);
+        const Float along = light.place.x, across = light.place.y;
+        const Float rise = (along * along + across * across) * cone.cap;
+        const Float sine = sqrt(cone.cap * (2.0f - rise));  // by the radius
+        const Vec3 w = (a * along + b * across) * sine + cone.axis * (1.0f - rise);
+        seen.w = select(sphere, w, seen.w);
+        seen.distance = select(sphere, distance_in_cone(center, l.radius, w), seen.distance);
+        seen.measure = select(sphere, cone.cap, seen.measure);
+    }
+    return seen;
+}
+
+// What of it shines on x of a mesh, as rays of `kind` see it; 1 of what surfaces scatter.
+EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
+                           const ChainLightRay& seen, Int mesh, Int kind) {
+    Vec3 radiance = select(active & light.scatters, gray(splat(1.0f)), zero3());
+    const Mask sky = active & light.sky();
+    if (any(sky)) radiance = select(sky, environment_radiance(scene, seen.w), radiance);
+    const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh);
+    if (any(on_row)) {
+        const LightRow l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
+        const Mask flat = light.is(kRectangleLight) | light.is(kEllipseLight);
+        const Mask towards = on_row & (~flat | (dot(l.direction, seen.w) < 0.0f));
+        radiance = select(towards, l.radiance * light_factor(l, seen.w), radiance);
+    }
+    const Mask on_face = active & (light.face >= 0) & ~light.scatters;
+    if (!any(on_face)) return radiance;
+    const Int face = select(on_face, light.face, splat(0));
+    const Int material = gather(scene.face_material, face);
+    const Mask front = dot(area_normal(gather_triangle(scene, face)), seen.w) < 0.0f;
+    LightSample s{};
+    s.active = on_face & (front | (gather(scene.emission_two_sided, material) != 0));
+    s.face = light.face, s.b1 = light.b1, s.b2 = light.b2;
+    s.w = seen.w;
+    s.radiance = gather3(scene.emission, material);
+    look_up_emission(scene, s, kind);
+    return select(s.active, s.radiance, radiance);
+}
+
+// The surface at which a chain ends, as it scatters light.
+EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, Mask active, const ChainSurface& s) {
+    ScatteringPoint p{s.x, s.point, s.shader, s.point.normal, splat(0)};
+    p.x.active = active;
+    p.normal = shading_normal(scene, active, s.shader, s.point);
+    p.both_sides = scatters_on_both_sides(s.shader);
+    return p;
+}
+
+// Directions to the sky are by half its image's own samples, if it has one.
+constexpr float kByImage = 0.5f;
+
+// A sample of the sky as x scatters it.
+EG_OUTLINE Mask choose_sky(const SceneView& scene, const ScatteringPoint& x, Mask active,
+                           const Float (&random)[4], ChainLight& light) {
+    const BsdfSample s = x.sample(scene, active, random[0], random[1], random[2]);
+    Mask found = active & s.active & ~s.specular & (s.pdf > 0.0f);
+    Vec3 w = s.wi;
+    Float density = s.pdf;
+    if (scene.sky.sampled) {
+        const Mask by_image = active & (random[3] < kByImage);
+        const EnvironmentSample e = sample_environment(scene, active, random[1], random[2]);
+        found = select(by_image, e.pdf > 0.0f, found) & active;
+        w = select(by_image, e.w, w);
+        density = (1.0f - kByImage) * x.density(scene, found, w) + kByImage * environment_pdf(scene, w);
+    }
+    found &= (x.both_sides | (dot(x.x.normal, w) > 0.0f)) & (density > 0.0f);
+    light.row = select(found, splat(-1), light.row), light.face = select(found, splat(-1), light.face);
+    light.place = select(found, w, light.place);
+    const int blocked_by = scene.sky.sampled ? 1 << kShadowRay : 1 << kDiffuseRay;
+    light.blockers = select(found, splat(blocked_by), light.blockers);
+    light.visible_to = select(found, splat(scene.environment_mask), light.visible_to);
+    light.density = select(found, density, light.density);
+    return found;
+}
+
+// The first surface that x sees in a direction of its BSDF; of those behind transparent ones, one by chance.
+EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x, Mask active, UInt stream,
+                               const Float (&random)[4], ChainLight& light) {
+    const BsdfSample s = x.sample(scene, active, random[0], random[1], random[2]);
+    Mask found = active & s.active & ~s.specular & (s.pdf > 0.0f);
+    const Vec3 start = leave_surface(x.x, s.wi);
+    PathIndex index;
+    index.pixel = splat(0);
+    index.sample = bits(splat(0));
+    index.stream = hash(stream ^ splat(0x3c6ef372u));
+    const Int all = splat(kScatteredRays);
+    const LitPoint y = find_lit_point(scene, found, start, -s.wi, ignore_nothing(),
+                                      {all, all, kDiffuseRay, splat(0)}, index);
+    found &= y.found;
+    Float density = s.pdf;
+    if (scene.all_flags & kHasTransparency) {
+        // What is let through is counted where the light is: the chance of having gone on is left.
+        const Vec3 through =
+            transmittance(scene, found, start, s.wi, y.hit.distance * 0.9999f, {all, kDiffuseRay});
+        found &= largest_component(through) > 0.0f;
+        density = density * (largest_component(through) / max(largest_component(y.through), 1e-30f));
+    }
+    if (!any(found)) return found;
+    ChainLight at = no_chain_light();
+    at.face = select(found, y.hit.face, splat(0)), at.instance = select(found, y.hit.instance, splat(-1));
+    at.b1 = y.hit.b1, at.b2 = y.hit.b2;
+    at.scatters = found;
+    at.place = interpolate(placed_triangle(scene, at.face, at.instance).triangle, at.b1, at.b2);
+    at.blockers = at.visible_to = all;
+    at.density = density * see_chain_light(scene, found, at, x.x.position).measure;
+    found &= at.density > 0.0f;
+    take(light, found, at);
+    return found;
+}
+
+// A light for x: of some kinds that there may be, one is picked in proportion to these.
+constexpr float kLightShare = 2.0f, kSkyShare = 2.0f, kSurfaceShare = 1.0f;
+
+// A light for x by the picture's own samples of lights, of the sky or of surfaces; lanes that found any.
+EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint& x, Mask by_lights,
+                                   Mask by_surfaces, UInt stream, const Float (&random)[4], Float pick,
+                                   ChainLight& light) {
+    light = no_chain_light();
+    const bool lights = scene.lights.count > 0, sky = scene.has_environment;
+    const Float of_lights = select(by_lights, splat(lights ? kLightShare : 0.0f), 0.0f);
+    const Float of_sky = select(by_lights, splat(sky ? kSkyShare : 0.0f), 0.0f);
+    const Float of_surfaces = select(by_surfaces, splat(kSurfaceShare), 0.0f);
+    const Float all = of_lights + of_sky + of_surfaces, mark = pick * all;
+    const Mask by_light = mark < of_lights, by_sky = ~by_light & (mark < of_lights + of_sky);
+    const Mask by_surface = ~by_light & ~by_sky & (of_surfaces > 0.0f);
+    Mask found = splat(0);
+    if (any(by_light)) {
+        const LightSample s = sample_light(scene, by_light, x.x, x.both_sides, random[0], random[1]);
+        const Mask at = by_light & s.active & s.casts_shadow;
+        light.row = s.row, light.kind = s.kind, light.face = s.face;
+        light.b1 = s.b1, light.b2 = s.b2;
+        light.place = select(s.distant, s.w, x.x.position + s.w * s.r);
+        light.blockers = s.blockers, light.visible_to = s.visible_to;
+        const Mask disk = at & light.is(kDiskLight);
+        if (any(disk)) {
+            const LightRow l = gather_light(scene.lights, select(disk, s.row, splat(0)));
+            const Vec3 way = l.position - x.x.position;
+            Vec3 a, b;
+            basis(way * (1.0f / max(sqrt(dot(way, way)), 1e-30f)), a, b);
+            const Vec3 across = light.place - l.position;
+            light.place = select(disk, {dot(across, a), dot(across, b), splat(0.0f)}, light.place);
+        }
+        const Mask sphere = at & light.is(kSphereLight);
+        if (any(sphere)) {
+            const LightRow l = gather_light(scene.lights, select(sphere, s.row, splat(0)));
+            const SphereCone cone = sphere_cone(l.position - x.x.position, l.radius);
+            Vec3 a, b;
+            basis(cone.axis, a, b);
+            const Float along = dot(s.w, a), across = dot(s.w, b);
+            const Float sine2 = max(along * along + across * across, 1e-37f);
+            const Float rise = rise_from_axis(sine2, dot(s.w, cone.axis));
+            const Float scale = sqrt(min(rise / max(cone.cap, 1e-30f), splat(1.0f)) / sine2);
+            light.place = select(sphere, {along * scale, across * scale, splat(0.0f)}, light.place);
+        }
+        // What a sample weighs holds the measure of its place as seen from here.
+        const ChainLightRay seen = see_chain_light(scene, at, light, x.x.position);
+        light.density = select(light.distant(), splat(1.0f), seen.measure) / max(s.geometry, 1e-37f);
+        found |= at & (light.density > 0.0f);
+    }
+    if (any(by_sky)) found |= choose_sky(scene, x, by_sky, random, light);
+    if (any(by_surface)) found |= choose_surface(scene, x, by_surface, stream, random, light);
+    const Float share = select(by_light, of_lights, select(by_sky, of_sky, of_surfaces));
+    light.density = light.density * (share / max(all, 1e-30f));
+    return found;
+}
+
+// What a light rides on.
+EG_INLINE FarEnd far_end(const SceneView& scene, const ChainLight& light) {
+    FarEnd y = still_far_end();
+    y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
+    y.row = light.row, y.kind = light.kind;
+    y.sky = light.sky() & splat(scene.sky.pixels ? -1 : 0);
+    return y;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

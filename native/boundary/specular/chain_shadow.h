@@ -1,0 +1,123 @@
+// Edges of shadows that are seen through chains of mirrors and smooth glass, and edges between surfaces seen
+// there and others that light them.
+//
+// The chain ends at x, a function of the place s in the picture and of theta, and y is a place of a light
+// (boundary/specular/chain_light.h). The way from x to y touches the edge of direction t through e where
+//   g(s, theta) = (e - x) . (t x D) = 0,   D the unit direction from x to y;
+// with r = |e - x| and lambda = |e - y|/|x - y|
+//   -dg/dtheta = (D x t) . (de - lambda dx - (1 - lambda) dy),
+// which is formula (S)'s with x where the chain moves it. One term of the picture is then, of the crossings
+// of scan lines with that curve (boundary/specular/chain_term.h), and in the mean over y with its density p
+// by dM,
+//   dI = sum over crossings of T f |n_s . D| L_e |n_y . D|/|x - y|^2 /p sigma (-dg/dtheta) |g_k| /(g_x^2 +
+//   g_y^2),
+// sigma the side of the edge's faces, seen along D x t. Nothing is divided by r^2: hard and soft shadows are
+// one. Of a y on a surface L_e is what that scatters to x, a path of the picture. -dg/dx = -lambda (D x t) is
+// the seed of the chain's sweeps; where the light faces x, it moves y too.
+#pragma once
+
+#include "boundary/segment/occluder.h"
+#include "boundary/specular/chain.h"
+#include "boundary/terms/primary.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+EG_INLINE ChainLight load_light(const ChainCrossings& c, int at, Mask lit) {
+    ChainLight l = no_chain_light();
+    l.row = select(lit, load(c.light_row + at), l.row), l.kind = select(lit, load(c.light_kind + at), l.kind);
+    l.face = select(lit, load(c.light_face + at), l.face);
+    l.instance = select(lit, load(c.light_instance + at), l.instance);
+    l.scatters = lit & load(c.light_scatters + at);
+    l.b1 = select(lit, load(c.light_b1 + at), l.b1), l.b2 = select(lit, load(c.light_b2 + at), l.b2);
+    const Vec3 place = {load(c.light_place[0] + at), load(c.light_place[1] + at),
+                        load(c.light_place[2] + at)};
+    l.place = select(lit, place, l.place);
+    l.blockers = select(lit, load(c.light_blockers + at), l.blockers);
+    l.visible_to = select(lit, load(c.light_visible_to + at), l.visible_to);
+    l.density = select(lit, load(c.light_density + at), l.density);
+    return l;
+}
+
+// The way from x past the edge of `s` to the light: D x t = s.normal * s.weight.
+struct ShadowWay {
+    ChainLightRay light;
+    FarEnd y;
+    Float lambda;
+    Vec3 by_y;  // -dg by y, of distant ones by the direction to them
+};
+
+EG_INLINE ShadowWay shadow_way(const SceneView& scene, const ChainLight& light, const EdgeSample& s, Vec3 x) {
+    ShadowWay way;
+    way.light = see_chain_light(scene, s.active, light, x);
+    way.y = far_end(scene, light);
+    const Float far = way.light.distance, reach = s.view.distance;
+    way.lambda = select(far < __builtin_inff(), max(1.0f - reach / max(far, 1e-30f), 0.0f), splat(1.0f));
+    way.by_y = s.normal * (s.weight * select(is_distant(way.y), -reach, way.lambda - 1.0f));
+    return way;
+}
+
+// -dg by what the light moves by, for what `asked` names, times `color`.
+template <typename Mode>
+EG_INLINE void light_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                            const ChainCrossings& c, int at, const EdgeSample& s, Vec3 x, Vec3 color) {
+    const Mask lit = s.active & load(c.lit + at);
+    if (!any(lit)) return;
+    const ShadowWay way = shadow_way(scene, load_light(c, at, lit), s, x);
+    const Mask on_face = lit & (way.y.face >= 0);
+    if (any(on_face))
+        face_point_blocks(mode, scene, asked, on_face, way.y.face, way.y.instance, way.y.b1, way.y.b2,
+                          way.by_y, color);
+    far_end_blocks(mode, scene, asked, lit, way.y, x, way.light.w, way.light.distance, way.by_y, color);
+}
+
+// The jump at crossings from `at` on that are lit, but for the throughput of their chains and what surfaces y
+// scatter. `scatters`: x, met by rays of `kind`. Sets -dg by x.
+EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int at, EdgeSample s,
+                            const ScatteringPoint& scatters, Int kind, Vec3& jump, Vec3& by_x) {
+    const SurfacePoint& x = scatters.x;
+    Mask lit = s.active & x.active;
+    const ChainLight light = load_light(c, at, lit);
+    s.active = lit;
+    const ShadowWay way = shadow_way(scene, light, s, x.position);
+    lit &= (s.view.distance > 1e-5f * largest_component(s.point)) & (way.lambda > 0.0f) &
+           (s.view.distance < way.light.distance);
+    PieceSample p;
+    p.active = lit;
+    p.edge = s.edge, p.instance = s.instance;
+    p.a = s.point - s.tangent * s.u, p.t = s.tangent;
+    const Vec3 across = s.normal * s.weight;
+    const Mask clear = transparent_occluder(scene, lit, s.edge);
+    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
+    lit &= (sigma != 0.0f) & ~on_edge_face(scene, p, x);
+    const Vec3 w = way.light.w;
+    lit &= scatters.both_sides | (dot(x.normal, w) > 0.0f);
+    if (!any(lit)) return lit;
+    // Followed lobes find all but lights of the table by the chain itself.
+    const Mask without = scene.followed_alpha > 0.0f ? light.row < 0 : splat(0);
+    Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to, without) *
+                 radiance_of(scene, lit, light, way.light, x.mesh, kind) *
+                 (sigma * way.light.measure / light.density);
+    lit &= largest_component(value) > 0.0f;
+    if (!any(lit)) return lit;
+    const Mask near = way.light.distance < __builtin_inff();
+    PassingRays rays{light.blockers};
+    rays.ignored = {s.edge, s.instance};
+    value = value * transmittance(scene, lit, leave_surface(x, w), w,
+                                  select(near, way.light.distance * 0.9999f, splat(__builtin_inff())), rays);
+    if (any(clear & lit))
+        value = select(clear, value * transparent_jump(scene, p, lit & clear, s.u, across, w), value);
+    jump = select(lit, value, jump);
+    by_x = select(lit, across * -way.lambda, by_x);
+    const Mask on_row = lit & (light.row >= 0) & turns_with_point(light.kind);
+    if (any(on_row)) {
+        Float row[kLightParams];
+        const Vec3 offset = w * select(is_distant(way.y), splat(1.0f), way.light.distance);
+        by_x = select(on_row,
+                      by_x + light_motion_row(scene.lights, select(on_row, light.row, splat(0)), light.kind,
+                                              x.position, offset, way.by_y, row),
+                      by_x);
+    }
+    return lit;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

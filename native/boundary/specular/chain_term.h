@@ -1,0 +1,349 @@
+// Specular boundary term: what changes where an edge, seen through mirrors and smooth glass, sweeps over the
+// picture, and where one of a shadow does that is seen there (boundary/specular/chain_shadow.h).
+//
+// A chain of perfect reflections and refractions ends with a ray from p along D, both functions of the place
+// s in the picture and of the scene theta. It touches the edge of direction t through e where
+//   g(s, theta) = (e - p) . (t x D) = 0:
+// that curve moves with the velocity -dg/dtheta / |grad_s g| along n = grad_s g / |grad_s g|. The change of
+// the picture, an integral over the curve of T (L- - L+) times that velocity, becomes one over scan lines:
+// per unit of distance between horizontal lines there is |n_x| of the curve, so with the weights n_x^2 +
+// n_y^2 = 1 of horizontal and vertical ones,
+//   dI = sum over crossings of T (L- - L+) (-dg/dtheta) |g_k| / (g_x^2 + g_y^2),
+// k = x on horizontal and y on vertical lines: bounded for every direction of the curve. T is the chain's
+// throughput, L+ and L- the radiance of the sides where g > 0 and g < 0: where N = (e - p) x t points, and
+// from where.
+//
+// The derivatives of p and D are those of the recorded chain (adjoint/vertex.h); the edge's own is N . de/r,
+// r = |e - p|.
+#pragma once
+
+#include "boundary/segment/scattering_chain.h"
+#include "boundary/specular/chain_horizon.h"
+#include "boundary/specular/chain_shadow.h"
+#include "path/recorder.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Replays the chains of crossings [at, at + W) and records their vertices. Returns their last rays, of those
+// that end at a light the ones that met their last surfaces; `p` is the path's state along them. Where an
+// edge parts two faces, `touching` is the ray before the last one, and the vertex in between isn't recorded.
+EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, const ChainCrossings& c,
+                              int at, int count, VertexMemory& vertices, ChainRay& ray, ChainRay& touching,
+                              PathPacket& p) {
+    const Mask active = first_lanes(count - at);
+    PicturePoint place = {load(c.x + at), load(c.y + at), load(c.lens_u + at), load(c.lens_v + at)};
+    place = {select(active, place.x, 0.0f), select(active, place.y, 0.0f), select(active, place.lens_u, 0.5f),
+             select(active, place.lens_v, 0.5f)};
+    Float near, far;
+    ray = touching = chain_start(scene.camera, place, near, far);
+    ChainCount counted(task.limits, task.max_depth);
+    Mask fine = active;
+    // Of surfaces that let light pass, those behind which the chain is scattered once more; `look_behind`
+    // sees to those before the edge.
+    Vec3 throughput = {splat(1.0f), splat(1.0f), splat(1.0f)}, passed = throughput;
+    Int waiting = splat(0);
+    Vec3 from_normal = ray.direction;
+    Int from_mesh = splat(0);
+    Mask followed = splat(0);
+    const Int length = select(active, load(c.length + at), splat(0));
+    const Mask horizon = at_horizon(c, at, count), parted = active & load(c.parted + at);
+    for (int level = 0; level < kMostChain; ++level) {
+        const Mask here = active & (level < length);
+        if (!any(here)) break;
+        const auto column = [&](int32_t* const(&table)[kMostChain], int rest) {
+            return select(here, load(table[level] + at), splat(rest));
+        };
+        Closest hit;
+        hit.hit = here;
+        hit.face = column(c.face, 0), hit.mesh = column(c.mesh, 0), hit.instance = column(c.instance, -1);
+        hit.b1 = select(here, load(c.b1[level] + at), 0.0f);
+        hit.b2 = select(here, load(c.b2[level] + at), 0.0f);
+        hit.distance = splat(0.0f);
+        const Int fate = column(c.fate, kFatePasses);
+        const auto half_part = [&](int k) { return select(here, load(c.half[k][level] + at), 0.0f); };
+        const Vec3 half = {half_part(0), half_part(1), half_part(2)};
+        SurfacePoint x = surface_point(scene, here, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
+        x.mesh = hit.mesh;
+        const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
+        const ChainSurface s = chain_surface(scene, x, point, column(c.leaf, 0));
+        const Mask passes = here & (fate == kFatePasses), lit = here & (fate == kFateLit);
+        const Mask scatters = here & ~passes & ~lit;
+
+        PathPacket arrived{};
+        arrived.active = here;
+        arrived.path = lane_index() + at;
+        arrived.origin = arrived.from = ray.from;
+        arrived.direction = ray.direction;
+        arrived.from_mesh = from_mesh;
+        arrived.kind = select(here, ray.kind, splat(0));
+        const Mask behind = parted & (length == level + 1), recorded = here & ~behind;
+        touching = select(behind, ray, touching);
+        arrived.active = recorded;
+        Vertex& v = vertices.append<W>();
+        record_arrival(v, arrived, recorded, hit);
+        put(v.leaf, here, s.shader.leaf);
+        put(v.passes, passes, splat(-1));
+
+        const Float kept = s.leaf_weight;
+        passed = select(passes, passed * s.passing * (s.share * kept), passed);
+        waiting = waiting - passes;
+        throughput = select(lit, throughput * passed * ((1.0f - s.share) * kept), throughput);
+        if (!any(scatters)) continue;
+        Vec3 value;
+        Mask below;
+        const Mask goes_on = scatter_chain(scene, s, scatters, fate, half, ray, value, below);
+        // At a horizon rounding may decide.
+        fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
+        const Mask bends = scatters & recorded;
+        put(v.samples, bends, splat(-1));
+        put(v.continues, bends, splat(-1));
+        put(v.specular, bends, splat(-1));
+        put(v.transmitted, bends, (fate & kFateTransmits) != 0);
+        put(v.lobe, bends, fate & kFateLobes);
+        const Mask follows = bends & ((fate & kFateFollows) != 0);
+        put(v.follows, follows, splat(1) << (fate & kFateLobes));
+        put3(v.half, follows, half);
+        put3(v.next_direction, bends, ray.direction);
+        throughput = select(scatters, throughput * passed * value * ((1.0f - s.share) * kept), throughput);
+        passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
+        from_normal = select(scatters, x.normal, from_normal);
+        from_mesh = select(scatters, x.mesh, from_mesh);
+        followed = select(scatters, (fate & kFateFollows) != 0, followed);
+        counted.add(scatters, ray.kind);
+        counted.p.bounces = counted.p.bounces + ((waiting & scatters) << 24);
+        counted.p.vertex = counted.p.vertex + ((waiting + 1) & scatters);
+        waiting = waiting & ~scatters;
+    }
+    touching = select(parted, touching, ray);
+    p = counted.p;
+    p.throughput = throughput;
+    p.from_normal = from_normal;
+    p.from_mesh = from_mesh;
+    p.followed = followed;
+    p.kind = select(active, ray.kind, splat(0));
+    return fine;
+}
+
+// The edge that a chain's last ray touches, as seen from where that ray comes from.
+EG_INLINE EdgeSample chain_edge(const SceneView& scene, const ChainCrossings& c, int at, int count, Vec3 from,
+                                Vec3 origin) {
+    EdgeSample s;
+    s.active = first_lanes(count - at) & (load(c.edge + at) >= 0);
+    s.edge = select(s.active, load(c.edge + at), splat(0));
+    s.instance = select(s.active, load(c.edge_instance + at), splat(-1));
+    s.crossing = splat(0);
+    s.u = select(s.active, load(c.u + at), 0.0f);
+    gather_edges(scene, s.edge, s.instance, s.end, s.tangent);
+    s.point = s.end + s.tangent * s.u;
+    const Vec3 way = s.point - origin;
+    Projection& v = s.view;
+    v.active = s.active;
+    v.origin = origin;
+    v.distance = sqrt(dot(way, way));
+    v.direction = way * (1.0f / max(v.distance, 1e-30f));
+    v.near = splat(0.0f), v.far = splat(__builtin_inff());
+    v.across_of = s.point - from;
+    s.normal = cross(v.across_of, s.tangent);
+    s.weight = 1.0f / max(sqrt(dot(v.across_of, v.across_of)), 1e-30f);
+    s.active &= v.distance > 0.0f;
+    s.random.pixel = splat(0);
+    s.random.sample = bits(lane_index());
+    s.random.stream = bits(splat(0));
+    return s;
+}
+
+EG_INLINE Vec3 load_jump(const ChainCrossings& c, int at) {
+    Vec3 jump;
+    load3(jump, c.jump, at);
+    return jump;
+}
+EG_INLINE void store_jump(ChainCrossings& c, int at, Mask m, Vec3 jump) {
+    store3(c.jump, at, select(m, jump, zero3()));
+}
+
+// Loads the surfaces at which lit crossings end, where `ray` has met them.
+EG_INLINE ChainSurface lit_surface(const SceneView& scene, const ChainCrossings& c, int at, Mask lit,
+                                   const ChainRay& ray) {
+    const LastVertex v = last_vertex(c, at, lit);
+    SurfacePoint x = surface_point(scene, lit, v.face, v.b1, v.b2, ray.direction, v.instance);
+    x.mesh = v.mesh;
+    return chain_surface(scene, x, texture_point(scene, x, -ray.direction, ray.kind), v.leaf);
+}
+
+// Appends what the surfaces of crossings [at, at + W) scatter past edges towards x, `p` being the path as it
+// arrives there; lanes that may be scattered so often.
+EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task, const ChainCrossings& c,
+                                int at, Mask active, const EdgeSample& s, const ScatteringPoint& x,
+                                const PathPacket& p, Workspace& work, int& queued) {
+    const ChainLight light = load_light(c, at, active);
+    const ChainLightRay way = see_chain_light(scene, active, light, x.x.position);
+    Int bounces = p.bounces & 0xffffff;
+    active = scatters_within_limits(
+        task, active, x.x, way.w, splat(kScatteredRays), s.random, splat(0),
+        [&](Int kinds) EG_INLINE_LAMBDA { return x.evaluate(scene, active, way.w, kinds); }, bounces);
+    Closest y;
+    y.hit = active;
+    y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
+    y.mesh = mesh_of(scene, select(active, light.face, splat(0)));
+    y.distance = way.distance - s.view.distance;
+    queued = append_scattering(work, queued, active, lane_index() + at, s.point, way.w, y, zero3(),
+                               gray(splat(1.0f)), splat(0), p.segment + 1, bounces,
+                               splat(static_cast<int>(kDiffuseRay)));
+    return active;
+}
+
+// The jumps of light at crossings with edges of shadows, and what the chains' ends move them by; lanes of
+// those.
+EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, ChainCrossings& c, int at,
+                          int count, Mask lit, const ChainRay& ray, const PathPacket& p, Workspace& work,
+                          int& queued) {
+    const ScatteringPoint end = scattering_point(scene, lit, lit_surface(scene, c, at, lit, ray));
+    const Vec3 x = end.x.position;
+    EdgeSample s = chain_edge(scene, c, at, count, x, x);
+    s.random = path_index(side_paths(task), lane_index() + at);
+    s.active &= lit;
+    Vec3 jump = zero3(), by_x = zero3();
+    Mask seen = shadow_jump(scene, c, at, s, end, ray.kind, jump, by_x);
+    const Mask surfaces = seen & load(c.light_scatters + at);
+    if (any(surfaces))
+        seen &= ~surfaces | append_surfaces(scene, task, c, at, surfaces, s, end, p, work, queued);
+    jump = jump * p.throughput * load(c.weight + at);
+    put3(c.by_point, at, lit, select(seen, by_x, zero3())), put3(c.by_direction, at, lit, zero3());
+    put3(c.jump, at, lit, select(seen, jump, zero3())), put3(c.from, at, lit, x);
+    return seen;
+}
+
+// Records the chains of `count` crossings, and estimates what jumps across their edges.
+static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                               VertexMemory& vertices, ChainCrossings& c, int count) {
+    vertices.clear();
+    const ImageTask paths = side_paths(task);
+    int queued = 0;
+    for (int at = 0; at < count; at += W) {
+        ChainRay onwards, ray;
+        PathPacket p;
+        const Mask fine = record_chains(scene, task, c, at, count, vertices, onwards, ray, p);
+        EdgeSample s = chain_edge(scene, c, at, count, ray.from, ray.origin);
+        const Mask lit = first_lanes(count - at) & load(c.lit + at);
+        s.active &= fine & ~lit;
+        const Mask horizon = fine & at_horizon(c, at, count), parted = s.active & load(c.parted + at);
+        s.active &= ~parted;
+        s.mask = ray_mask(p.kind);
+        s.random = path_index(paths, lane_index() + at);
+        Sides sides = visible_faces(scene, s);
+        s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
+        Behind behind;
+        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
+        Mask seen = s.active | parted;
+        // -dg/dp = t x D and -dg/dD = -N, D being the recorded ray's.
+        store3(c.by_point, at, select(seen, cross(s.tangent, ray.direction), zero3()));
+        store3(c.by_direction, at, select(seen, -s.normal, zero3()));
+        store3(c.from, at, select(seen, ray.from, zero3()));
+        if (any(horizon)) horizon_slopes(c, at, horizon, ray, p);
+        if (any(horizon | parted)) {
+            const Mask plus = horizon | is_plus_side(scene, c, at, parted, s);
+            const Int path = lane_index() + at + select(plus, splat(0), splat(count));
+            queued = see_onwards(scene, horizon | parted, onwards, p, path, work, queued);
+        }
+        seen |= horizon;
+        if (any(lit & fine)) seen |= lit_sides(scene, task, c, at, count, lit & fine, ray, p, work, queued);
+        store(c.seen + at, seen);
+        if (!any(s.active)) continue;
+        const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
+        const auto start = [&](const SideFace& near, Int number, Vec3 outwards,
+                               Float slope_behind) EG_INLINE_LAMBDA {
+            const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
+            Vec3 aside;
+            const Closest hit = side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, aside);
+            p.active = s.active;
+            p.path = number;
+            p.origin = p.from = s.view.origin;
+            p.direction = s.view.direction;
+            PathPacket side = p;
+            side.throughput = p.throughput * behind.through;
+            side.vertex = p.vertex + behind.passed;
+            side.bounces = p.bounces + (behind.passed << 24);
+            Closest none = hit;
+            none.hit = splat(0);
+            queued = append_met(work, queued, side, hit, aside, none);
+        };
+        start(sides.plus, lane_index() + at, s.normal, slope);
+        start(sides.minus, lane_index() + at + count, -s.normal, -slope);
+    }
+    run_appended(scene, paths, work, queued, 2 * count);
+    for (int at = 0; at < count; at += W) {
+        Vec3 plus, minus;
+        load3(plus, work.radiance, at);
+        load3(minus, work.radiance, count + at);
+        const Mask lit = load(c.lit + at);
+        const Vec3 towards_x = select(lit & load(c.light_scatters + at), plus, gray(splat(1.0f)));
+        store_jump(c, at, load(c.seen + at),
+                   select(lit, load_jump(c, at) * towards_x, (minus - plus) * load(c.weight + at)));
+    }
+}
+
+// The jumps times what a unit of -dg/dtheta sweeps per scan line: |g_k| / (g_x^2 + g_y^2).
+static void chain_sweeps_kernel(const BoundaryTask& task, ChainCrossings& c, int count) {
+    for (int at = 0; at < count; at += W) {
+        const Float gx = load(c.by_screen[0] + at), gy = load(c.by_screen[1] + at);
+        const Float across = select(load(c.horizontal + at) != 0, abs(gx), abs(gy));
+        const Vec3 jump = load_jump(c, at) * (across / max(gx * gx + gy * gy, 1e-37f));
+        const Mask seen = first_lanes(count - at) & load(c.seen + at);
+        store_jump(c, at,
+                   keep_finite(task, at, seen, load(c.edge + at), load(c.edge_instance + at), size_of(jump)),
+                   jump);
+    }
+}
+
+// The splats of crossings, of which work.radiance[0] has the part of -dg/dtheta that is the chain's.
+static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c, int count, Workspace& work,
+                                 const DerivativeView& tangent, Splats& splats) {
+    for (int at = 0; at < count; at += W) {
+        Vec3 from;
+        load3(from, c.from, at);
+        EdgeSample s = chain_edge(scene, c, at, count, from, from);
+        const Vec3 jump = load_jump(c, at);
+        const Mask jumps = largest_component(jump) > 0.0f, horizon = jumps & at_horizon(c, at, count);
+        s.active &= jumps;
+        if (!any(s.active | horizon)) continue;
+        Forward mode{scene, tangent};
+        const Vec3 unit = {splat(1.0f), splat(0.0f), splat(0.0f)};
+        chain_horizon_blocks(mode, scene, tangent, c, at, horizon, unit);
+        light_blocks(mode, scene, tangent, c, at, s, from, unit);
+        const Float g = load(work.radiance[0] + at) + sweep(scene, tangent, s) + mode.value.x;
+        const Vec3 value = jump * g;
+        for (int i = 0; i < W; ++i) {
+            if (!s.active[i] && !horizon[i]) continue;
+            const int32_t n = c.segment[at + i];
+            splats.x[n] = c.x[at + i], splats.y[n] = c.y[at + i];
+            splats.value[0][n] = value.x[i], splats.value[1][n] = value.y[i], splats.value[2][n] = value.z[i];
+        }
+    }
+}
+
+// Adds the edges' part to the gradient, and leaves in `seeds` the adjoints of the chains' -dg/dtheta.
+static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& c, int count,
+                                  const float* adjoint, DerivativeView& gradient, float* seeds) {
+    for (int at = 0; at < count; at += W) {
+        Vec3 from;
+        load3(from, c.from, at);
+        EdgeSample s = chain_edge(scene, c, at, count, from, from);
+        const Vec3 jump = load_jump(c, at);
+        Mask jumps = largest_component(jump) > 0.0f;
+        jumps &= s.active | at_horizon(c, at, count);
+        const Vec3 a = any(jumps) ? adjoint_at(scene.camera, jumps, select(jumps, load(c.x + at), 0.0f),
+                                               select(jumps, load(c.y + at), 0.0f), adjoint)
+                                  : zero3();
+        const Float seed = select(jumps, dot(a, jump), 0.0f);
+        store(seeds + at, seed);
+        jumps &= seed != 0.0f;
+        s.active &= jumps;
+        if (!any(jumps)) continue;
+        Backward mode{scene, gradient, a};
+        chain_horizon_blocks(mode, scene, gradient, c, at, jumps & at_horizon(c, at, count), jump);
+        edge_blocks(mode, scene, gradient, s, jump);
+        light_blocks(mode, scene, gradient, c, at, s, from, jump);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

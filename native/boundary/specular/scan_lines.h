@@ -1,0 +1,363 @@
+// Where scan lines cross the picture of edges that are seen through chains of mirrors and smooth glass.
+//
+// No projection leads from such an edge to the picture: the rays that meet it are found from the camera. Of
+// two neighbouring places on a line, the chains are compared, vertex by vertex; where they differ, the place
+// in between is found by bisection, and of the faces met there the edge that the ray touches. If both halves
+// of an interval have a difference, one of them is followed, with twice the weight: any number of crossings
+// within a segment are found in the mean. Beside a place whose ray goes on may be one whose ray is sent into
+// the surface: what is in between is the horizon of the face, and the chain is that of the ray which goes on.
+// What lies between two neighbouring places and is seen from none of them isn't. Edges of shadows are found
+// in the same way, on the way from the chain's end to a place of a light, which is picked at one of the two
+// places: from where makes no difference, but for its density.
+//
+// Every second place of a line chooses a chain, which those on both sides of it follow: three chains are
+// traced for two segments. Lines begin anywhere within a pair, so that either end of a segment is as often
+// the one that chooses: what only one of them sees counts twice. They end with their tile of the picture
+// (boundary/specular/scan_plan.h).
+#pragma once
+
+#include <algorithm>
+
+#include "boundary/samples/segment_sampling.h"
+#include "boundary/specular/chain.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Halvings of a segment: to a few roundings of places in the picture.
+constexpr int kHalvings = 14;
+// Those that tell two crossings apart, by a thousandth of a pixel. Nearer to an edge rounding lets rays slip
+// past it or between its faces: differences there are of one crossing, whose sides are known by construction.
+constexpr int kApart = 9;
+
+// Two segments that share an end, at which the chain is chosen.
+struct SegmentPair {
+    Mask active, horizontal;
+    PicturePoint chosen, end[2];
+    UInt stream;
+    Float low, high;  // of the tile, along the line: what crosses the line elsewhere is other tiles'
+    Float share;      // what a line counts for: their distance, and what the pass does
+};
+
+// Of the task's segments from `at` on.
+EG_INLINE SegmentPair scan_segments(const ScanTask& task, int64_t at) {
+    SegmentPair s;
+    s.active = splat(0);
+    const int64_t tiles = static_cast<int64_t>(task.columns) * task.rows;
+    int64_t tile =
+        std::upper_bound(task.tile_first, task.tile_first + tiles, task.first + at) - task.tile_first - 1;
+    for (int i = 0; i < W; ++i) {
+        const int64_t k = task.first + at + 2 * i;
+        s.active[i] = at + 2 * i < task.count ? -1 : 0;
+        while (tile + 1 < tiles && task.tile_first[tile + 1] <= k) ++tile;
+        const int32_t lines = task.tile_lines[tile];
+        const auto number = static_cast<int32_t>(k - task.tile_first[tile]), line = number / kScanLine;
+        const bool flat = line < lines;
+        const int along = flat ? 0 : 1;
+        const int64_t place_of_tile[2] = {tile % task.columns, tile / task.columns};
+        float low[2], high[2];
+        for (int axis = 0; axis < 2; ++axis) {
+            low[axis] = task.low[axis] + kScanTile * static_cast<float>(place_of_tile[axis]);
+            high[axis] = __builtin_fminf(low[axis] + kScanTile, task.high[axis]);
+        }
+        const float width = high[1 - along] - low[1 - along];
+        // Lines are spaced evenly, each with a place of its own within its strip.
+        const uint32_t random = hash(static_cast<uint32_t>(k - number % kScanLine) ^ hash(task.seed));
+        const auto uniform = [random](uint32_t which) {
+            return static_cast<float>(hash(random ^ (0x9e3779b9u * which)) >> 8) * 5.9604645e-8f;
+        };
+        const float across =
+            low[1 - along] +
+            width * (static_cast<float>(flat ? line : line - lines) + uniform(1)) / static_cast<float>(lines);
+        const float begin =
+            low[along] + (static_cast<float>(number % kScanLine) - 2.0f * uniform(2)) * kScanSegment;
+        s.active[i] &= begin < high[along] ? -1 : 0;
+        s.horizontal[i] = flat ? -1 : 0;
+        s.low[i] = low[along], s.high[i] = high[along];
+        s.share[i] = task.scale / (static_cast<float>(lines) / width);
+        const auto place = [&](PicturePoint& p, float steps) {
+            const float here = begin + steps * kScanSegment;
+            p.x[i] = flat ? here : across, p.y[i] = flat ? across : here;
+            p.lens_u[i] = uniform(3), p.lens_v[i] = uniform(4);
+        };
+        place(s.end[0], 0.0f), place(s.chosen, 1.0f), place(s.end[1], 2.0f);
+        s.stream[i] = hash(static_cast<uint32_t>(k) ^ hash(task.seed ^ 0x27d4eb2fu));
+    }
+    return s;
+}
+
+EG_INLINE PicturePoint middle(const PicturePoint& a, const PicturePoint& b) {
+    return {0.5f * (a.x + b.x), 0.5f * (a.y + b.y), a.lens_u, a.lens_v};
+}
+EG_INLINE PicturePoint select(Mask m, const PicturePoint& a, const PicturePoint& b) {
+    return {select(m, a.x, b.x), select(m, a.y, b.y), a.lens_u, a.lens_v};
+}
+
+// Takes the lanes of a mask from another chain.
+EG_OUTLINE void take(SpecularChain& to, Mask m, const SpecularChain& from) {
+    int most = 0;
+    for (int i = 0; i < W; ++i)
+        if (m[i] && from.count[i] > most) most = from.count[i];
+    to.count = select(m, from.count, to.count);
+    for (int k = 0; k < most; ++k) {
+        to.key[k] = select(m, from.key[k], to.key[k]);
+        to.face[k] = select(m, from.face[k], to.face[k]);
+        to.mesh[k] = select(m, from.mesh[k], to.mesh[k]);
+        to.instance[k] = select(m, from.instance[k], to.instance[k]);
+        to.b1[k] = select(m, from.b1[k], to.b1[k]);
+        to.b2[k] = select(m, from.b2[k], to.b2[k]);
+        to.from[k] = select(m, from.from[k], to.from[k]);
+        to.direction[k] = select(m, from.direction[k], to.direction[k]);
+        to.position[k] = select(m, from.position[k], to.position[k]);
+        to.normal[k] = select(m, from.normal[k], to.normal[k]);
+        to.smooth[k] = select(m, from.smooth[k], to.smooth[k]);
+    }
+}
+
+// The edge that a ray touches, of the two faces that neighbouring rays meet.
+struct TouchedEdge {
+    int32_t edge = -1, instance = -1;
+    float u = 0.0f;
+    float off = 3e38f;  // by how much the ray misses it, as an angle
+};
+
+// Tries the edges of a face.
+EG_INLINE void try_edges(const SceneView& scene, const ScanTask& task, int32_t face, int32_t instance,
+                         const float (&from)[3], const float (&direction)[3], TouchedEdge& best) {
+    for (int c = 0; c < 3; ++c) {
+        const int32_t edge = task.face_edge[3 * static_cast<int64_t>(face) + c];
+        if (edge < 0) continue;
+        float a[3], b[3];
+        edge_end(scene, edge, instance, 0, a);
+        edge_end(scene, edge, instance, 1, b);
+        // Across the ray, the edge's ends and the way between them; the nearest point of it to the ray.
+        float w[3], t[3], wd = 0.0f, td = 0.0f;
+        for (int k = 0; k < 3; ++k) {
+            w[k] = a[k] - from[k], t[k] = b[k] - a[k];
+            wd += w[k] * direction[k], td += t[k] * direction[k];
+        }
+        float wt = 0.0f, tt = 0.0f;
+        for (int k = 0; k < 3; ++k) {
+            const float w1 = w[k] - wd * direction[k], t1 = t[k] - td * direction[k];
+            wt += w1 * t1, tt += t1 * t1;
+        }
+        if (!(tt > 0.0f)) continue;
+        const float u = -wt / tt < 0.0f ? 0.0f : -wt / tt > 1.0f ? 1.0f : -wt / tt;
+        float miss = 0.0f;
+        const float along = wd + u * td;
+        for (int k = 0; k < 3; ++k) {
+            const float d = w[k] + u * t[k] - along * direction[k];
+            miss += d * d;
+        }
+        if (!(along > 0.0f)) continue;
+        const float off = __builtin_sqrtf(miss) / along;
+        if (off < best.off) best = {edge, instance, u, off};
+    }
+}
+
+// How far a ray may pass an edge that it is said to touch: the distance of the neighbours, and roundings.
+EG_INLINE float reach_of(const SpecularChain& p, const SpecularChain& q, int level, int i, float distance) {
+    const auto gap = [i](const Vec3& a, const Vec3& b) {
+        const float x = a.x[i] - b.x[i], y = a.y[i] - b.y[i], z = a.z[i] - b.z[i];
+        return __builtin_sqrtf(x * x + y * y + z * z);
+    };
+    const Vec3& from = p.from[level];
+    const float size =
+        __builtin_fabsf(from.x[i]) + __builtin_fabsf(from.y[i]) + __builtin_fabsf(from.z[i]) + distance;
+    return 4.0f *
+               (gap(p.direction[level], q.direction[level]) + gap(p.from[level], q.from[level]) / distance) +
+           2e-5f * size / distance;
+}
+
+// Of neighbouring chains that differ at a vertex, the edge that their last ray touches.
+EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task, const SpecularChain& p,
+                                   const SpecularChain& q, int level, int i) {
+    TouchedEdge best;
+    float distance = 3e38f;
+    const SpecularChain* const both[2] = {&p, &q};
+    for (const SpecularChain* c : both) {
+        if (c->key[level][i] == kMissed || c->key[level][i] == kDead) continue;
+        const Vec3 &o = c->from[level], &d = c->direction[level], &x = c->position[level];
+        const float from[3] = {o.x[i], o.y[i], o.z[i]}, direction[3] = {d.x[i], d.y[i], d.z[i]};
+        try_edges(scene, task, c->face[level][i], c->instance[level][i], from, direction, best);
+        float square = 0.0f;
+        const float to[3] = {x.x[i], x.y[i], x.z[i]};
+        for (int k = 0; k < 3; ++k) square += (to[k] - from[k]) * (to[k] - from[k]);
+        distance = __builtin_sqrtf(square) < distance ? __builtin_sqrtf(square) : distance;
+    }
+    if (best.edge >= 0 && best.off > reach_of(p, q, level, i, distance)) best.edge = -1;
+    return best;
+}
+
+// Appends lane i's crossing.
+EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, int64_t segment, Mask horizontal,
+                               const PicturePoint& place, const ChainChoices& choices,
+                               const SpecularChain& chain, int level, const TouchedEdge& edge, float weight) {
+    const ChainLight& light = choices.light;
+    const bool lit = level > choices.lit[i];
+    if (lit) level = choices.lit[i] + 1;  // what is passed on the way to the light is no part of the chain
+    out.lit[n] = lit ? -1 : 0;
+    out.light_row[n] = light.row[i], out.light_kind[n] = light.kind[i], out.light_face[n] = light.face[i];
+    out.light_instance[n] = light.instance[i], out.light_scatters[n] = light.scatters[i];
+    out.light_blockers[n] = light.blockers[i], out.light_visible_to[n] = light.visible_to[i];
+    out.light_b1[n] = light.b1[i], out.light_b2[n] = light.b2[i];
+    out.light_place[0][n] = light.place.x[i], out.light_place[1][n] = light.place.y[i];
+    out.light_place[2][n] = light.place.z[i];
+    out.light_density[n] = light.density[i];
+    out.x[n] = place.x[i], out.y[n] = place.y[i];
+    out.lens_u[n] = place.lens_u[i], out.lens_v[n] = place.lens_v[i];
+    out.segment[n] = static_cast<int32_t>(segment);
+    out.horizontal[n] = horizontal[i];
+    out.length[n] = level;
+    float probability = 1.0f;
+    for (int k = 0; k < level; ++k) {
+        out.face[k][n] = chain.face[k][i], out.mesh[k][n] = chain.mesh[k][i];
+        out.instance[k][n] = chain.instance[k][i];
+        out.b1[k][n] = chain.b1[k][i], out.b2[k][n] = chain.b2[k][i];
+        out.leaf[k][n] = choices.leaf[k][i], out.fate[k][n] = choices.fate[k][i];
+        const Vec3& half = choices.half[k];
+        out.half[0][k][n] = half.x[i], out.half[1][k][n] = half.y[i], out.half[2][k][n] = half.z[i];
+        probability *= choices.probability[k][i];
+    }
+    out.edge[n] = edge.edge, out.edge_instance[n] = edge.instance, out.u[n] = edge.u;
+    out.weight[n] = weight / probability;
+}
+
+// Lanes whose chain ends where some of the light of the chosen surface arrives. Of opaque scenes where the
+// way from one end to a surface that was found from the other is different, it is hidden.
+EG_OUTLINE Mask sees_surface(const SceneView& scene, const ChainChoices& choices, const SpecularChain& chain,
+                             Mask active) {
+    Mask asked = active & choices.light.scatters & (choices.lit < chain.count);
+    if (!(scene.all_flags & kHasTransparency) || !any(asked)) return splat(0);
+    Vec3 x = zero3();
+    for (int k = 0; k < kMostChain; ++k) x = select(asked & (choices.lit == k), chain.position[k], x);
+    const ChainLightRay way = see_chain_light(scene, asked, choices.light, x);
+    const Vec3 seen = transmittance(scene, asked, x + way.w * (way.distance * 1e-4f), way.w,
+                                    way.distance * 0.9998f, {choices.light.blockers, kDiffuseRay});
+    return asked & (largest_component(seen) > 0.0f);
+}
+
+// Segments whose ends differ, until they fill a packet: few of a packet's do, and each takes many chains.
+struct CrossedSegments {
+    PicturePoint chosen, end;
+    UInt stream;
+    Mask horizontal;
+    Float low, high;   // of the tile
+    Float share;       // of a line
+    Int number, half;  // in the task; which of its pair
+    ChainChoices choices;
+    SpecularChain at_chosen, at_end;
+    Int common;   // how far the other end's chain is the same
+    Mask lone;    // the way to the light is another from there
+    int waiting;  // how many
+};
+
+// Appends the crossings of the waiting segments, which wait no longer. Returns the number of all that are
+// found.
+EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                              int32_t max_depth, CrossedSegments& s, ChainCrossings& out, int found) {
+    const int count = s.waiting;
+    s.waiting = 0;
+    Mask active = first_lanes(count);
+    PicturePoint p = s.chosen, q = s.end;
+    SpecularChain &chain_p = s.at_chosen, &chain_q = s.at_end, chain_m;
+    ChainChoices& choices = s.choices;
+    Float weight = splat(1.0f);
+    for (int step = 0; step < kHalvings; ++step) {
+        const PicturePoint m = middle(p, q);
+        trace_chain<false>(scene, task, limits, max_depth, active, m, s.stream, choices, chain_m);
+        const Mask first = first_difference(chain_p, chain_m, active) >= 0,
+                   second = first_difference(chain_m, chain_q, active) >= 0;
+        active &= first | second;
+        if (!any(active)) return found;
+        const Mask both = active & first & second;
+        Mask to_first = active & first & ~second;
+        if (any(both)) {
+            const UInt random = hash(s.stream ^ bits(2 * step + 1 + s.half) * splat(0x165667b1u));
+            for (int i = 0; i < W; ++i)
+                if (both[i] && (random[i] & 1u)) to_first[i] = -1;
+            if (step < kApart) weight = select(both, 2.0f * weight, weight);
+        }
+        const Mask to_second = active & ~to_first;
+        q = select(to_first, m, q);
+        take(chain_q, to_first, chain_m);
+        p = select(to_second, m, p);
+        take(chain_p, to_second, chain_m);
+    }
+    const Int level = first_difference(chain_p, chain_q, active);
+    for (int i = 0; i < count; ++i) {
+        const int k = level[i];
+        if (!active[i] || k < 1) continue;
+        const float along = s.horizontal[i] ? p.x[i] : p.y[i];
+        if (along < s.low[i] || along >= s.high[i]) continue;
+        const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
+        // Where it is another face of the mesh that sends the ray into itself, that is due to their edge.
+        const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
+                                        chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]);
+        // Seen directly, or through transparent surfaces alone: that is the primary boundary.
+        const int seen = parted ? k - 1 : k;
+        bool bent = false;
+        for (int j = 0; j < seen; ++j) bent |= choices.fate[j][i] != kFatePasses;
+        if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
+        if (k <= choices.lit[i] && !task.edges) continue;
+        TouchedEdge edge;
+        if (!horizon || parted) edge = touched_edge(scene, task, chain_p, chain_q, seen, i);
+        if (edge.edge < 0 && (!horizon || parted)) continue;
+        out.parted[found] = parted ? -1 : 0;
+        const bool twice = s.common[i] <= k || (s.lone[i] && k > choices.lit[i]);
+        append_crossing(out, found++, i, s.number[i], s.horizontal, below ? q : p, choices,
+                        below ? chain_q : chain_p, k, edge, s.share[i] * weight[i] * (twice ? 2.0f : 1.0f));
+    }
+    return found;
+}
+
+// Of the segments from `at` on those that end at end[half] and have different chains there: appends them to
+// the waiting ones, and the crossings of these whenever they fill a packet. Returns the number of crossings.
+EG_OUTLINE int sort_out_crossed(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                                int32_t max_depth, int64_t at, int half, const SegmentPair& s, Mask active,
+                                ChainChoices& choices, const SpecularChain& chosen, CrossedSegments& crossed,
+                                ChainCrossings& out, int found) {
+    SpecularChain end;
+    trace_chain<false>(scene, task, limits, max_depth, active, s.end[half], s.stream, choices, end);
+    active &= first_difference(chosen, end, active) >= 0;
+    if (!any(active)) return found;
+    Int common = end.count;
+    for (int k = 0; k < kMostChain; ++k)
+        common = select((k < end.count) & (end.key[k] == splat(static_cast<int>(kDead))), splat(k), common);
+    const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, end, active);
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        const int to = crossed.waiting++;
+        move_lane(crossed.chosen, to, s.chosen, i), move_lane(crossed.end, to, s.end[half], i);
+        move_lane(crossed.stream, to, s.stream, i), move_lane(crossed.horizontal, to, s.horizontal, i);
+        move_lane(crossed.low, to, s.low, i), move_lane(crossed.high, to, s.high, i);
+        move_lane(crossed.share, to, s.share, i);
+        crossed.number[to] = static_cast<int32_t>(at) + 2 * i + half, crossed.half[to] = half;
+        move_lane(crossed.choices, to, choices, i);
+        move_lane(crossed.at_chosen, to, chosen, i), move_lane(crossed.at_end, to, end, i);
+        move_lane(crossed.common, to, common, i), move_lane(crossed.lone, to, lone, i);
+        if (crossed.waiting == W) found = cross_segments(scene, task, limits, max_depth, crossed, out, found);
+    }
+    return found;
+}
+
+// The crossings of a task's segments; their number.
+static int scan_kernel(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                       int32_t max_depth, ChainCrossings& out) {
+    int found = 0;
+    CrossedSegments crossed{};
+    for (int64_t at = 0; at < task.count; at += 2 * W) {
+        const SegmentPair s = scan_segments(task, at);
+        ChainChoices choices;
+        choices.light = no_chain_light();
+        SpecularChain chosen;
+        trace_chain<true>(scene, task, limits, max_depth, s.active, s.chosen, s.stream, choices, chosen);
+        const Mask active = s.active & (chosen.count > 1);
+        if (!any(active)) continue;
+        for (int half = 0; half < 2; ++half)
+            found = sort_out_crossed(scene, task, limits, max_depth, at, half, s, active, choices, chosen,
+                                     crossed, out, found);
+    }
+    return crossed.waiting > 0 ? cross_segments(scene, task, limits, max_depth, crossed, out, found) : found;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,351 @@
+// Indirect boundary term, sampled from the camera: edges that the camera sees in sharp lobes.
+//
+// The same integral as from edges (boundary/terms/indirect.h), over paths of the picture and, from their k-th
+// surface x, over points e of edges (derivations C1): with r = |x - e| and beta the path's throughput
+//   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 L(y) sigma (t x w) . (de - lambda dx - (1 -
+//   lambda) dy).
+// From edges outwards, what x scatters towards the camera is left to chance: of a lobe of the width alpha
+// only alpha^2 of the directions matter. Here x's own lobes say where to look for edges
+// (boundary/samples/edge_importance.h). Several candidates are drawn, and one of them is taken in proportion
+// to f |n_s . w| |t x w|/r^2 where it is a silhouette (resampled importance sampling, Talbot et al. 2005), so
+// that only edges that count cost a path.
+//
+// Each lobe that the camera sees is the one estimator's or the other's (aimed_kinds), by its alpha; which
+// lobes are behind it doesn't matter, since edge samples reach the camera's surface by those.
+#pragma once
+
+#include "boundary/samples/edge_importance.h"
+#include "boundary/segment/camera_connection.h"
+#include "boundary/segment/camera_subpath.h"
+#include "boundary/segment/far_radiance.h"
+#include "boundary/segment/occluder.h"
+#include "boundary/segment/scattering_chain.h"
+#include "boundary/segment/silhouette.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Candidates that one is taken of.
+constexpr int kAimedCandidates = 8;
+// Where the random numbers of a walk's last surface begin: those of its aim, and of candidates.
+constexpr int kAimVertex = 1 << 20;
+
+// A place of the picture by a sample's cell, and the part of the picture that its sample stands for.
+EG_INLINE Float place_in_cell(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+                              Float& sx, Float& sy) {
+    const CameraView& c = scene.camera;
+    const bool turn = c.kind == kEquirectangular && __builtin_fabsf(c.panorama[1] - c.panorama[0]) > 6.2831f;
+    const float margin = filter_margin(c), left = turn ? 0.0f : margin;
+    const float n = static_cast<float>(task.direction_cells);
+    const float width = (static_cast<float>(c.width) + 2.0f * left) / n;
+    const float height = (static_cast<float>(c.height) + 2.0f * margin) / n;
+    const Int row = quotient(p.cell, task.direction_cells), column = p.cell - row * task.direction_cells;
+    Float u, v;
+    sobol_pair(p.random.stream, p.random.sample, kPairPixel, u, v);
+    sx = (to_float(column) + u) * width - left;
+    sy = (to_float(row) + v) * height - margin;
+    return width * height / p.density;
+}
+
+// A surface that scatters a path, prepared to be asked for many directions.
+struct AimedSurface {
+    const ScatteringPoint& at;
+    Mask lambertian, others;
+    Lambertian flat;
+    ShadedSurface rest;
+
+    // In lanes of `without` but for lobes that may be followed.
+    EG_INLINE AimedSurface(const SceneView& scene, const ScatteringPoint& s, Mask active, Mask without)
+        : at(s),
+          lambertian(active & has(s.shader, kLambertian)),
+          others(active & ~lambertian),
+          flat{s.normal, s.x.normal, s.shader.color(kBaseColor),
+               scene.all_flags & kHasNormalMap ? &s.point.normal : nullptr} {
+        if (any(others)) rest = shaded_surface(scene, others, s.x, s.point, s.shader, s.normal);
+        if (any(others & without)) follow_lobes(rest.bsdf, others & without, scene.followed_alpha);
+    }
+    // f |n_s . w| towards light from w, of lobes that scatter `kinds` (bits 1 << RayKind).
+    EG_INLINE Vec3 evaluate(Mask m, Vec3 w, Int kinds) const {
+        const Float above = dot(at.x.normal, w);
+        Vec3 value = zero3();
+        const Mask lit = m & lambertian & (above > 0.0f);
+        if (any(lit)) value = select(lit, flat.evaluate_for(kinds, lit, w).value, value);
+        const Mask reached = m & others & (at.both_sides | (above > 0.0f));
+        if (any(reached)) {
+            const bool all = !any(reached & ((kinds & kScatteredRays) != kScatteredRays));
+            const Vec3 f = all ? rest.evaluate(reached, w).value : rest.evaluate_for(kinds, reached, w).value;
+            value = select(reached, f, value);
+        }
+        return value;
+    }
+    // A direction by the density of lobes that are not perfect.
+    EG_INLINE BsdfSample sample(Mask m, Float lobe, Float u, Float v) const {
+        BsdfSample s = flat.sample(m & lambertian, lobe, u, v);
+        if (any(m & others)) {
+            const BsdfSample r = rest.sample(m & others, lobe, u, v);
+            s.active = select(others, r.active & ~r.specular, s.active);
+            s.wi = select(others, r.wi, s.wi);
+            s.pdf = select(others, r.pdf, s.pdf);
+            s.ray_kind = select(others, r.ray_kind, s.ray_kind);
+            s.lobe = select(others, r.lobe, s.lobe);
+        }
+        return s;
+    }
+};
+
+// A direction of x's lobes that scatter `kinds`: of some samples of one lobe the densest. The density of an
+// edge in the lobe's middle falls with the square of how far off it is looked for; of one sample alone its
+// inverse, the weight, would have no variance.
+EG_INLINE Aim aim_at_lobes(const AimedSurface& surface, Mask active, Int kinds, Float lobe_u,
+                           const PathIndex& random) {
+    Aim aim{surface.at.x.position, surface.at.x.normal, splat(1.0f)};
+    Float densest = splat(0.0f);
+    Int lobe = splat(-1);
+    for (int k = 0; k < 6; ++k) {
+        Float u, v;
+        sobol_pair(random.stream, random.sample, vertex_pair(splat(kAimVertex + k), kVertexDirection), u, v);
+        const BsdfSample s = surface.sample(active, lobe_u, u, v);
+        const Mask found = active & s.active & ((kinds & ray_mask(s.ray_kind)) != 0) & (s.pdf > densest) &
+                           ((lobe < 0) | ((s.lobe + 64 * s.ray_kind) == lobe));
+        lobe = select(found, s.lobe + 64 * s.ray_kind, lobe);
+        densest = select(found, s.pdf, densest);
+        aim.towards = select(found, s.wi, aim.towards);
+    }
+    // Beyond a quarter of the sphere the kernel is as good as even.
+    aim.width2 =
+        select(lobe >= 0, clamp(0.318309886f / max(densest, 1e-6f), splat(1e-6f), splat(1.0f)), aim.width2);
+    return aim;
+}
+
+// A point of an edge, as seen from x.
+struct AimedPoint {
+    Mask active;
+    Int edge, instance;
+    Vec3 a, t;
+    Float u, reach;
+    Vec3 towards;  // from x to the point, unit
+    Vec3 color;    // f |n_s . w|/r^2 by the density of u
+};
+
+// The nodes on top of the tree, weighed for x: running sums.
+struct TopNodes {
+    Float sum[kMostTopNodes];
+};
+
+EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSurface& surface, Mask active,
+                                        Int kinds, const Aim& aim, const PathIndex& random, int candidates) {
+    AimedPoint out;
+    out.active = splat(0);
+    out.edge = splat(0), out.instance = splat(-1);
+    out.a = out.t = out.color = zero3();
+    out.towards = aim.towards;
+    out.u = out.reach = splat(0.0f);
+    TopNodes top;
+    Float all = splat(0.0f);
+    for (int k = 0; k < tree.top_count; ++k) {
+        all = all + weigh_node(broadcast_node(tree.nodes[tree.top[k]]), aim);
+        top.sum[k] = all;
+    }
+    active &= all > 0.0f;
+    const Float rounding = 1e-6f * largest_component(aim.position);
+    Float total = splat(0.0f), taken = total;
+    for (int k = 0; k < candidates && any(active); ++k) {
+        Float by_tree, by_place, by_weight, unused;
+        const Int vertex = splat(kAimVertex + 8 + k);
+        sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexDirection), by_tree, by_place);
+        sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexChoice), by_weight, unused);
+        // Candidates share the mass evenly.
+        const Float mark = (by_tree + static_cast<float>(k)) * (1.0f / static_cast<float>(candidates)) * all;
+        Int node = splat(-1);
+        Float low = splat(0.0f), share = low;
+        for (int j = 0; j < tree.top_count; ++j) {
+            // Where rounding leaves the mark beyond the last one, the last that isn't empty is taken.
+            const Float before = j > 0 ? top.sum[j - 1] : splat(0.0f), here = top.sum[j] - before;
+            const Mask at = (here > 0.0f) & ((mark >= before) | (node < 0));
+            node = select(at, splat(tree.top[j]), node);
+            low = select(at, before, low);
+            share = select(at, here, share);
+        }
+        Mask here = active & (node >= 0);
+        Float probability = share / max(all, 1e-38f);
+        Float within = clamp((mark - low) / max(share, 1e-38f), splat(0.0f), splat(0.99999994f));
+        const Int leaf = walk_down(tree.nodes, select(here, node, splat(0)), here, within, probability,
+                                   [&](const NodePacket& n) EG_INLINE_LAMBDA { return weigh_node(n, aim); });
+        if (!any(here)) continue;
+        Float row[kPieceColumns];
+        gather_row(tree.pieces, kPieceColumns, select(here, -1 - leaf, splat(0)), row);
+        const auto vector = [&](int at) { return Vec3{row[at], row[at + 1], row[at + 2]}; };
+        const Vec3 a = vector(kPieceFrom), t = vector(kPieceAlong);
+        const PlaceOnEdge place = choose_place(aim, here, a, t, row[kPieceU0], row[kPieceU1], by_place);
+        const Vec3 way = a + t * place.u - aim.position;
+        const Float r2 = dot(way, way), r = sqrt(r2);
+        const Vec3 towards = way * (1.0f / max(r, 1e-30f));
+        // Silhouettes, and what rounding can't tell from them.
+        const Float side0 = dot(vector(kPieceNormal), way), side1 = dot(vector(kPieceNormal + 3), way);
+        const Float near = 1e-5f * r + rounding;
+        here = place.active & (r2 > 0.0f) & ~((side0 > near) & (side1 > near)) &
+               ~((side0 < -near) & (side1 < -near));
+        if (!any(here)) continue;
+        const Vec3 across = cross(towards, t);
+        const Vec3 value = surface.evaluate(here, towards, kinds) * (1.0f / max(r2, 1e-30f));
+        const Float target = select(here, largest_component(value) * sqrt(dot(across, across)), 0.0f);
+        const Float weight = target / max(probability * place.density, 1e-30f);
+        total = total + weight;
+        const Mask take = (target > 0.0f) & (by_weight * total < weight);
+        taken = select(take, target, taken);
+        out.active |= take;
+        out.edge = select(take, bits(float_bits(row[kPieceEdge])), out.edge);
+        out.instance = select(take, bits(float_bits(row[kPieceInstance])), out.instance);
+        out.a = select(take, a, out.a), out.t = select(take, t, out.t);
+        out.u = select(take, place.u, out.u), out.reach = select(take, r, out.reach);
+        out.towards = select(take, towards, out.towards);
+        out.color = select(take, value, out.color);
+    }
+    out.color = out.color * (total / max(taken * static_cast<float>(candidates), 1e-38f));
+    return out;
+}
+
+// A task's samples as paths of the picture.
+EG_INLINE ImageTask aimed_paths(const BoundaryTask& task) {
+    return sample_paths(task, 1, hash(task.seed ^ 0x1b873593u));
+}
+
+// Those paths on their way, and what they meet first.
+EG_INLINE PathPacket start_walk(const SceneView& scene, const BoundaryTask& task, Mask active, Int path,
+                                Float sx, Float sy, const PathIndex& random, Closest& hit) {
+    Float lens_u = splat(0.5f), lens_v = lens_u;
+    if (scene.camera.aperture_radius > 0.0f)
+        sobol_pair(random.stream, random.sample, kPairLens, lens_u, lens_v);
+    PathPacket p = first_segment(task.max_depth);
+    p.active = active;
+    p.path = path;
+    hit = trace_first(scene, p, sx, sy, lens_u, lens_v, embree::kIncoherent);
+    return p;
+}
+
+// A path of the picture, by which a sample begins that starts at the camera.
+struct PicturePath {
+    PieceSample piece;
+    Float weight;  // of the sample
+    Int length;    // surfaces that scatter the path before x
+    Closest hit;   // the first
+    Vec3 first;
+    PathPacket path;
+};
+
+// The path of samples at `at`, which `longest` surfaces may scatter. Begins their segments.
+EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                       PieceCursor& piece, int longest, BoundarySegment& s) {
+    PicturePath w;
+    w.piece = sample_piece(scene, task, at, piece);
+    s.color = zero3();
+    s.view.sx = s.view.sy = splat(kNowhere);
+    s.active = splat(0);
+    s.edge = w.piece.edge, s.instance = w.piece.instance;
+    s.y = still_far_end();
+    s.held.length = splat(0);
+    Float probability, sx, sy;
+    w.length = chain_length(w.piece, longest, probability);
+    s.slides = w.length == 0;
+    w.weight = place_in_cell(scene, task, w.piece, sx, sy) * task.scale / probability;
+    w.path = start_walk(scene, task, w.piece.active, lane_index() + static_cast<int32_t>(at), sx, sy,
+                        w.piece.random, w.hit);
+    w.first = w.path.origin + w.path.direction * w.hit.distance;
+    return w;
+}
+
+// Leaves out what followed lobes alone bring to surfaces that the camera doesn't see
+// (boundary/specular/chain_term.h).
+EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, PathPacket& path) {
+    if (!(scene.followed_alpha > 0.0f)) return;
+    path.throughput = select(seen, path.throughput, without_followed(path.throughput, followed));
+    path.active &= largest_component(path.throughput) > 0.0f;
+}
+
+// The edge that x's lobes see, one of `candidates`, as that of the segment and of its piece; its value.
+EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x, const AimedSurface& surface,
+                           Int kinds, const PathIndex& walk, Int vertex, int candidates, PieceSample& p,
+                           BoundarySegment& s) {
+    Float choice, lobe;
+    sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
+    const Aim aim = aim_at_lobes(surface, s.active, kinds, lobe, p.random);
+    const AimedPoint e = choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, candidates);
+    p.active = s.active &= e.active;
+    p.edge = s.edge = e.edge;
+    p.instance = s.instance = e.instance;
+    p.a = e.a, p.t = e.t;
+    s.u = e.u;
+    s.point = e.a + e.t * e.u;
+    s.towards = e.towards;
+    s.x = x.x;
+    s.reach = e.reach;
+    return e.color;
+}
+
+// A sample of the term but for L(y), whose path is appended to the queue of `queued`; its new length.
+EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
+                            int at, PieceCursor& piece, Workspace& work, int queued, BoundarySegment& s) {
+    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 3, s);
+    PieceSample& p = begun.piece;
+    PathPacket& path = begun.path;
+    const ImageTask walks = aimed_paths(task);
+    if (scene.mesh_contact) begin_held_chain(scene, path.active, begun.length, s.held);
+    Vec3 followed;
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.held, &followed);
+    leave_followed(scene, s.slides, followed, path);
+    if (!any(path.active)) return queued;
+    const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
+    const Int kinds = select(s.slides, aimed_kinds(x.shader, task.aimed), splat(kScatteredRays));
+    s.active = x.x.active & (kinds != 0);
+    if (!any(s.active)) return queued;
+    const AimedSurface surface(scene, x, s.active, s.slides);
+    const PathIndex walk = path_index(walks, path.path);
+    const Vec3 value = aim_segment(task, x, surface, kinds, walk, path.vertex, kAimedCandidates, p, s);
+    if (!any(s.active)) return queued;
+
+    const Vec3 across = cross(s.towards, p.t);  // t x w
+    // Of faces that let light pass the jump takes the place of the side.
+    const Mask clear = transparent_occluder(scene, s.active, s.edge);
+    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
+    s.sweep = across * sigma;
+    s.active &= (sigma != 0.0f) & ~on_edge_face(scene, p, x.x);
+    // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
+    s.active &= s.reach > 1e-5f * largest_component(s.point);
+    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
+    s.active &= s.view.active;
+    if (scene.rays_differ)
+        s.active &= (gather(scene.mesh_mask, mesh_of(scene, edge_face(scene, s.edge))) & kScatteredRays) != 0;
+    Int bounces = path.bounces & 0xffffff;
+    s.active &= scatters_within_limits(
+        task, s.active, x.x, s.towards, kinds, walk, path.vertex,
+        [&](Int some) EG_INLINE_LAMBDA { return surface.evaluate(s.active, s.towards, some); }, bounces);
+    if (!any(s.active)) return queued;
+
+    // What lies between x and the edge; then what is behind it.
+    const Vec3 start = leave_surface(x.x, s.towards);
+    const Vec3 seen =
+        transmittance(scene, s.active, start, s.point - start, splat(0.99999f),
+                      {splat(kScatteredRays), kDiffuseRay, task.limits.transparent, {s.edge, s.instance}});
+    s.active &= largest_component(seen) > 0.0f;
+    if (!any(s.active)) return queued;
+    const LightSource y = find_source(scene, task, s, s.active, path.path, p.t, -s.towards);
+    s.active &= y.hit.hit;
+    s.distance = y.distance;
+    divide_segment(s);
+    s.y.face = select(s.active, y.hit.face, splat(-1));
+    s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
+    hold_contact(scene, begun.length, s);
+    s.active &= segment_moves(scene, asked, s);
+    if (!any(s.active)) return queued;
+
+    s.color = path.throughput * value * seen * (x.shader.scale * begun.weight);
+    // A slide is divided by |n . D| (boundary/segment/segment.h).
+    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
+    s.color = select(s.slides, s.color * (1.0f / facing), s.color);
+    if (any(clear & s.active))
+        s.color = select(
+            clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);
+    return append_scattering(work, queued, s.active, path.path, s.point, s.towards, y.hit, y.aside, y.through,
+                             y.passed, begun.length + 2, bounces, splat(static_cast<int>(kDiffuseRay)));
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

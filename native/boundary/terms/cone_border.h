@@ -1,0 +1,132 @@
+// The border of a spot's cone, where it has no blend: the spot's light jumps there.
+//
+// Light leaves a point y of the spot along a direction o at the angle theta to its axis a, and meets x at the
+// distance r. The cone ends at theta = c. With N = do/dtheta, the border moves by
+//   dc + o . da/sin(c) - N . (dx - dy)/r
+// over the line from y to x: the first two parts turn the border, the last one turns the line. So
+//   dI = int dA int dphi sin(c)  W(x) L [dc + o . da/sin(c) - N . (dx - dy)/r],
+// phi the angle about the axis and A the light's area across o; L dA of spots without size is their intensity
+// (W(x): boundary/segment/scattering_chain.h). One side is dark, so that nothing else jumps.
+#pragma once
+
+#include "boundary/samples/direct_samples.h"
+#include "boundary/segment/camera_connection.h"
+#include "boundary/segment/receiver.h"
+#include "boundary/segment/scattering_chain.h"
+#include "boundary/segment/segment.h"
+#include "shading/lights/light_samples.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct ConeSample : BoundarySegment {  // its sweep is N/r
+    Float axis, angle;  // what o . da and the change of the row's kLightEdge are multiplied with
+};
+
+EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                         PieceCursor& piece, const DerivativeView& asked, const float*) {
+    constexpr float kTurn = 6.28318531f;
+    ConeSample out;
+    BoundarySegment& s = out;
+    const PieceSample p = sample_piece(scene, task, at, piece);
+    const Int row = p.cell;
+    s.active = p.active;
+    s.edge = s.instance = splat(-1);
+    s.y = still_far_end();
+    s.y.row = row;
+    s.y.kind = kind_of_rows(scene.lights, row);
+    s.view.sx = s.view.sy = splat(kNowhere);
+    const LightRow l = gather_light(scene.lights, row);
+
+    // The direction, and the point of the light.
+    const Mask linear = (l.flags & static_cast<int>(kLightLinearCone)) != 0;
+    Float sine, cosine, s_phi, c_phi;
+    sincos(l.edge, sine, cosine);
+    cosine = select(linear, cosine, 1.0f - l.edge);
+    sine = select(linear, sine, sqrt(max(l.edge * (2.0f - l.edge), 0.0f)));
+    sincos_turn(min(p.u0 + (p.u1 - p.u0) * p.tau, splat(0.99999994f)), s_phi, c_phi);
+    Vec3 a, b;
+    basis(l.direction, a, b);
+    const Vec3 out_of_axis = a * c_phi + b * s_phi;
+    const Vec3 o = l.direction * cosine + out_of_axis * sine;
+    const Vec3 normal = out_of_axis * cosine - l.direction * sine;
+    Float area = splat(1.0f);
+    s.point = l.position;
+    const Mask sphere = s.y.kind == splat(static_cast<int>(kSphereLight));
+    const Mask sized = sphere | (s.y.kind == splat(static_cast<int>(kDiskLight)));
+    if (any(sized)) {
+        Float u, v, x, y;
+        sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
+        sample_disk(u, v, x, y);
+        basis(o, a, b);
+        const Float rise = sqrt(max(1.0f - x * x - y * y, 0.0f));
+        const Vec3 offset = a * x + b * y + o * select(sphere, rise, splat(0.0f));
+        s.point = select(sized, s.point + offset * l.radius, s.point);
+        area = select(sized, l.radius * l.radius * 3.14159265f, area);
+    }
+    s.towards = -o;
+    out.axis = 1.0f / max(sine, 1e-6f);
+    out.angle = select(linear, splat(1.0f), out.axis);
+
+    // What it lights.
+    LightSample links = no_light_sample(splat(0), s.active, row, s.y.kind);
+    take_links(scene.lights, s.active, row, l.flags, links);
+    Float probability;
+    const Int length = chain_length(p, task.max_depth - 2, probability);
+    s.slides = length == 0;
+    const LightsWay way = {select(links.casts_shadow, links.blockers, splat(0)),
+                           select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)), kShadowRay,
+                           splat(0)};
+    const LitPoint lit = find_lit_point(scene, s.active, s.point, s.towards, ignore_nothing(), way, p.random);
+    s.active &= lit.found & (lit.hit.distance > 0.0f);
+    if (!any(s.active)) return out;
+    s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.distance = splat(0.0f);
+    s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, o,
+                        select(s.active, lit.hit.instance, splat(-1)));
+    s.x.mesh = lit.hit.mesh;
+    s.active = s.x.active & shines_on(scene, row, s.x.mesh);
+    const Mask disk = s.active & sized & ~sphere;
+    if (any(disk)) {
+        // A disk that faces x: where the line meets it.
+        Float pdf;
+        const Float way_to_disk = meet_light(l, kDiskLight, s.x.position, s.towards, pdf);
+        s.reach = select(disk, way_to_disk, s.reach);
+        s.active &= ~disk | (s.reach > 0.0f);
+    }
+    Mask moves = lit_end_moves(scene, asked, s.active, s.x, s.slides);
+    if (asked.want_lights) moves |= s.active;
+    s.active &= moves;
+    if (!any(s.active)) return out;
+    s.sweep = normal * (1.0f / max(s.reach, 1e-30f));
+    const SeenLight seen =
+        see_light(scene, task, p, s.active, lit.hit, o, length, links.visible_to, false, splat(-1));
+    s.active = seen.active;
+    s.view = seen.view;
+    if (scene.mesh_contact) s.held = seen.held;
+    turn_to(s.x, -s.view.direction);
+    s.color = seen.weight * lit.through * l.radiance *
+              (area * sine * (p.u1 - p.u0) * (kTurn * task.scale) / (p.density * probability));
+    s.active &= largest_component(s.color) > 0.0f;
+    return out;
+}
+
+// dc + o . da/sin(c) - N . (dx - dy)/r, times the color, for what `asked` names.
+template <typename Mode>
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                             const ConeSample& s) {
+    const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
+    if (asked.want_lights) {
+        Float row[kLightParams];
+        for (Float& r : row) r = splat(0.0f);
+        row[kLightEdge] = s.angle;
+        row[kLightDirection] = -s.towards.x * s.axis;
+        row[kLightDirection + 1] = -s.towards.y * s.axis;
+        row[kLightDirection + 2] = -s.towards.z * s.axis;
+        mode.light(s.active, select(s.active, s.y.row, splat(0)), row, color);
+    }
+    const Vec3 from =
+        far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards, s.reach, s.sweep, color);
+    lit_end_blocks(mode, scene, asked, s, from - s.sweep);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,108 @@
+// Pierced disks: what surfaces hide of lights that they pass through and that face the point x that they
+// light.
+//
+// Where a face cuts such a disk isn't known before x is, so that samples start at the camera: a path of the
+// picture to its k-th surface x, beta its throughput, and a point q(u) of the line along which the face cuts
+// the disk that faces x (boundary/samples/light_cut.h). As what is hidden of other lights
+// (boundary/terms/intersection.h), with r = |x - q| from the solid angle of directions (derivations, C1),
+//   dI = int ds beta sum over faces int du  f |n_s . w|/r^2 L sigma (t x w) . (dq - dy),
+// y riding on the disk, which turns with x: dy depends on dx.
+#pragma once
+
+#include "boundary/samples/direct_samples.h"
+#include "boundary/terms/camera_sampled.h"
+#include "boundary/terms/intersection.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+struct DiskSegment : PiercedSegment {};
+
+// The task's samples as paths of the picture.
+EG_INLINE ImageTask disk_paths(const BoundaryTask& task) {
+    return sample_paths(task, 1, hash(task.seed ^ 0x3ad8025fu));
+}
+
+EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                           PieceCursor& piece, const DerivativeView& asked,
+                                           const float* adjoint) {
+    DiskSegment s;
+    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
+    const PieceSample& p = begun.piece;
+    PathPacket& path = begun.path;
+    const ImageTask walks = disk_paths(task);
+    if (scene.mesh_contact) begin_held_chain(scene, path.active, begun.length, s.held);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, &s.held);
+    // What is seen in perfect mirrors and through smooth glass alone is another term's (chain_shadow.h).
+    path.active &= s.slides | (path.pdf > 0.0f);
+    if (!any(path.active)) return s;
+    const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
+    s.active = x.x.active;
+    s.x = x.x;
+    PiercedPair& pair = s.pair;
+    faces_of_line(scene, p.active, p.edge, pair.hider, pair.hider_instance, pair.row);
+    pair.face = pair.instance = splat(-1);
+    s.y.row = pair.row;
+    s.y.kind = kind_of_rows(scene.lights, pair.row);
+    const Triangle triangle = placed_triangle(scene, pair.hider, pair.hider_instance).triangle;
+    pair.hider_normal = unit_normal(triangle);
+    const LightRow l = gather_light(scene.lights, pair.row);
+    s.u = p.u0 + (p.u1 - p.u0) * p.tau;
+    const LightCut cut = facing_disk_cut(l, triangle, pair.hider_normal, x.x.position, s.u);
+    s.point = cut.point;
+    pair.normal = cut.normal;
+    const Vec3 way = s.point - x.x.position;
+    const Float r2 = dot(way, way);
+    s.reach = sqrt(r2);
+    s.towards = way * (1.0f / max(s.reach, 1e-30f));
+    s.distance = s.lambda = splat(0.0f);
+    s.active &= cut.active & (s.y.kind == splat(static_cast<int>(kDiskLight))) & (r2 > 0.0f) &
+                shines_on(scene, pair.row, x.x.mesh);
+    hide_beside(cut.tangent, -s.towards, s);
+    // In the plane of the face light comes along the horizon of x (boundary/terms/horizon.h).
+    s.active &= (abs(dot(pair.hider_normal, s.towards)) > 1e-5f) &
+                ((x.x.face != pair.hider) | (x.x.instance != pair.hider_instance));
+    LightSample links = no_light_sample(splat(0), s.active, pair.row, s.y.kind);
+    take_links(scene.lights, s.active, pair.row, gather(scene.lights.flags, pair.row), links);
+    const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
+    s.active &= links.casts_shadow & ((hider_mask & links.blockers) != 0);
+    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
+    s.active &= s.view.active;
+    Mask moves = lit_end_moves(scene, asked, s.active, s.x, s.slides) |
+                 face_point_moves(scene, asked, s.active, pair.hider, pair.hider_instance);
+    if (asked.want_lights) moves |= s.active;
+    s.active &= moves;
+    if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
+    if (!any(s.active)) return s;
+
+    const AimedSurface surface(scene, x, s.active, splat(0));
+    const Int kinds = scene.lights.any_hidden ? links.visible_to : splat(kScatteredRays);
+    const Vec3 value = surface.evaluate(s.active, s.towards, kinds) * (1.0f / max(r2, 1e-30f));
+    const Vec3 light =
+        l.radiance * light_factor(l, s.towards) *
+        stopped_by(scene, s.active, pair.hider, pair.hider_instance, s.point, -s.towards, kShadowRay);
+    s.active &= (largest_component(value) > 0.0f) & (largest_component(light) > 0.0f);
+    if (!any(s.active)) return s;
+    const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.normal, s.towards);
+    PassingRays rays{links.blockers};
+    rays.ignored = {p.edge, splat(-1)};
+    const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays);
+    s.color = path.throughput * value * light * seen * (x.shader.scale * begun.weight * (p.u1 - p.u0));
+    // A slide is divided by |n . D| (boundary/segment/segment.h).
+    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
+    s.color = select(s.slides, s.color * (1.0f / facing), s.color);
+    s.active &= ~(largest_component(s.color) == 0.0f);
+    return s;
+}
+
+// sweep . (dq - dy), times the color, for what `asked` names: q lies on the face and the disk.
+template <typename Mode>
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                             const DiskSegment& s) {
+    const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
+    const Vec3 g = hider_blocks(mode, scene, asked, s, color) - s.sweep;
+    const Vec3 from =
+        far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards, s.reach, g, color);
+    lit_end_blocks(mode, scene, asked, s, from);
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

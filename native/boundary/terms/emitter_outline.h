@@ -1,0 +1,123 @@
+// Outlines of emissive meshes as surfaces see them, where the light that these give holds its direction
+// (shading/lights/fixed_direction_light.h): there light of an emissive face begins beside an edge of it. With
+// r = |x - e| and beta the throughput of a path of the picture to its k-th surface x (derivations, K)
+//   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 (L- - L+) (t x w) . (de - dx),
+// L^+- what the edge's nearest face gives on the side to which +-(t x w) points, 0 where there is none: what
+// is behind the edge is the shadow term's, by which the same edge hides it.
+//
+// Sampled like what sharp lobes show (boundary/terms/camera_sampled.h), all lobes alike: edges are looked for
+// where x's BSDF has sampled a direction.
+#pragma once
+
+#include "boundary/samples/direct_samples.h"
+#include "boundary/terms/camera_sampled.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Candidates that one is taken of: none costs a path.
+constexpr int kOutlineCandidates = 16;
+
+// L- - L+ towards the point from which `towards` leads to the edge; `across` is t x w.
+EG_INLINE Vec3 emission_jump(const SceneView& scene, const PieceSample& p, Mask active, Vec3 across,
+                             Vec3 towards) {
+    const Float tt = 1.0f / max(dot(p.t, p.t), 1e-37f);
+    const Vec3 deep = towards - p.t * (dot(towards, p.t) * tt);  // across the edge, in the sheet
+    Vec3 jump = zero3();
+    for (int i = 0; i < W; ++i) {
+        if (!active[i]) continue;
+        // Of the faces on each side the one of the least depth by distance from the edge hides the others.
+        float nearest[2] = {__builtin_inff(), __builtin_inff()};
+        int64_t face[2] = {-1, -1};
+        bool back[2] = {false, false};
+        for (uint32_t k = scene.edge_face_first[p.edge[i]]; k < scene.edge_face_first[p.edge[i] + 1]; ++k) {
+            float c[3];
+            across_edge(scene, p, i, k, c);
+            const float h = across.x[i] * c[0] + across.y[i] * c[1] + across.z[i] * c[2];
+            if (h == 0.0f) continue;
+            const float depth = deep.x[i] * c[0] + deep.y[i] * c[1] + deep.z[i] * c[2];
+            const int side = h > 0.0f;
+            const float slope = depth / __builtin_fabsf(h);
+            if (!(slope < nearest[side])) continue;
+            nearest[side] = slope;
+            face[side] = scene.edge_faces[k];
+            // Its corners in their order turn the way in which the edge and the third one do, or the other.
+            const int32_t* f = scene.faces + 3 * face[side];
+            const auto v = [&](int corner, float (&out)[3]) {
+                for (int j = 0; j < 3; ++j) out[j] = scene.vertices[3 * static_cast<int64_t>(f[corner]) + j];
+            };
+            float v0[3], v1[3], v2[3];
+            v(0, v0), v(1, v1), v(2, v2);
+            const float a[3] = {v1[0] - v0[0], v1[1] - v0[1], v1[2] - v0[2]};
+            const float b[3] = {v2[0] - v0[0], v2[1] - v0[1], v2[2] - v0[2]};
+            back[side] = towards.x[i] * (a[1] * b[2] - a[2] * b[1]) +
+                             towards.y[i] * (a[2] * b[0] - a[0] * b[2]) +
+                             towards.z[i] * (a[0] * b[1] - a[1] * b[0]) >
+                         0.0f;
+        }
+        for (int side = 0; side < 2; ++side) {
+            if (face[side] < 0 || !scene.face_held[face[side]]) continue;
+            const int32_t material = scene.face_material[face[side]];
+            if (back[side] && !scene.emission_two_sided[material]) continue;
+            const float* emission = scene.emission + 3 * static_cast<int64_t>(material);
+            const float sign = side ? -1.0f : 1.0f;
+            jump.x[i] += sign * emission[0], jump.y[i] += sign * emission[1], jump.z[i] += sign * emission[2];
+        }
+    }
+    return jump;
+}
+
+// The task's samples as paths of the picture.
+EG_INLINE ImageTask outline_paths(const BoundaryTask& task) {
+    return sample_paths(task, 1, hash(task.seed ^ 0x2c1b3c6du));
+}
+
+// A sample of the term (boundary/samples/direct_samples.h).
+EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const BoundaryTask& task,
+                                                  int64_t at, PieceCursor& piece, const DerivativeView& asked,
+                                                  const float* adjoint) {
+    BoundarySegment s;
+    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
+    PieceSample& p = begun.piece;
+    PathPacket& path = begun.path;
+    s.distance = splat(__builtin_inff());
+    const ImageTask walks = outline_paths(task);
+    Vec3 followed;
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, nullptr, &followed);
+    leave_followed(scene, s.slides, followed, path);
+    // Behind perfect mirrors and smooth glass points of light ride.
+    path.active &= s.slides | (path.pdf > 0.0f);
+    if (!any(path.active)) return s;
+    const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
+    s.active = receives_held(scene, x.x.active, x.x.material);
+    s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
+    s.active &= s.view.active;
+    if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
+    if (!any(s.active)) return s;
+    const AimedSurface surface(scene, x, s.active, s.slides);
+    const PathIndex walk = path_index(walks, path.path);
+    const Vec3 value =
+        aim_segment(task, x, surface, splat(kScatteredRays), walk, path.vertex, kOutlineCandidates, p, s);
+    if (!any(s.active)) return s;
+
+    s.sweep = cross(s.towards, p.t);  // t x w
+    const Vec3 jump = emission_jump(scene, p, s.active, s.sweep, s.towards);
+    s.active &= (largest_component(jump) > 0.0f) & ~on_edge_face(scene, p, x.x);
+    // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
+    s.active &= s.reach > 1e-5f * largest_component(s.point);
+    divide_segment(s);
+    s.active &= segment_moves(scene, asked, s);
+    if (!any(s.active)) return s;
+
+    const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.normal, s.towards);
+    const Vec3 seen =
+        transmittance(scene, s.active, start, s.point - start, splat(0.99999f),
+                      {splat(1 << kShadowRay), kShadowRay, task.limits.transparent, {s.edge, s.instance}});
+    s.color = path.throughput * value * seen * jump * (x.shader.scale * begun.weight);
+    // A slide is divided by |n . D| (boundary/segment/segment.h).
+    const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
+    s.color = select(s.slides, s.color * (1.0f / facing), s.color);
+    s.active &= ~(largest_component(s.color) == 0.0f);
+    return s;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

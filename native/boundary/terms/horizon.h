@@ -1,0 +1,369 @@
+// Horizon term: what changes where the plane of a face cuts off the light of the face's own points.
+//
+// A face F that stands for a smooth surface is shaded with another normal n_s than its own, n. Light in its
+// plane then still counts, and what is below doesn't: at a point x of F the light from directions w is
+//   L = int_(n.w > 0) f |n_s . w| L(w) dw,
+// whose domain is bounded by the great circle n . w = 0. With y the point from which light comes along w, at
+// the distance r, and m_F the velocity of F's points, extended over its plane (derivations, H),
+//   dI = int dphi f |n_s . w| L(w) n . (dy - m_F(y))/r,
+// phi the angle about n: x's own motion within the plane drops out, and m_F(y)/r is that of x + w but for
+// (1 - 1/r) of that of x. Of light at infinity dy/r is the velocity of its direction; of light that is held
+// by a share b (scene/contact.h) n . (dy - m_F(y))/r has (1 - b)/r in the place of 1/r. Of surfaces that pass
+// light on to their backs f jumps: f above less f below. On flat faces f |n_s . w| vanishes.
+//
+// Points x are those of the camera's paths, at any vertex (boundary/segment/camera_subpath.h): the light of
+// the picture's own lights is sampled along the arcs that the plane cuts out of them
+// (boundary/terms/light_arc.h), and that of the sky and of surfaces by one ray.
+#pragma once
+
+#include "boundary/segment/camera_connection.h"
+#include "boundary/segment/camera_subpath.h"
+#include "boundary/segment/light_source.h"
+#include "boundary/segment/scattering_chain.h"
+#include "boundary/segment/segment.h"
+#include "boundary/terms/light_arc.h"
+#include "path/run.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Light in the plane of F.
+struct HorizonCut {
+    Mask active;
+    Int face, instance;  // F
+    Float b1, b2;        // x
+    Vec3 position, normal;
+    Vec3 towards;    // w
+    Float distance;  // r, infinite of distant lights and the environment
+    Float rides;     // 1 - b
+    FarEnd y;
+    Vec3 color;  // everything but n . (dy - m_F)/r
+    // Lights that face x turn as it moves: lanes in which the camera sees x, and how.
+    Mask slides;
+    Projection view;
+};
+
+struct HorizonSample {
+    HorizonCut light, beyond;
+};
+
+// The share of samples whose point is a later vertex of the path, if the picture's depth lets them.
+constexpr float kLaterVertex = 0.4f;
+
+// The number of the path's vertex that a sample is about, and the probability of that.
+EG_INLINE Int pick_vertex(const PathIndex& random, int most, Float& probability) {
+    Float choice, unused;
+    sobol_pair(random.stream, random.sample, kPairChain, choice, unused);
+    Int vertex = splat(1);
+    probability = splat(1.0f);
+    for (int k = 1; k < most; ++k) {
+        const Mask here = vertex == k, later = here & (choice < kLaterVertex);
+        choice = select(later, choice * (1.0f / kLaterVertex), choice);
+        probability =
+            select(here, probability * select(later, splat(kLaterVertex), 1.0f - kLaterVertex), probability);
+        vertex = vertex - later;
+        if (!any(later)) break;
+    }
+    return vertex;
+}
+
+// The side of F's plane on which light is followed: +1 the viewer's. Where light on both counts, one is
+// picked, as what hides it differs; `weight` is the side by the probability of that.
+struct HorizonSide {
+    Float weight;
+    Vec3 normal;  // to that side
+};
+
+EG_INLINE HorizonSide pick_side(const ScatteringPoint& s, const PathIndex& random) {
+    Float choice, unused;
+    sobol_pair(random.stream, random.sample, kPairStrategy, choice, unused);
+    const Mask back = s.both_sides & (choice < 0.5f);
+    return {select(s.both_sides, select(back, splat(-2.0f), 2.0f), 1.0f),
+            select(back, -s.x.normal, s.x.normal)};
+}
+
+// f |n_s . w| on that side, of its sign.
+EG_OUTLINE Vec3 scattered_at_horizon(const SceneView& scene, const ScatteringPoint& s, Mask active,
+                                     const HorizonSide& side, Vec3 w, Int kinds, Mask without = splat(0)) {
+    return s.evaluate(scene, active, w + side.normal * splat(1e-4f), kinds, without) * side.weight;
+}
+
+// The same times the path's throughput; in lanes of `left_out` without what followed lobes alone bring, of
+// `followed` throughput: that is the specular boundary's (boundary/specular/chain_horizon.h).
+EG_INLINE Vec3 brought_at_horizon(const SceneView& scene, const ScatteringPoint& s, Mask active,
+                                  const HorizonSide& side, Vec3 w, Int kinds, Vec3 throughput, Vec3 followed,
+                                  Mask left_out) {
+    const Vec3 f = scattered_at_horizon(scene, s, active, side, w, kinds), all = f * throughput;
+    left_out &= active;
+    if (!(scene.followed_alpha > 0.0f) || !any(left_out)) return all;
+    const Vec3 part = f - scattered_at_horizon(scene, s, left_out, side, w, kinds, splat(-1));
+    // f has the sign of the side.
+    const Vec3 rest = without_followed(all * side.weight, followed * part * side.weight) *
+                      (1.0f / (side.weight * side.weight));
+    return select(left_out, rest * side.weight, all);
+}
+
+EG_INLINE HorizonCut empty_cut(const SurfacePoint& x) {
+    HorizonCut cut;
+    cut.active = cut.slides = splat(0);
+    cut.face = x.face, cut.instance = x.instance, cut.b1 = x.b1, cut.b2 = x.b2;
+    cut.position = x.position, cut.normal = x.normal;
+    cut.y = still_far_end();
+    cut.color = zero3();
+    cut.rides = splat(1.0f);
+    return cut;
+}
+
+// Leaves out samples without a finite size.
+EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, HorizonCut& cut) {
+    const Float size = size_of(cut.color) / min(cut.distance, splat(1.0f));
+    const Mask lost = cut.active & ~(size < kLargestSample);
+    cut.active &= ~lost & (size > 0.0f);
+    if (!any(lost)) return;
+    const PathIndex index = path_index(task.image, p.path);
+    DroppedSamples& d = *task.dropped;
+    for (int i = 0; i < W; ++i) {
+        if (!lost[i]) continue;
+        ++d.count;
+        const int64_t pixel = task.image.first_pixel + index.pixel[i];
+        if (pixel < d.first) d.first = pixel, d.place = cut.face[i], d.instance = cut.instance[i];
+    }
+}
+
+// Light of the scene's lights.
+EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
+                           const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
+                           const HorizonSide& side, const PathIndex& random, HorizonCut& cut) {
+    Float u, unused;
+    sobol_pair(random.stream, random.sample, kPairLight, u, unused);
+    LightSample light = sample_light_arc(scene, p.active, s.x.position, s.x.normal, s.x.face, u);
+    light.active &= shines_on(scene, light.row, s.x.mesh);
+    cut.active = light.active;
+    cut.towards = light.w;
+    cut.distance = light.r;
+    // Light whose direction is held is cut off like that of the sky.
+    const Mask held = holds_direction(scene, light.active, light.face, s.x.material);
+    cut.distance = select(held, splat(__builtin_inff()), cut.distance);
+    cut.y.face = select(light.active & ~held, light.face, splat(-1)), cut.y.b1 = light.b1;
+    cut.y.b2 = light.b2;
+    cut.y.row = select(light.active, light.row, splat(-1)), cut.y.kind = light.kind;
+    cut.rides = 1.0f - held_share(scene, cut.active, p.segment - 1, s.x, cut.y);
+    const Mask turns = cut.active & (light.row >= 0) & turns_with_point(light.kind);
+    Mask moves = face_point_moves(scene, asked, cut.active, cut.face, cut.instance) |
+                 face_point_moves(scene, asked, cut.active & (cut.y.face >= 0), cut.y.face, cut.y.instance);
+    if (asked.want_lights) moves |= cut.active & (cut.y.row >= 0);
+    if (asked.want_camera) moves |= turns;
+    cut.active &= moves;
+    if (!any(cut.active)) return;
+
+    const Int kinds = scene.lights.any_hidden ? light.visible_to : splat(-1);
+    const Vec3 f =
+        brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed, light.row < 0);
+    cut.active &= size_of(f) > 0.0f;
+    light.active = cut.active;
+    look_up_emission(scene, light, p.kind);
+    cut.color = f * light.radiance * light.geometry;
+    cut.active &= size_of(cut.color) > 0.0f;
+    if (!any(cut.active)) return;
+    const Vec3 start = leave_surface(s.x, side.normal) + terminator_lift(scene, s.x, s.normal, light.w);
+    const Vec3 direction = select(light.distant, light.w, light.end - start);
+    const Float far = select(light.distant, splat(__builtin_inff()), 0.99999f);
+    const Vec3 through =
+        transmittance(scene, cut.active & light.casts_shadow, start, direction, far, {light.blockers});
+    cut.color = select(light.casts_shadow, cut.color * through, cut.color);
+    if (any(turns & cut.active & (p.segment == 1))) {
+        cut.view = place_in_picture(scene, cut.active & turns, s.x.position, path_index(task.image, p.path));
+        cut.slides = cut.active & turns & (p.segment == 1) & cut.view.active;
+    }
+}
+
+// A direction in the plane: where light from one side alone counts, with the cosine to the shading normal's
+// part in it.
+EG_INLINE Vec3 plane_direction(const ScatteringPoint& s, Float u, Float& density) {
+    const Vec3 n = s.x.normal, leans = s.normal - n * dot(n, s.normal);
+    const Vec3 a = leans * (1.0f / max(sqrt(dot(leans, leans)), 1e-30f)), b = cross(n, a);
+    const Float side = 2.0f * u - 1.0f, middle = sqrt(max(1.0f - side * side, 0.0f));
+    Float sine, cosine;
+    sincos_turn(u, sine, cosine);
+    sine = select(s.both_sides, sine, side);
+    cosine = select(s.both_sides, cosine, middle);
+    density = select(s.both_sides, splat(0.159154943f), 0.5f * middle);
+    return a * cosine + b * sine;
+}
+
+// The task's samples as paths from what their rays meet.
+EG_INLINE ImageTask beyond_paths(const ImageTask& task) {
+    ImageTask paths = task;
+    paths.seed = hash(task.seed ^ 0x5be0cd19u);
+    return paths;
+}
+
+// Light of the sky, and of surfaces but for what they give by themselves; the path that finds the latter is
+// appended to the queue of `queued`, whose new length is returned.
+EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
+                          const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
+                          const HorizonSide& side, const PathIndex& random, Workspace& work, int queued,
+                          HorizonCut& cut) {
+    const bool sky = task.lights && scene.has_environment;
+    const Mask further = p.active & (p.segment + 1 < task.image.max_depth);
+    if (!sky && !(task.surfaces && any(further))) return queued;
+    Float u, unused, density;
+    sobol_pair(random.stream, random.sample, kPairEnvironment, u, unused);
+    const Vec3 w = plane_direction(s, u, density);
+    const Mask active = p.active & (density > 1e-6f) & (sky ? splat(-1) : further);
+    const ImageTask paths = beyond_paths(task.image);
+    const LightSource y = meet_source(scene, active, leave_surface(s.x, side.normal), w, ignore_nothing(),
+                                      path_index(paths, p.path), task.image.limits.transparent);
+    Mask met = splat(0), open = splat(0);
+    if (task.surfaces) met = y.hit.hit & further;
+    if (sky) open = y.escapes;
+    Mask moves = face_point_moves(scene, asked, met | open, cut.face, cut.instance) |
+                 face_point_moves(scene, asked, met, y.hit.face, y.hit.instance);
+    if (asked.want_rotation && scene.sky.pixels) moves |= open;
+    met &= moves;
+    open &= moves;
+    if (!any(met | open)) return queued;
+    const Int kinds = select(open, splat(scene.environment_mask), splat(kScatteredRays));
+    const Vec3 f =
+        brought_at_horizon(scene, s, met | open, side, w, kinds, p.throughput, followed, splat(-1));
+    cut.active = (met | open) & (size_of(f) > 0.0f);
+    cut.towards = w;
+    cut.distance = select(met, y.distance, splat(__builtin_inff()));
+    cut.y.face = select(met, y.hit.face, splat(-1)), cut.y.instance = y.hit.instance;
+    cut.y.b1 = y.hit.b1, cut.y.b2 = y.hit.b2;
+    cut.rides = 1.0f - held_share(scene, met, p.segment - 1, s.x, cut.y);
+    cut.y.sky = open & splat(scene.sky.pixels ? -1 : 0);
+    cut.color = f * (1.0f / max(density, 1e-30f));
+    if (any(open))
+        cut.color = select(open, cut.color * y.through * environment_radiance(scene, w), cut.color);
+    met &= cut.active;
+    if (!any(met)) return queued;
+    // How the path goes on behind x: a bounce of the kind that the BSDF most often makes there.
+    Int kind = splat(static_cast<int>(kDiffuseRay)), bounces = p.bounces & 0xffffff;
+    const int most = task.image.max_depth - 2;
+    const BounceLimits& limits = task.image.limits;
+    if (limits.diffuse < most || limits.glossy < most || limits.transmission < most) {
+        Float chance;
+        sobol_pair(random.stream, random.sample, kPairStrategy, unused, chance);
+        const Vec3 soft = scattered_at_horizon(scene, s, met, side, w, splat(1 << kDiffuseRay));
+        const Vec3 all = scattered_at_horizon(scene, s, met, side, w, splat(kScatteredRays));
+        kind = bounce_kind(s.x, side.normal, all * side.weight, soft * side.weight, chance);
+        met &= ~next_is_final(task.image, p, kind);
+        cut.active &= met | open;
+    }
+    bounces = add_bounce(bounces, met, kind);
+    return append_scattering(work, queued, met, p.path, leave_surface(s.x, side.normal), w, y.hit, y.aside,
+                             y.through, y.passed, p.segment + 1, bounces, kind);
+}
+
+// The samples of a packet of paths from `at` on; the new length of the queue of paths behind them.
+EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
+                              int at, int count, Workspace& work, int queued, HorizonSample& out) {
+    PathPacket p = load_paths(work.paths, at, count);
+    const Int face = load(work.hits.face + at);
+    Closest hit = load_hits(work.hits, at, p.active & (face >= 0));
+    const PathIndex random = path_index(task.image, p.path);
+    out.light.active = out.beyond.active = splat(0);
+    Float probability;
+    const Int target = pick_vertex(random, task.image.max_depth - 1, probability);
+    Vec3 followed;
+    walk_camera_paths(scene, task.image, p, hit, target, 0.0f, nullptr, &followed);
+    if (!any(p.active)) return queued;
+    const ScatteringPoint s = scattering_point(scene, task.image, p, p.active, hit);
+    const Vec3 leans = cross(s.normal, s.x.normal);
+    p.active &= s.x.active & (dot(leans, leans) > 1e-12f);
+    if (!any(p.active)) return queued;
+    p.throughput = p.throughput * (s.shader.scale / probability);
+    followed = followed * (s.shader.scale / probability);
+    out.light = out.beyond = empty_cut(s.x);
+    const HorizonSide side = pick_side(s, random);
+    if (task.lights && scene.lights.count > 0)
+        cut_lights(scene, task, asked, p, followed, s, side, random, out.light);
+    queued = cut_beyond(scene, task, asked, p, followed, s, side, random, work, queued, out.beyond);
+    if (any(out.light.active)) keep_finite(task, p, out.light);
+    if (any(out.beyond.active)) keep_finite(task, p, out.beyond);
+    return queued;
+}
+
+// All samples of the task's paths.
+EG_OUTLINE HorizonSample* sample_horizons(const SceneView& scene, const HorizonTask& task,
+                                          const DerivativeView& asked, Workspace& work) {
+    const int count = start_paths(scene, task.image, work);
+    const size_t packets = static_cast<size_t>((count + W - 1) / W);
+    auto* samples = static_cast<HorizonSample*>(work.segments->grow(packets * sizeof(HorizonSample), 0));
+    int queued = 0;
+    for (int at = 0; at < count; at += W)
+        queued = sample_horizon(scene, task, asked, at, count, work, queued, samples[at / W]);
+    run_appended(scene, beyond_paths(task.image), work, queued, count);
+    for (int at = 0; at < count; at += W) {
+        HorizonCut& cut = samples[at / W].beyond;
+        if (!any(cut.active)) continue;
+        Vec3 light;
+        load3(light, work.radiance, at);
+        cut.color = select(cut.y.face >= 0, cut.color * light, cut.color);
+    }
+    return samples;
+}
+
+// n . (dy - m_F(y))/r, times the color, for what `asked` names.
+template <typename Mode>
+EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                              const HorizonCut& cut) {
+    if (!any(cut.active)) return;
+    const Vec3 n = cut.normal;
+    const Mask near = cut.distance < __builtin_inff();
+    const Float inverse = select(near, cut.rides / max(cut.distance, 1e-30f), splat(0.0f));
+    face_turn_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2, cut.towards, -n,
+                     cut.color);
+    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2, n * -inverse,
+                      cut.color);
+    const Mask on_face = cut.active & (cut.y.face >= 0);
+    if (any(on_face))
+        face_point_blocks(mode, scene, asked, on_face, cut.y.face, cut.y.instance, cut.y.b1, cut.y.b2,
+                          n * inverse, cut.color);
+    const Vec3 g = select(is_distant(cut.y), n, n * inverse);
+    const Vec3 from = far_end_blocks(mode, scene, asked, cut.active, cut.y, cut.position, cut.towards,
+                                     cut.distance, g, cut.color);
+    // A light that faces x: x slides along its pixel's ray, or rides on F.
+    if (!any(cut.active & (largest_component(from) > 0.0f))) return;
+    const Vec3 d = select(cut.slides, cut.view.across_of, n);
+    const Float nd = dot(n, d);
+    const Vec3 slide = n * (dot(from, d) / select(abs(nd) > 1e-12f, nd, 1e-12f));
+    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2,
+                      select(cut.slides, slide, from), cut.color);
+    const Mask seen = cut.active & cut.slides;
+    if (asked.want_camera && any(seen)) {
+        Float row[kCameraFloats];
+        ray_velocity_row(scene.camera, cut.view, from - slide, row);
+        mode.camera(seen, row, cut.color);
+    }
+}
+
+// Values of the task's paths, into work.radiance.
+static void horizon_forward_kernel(const SceneView& scene, const HorizonTask& task, Workspace& work,
+                                   const DerivativeView& tangent) {
+    const HorizonSample* samples = sample_horizons(scene, task, tangent, work);
+    const int count = task.image.pixel_count * task.image.samples;
+    for (int at = 0; at < count; at += W) {
+        Forward mode{scene, tangent};
+        horizon_blocks(mode, scene, tangent, samples[at / W].light);
+        horizon_blocks(mode, scene, tangent, samples[at / W].beyond);
+        store3(work.radiance, at, mode.value);
+    }
+}
+
+static void horizon_backward_kernel(const SceneView& scene, const HorizonTask& task, Workspace& work,
+                                    const float* adjoint, DerivativeView& gradient) {
+    const HorizonSample* samples = sample_horizons(scene, task, gradient, work);
+    const int count = task.image.pixel_count * task.image.samples;
+    for (int at = 0; at < count; at += W) {
+        const HorizonSample& s = samples[at / W];
+        if (!any(s.light.active | s.beyond.active)) continue;
+        const Int path = select(first_lanes(count - at), lane_index() + at, splat(0));
+        const Int pixel = path_index(task.image, path).pixel + task.image.first_pixel;
+        Backward mode{scene, gradient, gather3(adjoint, pixel) * splat(task.image.weight)};
+        horizon_blocks(mode, scene, gradient, s.light);
+        horizon_blocks(mode, scene, gradient, s.beyond);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,266 @@
+// Primary boundary term: what changes where an edge sweeps over the picture.
+//
+// With e(u) a point of an edge of direction t = b - a (not normalised), D the direction of the camera's ray
+// through e, kappa the picture's area per area across D (path/camera_projection.h) and c the velocity of that
+// ray at e (derivations, formula P and section B):
+//   dI = int du (L- - L+) kappa N . (de - c),    N = D x t,
+// L+ and L- the radiance seen just beside the edge on the side to which +N and -N points. Per side: the
+// nearest of the edge's faces on it, or what lies behind the edge. A near face is known to be hit, and the
+// far side is found by one ray that ignores the edge's faces: no ray is aimed at an edge. From there on both
+// sides are followed by the path tracer of pictures, with the same random numbers.
+//
+// Where two faces pierce each other, the line that they share is such an edge (derivations F1). Its point e
+// lies on both planes; with N = mu_1 n_1 + mu_2 n_2, N . de = mu_1 n_1 . m_1 + mu_2 n_2 . m_2, m_k the
+// velocities of the two triangles at e.
+#pragma once
+
+#include "boundary/samples/intersection_point.h"
+#include "boundary/samples/moving_points.h"
+#include "boundary/samples/visible_edge.h"
+#include "path/run.h"
+#include "path/start.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// The samples of a task as paths of the path tracer: those of the plus side, then those of the minus side.
+EG_INLINE ImageTask side_paths(const BoundaryTask& task) {
+    return sample_paths(task, 2, boundary_stream(task));
+}
+
+// What is hit on one side: the near face at the point of the edge, or what lies behind it. What of the
+// shading goes on across the edge (smooth normals, textures, samples of lights) has the same value on both
+// sides then. Rays leave the surface a step `aside`.
+EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Sides& sides,
+                           const SideFace& near, const Int& mesh, const Behind& behind, Vec3 outwards,
+                           Float slope_behind, Vec3& aside) {
+    const Mask touched = s.active & behind.touched;
+    // A face that is behind the surface in which the edge lies isn't seen. Where both lie in one plane, but
+    // for rounding, the nearer one hides the other.
+    const Float lower = near.slope - slope_behind;
+    const Float size = abs(near.slope) + abs(slope_behind) + sqrt(dot(s.tangent, s.tangent));
+    const Mask hides = select(abs(lower) < 1e-5f * size, behind.hit.distance < s.view.distance, lower > 0.0f);
+    const Mask is_near = s.active & (near.face >= 0) & ~(touched & hides);
+    Closest hit = behind.hit;
+    aside = zero3();
+    if (any(touched & ~is_near)) {
+        Float b1, b2;
+        aside = select(touched, touched_point(scene, s, behind.hit, outwards, b1, b2), aside);
+        hit.b1 = select(touched, b1, hit.b1);
+        hit.b2 = select(touched, b2, hit.b2);
+    }
+    if (!any(is_near)) return hit;
+    SideFace face = near;
+    face.face = select(is_near, near.face, splat(-1));
+    Float b1, b2;
+    const Vec3 step = near_point(scene, s, face, outwards, b1, b2);
+    aside = select(is_near, select(sides.narrow | touched | s.crossing, step, zero3()), aside);
+    hit.hit |= is_near;
+    hit.face = select(is_near, near.face, hit.face);
+    hit.mesh = select(is_near, mesh, hit.mesh);
+    hit.instance = select(is_near, near.instance, hit.instance);
+    hit.b1 = select(is_near, b1, hit.b1);
+    hit.b2 = select(is_near, b2, hit.b2);
+    hit.distance = select(is_near, s.view.distance, hit.distance);
+    return hit;
+}
+
+// Where both sides are blunt to each other and of one Lambertian material that neither shines nor lets light
+// pass: one path is enough for both (path/edge_step.h).
+EG_INLINE Mask bent_lambertian(const SceneView& scene, const EdgeSample& s, const Sides& sides,
+                               Mask touched) {
+    if (scene.any_terminator) return splat(0);
+    Mask bends = ~s.crossing & ~touched & ~sides.narrow & (sides.plus.face >= 0) & (sides.minus.face >= 0);
+    if (!any(bends)) return bends;
+    const Int material = gather(scene.face_material, select(bends, sides.plus.face, splat(0)));
+    bends &= material == gather(scene.face_material, select(bends, sides.minus.face, splat(0)));
+    const Int leaf = gather(scene.material_first_leaf, material);
+    bends &= gather(scene.material_first_leaf + 1, material) == leaf + 1;
+    const Int flags = gather(scene.leaf_flags, select(bends, leaf, splat(0)));
+    constexpr int32_t kPlain = kLambertian, kOther = kHasEmission | kHasTransparency | kHasNormalMap;
+    return bends & ((flags & kPlain) != 0) & ((flags & kOther) == 0);
+}
+
+// A packet of samples, kept while their paths are followed: `active` are those that are seen and count for
+// something.
+struct TracedSample {
+    EdgeSample sample;
+    Vec3 factor;  // of what they count for
+};
+
+// Estimates both sides' radiance into work.radiance. Samples whose factor(sample) is zero are left out, but
+// for those of a first pass (weigh).
+template <typename Factor>
+EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                     const Factor& factor) {
+    const int count = static_cast<int>(task.count);
+    const auto packets = static_cast<size_t>((count + W - 1) / W);
+    auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
+    PieceCursor piece = first_piece(task);
+    int queued = 0;
+    for (int at = 0; at < count; at += W) {
+        TracedSample& kept = traced[at / W];
+        EdgeSample& s = kept.sample;
+        s = sample_edge(scene, task, at, piece);
+        if (any(s.active)) {
+            kept.factor = factor(s);
+            if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
+        }
+        Sides sides;
+        if (any(s.active)) {
+            sides = visible_faces(scene, s);
+            // A point on no side of any face (the edge is seen end-on) has no jump.
+            s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
+        }
+        Behind behind;
+        if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
+        if (!any(s.active)) continue;
+        const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
+        const Int path = lane_index() + at;
+        Vec3 aside[2];
+        const auto met = [&](const SideFace& near, Vec3 outwards, Float slope_behind,
+                             Vec3& step) EG_INLINE_LAMBDA {
+            const Int mesh = mesh_of(scene, select(near.face >= 0, near.face, splat(0)));
+            return side_hit(scene, s, sides, near, mesh, behind, outwards, slope_behind, step);
+        };
+        const Closest plus = met(sides.plus, s.normal, slope, aside[0]);
+        const Closest minus = met(sides.minus, -s.normal, -slope, aside[1]);
+        const Mask bends = s.active & bent_lambertian(scene, s, sides, behind.touched);
+        const auto start = [&](Mask active, Int number, const Closest& hit, Vec3 step,
+                               const Closest& other) EG_INLINE_LAMBDA {
+            queued = append_start(work, queued, active, number, s.view.origin, s.view.direction, hit, step,
+                                  other, behind.through, behind.passed, task.max_depth);
+        };
+        Closest other = minus;
+        other.hit = bends;
+        start(s.active, path, plus, aside[0], other);
+        other.hit = splat(0);
+        if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
+    }
+    run_appended(scene, side_paths(task), work, queued, 2 * task.count);
+    return traced;
+}
+
+// L- - L+ of the samples from `at` on.
+EG_INLINE Vec3 jump_of(const BoundaryTask& task, const Workspace& work, int at) {
+    Vec3 plus, minus;
+    load3(plus, work.radiance, at);
+    load3(minus, work.radiance, static_cast<int>(task.count) + at);
+    return minus - plus;
+}
+
+// One of the two faces that pierce each other at lines.
+struct CrossingFace {
+    Int face, instance;
+    Vec3 normal;
+};
+
+EG_INLINE CrossingFace crossing_face(const SceneView& scene, const EdgeSample& s, Mask crossing, uint32_t k) {
+    CrossingFace f = {splat(0), splat(-1), zero3()};
+    for (int i = 0; i < W; ++i) {
+        if (!crossing[i]) continue;
+        f.face[i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
+        f.instance[i] = face_instance(scene, s.edge[i], s.instance[i], k);
+    }
+    f.normal = unit_normal(placed_triangle(scene, f.face, f.instance).triangle);
+    return f;
+}
+
+// The velocity of a line along which two faces pierce each other.
+template <typename Mode>
+EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                               const EdgeSample& s, Mask crossing, Vec3 g, Vec3 color) {
+    const CrossingFace one = crossing_face(scene, s, crossing, 0),
+                       other = crossing_face(scene, s, crossing, 1);
+    Float mu, mu_other;
+    part_normals(g, one.normal, other.normal, mu, mu_other);
+    plane_point_blocks(mode, scene, asked, crossing, one.face, one.instance, s.point, one.normal * mu, color);
+    plane_point_blocks(mode, scene, asked, crossing, other.face, other.instance, s.point,
+                       other.normal * mu_other, color);
+}
+
+// weight N . (de - c), times `color`, for what `asked` names.
+template <typename Mode>
+EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+                           const EdgeSample& s, Vec3 color) {
+    const Vec3 g = s.normal * s.weight;
+    if (asked.want_camera) {
+        Float row[kCameraFloats];
+        ray_velocity_row(scene.camera, s.view, g, row);
+        mode.camera(s.active, row, -color);
+    }
+    const Mask crossing = s.active & s.crossing;
+    if (any(crossing)) crossing_blocks(mode, scene, asked, s, crossing, g, color);
+    const Mask on_edge = s.active & ~s.crossing;
+    if (any(on_edge)) edge_point_blocks(mode, scene, asked, on_edge, s.edge, s.instance, s.u, g, color);
+}
+
+// Area of the picture that the edge sweeps per unit of the tangent.
+EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent, const EdgeSample& s) {
+    Forward mode{scene, tangent};
+    edge_blocks(mode, scene, tangent, s, {splat(1.0f), splat(0.0f), splat(0.0f)});
+    return mode.value.x;
+}
+
+// Leaves out samples without a finite size, and writes those of a first pass, by which the samples of a
+// second are distributed: the jump times the area that a motion across the edge sweeps. Neither tangent nor
+// adjoint is in them, so that both modes take the same samples and are exactly each other's transpose.
+EG_INLINE void weigh(const BoundaryTask& task, int at, EdgeSample& s, Vec3 jump) {
+    const Float size = size_of(jump) * s.weight * sqrt(dot(s.normal, s.normal));
+    s.active = keep_finite(task, at, s.active, s.edge, s.instance, size);
+    if (!task.score) return;
+    for (int i = 0; i < W && at + i < task.count; ++i)
+        task.score[task.first + at + i] = s.active[i] ? size[i] : 0.0f;
+}
+
+static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                   const DerivativeView& tangent, Splats& splats) {
+    // Where nothing moves, nothing is traced.
+    TracedSample* traced =
+        trace_sides(scene, task, work, [&](const EdgeSample& s) { return gray(sweep(scene, tangent, s)); });
+    for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
+        EdgeSample& s = traced->sample;
+        Vec3 value = zero3();
+        if (any(s.active)) {
+            const Vec3 jump = jump_of(task, work, at);
+            weigh(task, at, s, jump);
+            value = jump * traced->factor;
+        }
+        write_splats(task, splats, at, s.active, s.view.sx, s.view.sy, value);
+    }
+}
+
+static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
+                                    const float* adjoint, DerivativeView& gradient) {
+    // Where nothing is asked, nothing is traced.
+    TracedSample* traced = trace_sides(scene, task, work, [&](const EdgeSample& s) {
+        return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
+    });
+    for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
+        EdgeSample& s = traced->sample;
+        if (!any(s.active)) continue;  // no score, no worth
+        const Vec3 jump = jump_of(task, work, at), a = traced->factor;
+        weigh(task, at, s, jump);
+        s.active &= largest_component(a) > 0.0f;
+        if (!any(s.active)) continue;
+        record_worth(task, at, s.active, jump, a, s.weight * sqrt(dot(s.normal, s.normal)));
+        Backward mode{scene, gradient, a};
+        edge_blocks(mode, scene, gradient, s, jump);
+    }
+}
+
+static void add_splats_kernel(const CameraView& camera, const Splats& splats, int64_t count, float* image) {
+    for (int64_t at = 0; at < count; at += W) {
+        Float x, y;
+        Vec3 value;
+        Mask active = first_lanes(static_cast<int>(count - at < W ? count - at : W));
+        for (int i = 0; i < W; ++i) {
+            const int64_t k = active[i] ? at + i : at;
+            x[i] = splats.x[k], y[i] = splats.y[k];
+            value.x[i] = splats.value[0][k], value.y[i] = splats.value[1][k], value.z[i] = splats.value[2][k];
+        }
+        active &= x > kNowhere;
+        if (any(active)) add_at(camera, active, x, y, value, image);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,196 @@
+// Shadow boundary term: what changes where an edge passes between a lit surface and its light.
+//
+// Formula (S), sampled from the edge outwards: a point e of an edge, light that arrives there as it does at a
+// surface (shading/lights/lights.h), and x, the first surface behind:
+//   dI = int du int dw  kappa |n . D| f_r L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
+// f_r the BSDF of x towards the camera (times |n_s . w|/|n . w| where its shading normal is another). What
+// the camera sees by way of other surfaces counts by what a chain of them brings (scattering_chain.h). sigma
+// is the side of the edge's faces: where they are on both sides, light doesn't pass there. Of lights without
+// size L dw is I/|e - y|^2, or a sun's irradiance. The picture's own samples of lights are per solid angle,
+// and so is this integral.
+#pragma once
+
+#include "boundary/samples/direct_samples.h"
+#include "boundary/segment/camera_connection.h"
+#include "boundary/segment/occluder.h"
+#include "boundary/segment/receiver.h"
+#include "boundary/segment/scattering_chain.h"
+#include "boundary/segment/segment.h"
+#include "boundary/segment/silhouette.h"
+#include "shading/lights/environment_samples.h"
+#include "shading/lights/light_radiance.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Direction to the environment from a point of an edge: about the edge, where it is a silhouette. Half of the
+// directions to an image are its own samples; each sample is weighted by the mixture's density (the balance
+// heuristic).
+EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+                             Mask parted, Float& density) {
+    constexpr float kByImage = 0.5f;
+    Vec3 towards = cell_direction(scene, task, p, parted, density);
+    if (scene.sky.sampled) {
+        Float pick, unused, image_u, image_v;
+        sobol_pair(p.random.stream, p.random.sample, kPairStrategy, unused, pick);
+        sobol_pair(p.random.stream, p.random.sample, kPairLight, image_u, image_v);
+        const Mask by_image = pick < kByImage;
+        towards = select(by_image, sample_environment(scene, p.active, image_u, image_v).w, towards);
+        density = (1.0f - kByImage) * density_about(scene, task, p, parted, towards, density) +
+                  kByImage * environment_pdf(scene, towards);
+        return towards;
+    }
+    density = density_about(scene, task, p, parted, towards, density);
+    return towards;
+}
+
+EG_OUTLINE LightSample sample_passing_light(const SceneView& scene, Mask active, const PassedEdge& edge,
+                                            Float u, Float v) {
+    return sample_light_for(scene, active, edge, u, v);
+}
+
+// What a shadow sample's light is, once it is known to pass the edge.
+struct ShadowLight {
+    LightSample sample;
+    Float geometry;  // 1/density
+    Int blockers;
+};
+
+// Sets where the light comes from.
+EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+                                   Mask parted, BoundarySegment& s) {
+    ShadowLight light;
+    if (task.kind == kSkyBoundary) {
+        Float density;
+        s.towards = sky_direction(scene, task, p, parted, density);
+        s.distance = splat(__builtin_inff());
+        s.y.sky = splat(scene.sky.pixels ? -1 : 0);
+        light.geometry = 1.0f / max(density, 1e-30f);
+        light.blockers = splat(scene.sky.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
+        return light;
+    }
+    Float u, v;
+    sobol_pair(p.random.stream, p.random.sample, kPairLight, u, v);
+    light.sample = sample_passing_light(scene, p.active, {s.point, s.edge}, u, v);
+    const LightSample& from = light.sample;
+    s.active &= from.active & from.casts_shadow;
+    s.towards = from.w;
+    s.distance = from.r;
+    s.y.face = from.face, s.y.b1 = from.b1, s.y.b2 = from.b2;
+    s.y.row = from.row, s.y.kind = from.kind;
+    light.geometry = from.geometry;
+    light.blockers = from.blockers;
+    return light;
+}
+
+// Where the segment from x meets a disk, which faces x. Of a sphere an edge inside sees the inside, which x
+// sees only if it is inside, too.
+EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
+    const Mask on_row = s.active & (s.y.row >= 0);
+    const Mask disk = on_row & (s.y.kind == splat(static_cast<int>(kDiskLight)));
+    const Mask sphere = on_row & (s.y.kind == splat(static_cast<int>(kSphereLight)));
+    if (!any(disk | sphere)) return;
+    const LightRow l = gather_light(scene.lights, select(disk | sphere, s.y.row, splat(0)));
+    Float pdf;
+    if (any(disk)) {
+        const Float way = meet_light(l, kDiskLight, s.x.position, s.towards, pdf);
+        s.distance = select(disk, way - s.reach, s.distance);
+        s.active &= ~disk | (s.distance > 0.0f);
+    }
+    const auto within = [&](Vec3 at) {
+        const Vec3 way = at - l.position;
+        return dot(way, way) <= l.radius * l.radius;
+    };
+    s.active &= ~sphere | (within(s.point) == within(s.x.position));
+}
+
+// Light that arrives at the edge from y, divided by the density of the sample.
+EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
+                             ShadowLight& light) {
+    PassingRays rays{light.blockers};
+    rays.ignored = {s.edge, s.instance};
+    const Int camera_ray = splat(static_cast<int>(kCameraRay));
+    if (task.kind == kSkyBoundary)
+        return environment_radiance(scene, s.towards) * light.geometry *
+               transmittance(scene, s.active, s.point, s.towards, splat(__builtin_inff()), rays);
+    light.sample.active = s.active;
+    look_up_emission(scene, light.sample, camera_ray);
+    const Mask near = s.distance < __builtin_inff(), on_surface = light.sample.face >= 0;
+    const Vec3 end =
+        select(on_surface, light.sample.end - s.point, s.towards * select(near, s.distance, 1.0f));
+    const Float far = select(near, splat(0.99999f), splat(__builtin_inff()));
+    return light.sample.radiance * light.geometry * transmittance(scene, s.active, s.point, end, far, rays);
+}
+
+EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                         PieceCursor& piece, const DerivativeView& asked,
+                                         const float* adjoint) {
+    BoundarySegment s;
+    PieceSample p = sample_piece(scene, task, at, piece);
+    s.active = p.active;
+    s.edge = p.edge;
+    s.instance = p.instance;
+    s.u = p.u0 + (p.u1 - p.u0) * p.tau;
+    s.point = p.a + p.t * s.u;
+    s.y = still_far_end();
+    s.view.sx = s.view.sy = splat(0.0f);
+    // Of faces that let light pass the jump takes the place of the side.
+    const Mask clear = transparent_occluder(scene, s.active, s.edge);
+    ShadowLight light = aim_at_light(scene, task, p, parts_light(scene, clear, s.edge), s);
+    if (scene.rays_differ || scene.lights.any_linked) {
+        Int mesh = mesh_of(scene, edge_face(scene, s.edge));
+        s.active &= (gather(scene.mesh_mask, mesh) & light.blockers) != 0;
+    }
+    const Vec3 across = cross(p.t, -s.towards);
+    p.active = s.active;
+    const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
+    s.sweep = across * sigma;
+    s.active &= sigma != 0.0f;
+    if (!any(s.active)) return s;
+
+    Float probability;
+    const Int length = chain_length(p, task.max_depth - 2, probability);
+    const Mask chained = length > 0;
+    const LightsWay way = {light.blockers, select(chained, splat(kScatteredRays), splat(1 << kCameraRay)),
+                           kShadowRay, splat(0)};
+    const LitPoint lit =
+        find_lit_point(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
+    // Nearer than rounding the jump is the primary boundary's (derivations F3c).
+    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    if (!any(s.active)) return s;
+    s.reach = lit.hit.distance;
+    const PlacedTriangle t = placed_triangle(scene, select(s.active, lit.hit.face, splat(0)),
+                                             select(s.active, lit.hit.instance, splat(-1)));
+    s.view = place_in_picture(scene, s.active, interpolate(t.triangle, lit.hit.b1, lit.hit.b2), p.random);
+    s.x = surface_point(scene, s.active & (chained | s.view.active), select(s.active, lit.hit.face, splat(0)),
+                        t, lit.hit.b1, lit.hit.b2, s.view.direction,
+                        select(s.active, lit.hit.instance, splat(-1)));
+    s.x.mesh = lit.hit.mesh;
+    s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
+    s.slides = s.active & ~chained;
+    meet_round_light(scene, s);
+    divide_segment(s);
+    hold_far_end(scene, s);
+    hold_contact(scene, length, s);
+    s.active &= segment_moves(scene, asked, s);
+    if (!task.score && any(s.active & s.slides))
+        s.active &= ~s.slides | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
+    if (!any(s.active)) return s;
+
+    Vec3 color = lit.through * light_at_edge(scene, task, s, light) *
+                 ((p.u1 - p.u0) * task.scale / (p.density * probability));
+    if (any(clear))
+        color = select(clear, color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),
+                       color);
+    s.active &= ~(largest_component(color) == 0.0f);
+    if (!any(s.active)) return s;
+    const Int kinds = task.kind == kSkyBoundary ? splat(scene.environment_mask) : light.sample.visible_to;
+    const SeenLight seen =
+        see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false, s.y.row >= 0);
+    s.view = seen.view;
+    if (scene.mesh_contact) s.held = seen.held;
+    s.color = color * seen.weight;
+    s.active = seen.active & ~(largest_component(s.color) == 0.0f);
+    return s;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

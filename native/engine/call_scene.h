@@ -1,0 +1,30 @@
+// The tables as kernels see them for one call, with what the call adds to them.
+#pragma once
+
+#include <memory>
+
+#include "scene/lights/light_list.h"
+#include "scene/rays/brute_triangles.h"
+#include "scene/rays/bvh.h"
+
+namespace edgegrad {
+
+class PreparedScene {
+ public:
+    // With the picture's `lights`, and what estimators of `asked` derivatives have beside them (null: none),
+    // which follow lobes up to an alpha of `followed`.
+    PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked,
+                  bool convex, std::shared_ptr<const LightList> lights, float followed = 0.0f);
+
+    const SceneView& view() const { return view_; }
+
+ private:
+    void hold_directions(const SceneTables& tables, const Asked& asked);
+
+    std::shared_ptr<const LightList> lights_;
+    std::vector<BruteTriangle> brute_triangles_;
+    std::vector<int32_t> face_moving_, face_held_, material_held_, mesh_contact_;
+    SceneView view_{};
+};
+
+}  // namespace edgegrad

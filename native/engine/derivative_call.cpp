@@ -1,0 +1,280 @@
+#include "engine/derivative_call.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "boundary/meshes/solids.h"
+#include "engine/followed_lobes_rule.h"
+#include "engine/interior_rules.h"
+#include "engine/terms/curve_terms.h"
+#include "engine/transparent_closures.h"
+
+namespace edgegrad {
+
+namespace {
+
+// Horizon samples per pixel and sample of the picture. As many as the picture's have 1/20 of the noise of the
+// interior term under a rectangle or a sphere, 1/12 under an emissive mesh, 1/6 under the sky, and cost twice
+// its time.
+constexpr double kHorizonShare = 0.125;
+
+// Paths that look for rims, per pixel and sample of the picture: at equal numbers they cost as much as the
+// interior term's, and have less noise.
+constexpr double kRimShare = 0.5;
+
+// Segments of scan lines, by sample of the picture, beyond which the interior term of motions takes half of
+// the samples. Where mirrors and glass fill so much of the picture, its paths take twice as long to derive as
+// to follow, and the lines as long again: glass_sphere's interior and primary terms took 4.2 pictures, and
+// take 2.4. With twice the samples the noise is what it was, and so are the seconds.
+constexpr double kManySegments = 0.25;
+
+// A light's strength has a derivative even where it is zero.
+bool wants_dark_lights(const Wanted& wanted) {
+    constexpr uint64_t emission = Wanted::columns(kEmission, kEmission + 3);
+    return wanted.any("light_params") ||
+           (wanted.any("leaf_params") && (wanted.span("leaf_params").columns & emission) != 0);
+}
+
+// Where nothing but strengths of lights of the table is asked for, and of the environment, light of all
+// others has no derivative: the rows that samples are to be spent on. Else none.
+std::vector<uint8_t> lights_alone(const SceneTables& tables, const Wanted& wanted) {
+    const auto& spans = wanted.spans();
+    const bool alone = wanted.any("light_params") && !wanted.moves_lights() &&
+                       spans.size() == 1 + static_cast<size_t>(wanted.any("environment"));
+    std::vector<uint8_t> rows(alone ? tables.lights.kind.size() : 0);
+    for (size_t k = 0; k < rows.size(); ++k)
+        rows[k] = wanted.any("light_params", k * kLightParams, (k + 1) * kLightParams);
+    return rows;
+}
+
+// What boundary terms see of the tables' derivatives.
+Asked asked_for(const Wanted& wanted) {
+    return {wanted.moving(),
+            wanted.any("camera"),
+            wanted.any("instance_to_world"),
+            wanted.moves_lights(),
+            wanted.any("environment_rotation"),
+            wanted.any("environment") || wanted.any("environment_pixels")};
+}
+
+// The options with a term's samples per pixel, of those that are counted by pixel.
+RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, DerivativeTerm term) {
+    if (learned)
+        options.samples =
+            std::max(1, static_cast<int32_t>(std::lround(learned->share[term] * options.samples)));
+    return options;
+}
+
+bool anything_moves(const Asked& asked) {
+    return asked.camera || asked.lights || asked.rotation || asked.any_mesh_moves();
+}
+
+// Whether faces with shading normals of their own may cut off other light than before
+// (boundary/terms/horizon.h; core/planning/shadow.py has the rule in words).
+bool horizons_move(const SceneView& scene, const RenderOptions& options, const Asked& asked) {
+    const bool bent = scene.corner_normal || scene.all_flags & kHasNormalMap;
+    if (!bent || options.max_depth < 2 || !(options.shadow || options.indirect)) return false;
+    constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
+    const bool lit = scene.has_environment || (scene.lights.kinds & ~kPointlike);
+    if (!lit && !(options.indirect && options.max_depth > 2)) return false;
+    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    // Some lights turn with what they light.
+    const bool turns = scene.lights.kinds & kTurningLights;
+    return asked.any_mesh_moves() || asked.rotation || (asked.lights && sized) || (asked.camera && turns);
+}
+
+RenderOptions horizon_options(RenderOptions options) {
+    options.samples = std::max(1, static_cast<int>(std::lround(kHorizonShare * options.samples)));
+    options.seed ^= 0x1f83d9abu;
+    return options;
+}
+
+RenderOptions rim_options(RenderOptions options) {
+    options.samples = std::max(1, static_cast<int>(std::lround(kRimShare * options.samples)));
+    options.seed ^= 0x9b05688cu;
+    return options;
+}
+
+}  // namespace
+
+Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& options, const Wanted& asked_of,
+                                       LearnedSampling* learned)
+    : engine(e),
+      wanted(asked_of),
+      sides(solid_sides(*e.bodies(), e.tables_.camera)),
+      asked(asked_for(wanted)),
+      geometry(wanted.geometry() || moves_chains(e.tables_, wanted)),
+      lights(e.lights_for(wanted)),
+      prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), lights,
+               options.max_depth > 1 ? e.follow(asked, sides, lights) : 0.0f),
+      scene(prepared.view()),
+      plan(interior_plan(of_term(options, learned, kInteriorTerm))),
+      horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
+      rims(ImagePlan(scene.camera, rim_options(of_term(options, learned, kInteriorTerm)), kRecordedPaths)
+               .sharing()),
+      tables(differentiable_tables(scene, e.tables_)),
+      passed(passed_leaves(scene, e.tables_, wanted, geometry)),
+      surfaces(asked_surfaces(scene, e.tables_, wanted, passed)),
+      values_alone(wanted.values_alone(scene)),
+      learns(learned) {
+    if (options.interior && !shading_is_constant(scene, e.tables_, wanted, options.max_depth))
+        image_chunks = plan.chunks;
+    if (image_chunks > 0 && options.max_depth >= 2 && rims_move(scene, e.tables_, wanted))
+        rim_chunks = rims.chunks;
+    // Where nothing is between surfaces, no edge hides one from another.
+    RenderOptions edges = options;
+    edges.indirect = options.indirect && options.max_depth >= 3 && !e.hides_no_surface();
+    if (anything_moves(asked) && (edges.primary || edges.shadow || edges.indirect)) {
+        const auto normals = e.normals();
+        const std::vector<uint8_t> clear = e.clear_emitters(*lights);
+        terms = boundary_terms(scene,
+                               {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
+                                e.threads_, lights, e.kept_},
+                               edges, asked, e.guided_, e.aimed_, learned);
+    }
+    if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
+    specular =
+        SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), wanted, e.guided_, e.kept_);
+    for (int pass = 0; specular && pass < specular->passes(); ++pass)
+        boundary_chunks += specular->chunks(pass);
+    if (specular && image_chunks > 0 && !learns && asks_motion_alone() &&
+        static_cast<double>(specular->total()) >
+            kManySegments * static_cast<double>(plan.pixels) * options.samples)
+        divide_interior(2);
+    if (image_chunks > 0 && geometry)
+        edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, asked, e.threads_);
+    if (edge_on) boundary_chunks += edge_on->chunks();
+    for (const BoundaryTerm& term : terms)
+        for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
+}
+
+AdjointTask Engine::DerivativeCall::recording(const ImageTask& task, Workspace& work,
+                                              AdjointWorkspace& adjoint,
+                                              const DifferentiableTables& of) const {
+    AdjointTask sweep = adjoint.task(task, work);
+    sweep.tables = &of;
+    sweep.geometry = geometry;
+    sweep.camera_moves = wanted.any("camera");
+    work.vertices->geometry = sweep.geometry;
+    work.vertices->misses = misses_change();
+    work.vertices->asked = surfaces;
+    work.vertices->passed.leaves = passed.empty() ? nullptr : passed.data();
+    return sweep;
+}
+
+AdjointTask Engine::DerivativeCall::record(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
+                                           const DifferentiableTables& of) const {
+    const AdjointTask sweep = recording(task, work, adjoint, of);
+    engine.kernels_.record(scene, task, work);
+    const int32_t paths = task.pixel_count * task.samples;
+    if (edge_on) edge_on->weigh(engine.kernels_, scene, paths, work);
+    engine.kernels_.close_up(work, paths);
+    AdjointWorkspace::release(work);
+    return sweep;
+}
+
+AdjointTask Engine::DerivativeCall::record_rims(const ImageTask& task, Workspace& work,
+                                                AdjointWorkspace& adjoint,
+                                                const DifferentiableTables& of) const {
+    const AdjointTask sweep = recording(task, work, adjoint, of);
+    work.vertices->rims = true;
+    engine.kernels_.record(scene, task, work);
+    engine.kernels_.close_up(work, task.pixel_count * task.samples);
+    AdjointWorkspace::release(work);
+    return sweep;
+}
+
+ValueTask Engine::DerivativeCall::record_values(const ImageTask& task, Workspace& work,
+                                                AdjointWorkspace& adjoint,
+                                                const DifferentiableTables& of) const {
+    ValueTask sweep = adjoint.value_task(task, work);
+    sweep.tables = &of;
+    ValueMemory& values = *sweep.values;
+    constexpr uint64_t emission = Wanted::columns(kEmission, kEmission + 3);
+    const uint64_t columns = wanted.any("leaf_params") ? wanted.span("leaf_params").columns : 0;
+    values.emission = (columns & emission) != 0;
+    values.colors = (columns & ~emission) != 0;
+    values.rows = wanted.any("light_params");
+    values.environment = wanted.any("environment");
+    values.asked = surfaces;
+    values.asked.everywhere = values.emission || values.rows || values.environment;
+    engine.kernels_.record_values(scene, task, work);
+    AdjointWorkspace::release(work);
+    return sweep;
+}
+
+bool Engine::DerivativeCall::misses_change() const {
+    return scene.lights.sized_count + scene.lights.sized_distant > 0 || scene.sky.pixels ||
+           wanted.any("environment");
+}
+
+HorizonTask Engine::DerivativeCall::horizon_task(const ImageTask& image, DroppedSamples& lost) const {
+    const RenderOptions& options = horizon.options;
+    return {image, options.shadow, options.indirect && options.max_depth > 2, &lost};
+}
+
+void Engine::DerivativeCall::count_samples(LearnedSampling& learned) const {
+    std::fill_n(learned.taken, kDerivativeTerms, 0.0);
+    if (image_chunks > 0)
+        learned.taken[kInteriorTerm] = static_cast<double>(plan.pixels) * plan.options.samples;
+    if (rim_chunks > 0)
+        learned.taken[kInteriorTerm] += static_cast<double>(rims.pixels) * rims.options.samples;
+    if (edge_on) learned.taken[kInteriorTerm] += static_cast<double>(edge_on->total());
+    if (horizon_chunks > 0)
+        learned.taken[kShadowTerm] = static_cast<double>(horizon.pixels) * horizon.options.samples;
+    for (int pass = 0; specular && pass < specular->passes(); ++pass)
+        learned.taken[kPrimaryTerm] += static_cast<double>(specular->total(pass));
+    for (const BoundaryTerm& term : terms)
+        for (int pass = 0; pass < term.plan.passes(); ++pass)
+            learned.taken[kTermOf[term.plan.kind()]] += static_cast<double>(term.plan.total(pass));
+}
+
+Dropped Engine::DerivativeCall::all_dropped() const {
+    Dropped out;
+    const auto add_pixels = [&out](const char* name, const DroppedSamples& d) {
+        if (d.count > 0) out.push_back({name, d.count, d.first, {-1, -1}, {d.place, -1}});
+    };
+    add_pixels("interior", dropped.sum());
+    add_pixels("shadow", dropped_horizons.sum());
+    const auto add = [&out](const char* name, const DroppedSamples& d, const SceneView& view) {
+        if (d.count == 0) return;
+        DroppedTerm t{name, d.count, -1, {-1, -1}, {-1, -1}};
+        if (d.place < 0) return out.push_back(t);  // the border of a light
+        const uint32_t* face = view.edge_faces + view.edge_face_first[d.place];
+        const bool crossing = d.place >= view.edge_count;
+        for (int k = 0; k < 2; ++k)
+            if (!crossing) t.vertices[k] = static_cast<int32_t>(view.edge_vertices[2 * d.place + k]);
+        t.faces[0] = static_cast<int32_t>(face[0]);
+        if (crossing && !(face[1] & kLightOfTable)) t.faces[1] = static_cast<int32_t>(face[1]);
+        out.push_back(t);
+    };
+    for (const BoundaryTerm& term : terms)
+        add(kBoundaryTerms[term.plan.kind()], term.dropped->sum(), term.view(scene));
+    add(kBoundaryTerms[kPrimaryBoundary], dropped_chains.sum(), scene);
+    return out;
+}
+
+ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) const {
+    constexpr uint64_t values =
+        Wanted::columns(kBaseColor, kBaseColor + 3) | Wanted::columns(kEmission, kEmission + 3);
+    const bool pictures = wanted.any("light_params") || wanted.any("environment") ||
+                          (wanted.any("leaf_params") && (wanted.span("leaf_params").columns & values) != 0);
+    const ImagePlan own(scene.camera, options, kRecordedPaths);
+    return pictures ? own : own.sharing();
+}
+
+float Engine::follow(const Asked& asked, const std::vector<int8_t>& sides,
+                     const std::shared_ptr<const LightList>& lights) const {
+    const auto faces = normals();
+    const std::vector<uint8_t> clear(closed_.size(), 0);  // matters to edges' masses alone
+    return followed_alpha(
+        {tables_, sides.data(), closed_, clear, faces->data(), kernels_, threads_, lights, kept_}, asked);
+}
+
+std::shared_ptr<const LightList> Engine::lights_for(const Wanted& wanted) const {
+    const std::vector<uint8_t> rows = lights_alone(tables_, wanted);
+    return rows.empty() ? lights(wants_dark_lights(wanted))
+                        : std::make_shared<const LightList>(tables_, rows);
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,240 @@
+#include "engine/derivative_tables.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <stdexcept>
+
+namespace edgegrad {
+
+std::vector<NamedTable> differentiable_tables(const SceneView& scene, const SceneTables& t) {
+    const auto table = [](const char* name, const std::vector<float>& values) {
+        return NamedTable{name, values.data(), values.size()};
+    };
+    std::vector<NamedTable> all = {
+        table("vertices", t.vertices),
+        table("normals", t.normals),
+        table("instance_to_world", t.instance_to_world),
+        table("leaf_params", t.leaf_params),
+        table("texture_pixels", t.textures.pixels),
+        table("texture_attributes", t.textures.attributes),
+        table("texture_lookups", t.textures.lookups),
+        table("texture_constants", t.textures.constants),
+        table("light_params", t.lights.params),
+        {"environment", scene.environment, 3},
+        {"environment_rotation", scene.environment_rotation, 9},
+        {"camera", scene.camera.position, kCameraFloats},
+    };
+    if (scene.sky.pixels)
+        all.push_back({"environment_pixels", scene.sky.pixels,
+                       3 * static_cast<size_t>(scene.sky.width) * static_cast<size_t>(scene.sky.height)});
+    return all;
+}
+
+namespace {
+
+// Floats of the rows of tables whose columns are asked for by themselves.
+size_t row_width(const std::string& table) {
+    if (table == "leaf_params") return kMaterialParams;
+    if (table == "environment") return 3;
+    return table == "light_params" ? kLightParams : 1;
+}
+
+// The columns that the floats [first, last) are in.
+uint64_t columns_of(size_t first, size_t last, size_t width) {
+    uint64_t columns = 0;
+    for (size_t k = first; k < std::min(last, first + width); ++k) columns |= uint64_t{1} << (k % width);
+    return columns;
+}
+
+}  // namespace
+
+Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
+    : asked_(spans), moving_(tables.mesh_first_vertex.size() - 1, 0) {
+    const auto add = [this](const std::string& table, size_t first, size_t last) {
+        if (first >= last) return;
+        const size_t width = row_width(table);
+        Span span{first / width * width, (last + width - 1) / width * width, static_cast<int32_t>(width),
+                  columns_of(first, last, width)};
+        const auto [at, is_new] = spans_.try_emplace(table, span);
+        if (is_new) return;
+        Span& all = at->second;
+        all.first = std::min(all.first, span.first), all.last = std::max(all.last, span.last);
+        all.columns |= span.columns;
+    };
+    for (const TableSpan& s : spans) {
+        // Boundary terms index these from their start.
+        if (s.table == "camera")
+            add(s.table, 0, kCameraFloats);
+        else if (s.table == "instance_to_world")
+            add(s.table, 0, tables.instance_to_world.size());
+        else
+            add(s.table, s.first, s.last);
+        if (s.table == "light_params") {
+            Span& rows = spans_.at(s.table);
+            rows.first = 0, rows.last = tables.lights.params.size();
+        }
+        if (s.table != "vertices") continue;
+        for (size_t m = 0; m < moving_.size(); ++m) {
+            const auto first = 3 * static_cast<size_t>(tables.mesh_first_vertex[m]);
+            const auto last = 3 * static_cast<size_t>(tables.mesh_first_vertex[m + 1]);
+            if (s.first >= last || s.last <= first) continue;
+            moving_[m] = 1;
+            if (m + 1 < tables.mesh_first_normal.size() && !tables.mesh_custom[m])
+                add("normals", 3 * static_cast<size_t>(tables.mesh_first_normal[m]),
+                    3 * static_cast<size_t>(tables.mesh_first_normal[m + 1]));
+        }
+    }
+}
+
+bool Wanted::moves_lights() const {
+    constexpr uint64_t radiance = columns(kLightRadiance, kLightRadiance + 3);
+    return any("light_params") && (span("light_params").columns & ~radiance) != 0;
+}
+
+bool Wanted::geometry() const {
+    constexpr std::array geometric = {"vertices", "normals", "instance_to_world", "camera",
+                                      "environment_rotation"};
+    return moves_lights() ||
+           std::any_of(geometric.begin(), geometric.end(), [this](const char* name) { return any(name); });
+}
+
+bool Wanted::any(const std::string& table, size_t first, size_t last) const {
+    return std::any_of(asked_.begin(), asked_.end(), [&](const TableSpan& s) {
+        return s.table == table && s.first < last && s.last > first;
+    });
+}
+
+bool Wanted::values_alone(const SceneView& scene) const {
+    constexpr uint64_t color = columns(kBaseColor, kBaseColor + 3),
+                       emission = columns(kEmission, kEmission + 3);
+    const bool known = std::all_of(spans_.begin(), spans_.end(), [](const auto& span) {
+        return span.first == "leaf_params" || span.first == "light_params" || span.first == "environment";
+    });
+    if (!known || geometry()) return false;
+    const Span rows = span("leaf_params");
+    if (!any("leaf_params")) return true;
+    if ((rows.columns & ~(color | emission)) != 0) return false;
+    if ((rows.columns & emission) != 0 && scene.emission_varies) return false;
+    for (size_t k = rows.first; k < rows.last; k += kMaterialParams)
+        if (any("leaf_params", k + kBaseColor, k + kBaseColor + 3) &&
+            !(scene.leaf_flags[k / kMaterialParams] & kLambertian))
+            return false;
+    return true;
+}
+
+Wanted::Span Wanted::span(const std::string& table) const {
+    const auto at = spans_.find(table);
+    return at == spans_.end() ? Span{} : at->second;
+}
+
+// Floats of all groups together, unless one has more: four groups of a very large texture don't fit in
+// memory.
+constexpr size_t kMostFloats = size_t{1} << 29;
+// Buffers of more floats aren't kept for later calls.
+constexpr size_t kMostSpare = size_t{1} << 26;
+
+GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareZeros& spare)
+    : spare_(spare) {
+    size_t known = 0;
+    for (const NamedTable& table : tables) {
+        if (!wanted.any(table.name)) continue;
+        const Wanted::Span span = wanted.span(table.name);
+        if (span.last > table.size)
+            throw std::invalid_argument(std::string("more of the table '") + table.name +
+                                        "' is asked for than it has");
+        parts_.push_back({table, span, size_});
+        size_ += span.last - span.first;
+        ++known;
+    }
+    if (known != wanted.spans().size())
+        throw std::invalid_argument("a table that is asked for doesn't exist");
+    // Many groups balance the load, but each costs memory to clear and to sum. A power of two is shared
+    // evenly by as many threads: 13 groups of 300,000 floats took two of them 1.1 times as long as 8 do.
+    const size_t size = std::max<size_t>(size_, 1);
+    const size_t least = std::clamp<size_t>(kMostFloats / size, 1, 4);
+    groups_.resize(std::bit_floor(std::clamp<size_t>((size_t{1} << 22) / size, least, 32)));
+}
+
+GradientGroups::View GradientGroups::view(int64_t group) {
+    auto& values = groups_[static_cast<size_t>(group)];
+    values = spare_.take();
+    if (group == 0 && summed_in_place()) values->reserve(parts_[0].table.size);
+    values->resize(size_);
+    return again(group);
+}
+
+bool GradientGroups::summed_in_place() const {
+    constexpr size_t kPadding = 64;
+    return size_ > kMostSpare && parts_.size() == 1 && parts_[0].span.first == 0 &&
+           parts_[0].table.size <= size_ + kPadding;
+}
+
+GradientGroups::View GradientGroups::again(int64_t group) {
+    double* const values = groups_[static_cast<size_t>(group)]->data();
+    View v{{}, nullptr, nullptr, nullptr, nullptr, nullptr};
+    for (const Part& p : parts_) {
+        v.tables.add(p.table.data, p.table.size, p.span.first, p.span.last, p.span.width, p.span.columns,
+                     values + p.offset, nullptr);
+        const std::pair<const char*, double**> singles[] = {{"vertices", &v.vertices},
+                                                            {"camera", &v.camera},
+                                                            {"instance_to_world", &v.instances},
+                                                            {"light_params", &v.lights},
+                                                            {"environment_rotation", &v.rotation}};
+        for (const auto& [name, place] : singles)
+            if (std::string(p.table.name) == name) *place = values + p.offset;
+    }
+    return v;
+}
+
+TableValues GradientGroups::reduce(int threads) {
+    TableValues out;
+    const bool kept = size_ <= kMostSpare;
+    const bool in_place = summed_in_place() && groups_[0] && groups_[0].use_count() == 1;
+    for (const Part& p : parts_) {
+        Zeros& sum = out[p.table.name];
+        if (in_place) sum = std::move(*groups_[0]), groups_[0].reset();
+        sum.resize(p.table.size);
+        // Of a part the sums stay near a core; a page is what memory is given in.
+        constexpr size_t kPart = 1 << 13, kPage = 1 << 9;
+        const size_t size = p.span.last - p.span.first;
+        parallel_for(
+            threads, static_cast<int64_t>((size + kPart - 1) / kPart), nullptr, [&](int, int64_t part) {
+                const size_t begin = static_cast<size_t>(part) * kPart, end = std::min(size, begin + kPart);
+                for (const auto& group : groups_) {
+                    if (!group) continue;
+                    double* const values = group->data() + p.offset;
+                    for (size_t at = begin; at < end; at += kPage) {
+                        const size_t next = std::min(end, at + kPage);
+                        // Samples meet few parts of a large texture: the others take no memory.
+                        if (std::all_of(values + at, values + next, [](double x) { return x == 0.0; }))
+                            continue;
+                        for (size_t k = at; k < next; ++k) sum[p.span.first + k] += values[k];
+                        // Cleared while it is near: by itself that takes as long as summing.
+                        if (kept) std::fill(values + at, values + next, 0.0);
+                    }
+                }
+            });
+    }
+    for (auto& group : groups_)
+        if (group && kept) spare_.give(std::move(group));
+    return out;
+}
+
+DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const Wanted& wanted,
+                                   const TableValues& tangents) {
+    DifferentiableTables out;
+    for (const NamedTable& table : tables) {
+        if (!wanted.any(table.name)) continue;
+        const Wanted::Span span = wanted.span(table.name);
+        const Zeros& tangent = tangents.at(table.name);
+        if (tangent.size() != table.size)
+            throw std::invalid_argument(std::string("the tangent of the table '") + table.name +
+                                        "' has the wrong size");
+        out.add(table.data, table.size, span.first, span.last, span.width, span.columns, nullptr,
+                tangent.data() + span.first);
+    }
+    return out;
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,70 @@
+#include "engine/followed_lobes_rule.h"
+
+#include <algorithm>
+
+#include "boundary/curves/light_intersections.h"
+#include "scene/lights/light_list.h"
+#include "scene/lights/light_params.h"
+#include "scene/sharp_lobes.h"
+
+namespace edgegrad {
+namespace {
+
+// Wider lobes have less noise as they are: edges are looked for along them (boundary/terms/camera_sampled.h),
+// where scan lines find them by chance, and emissive meshes are sampled. Of scenes with such meshes and
+// without.
+constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = 0.0905f;
+
+// Lights of the table alone move nothing that followed lobes see.
+bool moves(const Asked& asked) { return asked.camera || asked.rotation || asked.any_mesh_moves(); }
+
+// Whether a shader is textured: what it shows may jump within a surface.
+bool any_textured(const SceneTables& tables) {
+    const auto& programs = tables.textures.leaf_program;
+    return std::any_of(programs.begin(), programs.end(), [](int32_t program) { return program >= 0; });
+}
+
+// Whether a lobe is there to be followed.
+bool any_narrow(const SceneTables& tables, float widest) {
+    for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
+        if (may_be_specular(tables, leaf, widest)) return true;
+    return false;
+}
+
+// Lights whose shadows, or whose own border, jump within faces: spots without blend, and those without size
+// where smooth-shaded faces turn away from them.
+bool lights_jump(const SceneTables& tables, const LightView& lights) {
+    constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
+    if ((lights.kinds & kPointlike) && !tables.corner_normal.empty()) return true;
+    for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
+        const float* params = &tables.lights.params[kLightParams * row];
+        if ((tables.lights.flags[row] & (kLightCone | kLightLinearCone)) &&
+            params[kLightEdgeScale] >= 0.5f * kLightStep)
+            return true;
+    }
+    return false;
+}
+
+// Whether surfaces pass through each other or through lights, wherever that is.
+bool surfaces_cross(const EdgeList& edges) {
+    Asked all;
+    all.moving.assign(static_cast<size_t>(edges.tables.visible_meshes), 1);
+    all.camera = all.instances = all.lights = true;
+    const Crossings found = find_crossings(edges, all, kScatteredRays | 1 << kShadowRay);
+    return found.size() > 0 ||
+           find_pierced_lights(edges.tables, all, found, nullptr, edges.threads).size() > 0 ||
+           find_pierced_disks(edges.tables, edges.threads).size() > 0;
+}
+
+}  // namespace
+
+float followed_alpha(const EdgeList& edges, const Asked& asked) {
+    const SceneTables& tables = edges.tables;
+    const LightView& lights = edges.lights->view();
+    const float widest = lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
+    if (!moves(asked) || !any_narrow(tables, widest) || any_textured(tables) || lights_jump(tables, lights))
+        return 0.0f;
+    return *edges.kept.cross.get(true, [&] { return surfaces_cross(edges); }) ? 0.0f : widest;
+}
+
+}  // namespace edgegrad

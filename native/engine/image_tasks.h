@@ -1,0 +1,72 @@
+// How a call's work is cut into tasks: pixels and samples of the picture, and samples of the boundary.
+// Nothing here depends on the number of threads.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/engine.h"
+#include "scene/camera_row.h"
+#include "util/parallel.h"
+
+namespace edgegrad {
+
+// The picture as chunks of consecutive pixels, of so many paths.
+struct ImagePlan {
+    ImagePlan(const CameraView& camera, const RenderOptions& options, int chunk_paths = kBlockPaths)
+        : pixels(static_cast<int64_t>(camera.width) * camera.height),
+          options(options),
+          camera(camera),
+          paths(chunk_paths),
+          per_chunk(std::max(1, paths / options.samples)),
+          chunks((pixels + per_chunk - 1) / per_chunk) {}
+
+    // The same with random numbers that neighbouring pixels share.
+    ImagePlan sharing() const {
+        ImagePlan p = *this;
+        for (p.sample_bits = 0; p.sample_bits < 31 && 1 << p.sample_bits < options.samples;) ++p.sample_bits;
+        return p;
+    }
+
+    // The tasks of a chunk: one, unless a single pixel has more samples than a task holds. Those of a loop
+    // that is cancelled are left out.
+    template <typename F>
+    void for_each_task(int64_t chunk, const F& run) const {
+        const int64_t first = chunk * per_chunk;
+        ImageTask task{};
+        task.first_pixel = static_cast<int32_t>(first);
+        task.pixel_count = static_cast<int32_t>(std::min<int64_t>(per_chunk, pixels - first));
+        task.max_depth = options.max_depth;
+        task.seed = options.seed;
+        task.limits = options.limits;
+        task.caustics_alone = options.caustics_alone;
+        task.width = camera.width;
+        task.row = task.first_pixel / camera.width;
+        task.column = task.first_pixel % camera.width;
+        task.skipped_row = camera.full_width - camera.width;
+        task.skipped_all = camera.window_y * camera.full_width + camera.window_x;
+        task.weight = 1.0f / static_cast<float>(options.samples);
+        task.sample_bits = sample_bits;
+        for (int sample = 0; sample < options.samples && !cancelled(); sample += paths) {
+            task.first_sample = sample;
+            task.samples = std::min(paths, options.samples - sample);
+            run(task);
+        }
+    }
+
+    // Whether any pixel of the chunk has a non-zero adjoint; where none has, nothing is traced.
+    bool any_adjoint(int64_t chunk, const float* adjoint) const {
+        const int64_t first = chunk * per_chunk, last = std::min<int64_t>(first + per_chunk, pixels);
+        return std::any_of(adjoint + 3 * first, adjoint + 3 * last, [](float a) { return a != 0.0f; });
+    }
+
+    int64_t pixels;
+    RenderOptions options;
+    CameraView camera;
+    int paths;  // of a task at most
+    int per_chunk;
+    int64_t chunks;
+    int32_t sample_bits = -1;
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,26 @@
+// Boundary terms of curves that are no edges: lines along which surfaces pass through others that give or
+// scatter light, borders of spots without blend, and outlines of lights that the camera sees.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "boundary/curves/candidates.h"
+#include "boundary/curves/intersections.h"
+#include "engine/engine.h"
+
+namespace edgegrad {
+
+struct CurveTerm {
+    BoundaryKind kind;
+    Candidates candidates;
+    std::shared_ptr<const EdgesAndCrossings> lines;  // null: about lights
+    double share;                                    // samples per pixel and sample of the picture
+};
+
+// Those that the options ask for and that may not be zero. `seen`: the crossings that the camera sees, where
+// they have been looked for.
+std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
+                                   const RenderOptions& options, const Asked& asked, const Crossings* seen);
+
+}  // namespace edgegrad

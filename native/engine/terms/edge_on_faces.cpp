@@ -1,0 +1,253 @@
+#include "engine/terms/edge_on_faces.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <tuple>
+
+#include "boundary/curves/picture_frame.h"
+#include "boundary/meshes/placed_vertex.h"
+#include "sampling/z_order.h"
+#include "scene/mesh_instances.h"
+#include "util/parallel.h"
+
+namespace edgegrad {
+namespace {
+
+// Up to which |cos| of its angle with the camera's rays a face is edge-on, and samples by area per picture's
+// sample and pixel, of faces that are seen face-on: at |cos| = 0.15 they are twice as dense as the picture's
+// own. Variance of 8 x 8 blocks of the interior term at 16 samples per pixel, relative to none, of a ball of
+// 3,072 smooth-shaded faces that fills the picture, with (|cos|, samples) of (0.1, 0.1), 0.9 % more samples:
+// 0.15; (0.15, 0.3), 4 %: 0.03; (0.2, 0.5), 8.7 %: 0.016; (0.4, 1), 35 %: 0.008. With all terms the third
+// is 7 % better than the second.
+constexpr double kEdgeOn = 0.15, kDensity = 0.3;
+// Most samples, of one face and of all, relative to those of the picture.
+constexpr double kMostOfFace = 0.1, kMost = 0.25;
+// Faces per item of parallel work.
+constexpr int64_t kFaceBlock = 1 << 13;
+// Tiles of the picture along each of its sides, 2^8, by which pieces are sorted: of a ball of 49,152 faces,
+// whose list has another order, it makes 5 times less variance.
+constexpr uint32_t kTileBits = 8;
+
+Vector vector(const float* p) { return {p[0], p[1], p[2]}; }
+
+// What some pixel may see, widened by the filter and by depth of field as a whole: where functions that are
+// linear in space aren't negative.
+class FramePlanes {
+ public:
+    explicit FramePlanes(const CameraView& c)
+        : camera_(c),
+          position_(vector(c.position)),
+          right_(vector(c.right)),
+          up_(vector(c.up)),
+          back_(vector(c.back)),
+          frame_(c) {}
+
+    static constexpr int kCount = 6;
+    using Polygon = std::array<Vector, 3 + kCount>;
+
+    // Cuts a triangle in the first three corners; how many the rest of it has.
+    int clip(Polygon& polygon) const {
+        int count = 3;
+        for (int plane = 0; plane < kCount && count >= 3; ++plane) {
+            Polygon out;
+            int kept = 0;
+            for (int k = 0; k < count; ++k) {
+                const Vector a = polygon[k], b = polygon[(k + 1) % count];
+                const double u = value(plane, a), v = value(plane, b);
+                if (u >= 0.0) out[kept++] = a;
+                if ((u >= 0.0) != (v >= 0.0)) out[kept++] = a + (b - a) * (u / (u - v));
+            }
+            polygon = out;
+            count = kept;
+        }
+        return count >= 3 ? count : 0;
+    }
+
+    Vector ray_through(Vector p) const { return frame_.ray_through(p); }
+    double lens_reach() const { return frame_.lens_reach(); }
+    // The tile of the picture that a point is in.
+    uint32_t place_of(Vector point) const {
+        const Vector p = point - position_;
+        const double h = depth(p), down = -static_cast<double>(camera_.focal / camera_.pixel_aspect);
+        return z_order((camera_.focal * dot(right_, p) / h + camera_.principal[0]) / camera_.width,
+                       (down * dot(up_, p) / h + camera_.principal[1]) / camera_.height, kTileBits);
+    }
+    // The picture's area per area across the ray, pixels^2/m^2 (path/camera_projection.h, kappa |D|).
+    double scale(Vector p) const {
+        const double focal = camera_.focal, all = focal * focal / camera_.pixel_aspect;
+        if (camera_.kind == kOrthographic) return all;
+        const Vector d = p - position_;
+        const double z = -dot(back_, d);
+        return all * length(d) / (z * z * z);
+    }
+
+ private:
+    // What places in the picture are divided by.
+    double depth(Vector p) const {
+        return camera_.kind == kOrthographic ? 1.0 : std::max(-dot(back_, p), 1e-12);
+    }
+    double value(int plane, Vector point) const {
+        const CameraView& c = camera_;
+        const Vector p = point - position_;
+        const double z = -dot(back_, p);
+        if (plane == 0) return z - c.clip_start;
+        if (plane == 1) return c.clip_end - z;
+        const double h = depth(p);
+        const double focal = plane < 4 ? c.focal : -c.focal / c.pixel_aspect;
+        const double place = focal * dot(plane < 4 ? right_ : up_, p) + c.principal[plane < 4 ? 0 : 1] * h;
+        // A lens point shifts the picture by at most blur |z/F - 1| / h.
+        const double blur =
+            focal * c.aperture_radius / (plane < 4 ? std::max(1e-6f, c.aperture_ratio) : 1.0f);
+        const double more = frame_.margin() * h + std::abs(blur) * (1.0 + z / c.focus_distance);
+        return more + (plane % 2 == 0 ? place : (plane < 4 ? c.width : c.height) * h - place);
+    }
+
+    const CameraView& camera_;
+    Vector position_, right_, up_, back_;
+    PictureFrame frame_;
+};
+
+struct Piece {
+    Vector corner[3];
+    double mass;  // samples by area for each of a pixel's
+};
+// A face that is seen edge-on, where an instance places it.
+struct Entry {
+    int32_t face, instance;
+    int pieces;
+    double mass, area;
+    uint32_t place;
+    const Piece* first;
+};
+struct Part {
+    std::vector<Entry> entries;
+    std::vector<Piece> pieces;
+};
+
+// Adds a face, if it is such.
+void add_face(const FramePlanes& frame, const SceneView& scene, const Placement& place, int32_t face,
+              int32_t instance, int8_t side, double most, Part& part) {
+    FramePlanes::Polygon polygon;
+    for (int k = 0; k < 3; ++k) polygon[k] = place(vertex(scene, scene.faces[3 * int64_t{face} + k]));
+    const Vector m = cross(polygon[1] - polygon[0], polygon[2] - polygon[0]);
+    const double size = length(m);
+    // From the nearest point of the lens: m . D is the same for all points of the face.
+    const double height = dot(m, frame.ray_through(polygon[0])), reach = frame.lens_reach() * size;
+    if (!(size > 0.0) || side * height > reach) return;  // the back of a solid body
+    const double nearest = std::max(0.0, std::abs(height) - reach) / (kEdgeOn * size);
+    const auto edge_on = [&](Vector p) {
+        const Vector d = frame.ray_through(p);
+        return nearest * nearest <= dot(d, d);
+    };
+    bool any = false;
+    for (int k = 0; k < 3; ++k) any |= edge_on(polygon[k]);
+    if (!any) return;
+    const int corners = frame.clip(polygon);
+    if (corners == 0) return;
+    for (int k = 0; k < corners; ++k)
+        if (!edge_on(polygon[k])) return;
+    Entry entry{face, instance, 0, 0.0, 0.0, frame.place_of(polygon[0]), nullptr};
+    for (int k = 2; k < corners; ++k) {
+        Piece piece{{polygon[0], polygon[k - 1], polygon[k]}, 0.0};
+        piece.mass =
+            0.5 * length(cross(piece.corner[1] - piece.corner[0], piece.corner[2] - piece.corner[0]));
+        if (!(piece.mass > 0.0)) continue;
+        part.pieces.push_back(piece);
+        ++entry.pieces;
+        entry.area += piece.mass;
+        entry.mass +=
+            piece.mass *
+            (frame.scale(piece.corner[0]) + frame.scale(piece.corner[1]) + frame.scale(piece.corner[2])) /
+            3.0;
+    }
+    if (entry.pieces == 0) return;
+    entry.mass = std::min(kDensity * entry.mass, most);
+    // By area on the whole face.
+    for (int k = 0; k < entry.pieces; ++k)
+        part.pieces[part.pieces.size() - 1 - static_cast<size_t>(k)].mass *= entry.mass / entry.area;
+    part.entries.push_back(entry);
+}
+
+// Whether surfaces may look different from place to place in a face: else sliding changes nothing. Of the
+// sky, light that comes straight to a flat surface doesn't depend on where that is.
+bool varies_over_faces(const SceneView& scene, const RenderOptions& options) {
+    return scene.lights.count > 0 || options.max_depth > 2 || scene.corner_normal ||
+           scene.textures.leaf_program || scene.textures.leaf_weight_program ||
+           (scene.all_flags & kHasNormalMap);
+}
+
+}  // namespace
+
+EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
+                         const RenderOptions& options, const Asked& asked, int threads) {
+    EdgeOnList out;
+    const CameraView& camera = scene.camera;
+    if (camera.kind == kEquirectangular || !varies_over_faces(scene, options)) return out;
+    const auto instances = mesh_instances(tables);
+    struct Run {
+        int32_t instance;
+        int8_t side;
+        int64_t first, last;
+    };
+    std::vector<Run> runs;
+    for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
+        const bool moves =
+            asked.camera || asked.moving[mesh] || (asked.instances && is_placed(instances[mesh]));
+        if (!moves || !(tables.mesh_mask[mesh] & (1 << kCameraRay))) continue;
+        const int64_t end = tables.mesh_first_face[mesh + 1];
+        for (int32_t instance : instances[mesh])
+            for (int64_t first = tables.mesh_first_face[mesh]; first < end; first += kFaceBlock)
+                runs.push_back({instance, sides[mesh], first, std::min(first + kFaceBlock, end)});
+    }
+    const FramePlanes frame(camera);
+    const double pixels = static_cast<double>(camera.width) * camera.height;
+    std::vector<Part> parts(runs.size());
+    parallel_for(threads, static_cast<int64_t>(runs.size()), nullptr, [&](int, int64_t k) {
+        const Run& run = runs[static_cast<size_t>(k)];
+        const Placement place = Placement::of(scene, run.instance);
+        for (int64_t face = run.first; face < run.last; ++face)
+            add_face(frame, scene, place, static_cast<int32_t>(face), run.instance, run.side,
+                     kMostOfFace * pixels, parts[static_cast<size_t>(k)]);
+    });
+    std::vector<Entry> entries;
+    out.cumulative.push_back(0.0);
+    for (const Part& part : parts) {
+        const Piece* piece = part.pieces.data();
+        for (const Entry& entry : part.entries) {
+            entries.push_back(entry);
+            entries.back().first = piece;
+            piece += entry.pieces;
+        }
+    }
+    std::stable_sort(entries.begin(), entries.end(),
+                     [](const Entry& a, const Entry& b) { return a.place < b.place; });
+    for (const Entry& entry : entries) {
+        for (int k = 0; k < entry.pieces; ++k) {
+            const Piece& piece = entry.first[k];
+            out.piece_face.push_back(entry.face);
+            out.piece_instance.push_back(entry.instance);
+            for (const Vector& p : piece.corner)
+                for (double x : {p.x, p.y, p.z}) out.corners.push_back(static_cast<float>(x));
+            out.cumulative.push_back(out.cumulative.back() + piece.mass);
+        }
+    }
+    const double mass = out.cumulative.back();
+    if (!(mass > 0.0)) return out;
+    out.total = static_cast<int64_t>(std::ceil(std::min(mass, kMost * pixels) * options.samples));
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+        return std::tie(a.face, a.instance) < std::tie(b.face, b.instance);
+    });
+    out.face_first.assign(tables.face_material.size() + 1, 0);
+    for (const Entry& entry : entries) {
+        ++out.face_first[static_cast<size_t>(entry.face) + 1];
+        out.entry_instance.push_back(entry.instance);
+        out.entry_density.push_back(
+            static_cast<float>(entry.mass / entry.area * (static_cast<double>(out.total) / mass)));
+    }
+    for (size_t face = 1; face < out.face_first.size(); ++face)
+        out.face_first[face] += out.face_first[face - 1];
+    return out;
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,174 @@
+#include "engine/terms/specular_term.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/camera_row.h"
+#include "scene/sharp_lobes.h"
+
+namespace edgegrad {
+namespace {
+
+// Lines per pixel, of each direction, and sample of the picture: a segment costs about what a sample does.
+// Two passes instead of one, for the same seconds: seconds x variance of 17 scenes with edges in mirrors and
+// glass falls to 0.53, of 41 with shadows there to 0.88 (tests/boundary/test_specular_boundary.py,
+// tests/boundary/test_mirrored_shadows.py). 0.14 instead of 0.2, with half of the interior's samples
+// (engine/derivative_call.cpp): 0.74 and 0.70 times the seconds, 0.8 and 1.1 times seconds x variance.
+constexpr double kLines = 0.14;
+
+float column(const float* const (&v)[3], const float* const (&w)[3], int i) {
+    return v[0][i] * w[0][i] + v[1][i] * w[1][i] + v[2][i] * w[2][i];
+}
+float length(const float* const (&v)[3], int i) { return std::sqrt(column(v, v, i)); }
+
+// What is left of a sum, of its terms' sizes, where it says nothing any more. A shadow on a face whose plane
+// the light is in does not move in the picture, and rounding finds edges in all places of it.
+constexpr float kRounding = 1e-5f;
+
+}  // namespace
+
+bool moves_chains(const SceneTables& t, const Wanted& wanted) {
+    if (wanted.any("vertices") || wanted.any("normals") || wanted.any("camera") ||
+        wanted.any("instance_to_world"))
+        return true;
+    // Of a shader's floats, its index and its normal map are what rays are bent by.
+    constexpr uint64_t bending =
+        Wanted::columns(kIor, kIor + 1) | Wanted::columns(kNormalMap, kNormalStrength + 1);
+    const Wanted::Span rows = wanted.span("leaf_params");
+    const bool bends = (rows.columns & bending) != 0;
+    const bool textures = wanted.any("texture_pixels") || wanted.any("texture_attributes") ||
+                          wanted.any("texture_lookups") || wanted.any("texture_constants");
+    for (size_t leaf = 0; leaf < t.leaf_flags.size(); ++leaf) {
+        if (!may_be_specular(t, leaf)) continue;
+        if (bends && rows.first < (leaf + 1) * kMaterialParams && rows.last > leaf * kMaterialParams)
+            return true;
+        if (textures && leaf < t.textures.leaf_program.size() && t.textures.leaf_program[leaf] >= 0)
+            return true;
+    }
+    return false;
+}
+
+std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
+                                             const RenderOptions& options, const Wanted& wanted, bool guided,
+                                             KeptEdges& kept) {
+    const bool moves = moves_chains(tables, wanted);
+    const bool edges = options.primary && options.max_depth >= 2 && moves;
+    // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
+    const bool lights = options.shadow && options.max_depth >= 3 && !scene.convex &&
+                        (scene.lights.count > 0 || scene.has_environment) &&
+                        (moves || wanted.moves_lights() || wanted.any("environment_rotation"));
+    // One that a surface lights by another takes one more.
+    const bool surfaces = options.indirect && options.max_depth >= 4 && moves;
+    if (!(edges || lights || surfaces) || !may_be_specular(tables, scene.followed_alpha)) return std::nullopt;
+    const FilmRectangle film = specular_bounds(scene, tables);
+    if (film.empty()) return std::nullopt;
+    return SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film,
+                        {edges, lights, surfaces}, guided);
+}
+
+SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
+                           std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film,
+                           Parts parts, bool guided)
+    : options_(options),
+      regions_(std::move(regions)),
+      parts_(parts),
+      plan_(film, kLines * options.samples, guided, options.seed ^ 0x68bc21ebu),
+      sizes_(static_cast<size_t>(plan_.passes() > 1 ? chunks(0) : 0)) {
+    const CameraView& c = scene.camera;
+    if (c.kind == kEquirectangular) {
+        for (int k = 0; k < 2; ++k) {
+            shift_[0][kCameraPanorama + k] = (c.panorama[1] - c.panorama[0]) / c.full_width;
+            shift_[1][kCameraPanorama + 2 + k] = (c.panorama[3] - c.panorama[2]) / c.full_height;
+        }
+    } else {
+        shift_[0][kCameraPrincipal] = shift_[1][kCameraPrincipal + 1] = 1.0;
+    }
+}
+
+void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
+                        int64_t count, ThreadMemory& memory, Found& found, DroppedSamples& dropped) {
+    ScanTask scan = plan_.task(pass, first, count);
+    scan.region = regions_->region.data(), scan.face_edge = regions_->face_edge.data();
+    scan.edges = parts_.edges, scan.lights = parts_.lights, scan.surfaces = parts_.surfaces;
+    found.image = {};
+    found.image.pixel_count = 1;
+    found.image.weight = 1.0f;
+    Workspace& work = memory.paths();
+    found.sweep = memory.adjoint.task(found.image, work);
+    AdjointWorkspace::release(work);
+    found.sweep.geometry = found.sweep.camera_moves = true;
+    found.sweep.dropped = &found.vertices;
+    ChainCrossings& c = memory.chains.view(found.sweep.camera);
+    found.count = kernels.scan(scene, scan, options_.limits, options_.max_depth, c);
+    if (found.count == 0) return;
+    found.image.samples = found.count;
+    BoundaryTask sides{};
+    sides.first = first, sides.count = found.count;
+    sides.max_depth = options_.max_depth;
+    sides.seed = scan.seed;
+    sides.limits = options_.limits;
+    sides.dropped = &dropped;
+    kernels.chain_sides(scene, sides, work, *found.sweep.vertices, c, found.count);
+    for (int k = 0; k < 2; ++k) {
+        DifferentiableTables camera;
+        camera.add(scene.camera.position, kCameraFloats, 0, kCameraFloats, 1, 1, nullptr, shift_[k]);
+        found.sweep.tables = &camera;
+        kernels.path_forward(scene, found.sweep, work.radiance);
+        for (int i = 0; i < found.count; ++i) {
+            const float g = column(c.by_point, found.sweep.position, i) +
+                            column(c.by_direction, found.sweep.direction, i);
+            const float most = length(c.by_point, i) * length(found.sweep.position, i) +
+                               length(c.by_direction, i) * length(found.sweep.direction, i);
+            c.by_screen[k][i] = std::abs(g) > kRounding * most ? g : 0.0f;
+        }
+    }
+    kernels.chain_sweeps(sides, c, found.count);
+    if (pass > 0 || plan_.passes() == 1) return;
+    std::vector<CrossingSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
+    for (int i = 0; i < found.count; ++i) {
+        if (const float size = length(c.jump, i) * length(c.by_point, i); size > 0.0f)
+            sizes.push_back({(first + c.segment[i]) / kScanLine, size});
+    }
+}
+
+void SpecularTerm::forward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
+                           int64_t count, ThreadMemory& memory, const DifferentiableTables& tables,
+                           DerivativeView tangent, Splats splats, DroppedSamples& dropped) {
+    std::fill_n(splats.x, count, kNowhere);
+    Found found;
+    find(kernels, scene, pass, first, count, memory, found, dropped);
+    if (found.count == 0) return;
+    const ChainCrossings& c = memory.chains.view(found.sweep.camera);
+    Workspace& work = memory.paths();
+    found.sweep.tables = &tables;
+    kernels.path_forward(scene, found.sweep, work.radiance);
+    for (int i = 0; i < found.count; ++i)
+        work.radiance[0][i] =
+            column(c.by_point, found.sweep.position, i) + column(c.by_direction, found.sweep.direction, i);
+    tangent.want_camera = false;  // the camera's part is in the chain's
+    kernels.chain_forward(scene, c, found.count, work, tangent, splats);
+}
+
+void SpecularTerm::backward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
+                            int64_t count, ThreadMemory& memory, const DifferentiableTables& tables,
+                            DerivativeView gradient, const float* picture_adjoint, DroppedSamples& dropped) {
+    Found found;
+    find(kernels, scene, pass, first, count, memory, found, dropped);
+    if (found.count == 0) return;
+    const ChainCrossings& c = memory.chains.view(found.sweep.camera);
+    gradient.want_camera = false;
+    float* seeds = memory.paths().radiance[0];
+    kernels.chain_backward(scene, c, found.count, picture_adjoint, gradient, seeds);
+    for (int i = 0; i < found.count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            found.sweep.position[k][i] = seeds[i] * c.by_point[k][i];
+            found.sweep.direction[k][i] = seeds[i] * c.by_direction[k][i];
+        }
+    }
+    found.sweep.tables = &tables;
+    found.sweep.seeded = true;
+    const float none[3] = {0.0f, 0.0f, 0.0f};  // the light that chains bring is the sides' own
+    kernels.path_backward(scene, found.sweep, none);
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,14 @@
+// The kernels of the boundaries behind the camera's, of one instruction set.
+#include "boundary/terms/cone_border.h"
+#include "boundary/terms/shadow.h"
+#include "kernels/parts.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+void add_derivative_kernels(KernelTable& table) {
+    table.boundary[kShadowBoundary] = {direct_forward<sample_shadow>, direct_backward<sample_shadow>};
+    table.boundary[kSkyBoundary] = table.boundary[kShadowBoundary];
+    table.boundary[kConeBorder] = {direct_forward<sample_cone_border>, direct_backward<sample_cone_border>};
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,14 @@
+// The primary boundary's kernels of one instruction set.
+#include "boundary/curves/edge_weights.h"
+#include "boundary/terms/primary.h"
+#include "kernels/parts.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+void add_primary_kernels(KernelTable& table) {
+    table.boundary[kPrimaryBoundary] = {primary_forward_kernel, primary_backward_kernel};
+    table.edge_masses = edge_masses_kernel;
+    table.add_splats = add_splats_kernel;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,375 @@
+// The Python module `edgegrad._native`: checks arrays, releases the interpreter's lock, forwards.
+// What the functions compute is described in core/rendering/renderer.py and at the kernels.
+#include <nanobind/nanobind.h>
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <stdexcept>
+
+#include "boundary/curves/learned_weights.h"
+#include "embree/library.h"
+#include "engine/engine.h"
+#include "kernels/dispatch.h"
+#include "python/bsdfs.h"
+#include "python/call.h"
+#include "python/light_sampling.h"
+#include "python/numpy_arrays.h"
+#include "python/probe_arrays.h"
+#include "python/ray_queries.h"
+#include "python/textures.h"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace {
+
+using edgegrad::column;
+using edgegrad::Engine;
+using edgegrad::InputArray;
+using edgegrad::OutputArray;
+using edgegrad::Progress;
+using edgegrad::RenderOptions;
+using edgegrad::SceneTables;
+using edgegrad::text;
+using edgegrad::WithoutInterpreter;
+
+template <size_t N>
+void fill(float (&out)[N], nb::handle object, const char* name, size_t first = 0) {
+    const std::vector<float> values = column<float>(object, name);
+    if (values.size() < first + N)
+        throw std::invalid_argument(std::string("the table '") + name + "' is too short");
+    std::copy_n(values.begin() + static_cast<ptrdiff_t>(first), N, out);
+}
+
+void check_indices(const std::vector<int32_t>& indices, size_t size, const char* what, int32_t least = 0) {
+    for (int32_t i : indices)
+        if (i < least || i >= static_cast<int64_t>(size))
+            throw std::invalid_argument(std::string("the tables' ") + what + " are out of range");
+}
+
+void check_lights(const SceneTables::LightRows& lights) {
+    const size_t rows = lights.kind.size();
+    for (const auto* values : {&lights.flags, &lights.visible_to, &lights.receivers, &lights.blockers})
+        if (values->size() != rows) throw std::invalid_argument("the light table's sizes disagree");
+    if (lights.params.size() != edgegrad::kLightParams * rows)
+        throw std::invalid_argument("the light table's sizes disagree");
+    for (int32_t kind : lights.kind)
+        if (kind < edgegrad::kPointSource || kind > edgegrad::kConeLight)
+            throw std::invalid_argument("the light table has an unknown kind");
+}
+
+edgegrad::CameraView read_camera(nb::handle t) {
+    edgegrad::CameraView c{};
+    fill(c.position, t, "camera_position");
+    fill(c.right, t, "camera_axes", 0);
+    fill(c.up, t, "camera_axes", 3);
+    fill(c.back, t, "camera_axes", 6);
+    fill(c.principal, t, "principal_point");
+    c.kind = static_cast<edgegrad::CameraKind>(nb::cast<int32_t>(t.attr("camera_kind")));
+    c.focal = nb::cast<float>(t.attr("focal"));
+    c.pixel_aspect = nb::cast<float>(t.attr("pixel_aspect"));
+    fill(c.panorama, t, "panorama");
+    const auto full = column<int32_t>(t, "full_size"), window = column<int32_t>(t, "window");
+    c.full_width = full.at(0), c.full_height = full.at(1);
+    c.window_x = window.at(0), c.window_y = window.at(1);
+    const auto aperture = column<float>(t, "aperture");
+    c.aperture_radius = aperture.at(0), c.focus_distance = aperture.at(1);
+    c.aperture_blades = static_cast<int32_t>(aperture.at(2));
+    c.aperture_rotation = aperture.at(3), c.aperture_ratio = aperture.at(4);
+    c.width = nb::cast<int32_t>(t.attr("width"));
+    c.height = nb::cast<int32_t>(t.attr("height"));
+    c.clip_start = nb::cast<float>(t.attr("clip_start"));
+    c.clip_end = nb::cast<float>(t.attr("clip_end"));
+    return c;
+}
+
+void read_geometry(nb::handle t, edgegrad::GeometryTables& s) {
+    s.vertices = column<float>(t, "vertices");
+    s.faces = column<uint32_t, int32_t>(t, "faces");
+    s.face_material = column<int32_t>(t, "face_material");
+    s.mesh_first_vertex = column<int64_t, int32_t>(t, "mesh_first_vertex");
+    s.mesh_first_face = column<int64_t, int32_t>(t, "mesh_first_face");
+    for (uint8_t v : column<uint8_t>(t, "visible")) s.visible_meshes += v;
+    s.mesh_mask = column<uint32_t, int32_t>(t, "mesh_mask");
+    s.mesh_receivers = column<uint32_t, int32_t>(t, "mesh_receivers");
+    s.mesh_terminator = column<float>(t, "mesh_terminator");
+    s.corner_normal = column<int32_t>(t, "corner_normal");
+    s.mesh_first_normal = column<int64_t, int32_t>(t, "mesh_first_normal");
+    s.mesh_custom = column<uint8_t>(t, "mesh_custom");
+    s.custom_normals = column<float>(t, "custom_normals");
+    s.instance_mesh = column<int32_t>(t, "instance_mesh");
+    s.instance_to_world = column<float>(t, "instance_to_world");
+    check_indices(s.faces, s.vertices.size() / 3, "faces");
+    check_indices(s.instance_mesh, static_cast<size_t>(s.visible_meshes), "instances");
+    check_indices(s.corner_normal, static_cast<size_t>(s.mesh_first_normal.back()), "shading normals", -1);
+    if (s.instance_to_world.size() != 12 * s.instance_mesh.size())
+        throw std::invalid_argument("the tables' sizes disagree");
+}
+
+void read_values(nb::handle t, edgegrad::ValueTables& s) {
+    const nb::object materials = t.attr("materials");
+    s.material_first_leaf = column<int32_t>(materials, "first_leaf");
+    s.leaf_kind = column<int32_t>(materials, "kind");
+    s.leaf_flags = column<int32_t>(materials, "flags");
+    s.leaf_params = column<float>(materials, "params");
+    const nb::object lights = t.attr("lights");
+    s.lights.params = column<float>(lights, "params");
+    s.lights.kind = column<int32_t>(lights, "kind");
+    s.lights.flags = column<int32_t>(lights, "flags");
+    s.lights.visible_to = column<int32_t>(lights, "visible_to");
+    s.lights.receivers = column<int32_t>(lights, "receivers");
+    s.lights.blockers = column<int32_t>(lights, "blockers");
+    fill(s.environment_rotation, t, "environment_rotation");
+    s.environment_mask = nb::cast<int32_t>(t.attr("environment_mask"));
+    s.filter_kind = nb::cast<int32_t>(t.attr("filter_kind"));
+    s.filter_width = nb::cast<float>(t.attr("filter_width"));
+    s.emission = column<float>(t, "emission");
+    s.emission_two_sided = column<uint8_t, int32_t>(t, "emission_two_sided");
+    fill(s.environment, t, "environment");
+    s.camera = read_camera(t);
+    if (s.leaf_params.size() != edgegrad::kMaterialParams * s.leaf_kind.size())
+        throw std::invalid_argument("the tables' sizes disagree");
+    check_lights(s.lights);
+}
+
+std::shared_ptr<const edgegrad::EnvironmentMap> read_environment_map(nb::handle t) {
+    const nb::object pixels = t.attr("environment_pixels");
+    if (pixels.is_none()) return nullptr;
+    const InputArray<float> array(pixels, "environment_pixels", {-1, -1, 3});
+    if (array.size() == 0) throw std::invalid_argument("the environment's image is empty");
+    return std::make_shared<edgegrad::EnvironmentMap>(array.data(), static_cast<int32_t>(array.shape(1)),
+                                                      static_cast<int32_t>(array.shape(0)));
+}
+
+SceneTables read_tables(nb::handle t) {
+    SceneTables s;
+    read_geometry(t, s);
+    read_values(t, s);
+    const nb::object textures = t.attr("textures");
+    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
+    s.environment_map = read_environment_map(t);
+    check_indices(s.face_material, s.emission.size() / 3, "face materials");
+    return s;
+}
+
+RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::handle terms) {
+    RenderOptions o;
+    const std::pair<const char*, bool&> all[] = {
+        {"interior", o.interior}, {"primary", o.primary}, {"shadow", o.shadow}, {"indirect", o.indirect}};
+    for (const auto& [name, computed] : all) computed = nb::cast<bool>(terms.attr("__contains__")(name));
+    o.samples = samples;
+    o.seed = seed;
+    o.max_depth = max_depth;
+    o.limits = {nb::cast<int32_t>(bounces.attr("diffuse")), nb::cast<int32_t>(bounces.attr("glossy")),
+                nb::cast<int32_t>(bounces.attr("transmission")),
+                nb::cast<int32_t>(bounces.attr("transparent"))};
+    if (samples < 1) throw std::invalid_argument("spp must be at least 1");
+    return o;
+}
+
+// For a picture.
+OutputArray<float> picture_array(const edgegrad::CameraView& c) {
+    return OutputArray<float>({static_cast<size_t>(c.height), static_cast<size_t>(c.width), 3});
+}
+
+// What a derivative has left out (core/rendering/non_finite.py).
+nb::list dropped_list(const edgegrad::Dropped& dropped) {
+    nb::list out;
+    for (const edgegrad::DroppedTerm& d : dropped)
+        out.append(nb::make_tuple(d.term, d.count, d.pixel, nb::make_tuple(d.vertices[0], d.vertices[1]),
+                                  nb::make_tuple(d.faces[0], d.faces[1])));
+    return out;
+}
+
+nb::list by_term(const double (&values)[edgegrad::kDerivativeTerms]) {
+    nb::list out;
+    for (const double value : values) out.append(value);
+    return out;
+}
+
+// The engine together with its copy of the tables.
+class Scene {
+ public:
+    Scene(nb::handle tables, int threads, nb::handle instruction_set, nb::handle embree)
+        : kernels_(edgegrad::kernels(text(instruction_set))) {
+        SceneTables s = read_tables(tables);
+        const edgegrad::embree::Api& api = edgegrad::embree::load(text(embree));
+        const WithoutInterpreter without;
+        engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
+    }
+
+    void set_edges(nb::handle edges) {
+        std::vector<uint32_t> vertices = column<uint32_t>(edges, "vertices");
+        std::vector<uint32_t> face_first = column<uint32_t>(edges, "face_first");
+        std::vector<uint32_t> faces = column<uint32_t>(edges, "faces");
+        std::vector<uint32_t> opposite = column<uint32_t>(edges, "opposite");
+        const WithoutInterpreter without;
+        engine_->set_edges(std::move(vertices), std::move(face_first), std::move(faces), std::move(opposite));
+    }
+
+    void update(nb::handle tables) {
+        SceneTables s = read_tables(tables);
+        const WithoutInterpreter without;
+        engine_->update(std::move(s));
+    }
+
+    void update_values(nb::handle tables) {
+        edgegrad::ValueTables values;
+        read_values(tables, values);
+        engine_->update_values(std::move(values));
+    }
+
+    void move_vertices(int32_t mesh, nb::handle vertices, nb::handle origin) {
+        const InputArray<double> rows(vertices, "vertices", {-1, 3}), from(origin, "origin", {3});
+        const WithoutInterpreter without;
+        engine_->move_vertices(mesh, rows.data(), rows.shape(0), from.data());
+    }
+
+    void set_guided(bool guided) { engine_->set_guided(guided); }
+    bool guided() const { return engine_->guided(); }
+    void set_aimed(float alpha) { engine_->set_aimed(alpha); }
+    float aimed() const { return engine_->aimed(); }
+    void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
+
+    nb::object render(int samples, uint32_t seed, int max_depth, nb::handle bounces, bool caustics_alone,
+                      nb::object progress) {
+        const OutputArray<float> pixels = picture_array(engine_->tables().camera);
+        RenderOptions options = make_options(samples, seed, max_depth, bounces, nb::make_tuple());
+        options.caustics_alone = caustics_alone;
+        const Progress report = edgegrad::make_progress(std::move(progress));
+        {
+            const WithoutInterpreter without;
+            engine_->render(options, report, pixels.data());
+        }
+        return pixels.array();
+    }
+
+    nb::tuple forward(nb::dict tangent, nb::dict wanted, int samples, uint32_t seed, int max_depth,
+                      nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
+                      nb::object progress) {
+        const OutputArray<float> pixels = picture_array(engine_->tables().camera);
+        const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
+        edgegrad::TableValues tangents;
+        for (const auto& [name, values] : tangent) {
+            const std::string table = text(name);
+            const InputArray<double> floats(values, table.c_str());
+            tangents[table].assign(floats.data(), floats.data() + floats.size());
+        }
+        const edgegrad::Wanted what = read_wanted(wanted);
+        const Progress report = edgegrad::make_progress(std::move(progress));
+        edgegrad::Dropped dropped;
+        {
+            const WithoutInterpreter without;
+            engine_->forward(options, what, std::move(tangents), learned, report, pixels.data(), dropped);
+        }
+        return nb::make_tuple(pixels.array(), dropped_list(dropped));
+    }
+
+    nb::tuple backward(nb::handle adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
+                       nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
+                       nb::object progress) {
+        const edgegrad::CameraView& c = engine_->tables().camera;
+        const InputArray<float> image(adjoint, "adjoint", {c.height, c.width, 3});
+        const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
+        const edgegrad::Wanted what = read_wanted(wanted);
+        const Progress report = edgegrad::make_progress(std::move(progress));
+        edgegrad::TableValues gradients;
+        edgegrad::Dropped dropped;
+        {
+            const WithoutInterpreter without;
+            gradients = engine_->backward(options, what, image.data(), learned, report, dropped);
+        }
+        nb::dict out;
+        for (const auto& [name, values] : gradients) out[name.c_str()] = edgegrad::zeros_to_numpy(values);
+        return nb::make_tuple(out, dropped_list(dropped));
+    }
+
+    const Engine& engine() const { return *engine_; }
+    const char* instruction_set() const { return kernels_.name; }
+
+ private:
+    // By table, the spans of floats that are asked for.
+    edgegrad::Wanted read_wanted(const nb::dict& wanted) const {
+        std::vector<edgegrad::TableSpan> spans;
+        for (const auto& [name, rows] : wanted) {
+            const std::string table = text(name);
+            const InputArray<int64_t> ends(rows, table.c_str(), {-1, 2});
+            for (size_t k = 0; k < ends.size(); k += 2)
+                spans.push_back(
+                    {table, static_cast<size_t>(ends.data()[k]), static_cast<size_t>(ends.data()[k + 1])});
+        }
+        return {engine_->tables(), spans};
+    }
+
+    const edgegrad::KernelTable& kernels_;
+    std::unique_ptr<Engine> engine_;
+};
+
+}  // namespace
+
+NB_MODULE(_native, m) {
+    m.doc() = "Edgegrad's native engine.";
+    edgegrad::bind_bsdfs(m);
+    edgegrad::bind_rays(m);
+    edgegrad::bind_scene_probes(m);
+    edgegrad::bind_textures(m);
+    edgegrad::bind_process(m);
+    m.def(
+        "instruction_sets",
+        [] {
+            nb::list names;
+            for (const std::string& name : edgegrad::instruction_sets()) names.append(name.c_str());
+            return names;
+        },
+        "Instruction sets that this build has and this processor can run, the fastest first.");
+    m.def(
+        "embree_version",
+        [](nb::handle path) {
+            edgegrad::embree::load(text(path));
+            return nb::str(edgegrad::embree::version().c_str());
+        },
+        "path"_a, "Version of the Embree library at `path`, loading it if need be.");
+    nb::class_<edgegrad::LearnedSampling>(
+        m, "LearnedSampling", "What gradients of one view have learned; shares and samples are by term.")
+        .def(nb::init<>())
+        .def_prop_rw(
+            "share", [](const edgegrad::LearnedSampling& l) { return by_term(l.share); },
+            [](edgegrad::LearnedSampling& l, nb::handle share) {
+                double values[edgegrad::kDerivativeTerms];
+                for (int k = 0; k < edgegrad::kDerivativeTerms; ++k) values[k] = nb::cast<double>(share[k]);
+                std::copy(std::begin(values), std::end(values), l.share);
+            })
+        .def_prop_ro("taken", [](const edgegrad::LearnedSampling& l) { return by_term(l.taken); });
+    nb::class_<Scene>(m, "Scene", "A scene's tables with their BVH; see edgegrad.renderer.Renderer.")
+        .def(nb::init<nb::handle, int, nb::handle, nb::handle>(), "tables"_a, "threads"_a,
+             "instruction_set"_a, "embree"_a)
+        .def("set_edges", &Scene::set_edges, "edges"_a)
+        .def("update", &Scene::update, "tables"_a)
+        .def("update_values", &Scene::update_values, "tables"_a)
+        .def("move_vertices", &Scene::move_vertices, "mesh"_a, "vertices"_a, "origin"_a)
+        .def("set_camera", &Scene::set_camera, "tables"_a)
+        .def_prop_rw("guided", &Scene::guided, &Scene::set_guided)
+        .def_prop_rw("aimed", &Scene::aimed, &Scene::set_aimed)
+        .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "caustics_alone"_a,
+             "progress"_a.none())
+        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
+             "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
+        .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
+             "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
+        .def("sample_sky", [](const Scene& s, nb::handle u,
+                              nb::handle v) { return edgegrad::sample_sky(s.engine(), u, v); })
+        .def("look_at_sky", [](const Scene& s, nb::handle w) { return edgegrad::look_at_sky(s.engine(), w); })
+        .def("sample_lights",
+             [](const Scene& s, nb::handle position, nb::handle normal, nb::handle u, nb::handle v,
+                bool both_sides) {
+                 return edgegrad::sample_lights(s.engine(), position, normal, u, v, both_sides);
+             })
+        .def("meet_lights",
+             [](const Scene& s, nb::handle position, nb::handle normal, nb::handle w, nb::handle face,
+                nb::handle r, nb::handle bsdf_pdf, int kind, bool both_sides) {
+                 return edgegrad::meet_lights(s.engine(), position, normal, w, face, r, bsdf_pdf, kind,
+                                              both_sides);
+             })
+        .def_prop_ro("instruction_set", &Scene::instruction_set);
+}

@@ -1,0 +1,35 @@
+// Derivatives of probes between numpy and the kernels: gradients of all tables by name, or one tangent.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tasks/probe_tasks.h"
+
+namespace edgegrad {
+
+struct ProbeTable {
+    const char* name;
+    const float* data;
+    size_t size;
+    ProbeTable(const char* name, const std::vector<float>& v) : ProbeTable(name, v.data(), v.size()) {}
+    ProbeTable(const char* name, const float* data, size_t size) : name(name), data(data), size(size) {}
+};
+using ProbeTables = std::vector<ProbeTable>;
+using ProbeKernel = std::function<void(const ProbeSweep&)>;
+
+// Gradients (float64, flat) by the tables' names. `adjoint`: float32, of every output, one row per point.
+nanobind::dict probe_backward(const ProbeTables& tables, nanobind::handle adjoint, size_t points,
+                              size_t outputs, const ProbeKernel& kernel);
+
+// Tangents (float64) are attributes of `tangents` with the tables' names; of the outputs (points, outputs).
+nanobind::object probe_forward(const ProbeTables& tables, nanobind::handle tangents, size_t points,
+                               size_t outputs, const ProbeKernel& kernel);
+
+// Adds the probes of parts that read a scene to the module.
+void bind_scene_probes(nanobind::module_& module);
+
+}  // namespace edgegrad

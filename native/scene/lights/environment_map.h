@@ -1,0 +1,24 @@
+// An equirectangular image of the environment, with the distribution by which directions to it are sampled.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "scene/lights/environment_view.h"
+
+namespace edgegrad {
+
+class EnvironmentMap {
+ public:
+    // `pixels`: (height, width, 3) linear, row 0 on top.
+    EnvironmentMap(const float* pixels, int32_t width, int32_t height);
+
+    // Points into the map.
+    EnvironmentView view() const;
+
+ private:
+    int32_t width_, height_, columns_, rows_;
+    std::vector<float> pixels_, sines_, rows_cdf_, columns_cdf_;
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,18 @@
+// The triangles of a tiny scene, prepared for testing every ray against each (scene/rays/brute_force.h).
+#pragma once
+
+#include <vector>
+
+#include "scene/rays/brute_triangle.h"
+
+namespace edgegrad {
+
+struct GeometryTables;
+
+// The triangles that rays can hit, the largest first; empty where there are too many, or instances.
+std::vector<BruteTriangle> brute_triangles(const GeometryTables& tables);
+
+// All of them, whatever their number.
+std::vector<BruteTriangle> all_brute_triangles(const GeometryTables& tables);
+
+}  // namespace edgegrad

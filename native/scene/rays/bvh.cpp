@@ -1,0 +1,161 @@
+#include "scene/rays/bvh.h"
+
+#include <algorithm>
+#include <fstream>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include "embree/library.h"
+#include "scene/mesh_instances.h"
+
+namespace edgegrad {
+namespace {
+
+// Memory at the peak of a build (measured: 1M and 10M triangles, medium quality).
+constexpr size_t kBuildBytesPerFace = 250;
+// And what Embree takes for itself and its threads' stacks.
+constexpr size_t kDeviceBytes = size_t{96} << 20;
+
+// Throws std::bad_alloc if there is no room for a build: Embree may wait forever when one of its threads runs
+// out of memory half-way.
+void check_room(size_t faces) {
+    const size_t needed = kDeviceBytes + faces * kBuildBytesPerFace;
+    ::operator delete(::operator new(needed));
+    std::ifstream memory("/proc/meminfo");  // where the system promises more than it has
+    std::string name;
+    size_t kilobytes;
+    while (memory >> name >> kilobytes) {
+        if (name == "MemAvailable:" && needed > kilobytes * 1024) throw std::bad_alloc();
+        memory.ignore(64, '\n');
+    }
+}
+
+}  // namespace
+
+Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(api) {
+    check_room(tables.faces.size() / 3);
+    device_ = embree::device(threads);
+    api_.device_error(device_);  // of a call that ended before it asked
+    try {
+        build(tables);
+    } catch (...) {
+        release();
+        throw;
+    }
+}
+
+void Bvh::release() {
+    if (abandoned_) return;
+    for (embree::Geometry g : instances_) api_.release_geometry(g);
+    for (embree::Geometry g : geometries_) api_.release_geometry(g);
+    for (const Instanced& i : instanced_) api_.release_scene(i.scene);
+    instances_.clear();
+    geometries_.clear();
+    instanced_.clear();
+    if (scene_) api_.release_scene(scene_);
+    scene_ = nullptr;
+}
+
+void Bvh::check(const char* doing) {
+    const int error = api_.device_error(device_);
+    if (error == 0) return;
+    abandoned_ = true;
+    if (error == embree::kErrorOutOfMemory) throw std::bad_alloc();
+    throw std::runtime_error(std::string("Embree failed while ") + doing + " (error " +
+                             std::to_string(error) + ")");
+}
+
+void Bvh::build(const SceneTables& tables) {
+    scene_ = api_.new_scene(device_);
+    api_.set_scene_quality(scene_, embree::kMedium);
+    const auto instances = mesh_instances(tables);
+    // Embree's objects must be held as soon as they exist.
+    geometries_.reserve(static_cast<size_t>(tables.visible_meshes));
+    instanced_.reserve(static_cast<size_t>(tables.visible_meshes));
+    instances_.reserve(tables.instance_mesh.size());
+    for (int32_t m = 0; m < tables.visible_meshes; ++m) {
+        embree::Geometry g = api_.new_geometry(device_, embree::kTriangle);
+        geometries_.push_back(g);
+        const size_t vertices = static_cast<size_t>(tables.mesh_first_vertex[m + 1]);
+        const size_t first = static_cast<size_t>(tables.mesh_first_face[m]);
+        const size_t faces = static_cast<size_t>(tables.mesh_first_face[m + 1]) - first;
+        api_.set_shared_buffer(g, embree::kVertexBuffer, 0, embree::kFloat3, tables.vertices.data(), 0, 12,
+                               vertices);
+        api_.set_shared_buffer(g, embree::kIndexBuffer, 0, embree::kUInt3, tables.faces.data(), 12 * first,
+                               12, faces);
+        api_.enable_argument_filter(g, true);
+        api_.set_geometry_mask(g, static_cast<unsigned>(tables.mesh_mask[m]));
+        api_.commit_geometry(g);
+        embree::SceneHandle parent = scene_;
+        if (is_placed(instances[static_cast<size_t>(m)])) {
+            parent = api_.new_scene(device_);
+            instanced_.push_back({m, parent});
+        }
+        api_.attach_geometry_by_id(parent, g, static_cast<unsigned>(m));
+    }
+    build_instances(tables);
+    embree::commit_scene(scene_);
+    check("building the BVH");
+}
+
+void Bvh::build_instances(const SceneTables& tables) {
+    for (const Instanced& i : instanced_) embree::commit_scene(i.scene);
+    for (size_t k = 0; k < tables.instance_mesh.size(); ++k) {
+        const int32_t mesh = tables.instance_mesh[k];
+        const auto of = std::find_if(instanced_.begin(), instanced_.end(),
+                                     [&](const Instanced& i) { return i.mesh == mesh; });
+        embree::Geometry g = api_.new_geometry(device_, embree::kInstance);
+        instances_.push_back(g);
+        api_.set_instanced_scene(g, of->scene);
+        api_.set_transform(g, 0, embree::kFloat3x4RowMajor, &tables.instance_to_world[12 * k]);
+        api_.set_geometry_mask(g, static_cast<unsigned>(tables.mesh_mask[static_cast<size_t>(mesh)]));
+        api_.enable_argument_filter(g, true);
+        api_.commit_geometry(g);
+        api_.attach_geometry_by_id(scene_, g,
+                                   static_cast<unsigned>(tables.visible_meshes) + static_cast<unsigned>(k));
+    }
+}
+
+void Bvh::make_dynamic() {
+    if (dynamic_) return;
+    // Embree keeps one BVH per mesh, which can be refitted, only in scenes of low quality; each mesh's own
+    // BVH is built with its own quality (1M triangles: refit 0.1 of a build, with any other scene
+    // quality 1.0).
+    const auto prepare = [&](embree::SceneHandle scene) {
+        api_.set_scene_flags(scene, embree::kDynamic);
+        api_.set_scene_quality(scene, embree::kLow);
+    };
+    prepare(scene_);
+    for (const Instanced& i : instanced_) prepare(i.scene);
+    dynamic_ = true;
+}
+
+void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far) {
+    if (moved.empty()) return;
+    api_.device_error(device_);
+    // A scene that never moves has one BVH over all meshes, which is the fastest to trace. From the
+    // first motion on it is dynamic: one BVH per mesh, so that only what moved is refitted.
+    const bool rebuild = far || !dynamic_;
+    make_dynamic();
+    const auto commit = [&](int32_t m, embree::Quality quality) {
+        embree::Geometry g = geometries_[static_cast<size_t>(m)];
+        api_.set_geometry_quality(g, quality);
+        api_.update_buffer(g, embree::kVertexBuffer, 0);
+        api_.commit_geometry(g);
+    };
+    if (rebuild) {
+        for (int32_t m = 0; m < tables.visible_meshes; ++m) commit(m, embree::kMedium);
+    } else {
+        for (int32_t m : moved) commit(m, embree::kRefit);
+    }
+    for (const Instanced& i : instanced_)
+        if (rebuild || std::find(moved.begin(), moved.end(), i.mesh) != moved.end())
+            embree::commit_scene(i.scene);
+    if (rebuild || !instanced_.empty())
+        for (embree::Geometry g : instances_) api_.commit_geometry(g);
+    embree::commit_scene(scene_);
+    check("updating the BVH");
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,155 @@
+// Rows of the light table: lights that are no meshes, and what they give in a direction.
+#pragma once
+
+#include "shading/lights/light_shapes.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// A row of the light table; the axes have the length of half the extents.
+struct LightRow {
+    Vec3 radiance, position, axis_x, axis_y, direction;
+    Float radius, area, one_minus_cos, edge, edge_scale;
+    Int flags;
+};
+
+EG_INLINE LightRow gather_light(const LightView& lights, Int row) {
+    Float p[kLightEdgeScale + 1];
+    gather_row(lights.params, kLightParams, row, p);
+    const auto vector = [&](int place) { return Vec3{p[place], p[place + 1], p[place + 2]}; };
+    return {vector(kLightRadiance),
+            vector(kLightPosition),
+            vector(kLightAxisX) * p[kLightExtentX],
+            vector(kLightAxisY) * p[kLightExtentY],
+            vector(kLightDirection),
+            p[kLightRadius],
+            p[kLightArea],
+            p[kLightOneMinusCos],
+            p[kLightEdge],
+            p[kLightEdgeScale],
+            gather(lights.flags, row)};
+}
+
+// What a spot's cone or an area light's grid lets through towards the side that -w comes from.
+EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
+    Float factor = splat(1.0f);
+    const auto has = [&](LightFlag flag) { return (l.flags & static_cast<int>(flag)) != 0; };
+    const Mask cone = has(kLightCone), linear = has(kLightLinearCone), spread = has(kLightSpread);
+    if (!any(cone | linear | spread)) return factor;
+    const Vec3 chord = w + l.direction;
+    const Float chord2 = dot(chord, chord);  // 2 (1 - cos)
+    if (any(cone)) {
+        const Float t = min(max((l.edge - 0.5f * chord2) * l.edge_scale, 0.0f), splat(1.0f));
+        factor = select(cone, t * t * (3.0f - 2.0f * t), factor);
+    }
+    if (any(linear)) {
+        const Vec3 sum = l.direction - w;
+        const Float angle = 2.0f * atan2(sqrt(chord2), sqrt(dot(sum, sum)));
+        factor = select(linear, min(max((l.edge - angle) * l.edge_scale, 0.0f), splat(1.0f)), factor);
+    }
+    if (any(spread)) {
+        const Float cosine = 1.0f - 0.5f * chord2;
+        const Float tangent = sqrt(max(1.0f - cosine * cosine, 0.0f)) / max(cosine, 1e-6f);
+        factor = select(spread, max((l.edge - tangent) * l.edge_scale, 0.0f), factor);
+    }
+    return factor;
+}
+
+// The area light as seen from a point: where it has a spread, the rectangle around what may shine there,
+// which is the disk of the radius height * tan(spread/2) about the point's foot on the light.
+EG_INLINE AreaShape area_shape(const LightRow& l, Vec3 from) {
+    AreaShape shape{l.position - from, l.axis_x, l.axis_y, l.area};
+    const Mask spread = (l.flags & static_cast<int>(kLightSpread)) != 0;
+    if (!any(spread)) return shape;
+    const Vec3 center = shape.center;
+    const Float reach = -dot(center, l.direction) * l.edge;
+    shape.area = select(spread, splat(4.0f), shape.area);
+    Vec3* const axes[] = {&shape.axis_x, &shape.axis_y};
+    for (Vec3* axis : axes) {
+        const Float length = max(sqrt(dot(*axis, *axis)), 1e-30f);
+        const Vec3 unit = *axis * (1.0f / length);
+        const Float foot = -dot(center, unit);
+        const Float low = max(-length, foot - reach), high = min(length, foot + reach);
+        const Float half = max(0.5f * (high - low), 0.0f);
+        shape.center = select(spread, shape.center + unit * (0.5f * (low + high)), shape.center);
+        *axis = select(spread, unit * half, *axis);
+        shape.area = select(spread, shape.area * half, shape.area);
+    }
+    return shape;
+}
+
+// Whether a point of an ellipse's plane, relative to its centre, is on it.
+EG_INLINE Mask within_ellipse(const LightRow& l, Vec3 across) {
+    const Float x = dot(across, l.axis_x) / dot(l.axis_x, l.axis_x);
+    const Float y = dot(across, l.axis_y) / dot(l.axis_y, l.axis_y);
+    return x * x + y * y <= 1.0f;
+}
+
+// Where a ray along w meets a sized light of the table, and the density of samples there: the distance from
+// `from`, negative where it is missed, infinite of suns.
+EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float& pdf) {
+    const Vec3 center = l.position - from;
+    switch (kind) {
+        case kSphereLight:
+            pdf = sphere_pdf(center, l.radius);
+            return sphere_distance(center, l.radius, w);
+        case kDiskLight: {
+            const Float d2 = dot(center, center);
+            const Float distance = d2 / dot(center, w);
+            const Vec3 offset = w * distance, across = offset - center;
+            pdf = area_pdf(offset, center, l.radius * l.radius * 3.14159265f);
+            return select(dot(across, across) <= l.radius * l.radius, distance, splat(-1.0f));
+        }
+        case kRectangleLight:
+        case kEllipseLight: {
+            const Float facing = -dot(w, l.direction);
+            const Float distance = -dot(center, l.direction) / select(facing > 0.0f, facing, 1.0f);
+            const Vec3 offset = w * distance, across = offset - center;
+            const bool rectangle = kind == kRectangleLight;
+            const auto inside = [&](Vec3 axis) { return abs(dot(across, axis)) <= dot(axis, axis); };
+            const Mask hit = (facing > 0.0f) &
+                             (rectangle ? inside(l.axis_x) & inside(l.axis_y) : within_ellipse(l, across));
+            if (any(hit)) {
+                const AreaShape shape = area_shape(l, from);
+                const bool by_rectangle = rectangle || any((l.flags & static_cast<int>(kLightSpread)) != 0);
+                pdf = by_rectangle ? rectangle_pdf(shape, offset) : area_pdf(offset, l.direction, l.area);
+            }
+            return select(hit, distance, splat(-1.0f));
+        }
+        default: {
+            const Vec3 chord = w + l.direction;
+            pdf = 1.0f / l.area;
+            return select(0.5f * dot(chord, chord) <= l.one_minus_cos, splat(__builtin_inff()), splat(-1.0f));
+        }
+    }
+}
+
+// Visits the sized lights of the table that rays of `kind` along w meet between the distances near and far
+// from the point `from` of the mesh that scattered them (lights don't block rays), and that shine on such
+// rays: visit(row's number, mask, row, density of emitter samples there but for the choice of the light).
+template <typename Visit>
+EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from, Int from_mesh, Vec3 w,
+                                  Float near, Float far, Int kind, const Visit& visit) {
+    const LightView& lights = scene.lights;
+    const Mask missed = active & (far == __builtin_inff());
+    const int count = lights.sized_count + (lights.sized_distant && any(missed) ? lights.sized_distant : 0);
+    for (int k = 0; k < count; ++k) {
+        const int row = lights.sized[k];
+        Mask seen = active;
+        const int visible_to = lights.visible_to[row], receivers = lights.receivers[row];
+        for (int i = 0; i < W; ++i) seen[i] &= visible_to >> kind[i] & 1 ? -1 : 0;
+        if (receivers >= 0)
+            for (int i = 0; i < W; ++i)
+                if (kind[i] != kCameraRay && !(scene.mesh_receivers[from_mesh[i]] >> receivers & 1))
+                    seen[i] = 0;
+        if (!any(seen)) continue;
+        const int light_kind = lights.kind[lights.light_of_row[row]];
+        const LightRow l = gather_light(lights, splat(row));
+        Float pdf = splat(0.0f);
+        const Float distance = meet_light(l, light_kind, from, w, pdf);
+        seen &= (distance > near) & (distance <= far);
+        if (light_kind >= kDirectionLight) seen &= missed;
+        if (any(seen)) visit(row, seen, l, pdf);
+    }
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

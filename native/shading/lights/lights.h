@@ -1,0 +1,71 @@
+// Light that reaches a point: samples of all lights but the environment (shading/lights/environment.h), and
+// the density of such samples where a ray meets a light by itself. What the path tracer combines by multiple
+// importance sampling (Veach 1997).
+#pragma once
+
+#include "shading/lights/light_samples.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// One light, and a direction to it, for the point x. Only what may light it is active: in front of it, unless
+// `both_sides`, which say where light that falls on the back matters too.
+EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
+                                    Mask both_sides, Float u, Float v) {
+    const LitSurface point{{x.position, x.normal, both_sides}, x.face};
+    LightSample s = sample_light_for(scene, active, point, u, v);
+    s.active &= shines_on(scene, s.row, x.mesh);
+    return s;
+}
+
+// Solid-angle density with which `sample_light` from `from` finds the direction w, in which an emissive face
+// is met at the distance r; 0 for faces that aren't sampled.
+EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& from, Int face, Vec3 w,
+                           Float r) {
+    const LightView& lights = scene.lights;
+    if (!lights.face_light) return splat(0.0f);
+    const Int light = select(active, gather(lights.face_light, select(active, face, splat(0))), splat(-1));
+    active &= light >= 0;
+    if (!any(active)) return splat(0.0f);
+    const Int at = select(active, face, splat(0));
+    Triangle t = gather_triangle(scene, at);
+    const Vec3 m = area_normal(t);
+    t.p0 = t.p0 - from.position, t.p1 = t.p1 - from.position, t.p2 = t.p2 - from.position;
+    const Float density = triangle_light_pdf(t, m, w * r);
+    return select(active, density * light_probability(lights, active, from, select(active, light, splat(0))),
+                  0.0f);
+}
+
+// Visits all sized lights of the table that a ray of `kind` along w meets between the distances near and far
+// from the surface point `from` that scattered it (they don't block it): visit(row's number, mask, radiance,
+// what it is multiplied with), the latter with the power heuristic's weight against `sample_light`;
+// `bsdf_pdf` 0: the ray wasn't sampled by a density, all of it counts.
+template <typename Visit>
+EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh,
+                                    Vec3 w, Float near, Float far, Float bsdf_pdf, Int kind,
+                                    const Visit& visit) {
+    const LightView& lights = scene.lights;
+    const auto add = [&](int row, Mask seen, const LightRow& l, Float pdf) EG_INLINE_LAMBDA {
+        Float weight = light_factor(l, w);
+        const Mask shared = seen & (bsdf_pdf > 0.0f);
+        if (any(shared)) {
+            const Float other =
+                pdf * light_probability(lights, shared, from, splat(lights.light_of_row[row]));
+            const Float p2 = bsdf_pdf * bsdf_pdf;
+            weight = weight * select(shared, p2 / max(p2 + other * other, 1e-37f), 1.0f);
+        }
+        visit(row, seen, l.radiance, weight);
+    };
+    for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, add);
+}
+
+// The radiance of all of them.
+EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
+                             Float near, Float far, Float bsdf_pdf, Int kind) {
+    Vec3 sum = zero3();
+    for_each_light_along(scene, active, from, from_mesh, w, near, far, bsdf_pdf, kind,
+                         [&](int, Mask seen, Vec3 radiance, Float weight)
+                             EG_INLINE_LAMBDA { sum = sum + select(seen, radiance * weight, zero3()); });
+    return sum;
+}
+
+}  // namespace edgegrad::EDGEGRAD_ISA

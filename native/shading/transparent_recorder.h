@@ -1,0 +1,75 @@
+// Writes down which surfaces a packet of shadow rays passes (shading/transparent_surfaces.h).
+#pragma once
+
+#include "scene/view.h"
+#include "shading/transparent_surfaces.h"
+#include "simd/packet.h"
+
+namespace edgegrad::EDGEGRAD_ISA {
+
+// Whose rays they are.
+struct PassedRecord {
+    PassedMemory* memory = nullptr;  // null: nothing is recorded
+    int32_t vertex = 0;
+    RecordedRay ray = kRayToLight;
+};
+
+class PassedRecorder {
+ public:
+    explicit PassedRecorder(const PassedRecord& of) : of_(of) {}
+
+    // Forgets everything: the start of a query.
+    void start() {
+        of_.memory->reserve<W>(room_);
+        levels_ = most_ = 0;
+        for (int lane = 0; lane < W; ++lane) count_[lane] = dark_[lane] = 0;
+    }
+    // What may change of the light that a surface lets through.
+    int32_t changes(const SceneView& scene, int32_t material) const {
+        int32_t bits = 0;
+        for (int32_t leaf = scene.material_first_leaf[material];
+             leaf < scene.material_first_leaf[material + 1]; ++leaf)
+            bits |= of_.memory->leaves[leaf];
+        return bits;
+    }
+    // Whether a ray that an opaque surface would end goes on: behind a second one nothing has a derivative.
+    bool goes_on(int lane, int32_t changes) { return changes & kEndsChange && dark_[lane]++ == 0; }
+    // Queries run in Embree, where memory that can't be had can't be told of: room is made before them.
+    void add(int lane, int32_t face, int32_t instance, float b1, float b2) {
+        const int32_t level = count_[lane]++;
+        if (level >= most_) most_ = level + 1;
+        if (level >= room_) return;
+        PassedPacket<W>& p = packet(level);
+        if (level == levels_) {
+            p.vertex = of_.vertex, p.ray = of_.ray;
+            for (int i = 0; i < W; ++i) p.face[i] = -1;
+            ++levels_;
+        }
+        p.face[lane] = face, p.instance[lane] = instance;
+        p.b1[lane] = b1, p.b2[lane] = b2;
+    }
+    // Whether the query must run once more, with room for all that it passes.
+    bool needs_room() {
+        if (most_ <= room_) return false;
+        room_ = most_;
+        return true;
+    }
+    // The end of a query, after which the surfaces of the rays that came through count.
+    void keep(Mask open) {
+        if (!any(open)) return;
+        for (int32_t level = 0; level < levels_; ++level)
+            for (int i = 0; i < W; ++i)
+                if (!open[i]) packet(level).face[i] = -1;
+        of_.memory->count += levels_;
+    }
+
+ private:
+    PassedPacket<W>& packet(int32_t level) const { return of_.memory->at<W>(of_.memory->count + level); }
+
+    const PassedRecord of_;
+    int32_t room_ = 8;
+    int32_t levels_ = 0, most_ = 0;  // packets begun, and most surfaces of a ray
+    int32_t count_[W], dark_[W];
+};
+
+}  // namespace edgegrad::EDGEGRAD_ISA

@@ -1,0 +1,44 @@
+// What derivative sweeps over the recorded vertices of a task's paths need.
+#pragma once
+
+#include <cstdint>
+
+#include "adjoint/differentiable_tables.h"
+#include "adjoint/memory.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/image_task.h"
+#include "tasks/value_record.h"
+#include "tasks/vertex_record.h"
+
+namespace edgegrad {
+
+// The recorded vertices of a task's paths, and what sweeps over them need.
+struct AdjointTask {
+    const ImageTask* image;
+    VertexMemory* vertices;
+    CameraSamples camera;
+    TapeMemory* tape;
+    const DifferentiableTables* tables;
+    bool geometry;      // whether positions, directions or normals change
+    bool camera_moves;  // whether camera rays do
+    DroppedSamples* dropped;
+    // By path, what sweeps carry from vertex to vertex: light, the vertex that it comes from, and the
+    // derivatives of the vertex' position and of a specular ray's direction.
+    float* incoming[3];
+    int32_t* next;
+    float *position[3], *direction[3];
+    // Those of the paths' last vertices are given: a backward sweep starts from them
+    // (boundary/specular/chain_term.h).
+    bool seeded;
+};
+
+// The same of what derivatives by colours and strengths need.
+struct ValueTask {
+    const ImageTask* image;
+    ValueMemory* values;
+    const DifferentiableTables* tables;
+    DroppedSamples* dropped;
+    float* incoming[3];
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,33 @@
+// A run of pixels with some of their samples, as the kernels of pictures take it.
+#pragma once
+
+#include <cstdint>
+
+namespace edgegrad {
+
+// Most scatterings of each kind; a ray beyond them brings light but isn't scattered again.
+struct BounceLimits {
+    int32_t diffuse = 255, glossy = 255, transmission = 255, transparent = 255;
+};
+
+// A run of pixels with some of their samples: pixel_count * samples <= kBlockPaths.
+struct ImageTask {
+    int32_t first_pixel, pixel_count;
+    int32_t first_sample, samples;  // sample indices within each pixel
+    int32_t max_depth;
+    uint32_t seed;
+    float weight;  // 1 / samples per pixel
+    int32_t skipped_row,
+        skipped_all;      // pixels of the full picture left out per row, and before the window's first
+    int32_t row, column;  // of the first pixel in the window
+    int32_t width;        // of the window
+    BounceLimits limits;
+    bool caustics_alone;  // only light that reaches a blurred path by a perfect lobe (path/path_queue.h)
+                          // counts
+    bool one_stream;      // all pixels have the random numbers of the first: the two sides of edges
+    // Not negative: pixels that are close together share a sequence (path/stream.h), of which each takes so
+    // many bits of numbers.
+    int32_t sample_bits = -1;
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,73 @@
+// The kernels as the engine calls them: one table of functions for each instruction set.
+#pragma once
+
+#include <cstdint>
+
+#include "tasks/adjoint_task.h"
+#include "tasks/boundary_task.h"
+#include "tasks/edge_on_task.h"
+#include "tasks/edge_weight_task.h"
+#include "tasks/horizon_task.h"
+#include "tasks/light_probe_task.h"
+#include "tasks/probe_tasks.h"
+#include "tasks/ray_batch_task.h"
+#include "tasks/scan_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
+
+namespace edgegrad {
+
+// Estimators of one kind of boundary term: values of samples at places of the picture, and gradients.
+struct BoundaryKernels {
+    void (*forward)(const SceneView&, const BoundaryTask&, Workspace&, const DerivativeView& tangent,
+                    Splats& splats);
+    void (*backward)(const SceneView&, const BoundaryTask&, Workspace&, const float* adjoint,
+                     DerivativeView& gradient);
+};
+
+struct KernelTable {
+    const char* name;
+    int width;
+    void (*radiance)(const SceneView&, const ImageTask&, Workspace&, float* image);
+    // Renders a task's paths and records their vertices, for:
+    void (*record)(const SceneView&, const ImageTask&, Workspace&);
+    // Weighs so many recorded paths against those by area, and records the latter, already weighed.
+    void (*close_up)(Workspace&, int32_t paths);
+    void (*weigh_edge_on)(const SceneView&, const EdgeOnFaces&, int32_t paths, bool by_area, Workspace&);
+    void (*record_edge_on)(const SceneView&, const EdgeOnTask&, Workspace&);
+    void (*path_backward)(const SceneView&, const AdjointTask&, const float* adjoint);
+    void (*path_forward)(const SceneView&, const AdjointTask&, float* const radiance[3]);
+    // The same for derivatives by colours and strengths, where nothing moves.
+    void (*record_values)(const SceneView&, const ImageTask&, Workspace&);
+    void (*values_backward)(const SceneView&, const ValueTask&, const float* adjoint);
+    void (*values_forward)(const SceneView&, const ValueTask&, float* const radiance[3]);
+    // Adds the paths' values to the picture.
+    void (*accumulate)(const ImageTask&, const Workspace&, float* image);
+    BoundaryKernels boundary[kBoundaryKinds];
+    void (*edge_masses)(const SceneView&, const EdgeMassTask&);
+    // Forward mode: into the radiance of the task's paths.
+    void (*horizon_forward)(const SceneView&, const HorizonTask&, Workspace&, const DerivativeView& tangent);
+    void (*horizon_backward)(const SceneView&, const HorizonTask&, Workspace&, const float* adjoint,
+                             DerivativeView& gradient);
+    void (*add_splats)(const CameraView&, const Splats&, int64_t count, float* image);  // in their order
+    // The specular boundary, step by step (engine/terms/specular_term.cpp).
+    int (*scan)(const SceneView&, const ScanTask&, const BounceLimits&, int32_t max_depth, ChainCrossings&);
+    void (*chain_sides)(const SceneView&, const BoundaryTask&, Workspace&, VertexMemory&, ChainCrossings&,
+                        int count);
+    void (*chain_sweeps)(const BoundaryTask&, ChainCrossings&, int count);
+    void (*chain_forward)(const SceneView&, const ChainCrossings&, int count, Workspace&,
+                          const DerivativeView& tangent, Splats& splats);
+    void (*chain_backward)(const SceneView&, const ChainCrossings&, int count, const float* adjoint,
+                           DerivativeView& gradient, float* seeds);
+    void (*textures)(const SceneView&, const TextureTask&, float* rows);  // (count, kMaterialParams)
+    void (*bsdfs)(const BsdfTask&, const BsdfResult&);
+    void (*texture_derivatives)(const SceneView&, const TextureTask&, const float* rows, const ProbeSweep&);
+    void (*bsdf_derivatives)(const BsdfTask&, const ProbeSweep&);
+    void (*scene_derivatives)(const SceneView&, const SceneProbe&, const ProbeSweep&);
+    void (*light_samples)(const SceneView&, const LightProbes&);
+    void (*light_directions)(const SceneView&, const DirectionProbes&);
+    void (*sky)(const SceneView&, const SkyProbes&);
+    void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,66 @@
+// Parts of the path tracer by themselves, for tests: textures, BSDFs, and shading code that reads the scene.
+#pragma once
+
+#include <cstdint>
+
+#include "adjoint/differentiable_tables.h"
+#include "adjoint/memory.h"
+#include "scene/material_params.h"
+
+namespace edgegrad {
+
+// Points to evaluate a texture program at, one after the other; vectors are (count, 3).
+struct TextureTask {
+    int64_t count;
+    const int32_t *program, *face, *ray_kind, *backside;
+    const float *b1, *b2, *position, *normal, *true_normal, *view;
+};
+
+// BSDFs to evaluate and sample, one after the other; `random` has (count) numbers each for lobe, u and v.
+struct BsdfTask {
+    int64_t count;
+    const int32_t *kind, *flags;  // of materials
+    const float* rows;            // (M, kMaterialParams)
+    const int32_t *material, *from_inside;
+    const float *normal, *true_normal, *tangent, *wo, *wi;
+    const float* random[3];
+    int32_t favoured = 0;  // lobes (bits), as for the last rays of derivatives by how wide they are
+};
+struct BsdfResult {
+    float *value, *pdf, *emission, *sample_wi, *sample_weight, *sample_pdf;
+    int32_t *sample_active, *sample_specular, *sample_transmitted, *sample_ray_kind;
+};
+
+// Derivatives of what a probe computes: backward from `adjoint` to the tables' gradients, or where that is
+// null, forward from the tables' tangents to `tangent`. Both have one row per point.
+struct ProbeSweep {
+    const DifferentiableTables* tables;
+    TapeMemory* memory;
+    const float* adjoint;
+    float* tangent;
+};
+// Of BSDFs: value and emission.
+constexpr int kBsdfOutputs = 6;
+
+// Parts of the shading code that read the scene (adjoint/scene_probes.h), for points one after the other.
+enum SceneProbeKind : int32_t {
+    kSurfaceProbe,
+    kBentNormalProbe,
+    kCameraProbe,
+    kEnvironmentProbe,
+    kLightProbe,
+    // Blocks (adjoint/block_probes.h):
+    kMetPointProbe,
+    kSegmentProbe,
+    kReflectionProbe
+};
+constexpr int kSceneOutputs = 9;
+struct SceneProbe {
+    SceneProbeKind kind;
+    int64_t count;
+    const int32_t *index, *instance;  // face or row of the light table
+    const float *a, *b;               // (count, 3)
+    float* value;                     // (count, kSceneOutputs), or null
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,48 @@
+// Scratch memory of one thread as kernels see it; engine/workspace.h allocates it.
+#pragma once
+
+#include <cstdint>
+
+#include "adjoint/memory.h"
+#include "tasks/value_record.h"
+#include "tasks/vertex_record.h"
+
+namespace edgegrad {
+
+// Live paths of a task, one array for each value (path/path_queue.h).
+struct PathQueue {
+    float *origin[3], *direction[3], *throughput[3], *from[3], *from_normal[3], *pdf;
+    int32_t *path, *state, *bounces, *from_mesh;
+};
+
+// What the rays of a queue met; face -1: nothing.
+struct HitQueue {
+    int32_t *face, *mesh, *instance;
+    float *b1, *b2, *distance;
+    const struct EdgeStarts* edges;  // of first hits beside edges; else null
+};
+
+// First hits beside edges, one array for each value.
+struct EdgeStarts {
+    float* aside[3];  // from there to where rays leave
+    int32_t* other;   // the face on the other side, whose radiance is taken off; -1: none
+    float *b1, *b2;   // the hit on it
+};
+
+// Scratch memory of one thread.
+struct Workspace {
+    float* radiance[3];   // by path: L, or its derivative in forward mode
+    bool caustics_alone;  // of the task that runs
+    PathQueue paths;
+    HitQueue hits;
+    // Where vertices are recorded for derivatives, or what those by colours and strengths need; null: they
+    // are not.
+    VertexMemory* vertices;
+    ValueMemory* values;
+    CameraSamples camera;
+    int32_t* visible;      // by path (path/touched_vertices.h): whether it counts
+    EdgeStarts edges;      // memory of hits.edges
+    TapeBuffer* segments;  // of a boundary task (boundary/segment/segment.h), in packets
+};
+
+}  // namespace edgegrad

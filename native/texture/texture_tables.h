@@ -1,0 +1,48 @@
+// The textures' tables by value (core/tables/textures/program.py, TextureTables).
+#pragma once
+
+#include <vector>
+
+#include "scene/table_rows.h"
+#include "texture/texture_view.h"
+
+namespace edgegrad {
+
+struct TextureTables {
+    std::vector<TextureInstruction> code;
+    std::vector<int32_t> program_first;
+    std::vector<float> constants;
+    std::vector<int32_t> leaf_program, leaf_weight_program, leaf_uv, leaf_tangent;
+    std::vector<TextureImage> images;
+    std::vector<float> pixels;
+    std::vector<TextureLookup> tables;
+    std::vector<float> lookups;
+    std::vector<TextureAttribute> mesh_attributes;
+    std::vector<float> attributes;
+    std::vector<int32_t> face_mesh;
+    std::vector<float> mesh_box;
+
+    TextureView view() const {
+        TextureView v{};
+        v.code = rows_of(code);
+        v.program_first = rows_of(program_first);
+        v.constants = rows_of(constants);
+        const bool any = program_first.size() > 1;
+        v.leaf_program = any ? leaf_program.data() : nullptr;
+        v.leaf_weight_program = any ? leaf_weight_program.data() : nullptr;
+        v.images = rows_of(images);
+        v.pixels = rows_of(pixels);
+        v.tables = rows_of(tables);
+        v.lookups = rows_of(lookups);
+        v.mesh_attributes = rows_of(mesh_attributes);
+        v.attributes = rows_of(attributes);
+        v.face_mesh = rows_of(face_mesh);
+        v.mesh_count = static_cast<int32_t>(mesh_box.size() / 6);
+        v.leaf_uv = leaf_uv.data();
+        v.leaf_tangent = leaf_tangent.data();
+        v.mesh_box = mesh_box.data();
+        return v;
+    }
+};
+
+}  // namespace edgegrad

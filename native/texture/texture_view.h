@@ -1,0 +1,65 @@
+// Textures as the kernels read them: programs, images, lookup tables and attributes
+// (core/tables/textures/program.py builds them).
+#pragma once
+
+#include <cstdint>
+
+namespace edgegrad {
+
+// One step of a program on scalar registers. An operand that is not negative is a register, ~i is
+// constant i.
+struct TextureInstruction {
+    int32_t op;      // TextureOp
+    int32_t data;    // number of an image, table, attribute or column, or what the operation says
+    int32_t out[4];  // registers; kTextureScratch takes what nobody reads
+    int32_t in[10];
+};
+constexpr int kTextureRegisters = 128;
+constexpr int kTextureScratch = kTextureRegisters;
+
+enum TextureInterpolation : int32_t { kImageLinear, kImageClosest, kImageCubic };
+enum TextureExtension : int32_t { kImageRepeat, kImageExtend, kImageClip, kImageMirror };
+
+// An image as one node reads it; several may share their pixels.
+struct TextureImage {
+    int64_t offset;  // of its first float in `pixels`, rows from the top
+    int32_t width, height, channels;
+    int32_t interpolation, extension;
+    int32_t unassociate;  // 1: the pixels are multiplied by alpha, the result must not be
+};
+
+struct TextureLookup {
+    int32_t offset, rows, columns;  // in `lookups`
+    int32_t interpolate, extrapolate;
+};
+
+// Corner data of one attribute on one mesh.
+struct TextureAttribute {
+    int64_t offset;      // in `attributes`, of the corner data that face 0 would have
+    int32_t components;  // 0: the mesh hasn't it
+};
+
+struct TextureView {
+    const TextureInstruction* code;
+    const int32_t* program_first;  // (programs + 1)
+    const float* constants;
+
+    const TextureImage* images;
+    const float* pixels;
+    const TextureLookup* tables;
+    const float* lookups;
+    const TextureAttribute* mesh_attributes;  // (attributes, meshes)
+    const float* attributes;
+    const int32_t* face_mesh;  // by face of the scene's meshes
+    int32_t mesh_count;
+
+    // By leaf: its program and that of its weight; -1: none. Null where no leaf has one.
+    const int32_t* leaf_program;
+    const int32_t* leaf_weight_program;
+    // By leaf: the attributes its normal map and anisotropy are relative to; -1: none.
+    const int32_t* leaf_uv;
+    const int32_t* leaf_tangent;
+    const float* mesh_box;  // (meshes, 2, 3) centre and size, for tangents of meshes that have no UV map
+};
+
+}  // namespace edgegrad

@@ -1,0 +1,227 @@
+"""Export of shading normals, attributes, instances and the camera's settings beyond its projection."""
+
+# ruff: noqa: E402  (what is imported below needs bpy)
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+from edgegrad_addon.export import attributes
+from edgegrad_addon.export.mesh import read_mesh
+from edgegrad_addon.export.normals import angle_weighted, corner_normals
+from tests.support import blender_scenes as bs
+
+
+@pytest.fixture(autouse=True)
+def _scene() -> None:
+    bs.empty()
+    bs.camera()
+    bs.light("POINT")
+
+
+def exported(name: Any = "Thing") -> Any:
+    made = bs.export()
+    made.scene.validate()
+    return made.scene.meshes[name]
+
+
+def smooth(data: Any, sharp: Any = ()) -> Any:
+    data.shade_smooth()
+    for edge in sharp:
+        data.edges[edge].use_edge_sharp = True
+    return data
+
+
+def normals_of(mesh: Any) -> Any:
+    """(m, 3, 3) shading normals at the corners, as they are rendered."""
+    corner = mesh.vertices[mesh.faces]
+    flat = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    flat /= np.linalg.norm(flat, axis=1, keepdims=True)
+    out = np.repeat(flat[:, None], 3, axis=1)
+    if mesh.smoothing is not None:
+        normals = mesh.normals
+        if normals is None:
+            normals = angle_weighted(mesh.vertices, mesh.faces, mesh.smoothing, mesh.smoothing.max() + 1)
+        out[mesh.smoothing >= 0] = normals[mesh.smoothing[mesh.smoothing >= 0]]
+    return out
+
+
+def blenders_normals(ob: Any) -> Any:
+    """The same as Blender has them, in the world."""
+    data = ob.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+    found = corner_normals(data)[read_mesh(data).corners] @ np.linalg.inv(np.array(ob.matrix_world)[:3, :3])
+    return found / np.linalg.norm(found, axis=2, keepdims=True)
+
+
+def test_flat_smooth_and_sharp() -> None:
+    ob = bs.add("Thing", bs.cube("Thing"))
+    ob.data.shade_flat()
+    assert exported().smoothing is None
+    smooth(ob.data)
+    mesh = exported()
+    assert mesh.normals is None and len(np.unique(mesh.smoothing)) == 8
+    for edge in ob.data.edges:
+        edge.use_edge_sharp = edge.index < 4
+    mesh = exported()
+    assert len(np.unique(mesh.smoothing)) > 8
+    assert normals_of(mesh) == pytest.approx(blenders_normals(ob), abs=3e-3)
+    ob.data.polygons[0].use_smooth = False
+    mesh = exported()
+    assert (mesh.smoothing[:2] == -1).all() and (mesh.smoothing[2:] >= 0).all()
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (1, -2, 0.5), (3, 3, 3)])
+def test_normals_of_curved_and_stretched_meshes(scale: Any) -> None:
+    data = bs.cube("Thing")
+    generator = np.random.default_rng(1)
+    for vertex in data.vertices:  # quads that aren't flat
+        vertex.co += type(vertex.co)(generator.normal(0, 0.2, 3))
+    ob = bs.add("Thing", smooth(data), (1, 2, 3), (0.3, 0.4, 0.5), scale)
+    mesh = exported()
+    wanted = blenders_normals(ob)
+    if np.prod(scale) < 0:  # the front stays outside
+        wanted = wanted[:, ::-1]
+    assert normals_of(mesh) == pytest.approx(wanted, abs=3e-3)
+    center = mesh.vertices.mean(axis=0)
+    corner = mesh.vertices[mesh.faces]
+    outwards = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    assert ((corner.mean(axis=1) - center) * outwards).sum(axis=1).min() > 0.0
+
+
+def test_custom_normals() -> None:
+    ob = bs.add("Thing", smooth(bs.cube("Thing")))
+    ob.data.normals_split_custom_set_from_vertices([(0.6, 0.0, 0.8)] * 8)
+    mesh = exported()
+    assert mesh.normals is not None
+    assert normals_of(mesh) == pytest.approx(np.broadcast_to([0.6, 0.0, 0.8], (12, 3, 3)), abs=2e-3)
+
+
+@pytest.mark.parametrize("domain", ["POINT", "CORNER"])
+@pytest.mark.parametrize("kind", ["FLOAT_COLOR", "BYTE_COLOR"])
+def test_color_attributes(domain: Any, kind: Any) -> None:
+    made = bs.material("M")
+    node = made.node_tree.nodes.new("ShaderNodeVertexColor")
+    node.layer_name = "Paint"
+    made.node_tree.links.new(node.outputs["Color"], bs.shader(made).inputs["Color"])
+    ob = bs.add("Thing", bs.cube("Thing", made))
+    layer = ob.data.color_attributes.new("Paint", kind, domain)
+    values = np.random.default_rng(2).uniform(0, 1, (len(layer.data), 4)).astype(np.float32)
+    layer.data.foreach_set("color", values.ravel())
+    mesh = exported()
+    arrays = read_mesh(ob.data)
+    wanted = values[arrays.faces if domain == "POINT" else arrays.corners]
+    assert mesh.attributes["Paint"] == pytest.approx(wanted, abs=1e-6 if kind == "FLOAT_COLOR" else 5e-3)
+    assert list(mesh.attributes) == ["Paint"]  # what isn't asked for isn't exported
+
+
+def test_generated_and_object_coordinates() -> None:
+    made = bs.material("M")
+    node = made.node_tree.nodes.new("ShaderNodeTexCoord")
+    mix = made.node_tree.nodes.new("ShaderNodeVectorMath")
+    made.node_tree.links.new(node.outputs["Generated"], mix.inputs[0])
+    made.node_tree.links.new(node.outputs["Object"], mix.inputs[1])
+    made.node_tree.links.new(mix.outputs[0], bs.shader(made).inputs["Color"])
+    bs.add("Thing", bs.cube("Thing", made), (5, 6, 7))
+    mesh = exported()
+    local = mesh.vertices[mesh.faces] - (5, 6, 7)
+    assert mesh.attributes[attributes.OBJECT] == pytest.approx(local, abs=1e-6)
+    assert mesh.attributes[attributes.GENERATED] == pytest.approx(0.5 + 0.5 * local, abs=1e-6)
+
+
+def test_tangents_follow_u() -> None:
+    """On a plane whose UV map is turned by 30 degrees and mirrored."""
+    data = bs.plane("Thing", 2.0)
+    layer = data.uv_layers.new(name="UVMap")
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    arrays = read_mesh(data)
+    for loop in data.loops:
+        x, y, _ = data.vertices[loop.vertex_index].co
+        layer.uv[loop.index].vector = (c * x + s * y, s * x - c * y)
+    uv = np.empty((4, 2), np.float32)
+    layer.uv.foreach_get("vector", uv.ravel())
+    found = attributes.tangents(arrays, uv[arrays.corners])
+    assert found == pytest.approx(np.broadcast_to([c, s, 0.0, -1.0], (2, 3, 4)), abs=1e-6)
+
+
+def test_linked_duplicates_become_instances_unless_they_look_different() -> None:
+    data = bs.cube("Thing", bs.material("A"))
+    for k in range(4):
+        bs.add(f"Copy {k}", data, (3 * k, 0, 0))
+    bpy.data.objects["Copy 1"].visible_camera = False
+    other = bpy.data.objects["Copy 2"]
+    other.material_slots[0].link = "OBJECT"
+    other.material_slots[0].material = bs.material("B")
+    meshes = bs.export().scene.meshes
+    assert {name: None if m.instances is None else len(m.instances) for name, m in meshes.items()} == {
+        "Copy 0": 2, "Copy 1": None, "Copy 2": None}  # fmt: skip
+    assert "camera" not in meshes["Copy 1"].visible_to and meshes["Copy 2"].materials == ("B",)
+
+
+def test_terminator_offset_and_holdouts() -> None:
+    ob = bs.add("Thing", bs.cube("Thing"))
+    owner = ob if hasattr(ob, "shadow_terminator_geometry_offset") else ob.cycles
+    owner.shadow_terminator_geometry_offset = 0.3
+    ob.is_holdout = True
+    made = bs.export()
+    assert made.scene.meshes["Thing"].terminator_offset == pytest.approx(0.3)
+    assert any("holdout" in line for line in made.report.lines)
+
+
+def test_depth_of_field() -> None:
+    ob = bpy.context.scene.camera
+    target = bs.add("Target", None, (1.0, 0.0, 2.0))
+    dof = ob.data.dof
+    ob.data.lens, dof.use_dof, dof.aperture_fstop, dof.focus_object = 50.0, True, 2.0, target
+    dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 5, 0.3, 2.0
+    camera = bs.export().scene.camera
+    assert (camera.aperture_radius, camera.focus_distance) == pytest.approx((0.0125, 3.0))
+    assert (camera.aperture_blades, camera.aperture_rotation, camera.aperture_ratio) == pytest.approx((5, 0.3, 2.0))
+    dof.focus_object, dof.focus_distance, ob.data.type = None, 7.0, "ORTHO"
+    camera = bs.export().scene.camera
+    assert (camera.aperture_radius, camera.focus_distance) == pytest.approx((0.25, 7.0))
+
+
+def test_orthographic_and_pixel_aspect() -> None:
+    scene, lens = bpy.context.scene, bpy.context.scene.camera.data
+    scene.render.resolution_x, scene.render.resolution_y = 40, 30
+    scene.render.pixel_aspect_y = 2.0
+    lens.type, lens.ortho_scale = "ORTHO", 6.0
+    camera = bs.export().scene.camera
+    # 30 rows of twice the width make the picture higher than wide.
+    assert (camera.kind, camera.pixel_aspect) == ("ORTHOGRAPHIC", 2.0)
+    assert camera.ortho_width == pytest.approx(6.0 * 40 / 60)
+
+
+def test_panorama_region_and_filter() -> None:
+    scene, lens = bpy.context.scene, bpy.context.scene.camera.data
+    lens.type = "PANO"
+    panorama = lens if hasattr(lens, "panorama_type") else lens.cycles
+    panorama.panorama_type = "EQUIRECTANGULAR"
+    panorama.longitude_min, panorama.latitude_max = -1.0, 0.5
+    scene.render.use_border = scene.render.use_crop_to_border = True
+    scene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75
+    scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 1.5
+    made = bs.export()
+    camera = made.scene.camera
+    assert camera.kind == "EQUIRECTANGULAR"
+    assert camera.longitude == pytest.approx([-1.0, np.pi]) and camera.latitude == pytest.approx([-np.pi / 2, 0.5])
+    assert camera.crop == (8, 0, 24, 16)
+    assert (camera.filter, camera.filter_width) == ("BLACKMAN_HARRIS", 3.0)  # Cycles' window is twice as wide
+    assert made.report.lines == []
+
+
+def test_light_path_limits() -> None:
+    cycles = bpy.context.scene.cycles
+    cycles.max_bounces, cycles.diffuse_bounces, cycles.glossy_bounces = 7, 1, 2
+    cycles.transmission_bounces, cycles.transparent_max_bounces, cycles.sample_clamp_indirect = 3, 4, 10.0
+    made = bs.export()
+    bounces = made.settings.bounces
+    assert made.settings.max_depth == 9
+    assert (bounces.diffuse, bounces.glossy, bounces.transmission, bounces.transparent) == (1, 2, 3, 4)
+    assert made.settings.clamp_indirect == 10.0 and any("clamp" in line for line in made.report.readings)

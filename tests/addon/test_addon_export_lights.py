@@ -1,0 +1,205 @@
+"""Export of lights, worlds and light linking: values in closed form, and Cycles as the judge of the sky's sun."""
+
+# ruff: noqa: E402  (what is imported below needs bpy)
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+import edgegrad
+from edgegrad_addon.problem import Problem
+from tests.support import blender_scenes as bs
+from tests.support.disks import fill, small_disk
+
+NORMALIZES = bpy.app.version >= (4, 5, 0)
+
+
+@pytest.fixture(autouse=True)
+def _scene() -> None:
+    bs.empty()
+    bs.camera()
+
+
+def exported(name: Any = "Light") -> Any:
+    made = bs.export()
+    made.scene.validate()
+    return made.scene.lights[name]
+
+
+def test_point_light() -> None:
+    bs.light("POINT", shadow_soft_size=0.3, use_soft_falloff=False, energy=20.0, scale=(2, 2, 2)).visible_glossy = False
+    light = exported()
+    assert (light.power, light.radius, light.sphere) == pytest.approx((20.0, 0.3, True))
+    assert light.visible_to == {"diffuse", "transmission", "shadow"} and light.casts_shadow
+
+
+def test_spot_light() -> None:
+    bs.light("SPOT", spot_size=0.8, spot_blend=0.4, energy=7.0, shadow_soft_size=0.2, rotation=(0.5, 0, 0))
+    light = exported()
+    assert (light.power, light.angle, light.blend, light.radius) == pytest.approx((7.0, 0.8, 0.4, 0.2))
+    assert light.direction == pytest.approx([0.0, np.sin(0.5), -np.cos(0.5)])
+
+
+def test_scaled_spot_light_is_reported() -> None:
+    bs.light("SPOT", spot_size=0.8, spot_blend=0.0, scale=(2, 2, 1))
+    assert exported().angle == pytest.approx(2.0 * np.arctan(2.0 * np.tan(0.4)))
+    bpy.data.objects["Light"].scale = (2, 1, 1)
+    assert any("ellipse" in line for line in bs.export().report.lines)
+
+
+def test_sun_and_area_lights() -> None:
+    bs.light("SUN", "Sun", energy=2.0, angle=0.3)
+    bs.light("AREA", "Area", shape="ELLIPSE", size=2.0, size_y=1.0, spread=1.0, scale=(2, 1, 1), energy=5.0)
+    sun, area = exported("Sun"), exported("Area")
+    assert (sun.strength, sun.angle) == pytest.approx((2.0, 0.3)) and "camera" not in sun.visible_to
+    assert area.size == pytest.approx([4.0, 1.0]) and (area.shape, area.power) == ("ELLIPSE", 5.0)
+    assert area.spread == pytest.approx(1.0)
+
+
+@pytest.mark.skipif(not NORMALIZES, reason="lights have 'Normalize' from Blender 4.5 on")
+@pytest.mark.parametrize(
+    ("kind", "settings", "factor"),
+    [("POINT", {"shadow_soft_size": 0.5}, np.pi), ("POINT", {"shadow_soft_size": 0.0}, 4.0),
+     ("SPOT", {"shadow_soft_size": 0.5}, np.pi), ("SUN", {"angle": 0.5}, np.pi * np.sin(0.25) ** 2),
+     ("SUN", {"angle": 0.0}, 1.0), ("AREA", {"size": 3.0}, 9.0)],
+)  # fmt: skip
+def test_lights_that_are_not_normalized(kind: Any, settings: Any, factor: Any) -> None:
+    bs.light(kind, energy=2.0, normalize=False, **settings)
+    light = exported()
+    assert (light.strength if kind == "SUN" else light.power) == pytest.approx(2.0 * factor)
+
+
+def test_light_nodes() -> None:
+    light = bs.light("POINT", energy=2.0).data
+    if bpy.app.version < (5, 1, 0):
+        light.use_nodes = True
+    emission = next(node for node in light.node_tree.nodes if node.type == "EMISSION")
+    emission.inputs["Color"].default_value, emission.inputs["Strength"].default_value = (1, 0.5, 0.25, 1), 3.0
+    assert exported().color * exported().power == pytest.approx([6.0, 3.0, 1.5])
+    noise = light.node_tree.nodes.new("ShaderNodeTexNoise")
+    light.node_tree.links.new(noise.outputs[0], emission.inputs["Strength"])
+    made = bs.export()
+    assert made.scene.lights["Light"].color == pytest.approx([1, 0.5, 0.25])
+    assert any("light 'Light'" in line and "vary" in line for line in made.report.lines)
+
+
+def test_portals_are_left_out_and_shadows_switched_off() -> None:
+    bs.light("AREA", "Portal").data.cycles.is_portal = True
+    bulb = bs.light("POINT", "Bulb").data
+    if hasattr(bulb.cycles, "cast_shadow"):
+        bulb.cycles.cast_shadow = False
+    else:
+        bulb.use_shadow = False
+    made = bs.export()
+    assert list(made.scene.lights) == ["Bulb"] and not made.scene.lights["Bulb"].casts_shadow
+    assert any("portal" in line for line in made.report.lines)
+
+
+def test_light_linking() -> None:
+    for name in "ABC":
+        bs.add(name, bs.cube(name))
+    light = bs.light("POINT")
+    only, without = bpy.data.collections.new("Only"), bpy.data.collections.new("Without")
+    only.objects.link(bpy.data.objects["A"])
+    without.objects.link(bpy.data.objects["B"])
+    without.collection_objects[0].light_linking.link_state = "EXCLUDE"
+    light.light_linking.receiver_collection, light.light_linking.blocker_collection = only, without
+    found = exported()
+    assert found.receivers == ("A",) and sorted(found.blockers) == ["A", "C"]
+
+
+def test_linking_keeps_instances_of_different_objects_apart() -> None:
+    first = bs.add("A", bs.cube("A"))
+    bs.add("B", first.data, (3, 0, 0))
+    light = bs.light("POINT")
+    only = bpy.data.collections.new("Only")
+    only.objects.link(first)
+    light.light_linking.receiver_collection = only
+    made = bs.export()
+    assert sorted(made.scene.meshes) == ["A", "B"] and made.scene.lights["Light"].receivers == ("A",)
+
+
+def world() -> Any:
+    bs.world((0.1, 0.2, 0.3), 2.0)
+    return bpy.context.scene.world.node_tree
+
+
+def test_world_visibility() -> None:
+    world()
+    bpy.context.scene.world.cycles_visibility.glossy = False
+    assert bs.export().scene.world.visible_to == {"camera", "diffuse", "transmission", "shadow"}
+
+
+def test_environment_image_turned_by_a_mapping_node() -> None:
+    tree = world()
+    image = bpy.data.images.new("Sky", 8, 4, float_buffer=True)
+    node, mapping, coordinates = (tree.nodes.new("ShaderNode" + kind) for kind in
+                                  ("TexEnvironment", "Mapping", "TexCoord"))  # fmt: skip
+    node.image = image
+    mapping.inputs["Rotation"].default_value = (0.0, 0.0, 0.5)
+    tree.links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], node.inputs["Vector"])
+    tree.links.new(node.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+    found = bs.export().scene.world
+    assert (found.image, found.strength) == ("Sky", 2.0) and found.color == pytest.approx(np.ones(3))
+    c, s = np.cos(0.5), np.sin(0.5)
+    assert found.rotation == pytest.approx(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]))
+    mapping.inputs["Location"].default_value = (0.1, 0.0, 0.0)  # no rotation any more: baked
+    assert bs.export(bake=16).scene.world.image == "World (baked)"
+
+
+def test_baked_world_lies_in_the_directions_that_it_has() -> None:
+    tree = world()
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(coordinates.outputs["Generated"], tree.nodes["Background"].inputs["Color"])
+    before = sorted(bpy.data.scenes.keys() + bpy.data.images.keys() + bpy.data.worlds.keys() + bpy.data.cameras.keys())
+    made = bs.export(bake=64)
+    after = sorted(bpy.data.scenes.keys() + bpy.data.images.keys() + bpy.data.worlds.keys() + bpy.data.cameras.keys())
+    assert before == after
+    pixels = made.scene.images["World (baked)"].pixels
+    rows, columns = np.mgrid[0:32, 0:64]
+    longitude, latitude = 2 * np.pi * (0.5 - (columns + 0.5) / 64), np.pi * (0.5 - (rows + 0.5) / 32)
+    x, y = np.cos(longitude) * np.cos(latitude), np.sin(longitude) * np.cos(latitude)
+    directions = np.stack([x, y, np.sin(latitude)], axis=2)
+    assert pixels == pytest.approx(2.0 * np.maximum(directions, 0.0), abs=0.05)
+
+
+def test_world_is_not_black_for_want_of_space(tmp_path: Path, monkeypatch: Any) -> None:
+    tree = world()
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(coordinates.outputs["Generated"], tree.nodes["Background"].inputs["Color"])
+    with small_disk(tmp_path / "disk", 64) as disk:
+        fill(disk, leave=8192)
+        monkeypatch.setattr(tempfile, "tempdir", str(disk))
+        with pytest.raises(Problem, match=r"world 'World'.*temporary folder"):
+            bs.export(bake=64)
+
+
+@pytest.mark.slow  # Blender computes the sky's table for each picture
+def test_suns_of_skies_become_lights(tmp_path: Any) -> None:
+    """The ground under the sun of a sky: what the light gives is what the disc adds to Cycles' picture."""
+    scene = bpy.context.scene
+    tree = world()
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sky_type = "SINGLE_SCATTERING" if bpy.app.version >= (5, 0, 0) else "NISHITA"
+    sky.sun_rotation, sky.sun_elevation, sky.sun_size = 0.7, 0.6, 0.05
+    tree.links.new(sky.outputs[0], tree.nodes["Background"].inputs["Color"])
+    tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+    bs.add("Ground", bs.plane("Ground", 20.0, bs.material("Grey")))
+    made = bs.export(bake=64)
+    (sun,) = made.scene.lights.values()
+    assert isinstance(sun, edgegrad.SunLight) and sun.angle == pytest.approx(0.05)
+    scene.cycles.sample_clamp_indirect = 0.0
+    pictures = []
+    for shown in (False, True):
+        sky.sun_disc = shown
+        pictures.append(bs.cycles(tmp_path).mean(axis=(0, 1)))
+    ours = edgegrad.render(edgegrad.Scene(made.scene.camera, made.scene.meshes, made.scene.materials, {"sun": sun}), 64)
+    assert ours.mean(axis=(0, 1)) == pytest.approx(pictures[1] - pictures[0], rel=0.01)

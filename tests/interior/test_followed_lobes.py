@@ -1,0 +1,133 @@
+"""Narrow lobes that are followed like mirrors and smooth glass, the normal of whose microfacet is held
+(native/shading/bsdf/followed_lobes.h).
+
+What mirrors and glass show beside central differences, once more with a little roughness; lobes beside others; light
+of every kind in them; and that the noise of a derivative doesn't explode where roughness goes to zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import edgegrad
+from tests.benchmarks import gloss_noise
+from tests.boundary import test_mirrored_shadows, test_specular_boundary
+from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
+from tests.support.slow_cases import slow_but
+from tests.support.small_scenes import Make, along, box, camera, matte, need, rectangle
+
+ROUGHNESS = 0.1
+
+
+def roughened(make: Make, roughness: float = ROUGHNESS) -> Make:
+    """The same scene with mirrors and glass that are nearly smooth."""
+
+    def nearly(theta: float) -> edgegrad.Scene:
+        made = make(theta)
+        rough = {name: replace(made.leaves(name)[0], roughness=roughness) for name in ("mirror", "glass")
+                 if name in made.materials}
+        return replace(made, materials={**made.materials, **rough})
+
+    return nearly
+
+
+SEEN = ("flat mirror: box moves", "flat mirror: mirror moves", "flat mirror: camera moves", "round mirror: box moves",
+        "round mirror: mirror moves", "glass: box moves", "glass: glass moves", "glass: camera moves",
+        "glass: a block turns")
+
+
+@pytest.mark.parametrize("case", slow_but(SEEN, ("flat mirror: mirror moves", "glass: glass moves")))
+def test_edges_agree_with_differences(case: str) -> None:
+    need("native")
+    make, paths = test_specular_boundary.CASES[case]
+    options = {**test_specular_boundary.OPTIONS, "spp": 128}
+    check_agreement(along(roughened(make, 0.14), paths), noise=0.25, **options)
+
+
+SHADOWS = ("point: box moves", "rectangle: box moves", "mesh: box moves", "point: mirror moves", "sky: mirror moves",
+           "rectangle: camera moves", "slab: slab moves under a point", "ball: ball moves under a rectangle",
+           "bounced: wall moves")
+
+
+@pytest.mark.parametrize("case", slow_but(SHADOWS, ("mesh: box moves", "point: mirror moves")))
+def test_what_they_show_agrees_with_differences(case: str) -> None:
+    """Edges of shadows, and of light that surfaces scatter, in narrow lobes; lights of every kind in them."""
+    need_every_table()
+    make, paths = test_mirrored_shadows.CASES[case]
+    check_agreement(along(roughened(make, 0.14), paths), noise=0.3, **test_mirrored_shadows.options_of(case))
+
+
+def coated(coat_roughness: float, moving: str) -> Make:
+    """A coat over a rough base, and a box, under a lamp without size; `moving` moves."""
+
+    def make(theta: float) -> edgegrad.Scene:
+        step = theta * np.array([0.5, 0.3, -0.2])
+        base = edgegrad.Material(np.array([0.7, 0.5, 0.3]), roughness=0.6, coat_weight=1.0,
+                                 coat_roughness=coat_roughness)  # fmt: skip
+        shown = box((0.2, 0.5, -0.3), (0.25, 0.2, 0.2), "box", 0.4)
+        if moving == "box":
+            shown = replace(shown, vertices=shown.vertices + step)
+        lamp = edgegrad.PointLight(np.array([0.3, 1.2, 0.2]) + (step if moving == "lamp" else 0.0), power=20.0)
+        origin = np.array([0.0, 2.0, 2.0]) + (step if moving == "camera" else 0.0)
+        return edgegrad.Scene(
+            camera(origin, (0, 0, 0), 24, 0.7),
+            {"floor": rectangle((0, 0, 0), (0, 0, 1.5), (1.5, 0, 0), "floor"), "box": shown},
+            {"floor": base, "box": matte(0.5, 0.6, 0.7)},
+            {"lamp": lamp},
+            edgegrad.World(np.full(3, 0.2)),
+        )
+
+    return make
+
+
+COATED = {"lamp": "lights.lamp.position", "camera": "camera.to_world", "box": "meshes.box.vertices"}
+
+
+@pytest.mark.parametrize(("roughness", "moving"), [(0.0, "lamp"), (0.1, "camera"), (0.1, "box")])
+def test_coats_leave_the_light_of_what_is_below(roughness: float, moving: str) -> None:
+    """Whichever lobe goes on from a surface, the others scatter samples of light."""
+    need_every_table()
+    options = {"eps": 0.02, "seeds": 8, "spp": 64, "reference_spp": 256, "thetas": 4, "max_depth": 4}
+    check_agreement(along(coated(roughness, moving), [COATED[moving]]), **options)
+
+
+TRANSPOSED = {
+    "mirror": (roughened(test_specular_boundary.CASES["round mirror: mirror moves"][0]), ["meshes.ball.vertices"]),
+    "glass": (roughened(test_specular_boundary.CASES["glass: camera moves"][0]), ["camera.to_world"]),
+    "coat": (coated(0.1, "box"), ["meshes.box.vertices", "camera.to_world", "lights.lamp.position"]),
+}
+
+
+@pytest.mark.parametrize("name", list(TRANSPOSED))
+def test_modes_are_transposes(name: str) -> None:
+    need_every_table()
+    make, paths = TRANSPOSED[name]
+    check_transpose(make, paths, spp=16, seed=3, max_depth=4)
+
+
+def test_same_bits_for_any_number_of_threads() -> None:
+    need_every_table()
+    make, paths = TRANSPOSED["coat"]
+    check_equal_bits(make, paths, spp=4, max_depth=4)
+
+
+@pytest.mark.parametrize("kind", gloss_noise.BODIES)
+def test_noise_does_not_explode_where_roughness_goes_to_zero(kind: str) -> None:
+    """What the camera sees of a ball alone: with a little roughness hardly more noise than with none."""
+    need("native")
+
+    def noise(roughness: float) -> float:
+        made = gloss_noise.scene(kind, roughness, "image", "none")
+        return gloss_noise.noise(made, "interior", 64, 4, "ball")
+
+    assert noise(0.02) < 5.0 * noise(0.0)
+
+
+def test_plan_tells_of_it() -> None:
+    make, paths = test_specular_boundary.CASES["flat mirror: box moves"]
+    words = str(edgegrad.plan(roughened(make)(0.0), paths, max_depth=3))
+    assert "lobes nearly as narrow (mirror)" in words
+    assert "nearly as narrow" not in str(edgegrad.plan(roughened(make, 0.3)(0.0), paths, max_depth=3))

@@ -1,0 +1,91 @@
+"""Which paths derivatives record: those that have met nothing whose derivative is asked for add nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from edgegrad import Material, Scene
+from edgegrad.rendering.renderer import Renderer
+from tests.support import small_scenes
+
+
+@pytest.mark.parametrize("veils", [0, 3])
+@pytest.mark.parametrize("max_depth", [2, 3, 6])
+@pytest.mark.parametrize("name", ["floor", "clay"])
+def test_paths_that_miss_a_material_add_nothing_to_its_gradient(name: str, max_depth: int, veils: int) -> None:
+    """Asked for alone, a colour's gradient is the one that it has among others, where all paths are recorded."""
+    small_scenes.need("native")
+    scene = with_material(metallic=0.5, roughness=0.4)
+    scene.materials["veil"] = Material(np.full(3, 0.8), alpha=0.4)
+    for k in range(veils):  # surfaces that let paths pass, and are met within one segment
+        height = (0.0, 1.3 + 0.2 * k, 0.0)
+        scene.meshes[f"veil {k}"] = small_scenes.rectangle(height, (0.9, 0, 0), (0, 0, 0.7), "veil")
+    renderer = Renderer(scene, threads=1)
+    adjoint = np.random.default_rng(5).normal(size=(scene.camera.height, scene.camera.width, 3))
+    path = f"materials.{name}.base_color"
+    everything = [path, "materials.lamp.emission", "world.color"]
+    options = {"spp": 8, "max_depth": max_depth, "seed": 3}
+    alone = renderer.render_backward(adjoint, [path], **options)[path]
+    among = renderer.render_backward(adjoint, everything, **options)[path]
+    assert np.any(among)
+    np.testing.assert_allclose(alone, among, rtol=2e-5)
+    tangent = {path: np.array([1.0, 0.5, 2.0])}
+    image = renderer.render_forward(tangent, **options)
+    pushed, pulled = np.sum(adjoint * image), np.sum(alone * tangent[path])
+    assert abs(pushed - pulled) <= 1e-4 * np.sum(np.abs(adjoint * image))
+
+
+def with_material(**fields: object) -> Scene:
+    """A box over a floor, under a lamp and a sky, the box of a material of its own."""
+    scene = small_scenes.floating_box()
+    scene.materials["clay"] = Material(np.array([0.7, 0.3, 0.2]), **fields)  # type: ignore[arg-type]
+    return scene
+
+
+def rounded() -> Scene:
+    """The box with smooth normals, whose derivatives by its vertices reach as far as its faces."""
+    scene = with_material(metallic=0.5, roughness=0.4)
+    scene.meshes["box"].smoothing = np.array(scene.meshes["box"].faces, np.int32)
+    return scene
+
+
+RESTING: dict[str, Callable[[], Scene]] = {
+    "diffuse": small_scenes.floating_box,
+    "glossy": lambda: with_material(metallic=0.5, roughness=0.4),
+    "mirror": lambda: with_material(metallic=1.0, roughness=0.0),
+    "glass": lambda: with_material(kind="GLASS", roughness=0.0),
+    "half transparent": lambda: with_material(alpha=0.5),
+    "smooth": rounded,
+}
+
+
+@pytest.mark.parametrize("max_depth", [2, 3, 6])
+@pytest.mark.parametrize("mesh", ["box", "floor"])
+@pytest.mark.parametrize("case", RESTING)
+def test_paths_that_meet_nothing_that_moves_add_nothing(case: str, mesh: str, max_depth: int) -> None:
+    """Asked for alone, a mesh's gradient is the one that it has among all meshes', where all paths are recorded."""
+    small_scenes.need("native")
+    scene = RESTING[case]()
+    renderer = Renderer(scene, threads=1)
+    rng = np.random.default_rng(5)
+    adjoint = rng.normal(size=(scene.camera.height, scene.camera.width, 3))
+    path, colour = f"meshes.{mesh}.vertices", "materials.floor.base_color"
+    everything = [f"meshes.{name}.vertices" for name in scene.meshes]
+    options = {"spp": 8, "max_depth": max_depth, "seed": 3, "terms": ("interior",)}
+    among = renderer.render_backward(adjoint, everything, **options)[path]
+    assert np.any(among)
+    least = 1e-5 * np.abs(among).max()
+    np.testing.assert_allclose(renderer.render_backward(adjoint, [path], **options)[path], among, rtol=2e-5, atol=least)
+    # A colour beside it is met on other surfaces.
+    with_colour = [*everything, colour]
+    both = renderer.render_backward(adjoint, [path, colour], **options)
+    for name, value in renderer.render_backward(adjoint, with_colour, **options).items():
+        if name in both:
+            np.testing.assert_allclose(both[name], value, rtol=2e-5, atol=1e-5 * np.abs(value).max())
+    motion = {path: rng.normal(size=among.shape)}
+    rest = {name: np.zeros(np.shape(scene.meshes[name.split(".")[1]].vertices)) for name in everything}
+    np.testing.assert_allclose(renderer.render_forward(motion, **options),
+                               renderer.render_forward({**rest, **motion}, **options), rtol=1e-4, atol=1e-5)

@@ -1,0 +1,223 @@
+"""Where rough glass stops to let light through, against central differences: of every light with a size, at any bounce,
+by all that moves the rim of the transmission lobe.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import expression as e
+from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, wanted_tables
+from edgegrad.rendering import native_engine
+from edgegrad.tables.tables import flatten
+from tests.support.motions import camera_moves
+from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
+from tests.support.rough_glass import PARAMETERS, changing, glass, sheet, under_sky
+from tests.support.slow_cases import slow_but
+from tests.support.small_scenes import Make, along, camera, glowing, matte, rectangle
+
+# Kind, index, roughness, what changes.
+CELLS = [
+    (kind, ior, roughness, what)
+    for kind in ("REFRACTION", "GLASS", "PRINCIPLED")
+    for ior in (0.7, 1.1, 1.4)
+    for roughness in (0.5, 0.9)
+    for what in PARAMETERS
+]
+QUICK = [
+    ("REFRACTION", 1.1, 0.9, "rotation"), ("REFRACTION", 1.4, 0.9, "ior"), ("REFRACTION", 0.7, 0.9, "ior"),
+    ("GLASS", 1.1, 0.9, "camera"), ("PRINCIPLED", 1.4, 0.9, "vertices"),
+]  # fmt: skip
+
+
+def name_of(cell: tuple[str, float, float, str]) -> str:
+    return "-".join(map(str, cell))
+
+
+@pytest.fixture(autouse=True)
+def engine() -> None:
+    need_every_table()
+
+
+@pytest.mark.parametrize("name", slow_but(map(name_of, CELLS), list(map(name_of, QUICK))))
+def test_a_sheet_under_the_sky(name: str) -> None:
+    kind, ior, roughness, what = name.split("-")
+    moving = along(changing(lambda: under_sky(glass(kind, float(ior), float(roughness))), what), [PARAMETERS[what]])
+    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=2, noise=0.6)
+
+
+def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:
+    """A sheet of rough glass before a light, or before what scatters the light of one."""
+    scene = under_sky(glass(kind, 1.2, 0.9))
+    scene.world = edgegrad.World(np.ones(3), 0.0)
+    down = np.eye(4)
+    down[:3, :3], down[:3, 3] = np.diag([1.0, -1.0, -1.0]), [-0.9, -0.3, -0.8]  # shines up
+    place = np.array([-0.9, -0.3, -0.8])
+    lamps: dict[str, edgegrad.AreaLight | edgegrad.PointLight | edgegrad.SunLight] = {
+        "rectangle": edgegrad.AreaLight(down, np.array([1.5, 1.0]), "RECTANGLE", 30.0),
+        "ellipse": edgegrad.AreaLight(down, np.array([1.5, 1.0]), "ELLIPSE", 30.0),
+        "sphere": edgegrad.PointLight(place, 30.0, 0.5, True),
+        "disk": edgegrad.PointLight(place, 30.0, 0.5, False),
+        "sun": edgegrad.SunLight(np.array([0.8, 0.3, 0.6]), 3.0, 1.2),
+    }
+    if light in lamps:
+        scene.lights = {"lamp": lamps[light]}
+    if light == "pair":
+        # One light before the other, and no shadow of a wall from the nearer.
+        near = edgegrad.PointLight(np.array([-0.7, -0.3, -0.5]), 8.0, 0.3, casts_shadow=False)
+        scene.lights = {"lamp": lamps["rectangle"], "near": near}
+        scene.meshes = {**scene.meshes, "wall": rectangle((-0.5, -0.2, -0.3), (0.15, 0, 0), (0, 0.15, 0), "wall")}
+        scene.materials = {**scene.materials, "wall": matte(0.0, 0.0, 0.0)}
+    if light in ("mesh", "wall"):
+        lamp = rectangle((-0.9, -0.3, -0.8), (0.8, 0, 0.2), (0, 0.6, 0), "lamp")
+        scene.meshes = {**scene.meshes, "lamp": lamp}
+        scene.materials = {**scene.materials, "lamp": glowing(4.0, True) if light == "mesh" else matte(0.9, 0.8, 0.7)}
+    if light == "wall":
+        scene.lights = {"lamp": edgegrad.AreaLight(
+            np.array([[1.0, 0, 0, -0.9], [0, 1, 0, -0.3], [0, 0, 1, 1.5], [0, 0, 0, 1]]), np.array([1.0, 1.0]),
+            "RECTANGLE", 200.0, casts_shadow=False,
+        )}  # fmt: skip
+    return scene
+
+
+LIT = [f"{light}, {what}" for light in ("rectangle", "ellipse", "sphere", "disk", "sun", "pair", "mesh", "wall")
+       for what in ("camera", "ior", "vertices")]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", slow_but(LIT, ["rectangle, camera", "sphere, ior", "mesh, vertices", "wall, ior"]))
+def test_lights_with_a_size(name: str) -> None:
+    light, what = name.split(", ")
+    moving = along(changing(lambda: lit(light), what), [PARAMETERS[what]])
+    depth = 3 if light == "wall" else 2
+    check_agreement(moving, seeds=12, spp=96, reference_spp=768, max_depth=depth, noise=0.6)
+
+
+def lamp_moves(light: str) -> tuple[Make, list[str]]:
+    """A light or an emissive mesh behind the glass moves."""
+
+    def at(theta: float) -> edgegrad.Scene:
+        scene = lit(light)
+        by = theta * np.array([0.5, -0.3, 0.4])
+        if light == "mesh":
+            scene.meshes["lamp"].vertices = scene.meshes["lamp"].vertices + by
+            return scene
+        lamp = scene.lights["lamp"]
+        if isinstance(lamp, edgegrad.AreaLight):
+            to_world = np.array(lamp.to_world)
+            to_world[:3, 3] += by
+            scene.lights = {"lamp": replace(lamp, to_world=to_world)}
+        elif isinstance(lamp, edgegrad.SunLight):
+            scene.lights = {"lamp": replace(lamp, direction=lamp.direction + by)}
+        else:
+            scene.lights = {"lamp": replace(lamp, position=lamp.position + by)}
+        return scene
+
+    field = {"mesh": "meshes.lamp.vertices", "rectangle": "lights.lamp.to_world", "sun": "lights.lamp.direction"}
+    return at, [field.get(light, "lights.lamp.position")]
+
+
+@pytest.mark.parametrize("light", slow_but(["rectangle", "sphere", "disk", "sun", "mesh"], ["sphere"]))
+def test_lights_that_move(light: str) -> None:
+    check_agreement(along(*lamp_moves(light)), seeds=12, spp=96, reference_spp=768, max_depth=2, noise=0.35)
+
+
+def textured(field: str) -> tuple[Make, list[str]]:
+    """The sheet with an image for its index or its normals, whose texels change."""
+
+    def at(theta: float) -> edgegrad.Scene:
+        material = glass("GLASS", 1.3, 0.9)
+        pixels = np.random.default_rng(2).uniform(0.35, 0.65, (4, 4, 3))
+        pixels[..., 2] = 0.9
+        pixels = pixels + theta * np.random.default_rng(3).normal(size=pixels.shape)
+        picture = e.ImageTexture("bends", e.Attribute("UVMap"))
+        material.textures = {field: picture if field == "normal" else e.Math("ADD", e.Channel(picture, 0), 0.8)}
+        scene = under_sky(material)
+        scene.images = {**scene.images, "bends": edgegrad.Image(pixels.astype(np.float32))}
+        return scene
+
+    return at, ["images.bends.pixels"]
+
+
+@pytest.mark.parametrize("field", ["ior", "normal"])
+def test_textures_that_move_it(field: str) -> None:
+    check_agreement(along(*textured(field)), seeds=8, spp=64, reference_spp=512, max_depth=2, noise=0.3)
+
+
+def behind_each_other(wall: bool) -> edgegrad.Scene:
+    """Two sheets of rough glass, one behind the other, under the sky, and a wall behind them."""
+    scene = under_sky(glass("GLASS", 1.2, 0.8), smooth=True)
+    second = sheet()
+    second.vertices = 0.8 * second.vertices - np.array([0.0, 0.0, 0.7])
+    scene.meshes = {**scene.meshes, "second": second}
+    if wall:
+        scene.meshes = {**scene.meshes, "wall": rectangle((0.0, 0.0, -1.6), (1.5, 0, 0.2), (0, 1.5, 0.1), "wall")}
+        scene.materials = {**scene.materials, "wall": matte(0.8, 0.6, 0.4)}
+    return scene
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("what", [what for what in PARAMETERS if what != "roughness"])
+def test_at_later_surfaces(what: str) -> None:
+    # Shadows that the sheets' far borders throw on the wall as the sky turns are noisier than all that is tested here.
+    moving = along(changing(lambda: behind_each_other(what != "rotation"), what), [PARAMETERS[what]])
+    check_agreement(moving, seeds=16, spp=96, reference_spp=1024, max_depth=4, noise=0.35)
+
+
+def test_seen_in_a_mirror() -> None:
+    """Paths reach the glass by way of a perfect mirror, on which they slide as the camera moves."""
+
+    def make() -> edgegrad.Scene:
+        scene = under_sky(glass("REFRACTION", 1.2, 0.9))
+        scene.camera = camera((0.0, -3.0, 1.0), (0.0, 0.0, 1.2), size=16, up=(0, 0, 1))
+        scene.meshes = {"sheet": rectangle((0, 0, -4.2), (30, 0, 1), (0, 30, 0.5), "glass"),
+                        "mirror": rectangle((0.0, 0.5, 1.5), (9.0, 0, 0), (0, 4.0, -2.6), "mirror")}  # fmt: skip
+        scene.materials = {**scene.materials,
+                           "mirror": edgegrad.Material(np.full(3, 0.9), kind="GLOSSY", roughness=0.0)}  # fmt: skip
+        return scene
+
+    moving = along(camera_moves(make, (0.1, 0.2, 0.1)), ["camera.to_world"])
+    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=3, noise=0.3)
+
+
+@pytest.mark.parametrize(("make", "paths"), [
+    (lambda _: under_sky(glass("GLASS", 1.2, 0.8), smooth=True), list(PARAMETERS.values())),
+    (lambda _: lit("rectangle"), ["meshes.sheet.vertices", "camera.to_world", "lights.lamp.to_world"]),
+    (lambda _: under_sky(glass("PRINCIPLED", 1.2, 0.8)), ["materials.glass.ior"]),
+])  # fmt: skip
+def test_both_modes_take_the_same_samples(make: Make, paths: list[str]) -> None:
+    check_transpose(make, paths, spp=8, seed=4, max_depth=3)
+    check_equal_bits(make, paths, spp=2, seed=4, max_depth=3)
+
+
+@pytest.mark.parametrize("name", native_engine.instruction_sets())
+def test_instruction_sets_agree(name: str) -> None:
+    scene = under_sky(glass("GLASS", 1.2, 0.8), smooth=True)
+    tangent = {"camera.to_world": np.eye(4) * 0.0, "materials.glass.ior": np.array(1.0)}
+    tangent["camera.to_world"][:3, 3] = [0.5, -0.3, 0.4]
+    tables = asked_tables(scene, flatten(scene), tangent)
+    wanted, velocity = wanted_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
+    images = []
+    for isa in ("scalar", name):
+        engine = native_engine.Engine(tables, 2, isa)
+        engine.set_edges(tables.edges())
+        images.append(engine.forward(tables, velocity, wanted, spp=8, seed=1, max_depth=3, terms=("interior",)))
+    assert np.mean(np.abs(images[0] - images[1]) > 1e-3 * np.abs(images[0]).max()) < 0.01
+
+
+def test_the_plan_names_what_is_computed_and_what_is_not() -> None:
+    scene = lit("sphere")
+    told = edgegrad.plan(scene, ["materials.glass.ior"])
+    words = "the directions at which rough glass (glass) stops to let light through"
+    assert any(words in why for why in told.terms[0].why)
+    assert not any("rough glass" in sentence for sentence in told.missing)
+    lamp = edgegrad.PointLight(np.array([0.0, 0.0, -1.0]), 10.0, 0.0)
+    scene.lights = {"lamp": lamp}
+    missing = edgegrad.plan(scene, ["materials.glass.ior"]).missing
+    assert any("lines on rough glass (glass)" in sentence and "(lamp)" in sentence for sentence in missing)
+    for unmoved in ("materials.glass.roughness", "materials.glass.base_color"):
+        told = edgegrad.plan(scene, [unmoved])
+        assert not any("rough glass" in sentence for sentence in (*told.missing, *told.terms[0].why))

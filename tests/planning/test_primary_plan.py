@@ -1,0 +1,185 @@
+"""What the primary boundary term skips is exactly zero, and what it keeps is not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World, plan
+from edgegrad.derivatives.motion import motion
+from edgegrad.derivatives.table_derivatives import asked_tables
+from edgegrad.expression import Attribute, ImageTexture
+from edgegrad.geometry.placed_meshes import PlacedMeshes
+from edgegrad.planning.primary import PrimaryRules, mesh_edges, missing_jumps, primary_rules
+from edgegrad.scene import parameters
+from edgegrad.scene.image import Image
+from edgegrad.tables.tables import flatten
+from tests.support import shapes
+from tests.support.small_scenes import box, camera, glowing, need
+
+VERTICES = "meshes.object.vertices"
+POSE = "camera.to_world"
+
+
+def rules(scene: Scene, wrt: Sequence[str]) -> PrimaryRules:
+    """The rules as the plan has them."""
+    tables = asked_tables(scene, flatten(scene), wrt)
+    placed = PlacedMeshes.of(scene)
+    return primary_rules(scene, placed, mesh_edges(scene, placed), motion(scene, tables, wrt), wrt)
+
+
+def largest(scene: Scene, wrt: Sequence[str]) -> float:
+    """The largest pixel of the primary term along a random tangent."""
+    rng = np.random.default_rng(0)
+    tangent = {path: rng.normal(size=np.shape(parameters.get(scene, path))) for path in wrt}
+    return float(np.abs(Renderer(scene).render_forward(tangent, spp=32, terms=["primary"])).max())
+
+
+def scene_of(mesh: Mesh, view: Camera | None = None) -> Scene:
+    """One glowing mesh before a dim sky."""
+    materials = {"glow": glowing(1.0, True), "other": glowing(1.0, True), "ink": Material(np.zeros(3))}
+    return Scene(view or camera(), {"object": mesh}, materials, world=World(np.full(3, 0.2)))
+
+
+def box_scene(view: Camera | None = None) -> Scene:
+    return scene_of(box((0, 0, 0), (0.5, 0.4, 0.3), "glow", 0.4), view)
+
+
+def large_sheet() -> Mesh:
+    """A flat sheet whose borders are outside of the picture."""
+    return Mesh(*shapes.sheet(5, 20.0), ("glow",))
+
+
+def checked() -> Scene:
+    """A sheet whose UV map has a seam inside of its plane, in a texture of two colours."""
+    mesh = large_sheet()
+    side = (mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 0.0).astype(np.float32)
+    mesh.attributes = {"UVMap": np.repeat((0.25 + 0.5 * side)[:, None, None], 3, axis=1) * np.ones(2, np.float32)}
+    scene = scene_of(mesh)
+    pixels = np.ones((2, 2, 3), np.float32)
+    pixels[:, 1] = 0.1
+    scene.images = {"two": Image(pixels)}
+    scene.materials["glow"].textures = {"emission": ImageTexture("two", Attribute("UVMap"))}
+    return scene
+
+
+def bent_normals() -> Scene:
+    """A sheet with custom normals that jump inside of its plane, under the sun."""
+    mesh = large_sheet()
+    side = mesh.vertices[mesh.faces].mean(axis=1)[:, 0] > 0.0
+    mesh.smoothing = np.repeat(side.astype(np.int32)[:, None], 3, axis=1)
+    mesh.normals = np.array([[0.5, 0.0, 1.0], [-0.5, 0.0, 1.0]])
+    scene = scene_of(mesh)
+    scene.lights = {"sun": SunLight(np.array([-0.8, 0.0, -1.0]), 2.0)}
+    scene.materials["glow"] = Material(np.full(3, 0.7))
+    return scene
+
+
+def hidden() -> Scene:
+    scene = box_scene()
+    scene.meshes["object"].visible_to = frozenset({"diffuse", "shadow"})
+    return scene
+
+
+ZERO: dict[str, tuple[Scene, list[str], str]] = {
+    "flat inside": (scene_of(large_sheet()), [VERTICES], "between two faces of one plane"),
+    "not seen by the camera": (hidden(), [VERTICES], "that camera rays don't meet (object)"),
+    "a round aperture does not turn": (
+        box_scene(replace(camera(), aperture_radius=0.1, focus_distance=3.0)), ["camera.aperture_rotation"],
+        "the camera stands still",
+    ),
+    "a pinhole has no focus": (box_scene(), ["camera.focus_distance"], "the camera stands still"),
+    "no width": (box_scene(), ["camera.ortho_width"], "the camera stands still"),
+}
+NOT_ZERO: dict[str, tuple[Scene, list[str]]] = {
+    "edges": (box_scene(), [VERTICES]),
+    "the camera": (box_scene(), [POSE]),
+    "a lens": (box_scene(replace(camera(), aperture_radius=0.3, focus_distance=3.0)), ["camera.focus_distance"]),
+    "normals that jump": (bent_normals(), [VERTICES]),
+    "a seam of a texture": (checked(), [VERTICES]),
+}
+
+
+@pytest.mark.parametrize("rule", ZERO)
+def test_what_is_skipped_is_zero(rule: str) -> None:
+    need("native")
+    scene, wrt, reason = ZERO[rule]
+    made = rules(scene, wrt)
+    assert any(reason in why for why in made.why), made.why
+    assert largest(scene, wrt) == 0.0
+
+
+@pytest.mark.parametrize("rule", NOT_ZERO)
+def test_what_is_kept_is_not_zero(rule: str) -> None:
+    need("native")
+    scene, wrt = NOT_ZERO[rule]
+    assert rules(scene, wrt).computed
+    assert largest(scene, wrt) > 1e-3
+
+
+def test_zero_adjoint_gives_zero_gradient() -> None:
+    need("native")
+    scene = box_scene()
+    gradient = Renderer(scene).render_backward(np.zeros((32, 32, 3)), [VERTICES, POSE], spp=8, terms=["primary"])
+    assert all(not g.any() for g in gradient.values())
+
+
+def test_moving_everything_with_the_camera_changes_nothing() -> None:
+    need("native")
+    scene = box_scene()
+    rate = np.zeros((4, 4))
+    rate[:3, 3] = [0.7, -0.4, 0.9]
+    tangent = {VERTICES: np.broadcast_to(rate[:3, 3], scene.meshes["object"].vertices.shape), POSE: rate}
+    alone = Renderer(scene).render_forward({POSE: rate}, spp=32, terms=["primary"])
+    both = Renderer(scene).render_forward(tangent, spp=32, terms=["primary"])
+    assert np.abs(both).max() < 1e-5 * np.abs(alone).max()
+
+
+def test_split_and_shared_vertices_give_one_gradient() -> None:
+    """Of the whole mesh's translation: copies of a vertex share what one has alone."""
+    need("native")
+    gradients = []
+    for mesh in (box((0, 0, 0), (0.5, 0.4, 0.3), "glow", 0.4), large_sheet()):
+        corners = Mesh(mesh.vertices[mesh.faces.reshape(-1)], np.arange(mesh.faces.size).reshape(-1, 3), mesh.materials)
+        for m in (mesh, corners):
+            adjoint = np.random.default_rng(1).normal(size=(32, 32, 3))
+            found = Renderer(scene_of(m)).render_backward(adjoint, [VERTICES], spp=32, terms=["primary"])
+            gradients.append(found[VERTICES].sum(axis=0))
+    for one, other in zip(gradients[::2], gradients[1::2], strict=True):
+        assert one == pytest.approx(other, rel=1e-4, abs=1e-9)
+
+
+def test_camera_reaches_meshes_that_stand_still() -> None:
+    made = rules(box_scene(), [POSE])
+    assert made.edges == 12 and made.of == 18  # the diagonals are flat
+    assert any("the camera moves" in why for why in made.why)
+
+
+def test_jumps_that_are_no_edges_are_named() -> None:
+    def missing(scene: Scene, wrt: Sequence[str]) -> str:
+        tables = asked_tables(scene, flatten(scene), wrt)
+        placed = PlacedMeshes.of(scene)
+        return " ".join(missing_jumps(scene, placed, motion(scene, tables, wrt)))
+
+    assert missing(box_scene(), [VERTICES]) == ""
+    near, far = (box_scene(replace(camera(), **{clip: 4.0})) for clip in ("clip_start", "clip_end"))
+    for cut in (near, far):
+        assert "clip distances cut into object" in missing(cut, [VERTICES])
+        assert "clip distances cut into object" in missing(cut, [POSE])
+    beside = box_scene(replace(camera(), clip_start=4.0))
+    beside.meshes["object"].vertices[:, 0] += 9.0
+    assert missing(beside, [VERTICES]) == "", "the cut is outside of the picture"
+    scene = checked()
+    assert missing(scene, [VERTICES]) == ""
+    scene.materials["glow"].textures = {"emission": ImageTexture("two", Attribute("UVMap"), interpolation="CLOSEST")}
+    assert "an image without interpolation" in missing(scene, [VERTICES])
+    slid = ["meshes.object.attributes.UVMap", "materials.glow.textures.emission"]
+    assert all("borders of texels" in " ".join(plan(scene, [path]).missing) for path in slid)
+    assert "borders of texels" not in " ".join(plan(scene, ["images.two.pixels"]).missing)
+    copies = box_scene()
+    copies.materials["glow"] = Material(np.zeros(3))
+    copies.meshes["object"].instances = np.eye(4)[None]
+    assert missing(copies, [VERTICES]) == ""

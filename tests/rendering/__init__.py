@@ -1,0 +1,1 @@
+"""Tests of pictures, of engines, and of whole derivatives."""

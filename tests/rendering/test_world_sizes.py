@@ -1,0 +1,71 @@
+"""Pictures and derivatives are the same in a world of another size, to rounding: no length in metres is in the code."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from edgegrad import TERMS, AreaLight, Material, Mesh, PointLight, Renderer, Scene, World
+from tests.support import shapes
+from tests.support.rich_scene import pose, turn
+from tests.support.small_scenes import need
+from tests.support.world_sizes import resized, resized_tangent
+
+OPTIONS = {"spp": 4, "max_depth": 3, "seed": 1}
+PATHS = ("meshes.body.vertices", "camera.to_world", "lights.lamp.position")
+
+
+def smooth_body_on_floor() -> Scene:
+    vertices, faces = shapes.cube(1.0)
+    floor, floor_faces = shapes.sheet(2, 6.0)
+    return Scene(
+        shapes.camera((2.0, -5.0, 3.0), size=(8, 8)),
+        {
+            "body": Mesh(vertices @ turn(0.2, 0.1, 0.6).T, faces, ("clay",), smoothing=faces.copy()),
+            "floor": Mesh(floor - [0.0, 0.0, 0.9], floor_faces, ("clay",)),
+        },
+        {"clay": Material(specular_ior_level=0.5)}, {"lamp": PointLight(np.array([1.0, -2.0, 3.0]), 100.0, 0.3, True)},
+        World(np.full(3, 0.3)),
+    )  # fmt: skip
+
+
+def check(scene: Scene, factor: float) -> None:
+    """Compare the picture, and every term of derivatives by places, in both sizes."""
+    rng = np.random.default_rng(0)
+    tangent = {PATHS[0]: rng.normal(size=(8, 3)), PATHS[1]: rng.normal(size=(4, 4)), PATHS[2]: rng.normal(size=3)}
+    other = {path: resized_tangent(path, value, factor) for path, value in tangent.items()}
+    small, large = Renderer(scene), Renderer(resized(scene, factor))
+    same(large.render(**OPTIONS), small.render(**OPTIONS))
+    for term in TERMS:
+        found = large.render_forward(other, terms=[term], **OPTIONS)
+        same(found, small.render_forward(tangent, terms=[term], **OPTIONS))
+
+
+def same(found: np.ndarray, wanted: np.ndarray) -> None:
+    np.testing.assert_allclose(found, wanted, rtol=1e-4, atol=1e-5 * float(np.abs(wanted).max()))
+
+
+# A power of two changes no digit of a float.
+@pytest.mark.parametrize("factor", [2.0**20, 2.0**-17])
+def test_worlds_of_any_size_have_the_same_derivatives(factor: float) -> None:
+    need("native")
+    check(smooth_body_on_floor(), factor)
+
+
+def test_an_orthographic_camera_sees_the_same_in_a_small_world() -> None:
+    need("native")
+    scene = smooth_body_on_floor()
+    scene.camera = replace(scene.camera, kind="ORTHOGRAPHIC", ortho_width=3.0)
+    check(scene, 2.0**-17)
+
+
+@pytest.mark.parametrize("shape", ["RECTANGLE", "ELLIPSE"])
+def test_light_of_a_tiny_lamp_is_that_of_a_small_one(shape: str) -> None:
+    need("native")
+    scene, found = smooth_body_on_floor(), []
+    for size in (1e-3, 1e-10):
+        scene.lights = {"lamp": AreaLight(pose(np.eye(3), 0.5, -0.5, 3.0), np.full(2, size), shape, 100.0)}
+        found.append(Renderer(scene).render(**OPTIONS))
+    np.testing.assert_allclose(found[1], found[0], rtol=2e-3, atol=1e-4)

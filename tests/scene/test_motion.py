@@ -1,0 +1,105 @@
+"""What moves with which parameters, and the plan of engines that differentiate every table."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from edgegrad import Scene, expression, plan
+from edgegrad.derivatives.motion import Motion, motion
+from edgegrad.derivatives.table_derivatives import asked_tables
+from edgegrad.planning.terms import Term, missing, terms
+from edgegrad.tables import tables
+from tests.support import shapes
+from tests.support.rich_scene import everything
+
+SCENE = everything()
+FLAT = tables.flatten(SCENE)
+
+
+def moves(*wrt: str) -> Motion:
+    return motion(SCENE, asked_tables(SCENE, FLAT, wrt), wrt)
+
+
+def term(name: str, *wrt: str, scene: Scene = SCENE, max_depth: int = 4) -> Term:
+    flat = asked_tables(scene, tables.flatten(scene), wrt)
+    return next(t for t in terms(scene, flat, wrt, motion(scene, flat, wrt), max_depth) if t.name == name)
+
+
+@pytest.mark.parametrize(
+    ("wrt", "expected"),
+    [
+        (("meshes.still.vertices", "meshes.bare.transform"), Motion(("still", "bare"), False, (), False)),
+        (("meshes.copies.instances",), Motion(("copies",), False, (), False)),
+        (("meshes.lamps.transform",), Motion(("lamps",), False, (), False)),
+        (("camera.shift",), Motion((), True, (), False)),
+        (("camera.aperture_radius",), Motion((), True, (), False)),
+        (("camera.ortho_width",), Motion((), False, (), False)),  # of a perspective camera
+        (("lights.sun.direction", "lights.area.size", "lights.ball.power"), Motion((), False, ("sun", "area"), False)),
+        (("world.rotation",), Motion((), False, (), True)),
+        (("meshes.still.normals", "materials.wood.roughness", "images.sky.pixels", "world.color",
+          "meshes.still.attributes.UVMap", "materials.wood.textures.normal"), Motion((), False, (), False)),
+    ],
+)  # fmt: skip
+def test_what_moves(wrt: tuple[str, ...], expected: Motion) -> None:
+    assert moves(*wrt) == expected
+    assert moves(*wrt).any == (expected != Motion((), False, (), False))
+
+
+def test_edges_of_all_meshes_move_with_the_camera() -> None:
+    pose = term("primary", "camera.to_world")
+    assert pose.of == 162 and pose.edges == 156  # the others lie within one plane, and no seam of a texture
+    assert pose.why[0] == "the camera moves, and so do all edges on its picture"
+    one = term("primary", "meshes.bare.transform")
+    assert one.edges == 12 and one.of == pose.of
+    plain = term("primary", "camera.shift", scene=shapes.scene(*shapes.cube()))
+    assert plain.edges == 12 and plain.of == 18
+    assert not term("primary", "lights.ball.position").computed
+    assert term("shadow", "lights.ball.position").computed
+    assert "no shadow moves" in term("shadow", "lights.ball.power").why[0]
+
+
+def test_interior_names_every_parameter() -> None:
+    why = term("interior", "camera.fov_x", "materials.wood.alpha", "meshes.still.transform", "lights.ball.radius",
+               "materials.clay.roughness", "meshes.still.attributes.unread").why
+    assert why == (
+        "'camera.fov_x': what each pixel sees slides over surfaces and sky",
+        "'materials.wood.alpha': zero, since nothing of the picture reads it",
+        "'meshes.still.transform': its shading changes as it moves and turns",
+        "'lights.ball.radius': changes radiance",
+        "'materials.clay.roughness': changes radiance and moves no edge",
+        "'meshes.still.attributes.unread': zero, since nothing of the picture reads it",
+        "besides: the directions at which rough glass (wood, sum, clay, glow) stops to let light through",
+        "what wood, sum let through changes, on the way to lights and between surfaces",
+    )
+
+
+def test_textured_emission_changes_as_its_surface_moves() -> None:
+    scene = shapes.scene(*shapes.cube())
+    scene.materials["clay"].base_color = np.zeros(3)
+    scene.materials["clay"].emission = np.ones(3)
+    assert not term("interior", "meshes.object.vertices", scene=scene, max_depth=1).computed
+    scene.materials["clay"].textures = {"emission": expression.Coordinates("POSITION")}  # type: ignore[misc]
+    assert term("interior", "meshes.object.vertices", scene=scene, max_depth=1).computed
+
+
+def test_parts_of_mixtures_are_used() -> None:
+    scene = everything()
+    scene.meshes = {"still": scene.meshes["still"]}  # of "sum" and "wood"; "clay" is a part of "sum"
+    scene.lights = {name: light for name, light in scene.lights.items() if light.receivers is None}
+    assert term("interior", "materials.clay.roughness", scene=scene).computed
+    assert not term("interior", "materials.glow.roughness", scene=scene).computed
+
+
+def test_boundaries_that_no_term_has_are_named() -> None:
+    scene = everything()
+    for smooth in (False, True):
+        # Textures of its roughness alone make a mirror of a textured surface.
+        found = plan(scene, ["meshes.still.vertices"], max_depth=4).missing
+        for start in ("seen in mirrors and through smooth glass", "caustics: of light that mirrors and smooth glass"):
+            assert any(sentence.startswith(start) for sentence in found) == smooth
+        scene.materials["wood"].textures = {"roughness": expression.Coordinates("POSITION")}  # type: ignore[misc]
+    assert missing(SCENE, moves("world.color"), 4, False) == ()
+    plain = shapes.scene(*shapes.cube())
+    still = tables.flatten(plain)
+    assert missing(plain, motion(plain, still, ["meshes.object.vertices"]), 2, False) == ()

@@ -1,0 +1,240 @@
+"""What scenes of many objects cost grows as their number: counted in calls and array sizes, not in seconds."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+
+import edgegrad
+from edgegrad import Camera, Image, Material, Mesh, Mixture, Scene, SunLight, World
+from edgegrad.derivatives.table_derivatives import pull_back, shapes, wanted_tables
+from edgegrad.expression import Attribute, Expression, ImageTexture, Math, nodes_of
+from edgegrad.geometry import mesh_batches, topology
+from edgegrad.geometry.box_tree import BoxTree, meeting
+from edgegrad.geometry.mesh_edges import MeshEdges
+from edgegrad.geometry.placed_meshes import PlacedMeshes
+from edgegrad.scene import parameters
+from edgegrad.tables.tables import flatten
+from edgegrad.tables.textures.lowering import RULES
+from edgegrad.tables.textures.program import compile_textures
+from tests.support.shapes import ball, cube, sheet, split
+
+
+def calls(function: Callable[[], Any]) -> int:
+    """How many functions a call calls, in Python and below."""
+    count = 0
+
+    def profile(_frame: Any, event: str, _argument: Any) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(profile)
+    try:
+        function()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def boxes(count: int, gap: float = 3.0) -> Scene:
+    """A row of cubes of size 2."""
+    vertices, faces = cube()
+    meshes = {f"box{k}": Mesh(vertices + [gap * k, 0.0, 0.0], faces, ("clay",)) for k in range(count)}
+    pose = np.eye(4)
+    pose[2, 3] = 50.0
+    return Scene(Camera(to_world=pose, width=8, height=8), meshes, {"clay": Material(np.full(3, 0.8))},
+                 {"sun": SunLight(np.array([0.1, 0.2, -1.0]))}, World(np.full(3, 0.2)))
+
+
+def textured(expression: Expression) -> Scene:
+    """A cube with attributes for the expression."""
+    scene = boxes(1)
+    sizes = {"values": 1, "UVMap": 2}
+    scene.meshes["box0"].attributes = {name: np.ones((12, 3, size), np.float32) for name, size in sizes.items()}
+    scene.materials = {"clay": Material(textures={"roughness": expression})}
+    return scene
+
+
+def chain(length: int) -> Expression:
+    node: Expression = Attribute("values")
+    for k in range(length):
+        node = Math("ADD", node, 1.0 + k)
+    return node
+
+
+@pytest.mark.parametrize("gap", [3.0, 2.0, 1.5])
+@pytest.mark.parametrize("which", ["one", "all", "camera"])
+def test_plans_cost_a_fixed_number_of_calls_per_mesh(gap: float, which: str) -> None:
+    def cost(count: int) -> int:
+        scene = boxes(count, gap)
+        every = [f"meshes.{name}.vertices" for name in scene.meshes]
+        wrt = {"one": every[:1], "all": every, "camera": ["camera.to_world"]}[which]
+        return calls(lambda: edgegrad.plan(scene, wrt, max_depth=3))
+
+    cost(2)
+    few, many, more = cost(10), cost(40), cost(70)
+    assert more - many < 1.2 * (many - few)
+
+
+def test_the_plan_of_many_meshes_names_few() -> None:
+    scene = boxes(300, gap=1.5)
+    made = edgegrad.plan(scene, [f"meshes.{name}.vertices" for name in scene.meshes], max_depth=3)
+    text = str(made)
+    assert len(text) < 20_000
+    assert "290 other pairs of meshes may pass through each other" in text
+    assert "moving meshes: 300 of 300 (box0, box1" in text and "box8 and 291 others)" in text
+    assert "and 200 other parameters, by 0 of which it is zero" in text
+    with pytest.raises(ValueError, match=r"there is no 'none' in meshes \(there: 'box0'.*and 291 others\)"):
+        parameters.get(scene, "meshes.none.vertices")
+
+
+def test_a_fit_makes_its_plan_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+    module = sys.modules["edgegrad.plan"]
+    original = module.picture_plan  # type: ignore[attr-defined]
+    monkeypatch.setattr(module, "picture_plan", lambda *a: made.append(1) or original(*a))
+    scene = boxes(1)
+    scene.materials = {**scene.materials, "glow": Material(textures={"roughness": Attribute("a")})}
+    scene.meshes["box0"].materials = ("clay", "glow")
+    scene.meshes["box0"].attributes = {"a": np.ones((12, 3, 1), np.float32)}
+    target = np.full((8, 8, 3), 0.5, np.float32)
+    with pytest.warns(RuntimeWarning, match="no gradient for"):
+        edgegrad.fit(scene, target, ["materials.clay.base_color", "materials.clay.alpha", "materials.clay.ior",
+                                     "materials.clay.coat_ior"], iterations=2, spp=1)
+    assert len(made) == 1
+
+
+def test_meeting_boxes_are_all_that_meet_and_each_once() -> None:
+    rng = np.random.default_rng(0)
+    for count in (1, 2, 3, 50, 200):
+        low = rng.random((count, 3)) * 3.0
+        high = low + rng.random((count, 3))
+        wanted = {(i, j) for i, j in combinations(range(count), 2)
+                  if (low[i] <= high[j]).all() and (low[j] <= high[i]).all()}
+        found = [(int(i), int(j)) for block in meeting(BoxTree(low, high)) for i, j in zip(*block, strict=True)]
+        assert len(found) == len(set(found)) and set(found) == wanted
+        others = rng.random((3 * count, 3)) * 3.0
+        wanted = {(i, j) for i in range(count) for j in range(3 * count)
+                  if (low[i] <= others[j]).all() and (others[j] <= high[i]).all()}
+        tree = BoxTree(others, others)
+        found = [(int(i), int(j)) for block in meeting(BoxTree(low, high), tree) for i, j in zip(*block, strict=True)]
+        assert len(found) == len(set(found)) and set(found) == wanted
+
+
+def test_boxes_are_compared_with_near_ones_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared = []
+    corners = BoxTree.corners
+    monkeypatch.setattr(BoxTree, "corners",
+                        lambda self, node, level: compared.append(len(node)) or corners(self, node, level))
+    for side in (8, 11, 24):
+        compared.clear()
+        low = np.stack(np.meshgrid(*[np.arange(side)] * 3), axis=-1).reshape(-1, 3).astype(float)
+        assert not list(meeting(BoxTree(low, low + 0.9)))
+        assert sum(compared) < 40 * side**3, "of side**6 pairs"
+
+
+def test_meshes_are_welded_and_paired_by_themselves_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(1)
+    scene = boxes(0)
+    uv = {"UVMap": rng.integers(0, 2, (12, 3, 2)).astype(np.float32)}
+    vertices, faces = cube()
+    parts = split(*cube())
+    scene.materials = {"clay": Material(), "wood": Material(textures={"base_color": Attribute("UVMap")})}
+    for k in range(6):
+        slots = rng.integers(0, 2, 12).astype(np.int32)
+        smoothing = np.where(rng.random((12, 3)) < 0.3, -1, faces).astype(np.int32)
+        scene.meshes = {
+            **scene.meshes, f"plain{k}": Mesh(vertices * (1.0 + k), faces, ("clay",)),
+            f"split{k}": Mesh(parts[0] + k, parts[1], ("wood", "clay"), slots, attributes=uv),
+            f"smooth{k}": Mesh(vertices, faces, ("wood",), None, smoothing, attributes=uv),
+            f"custom{k}": Mesh(vertices, faces, ("clay",), None, smoothing, np.round(rng.random((8, 3))) + 0.5),
+            f"near{k}": Mesh(np.concatenate([vertices, vertices + 1e-8 * rng.normal(size=(8, 3))]),
+                             np.concatenate([faces[:6], faces[6:] + 8]), ("clay",)),
+            f"sheet{k}": Mesh(*sheet(2, 1.0), ("wood",)), f"ball{k}": Mesh(*ball(1), ("clay",)),
+        }
+    tables = flatten(scene)
+    together, counts = tables.edges(), MeshEdges.of_all(list(scene.meshes.values()), {"wood"})
+    monkeypatch.setattr(mesh_batches, "_SIZE", 1)  # each mesh by itself
+    alone = tables.edges()
+    for name in ("vertices", "face_first", "faces", "opposite"):
+        np.testing.assert_array_equal(getattr(together, name), getattr(alone, name))
+    assert counts == MeshEdges.of_all(list(scene.meshes.values()), {"wood"})
+    assert len({(c.flat, c.material_seams, c.shading_seams) for c in counts}) > 5
+    near = scene.meshes["near0"]
+    assert len(np.unique(topology.weld(near.vertices))) == 8
+
+
+def test_pieces_of_one_material_do_not_look_at_the_others() -> None:
+    def cost(count: int) -> int:
+        scene = boxes(1)
+        scene.materials = {"clay": Material(), **{f"m{k}": Material() for k in range(count)},
+                           "mixed": Mixture(("clay", "m0"), np.array([0.5, 0.5]))}
+        scene.lights = {f"l{k}": SunLight(np.array([0.0, 0.0, -1.0])) for k in range(count)}
+        tables = flatten(scene)
+        wrt = [f"materials.m{k}.roughness" for k in range(count)] + ["materials.mixed.weights"]
+        gradients = {name: np.ones(shape) for name, shape in shapes(tables).items()}
+        found = pull_back(scene, tables, gradients, wrt)
+        assert found["materials.m0.roughness"] == 2.0 and found["materials.m1.roughness"] == 1.0
+        return calls(lambda: (wanted_tables(scene, tables, wrt), pull_back(scene, tables, gradients, wrt)))
+
+    assert cost(160) < 4.5 * cost(40)
+
+
+def test_gradients_of_images_are_not_copied() -> None:
+    scene = textured(ImageTexture("image", Attribute("UVMap")))
+    scene.images = {"image": Image(np.ones((8, 8, 3), np.float32))}
+    tables = flatten(scene)
+    assert tables.textures is not None
+    gradients = {"texture_pixels": np.arange(float(len(tables.textures.pixels)))}
+    found = pull_back(scene, tables, gradients, ["images.image.pixels"])["images.image.pixels"]
+    assert np.shares_memory(found, gradients["texture_pixels"])
+    np.testing.assert_array_equal(found.ravel(), np.arange(8.0 * 8.0 * 3.0))
+
+
+def test_expressions_are_compiled_node_by_node(monkeypatch: pytest.MonkeyPatch) -> None:
+    def cost(length: int) -> int:
+        scene = textured(chain(length))
+        return calls(lambda: compile_textures(scene))
+
+    assert cost(160) < 4.5 * cost(40)
+    length = 10_000
+    scene = textured(chain(length))
+    scene.validate()
+    assert len(compile_textures(scene).code) == length + 2  # the attribute, the sums, the output
+    shared: Expression = Attribute("values")
+    for _ in range(50):
+        shared = Math("MULTIPLY_ADD", shared, shared, 0.5)
+    rule, compiled = RULES[Math], []
+    monkeypatch.setitem(RULES, Math, lambda low, node: compiled.append(node) or rule(low, node))
+    assert len(compile_textures(textured(shared)).code) <= 4 * 50 + 5
+    assert len(compiled) == 50
+
+
+def test_expressions_without_an_end_are_refused() -> None:
+    inner = Math("ADD", Attribute("values"), 1.0)
+    outer = Math("MULTIPLY", inner, 2.0)
+    object.__setattr__(inner, "b", outer)
+    with pytest.raises(ValueError, match=r"^expression Math is a part of itself"):
+        nodes_of(outer)
+    with pytest.raises(ValueError, match=r"'clay': textures\['roughness'\]: expression Math is a part of itself"):
+        textured(outer).validate()
+    mixed = boxes(1)
+    mixed.materials = {**mixed.materials, "mixed": Mixture(("clay",), np.ones(1), {"0": outer})}
+    with pytest.raises(ValueError, match=r"material 'mixed': textures\['0'\]: expression Math is a part of itself"):
+        mixed.validate()
+
+
+def test_crossings_of_very_many_copies_are_told_without_looking_at_pairs_of_all() -> None:
+    vertices, faces = cube()
+    places = np.tile(np.eye(4), (4096, 1, 1))
+    places[:, :3, 3] = 3.0 * np.stack(np.meshgrid(*[np.arange(16)] * 3), axis=-1).reshape(-1, 3)
+    row = Mesh(vertices, faces, ("clay",), instances=places)
+    assert calls(lambda: PlacedMeshes({"row": row}).crossing) < 2_000
+    assert PlacedMeshes({"row": row}).crossing == []
+    assert PlacedMeshes({"row": replace(row, instances=places * [1.0, 1.0, 1.0, 0.6])}).crossing == [("row", "row")]

@@ -1,0 +1,1 @@
+"""Tests of BSDFs and their derivatives."""

@@ -1,0 +1,108 @@
+"""Derivatives by how wide lobes are: their samples are taken where these derivatives are large."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edgegrad import Image, Material, Renderer, Scene, World, plan
+from tests.support import shapes
+from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
+from tests.support.small_scenes import along
+
+ROUGHNESS, COAT = "materials.clay.roughness", "materials.clay.coat_roughness"
+
+
+def sky() -> Image:
+    """A dark sky with a wide sun."""
+    v, u = np.meshgrid((np.arange(16) + 0.5) / 16, (np.arange(32) + 0.5) / 32, indexing="ij")
+    sun = 8.0 * np.exp(-80.0 * ((u - 0.7) ** 2 + 0.25 * (v - 0.3) ** 2))
+    return Image((sun[..., None] * [1.0, 0.9, 0.7] + [0.1, 0.15, 0.2]).astype(np.float32))
+
+
+def ball(theta: float = 0.0, **fields: float) -> Scene:
+    """A coated dielectric over a floor of its own material, under an image."""
+    vertices, faces = shapes.ball(2)
+    scene = shapes.scene(vertices, faces)
+    scene.camera.width, scene.camera.height = 24, 16
+    low, floor = shapes.sheet(2, 8.0)
+    scene.meshes = {**scene.meshes, "floor": shapes.scene(low - [0.0, 0.0, 1.0], floor).meshes["object"]}
+    material = {"roughness": 0.35, "coat_roughness": 0.3, "specular_ior_level": 0.5, "coat_weight": 0.5} | fields
+    material["roughness"] += theta
+    material["coat_roughness"] += 0.5 * theta
+    scene.materials = {"clay": Material(np.array([0.6, 0.5, 0.4]), **material)}  # type: ignore[arg-type]
+    scene.images, scene.world = {"sky": sky()}, World(np.ones(3), image="sky")
+    return scene
+
+
+def glass(theta: float = 0.0) -> Scene:
+    scene = ball()
+    scene.materials = {"clay": Material(np.ones(3), kind="GLASS", roughness=0.4 + theta)}
+    return scene
+
+
+CASES: dict[str, tuple[Callable[[float], Scene], list[str], int]] = {
+    "last rays": (ball, [ROUGHNESS, COAT], 2),
+    "several bounces": (ball, [ROUGHNESS, COAT], 4),
+    "glass": (glass, [ROUGHNESS], 4),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_pictures_change_as_their_derivatives_say(case: str) -> None:
+    need_every_table()
+    make, paths, depth = CASES[case]
+    check_agreement(along(make, paths), eps=0.04, noise=0.3, seeds=8, spp=128, reference_spp=512, max_depth=depth)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_both_modes_take_the_same_samples(case: str) -> None:
+    need_every_table()
+    make, paths, depth = CASES[case]
+    check_transpose(make, paths, spp=16, seed=3, max_depth=depth)
+
+
+@pytest.mark.parametrize("path", [ROUGHNESS, COAT])
+def test_they_have_less_noise_than_samples_of_the_picture(path: str) -> None:
+    """With a colour asked for besides, lobes are sampled as the picture's: the same mean, more noise."""
+    need_every_table()
+    scene = ball(coat_weight=1.0 if path == COAT else 0.0)
+    renderer = Renderer(scene)
+    height, width = scene.camera.size
+    adjoint = np.random.default_rng(1).uniform(0.5, 1.0, (height, width, 3)).astype(np.float32)
+
+    def gradients(*besides: str) -> NDArray[np.float64]:
+        wrt = [path, *besides]
+        return np.array([float(renderer.render_backward(adjoint, wrt, spp=4, seed=k)[path]) for k in range(64)])
+
+    favoured, even = gradients(), gradients("materials.clay.base_color")
+    assert even.var() > 3.0 * favoured.var()
+    assert abs(favoured.mean() - even.mean()) < 4.0 * np.sqrt((favoured.var() + even.var()) / len(even))
+
+
+def test_what_they_count_for_is_their_density() -> None:
+    """To a hundredth: the mean over many samples of the picture's lobes, and of favoured ones."""
+    need_every_table()
+    renderer = Renderer(ball(coat_weight=0.0))
+
+    def means(*besides: str) -> NDArray[np.float64]:
+        adjoint = np.ones((16, 24, 3), np.float32)
+        wrt = [ROUGHNESS, *besides]
+        return np.array([float(renderer.render_backward(adjoint, wrt, spp=512, max_depth=2, seed=k)[ROUGHNESS])
+                         for k in range(8)])
+
+    favoured, even = means(), means("materials.clay.base_color")
+    error = np.sqrt((favoured.var(ddof=1) + even.var(ddof=1)) / len(even))
+    assert error < 0.01 * abs(even.mean())
+    assert abs(favoured.mean() - even.mean()) < 4.0 * error
+
+
+def test_the_plan_says_it() -> None:
+    def words(*wrt: str) -> str:
+        return str(plan(ball(), list(wrt)))
+
+    assert "how wide lobes are" in words(ROUGHNESS, COAT)
+    assert "how wide lobes are" not in words(ROUGHNESS, "materials.clay.base_color")

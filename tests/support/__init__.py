@@ -1,0 +1,1 @@
+"""What the tests share: scenes, meshes, statistics, and the judges of other renderers."""

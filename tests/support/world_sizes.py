@@ -1,0 +1,61 @@
+"""The same scene in a world of another size: what floats compute of it must be the same for powers of two."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from edgegrad import AreaLight, Scene, SunLight
+from edgegrad.scene.light import Light
+from edgegrad.scene.mesh import Mesh
+
+F64 = NDArray[np.float64]
+
+
+def resized(scene: Scene, factor: float) -> Scene:
+    """The scene with all lengths times `factor`, and with them the powers of lights, so that its picture stays."""
+    camera = scene.camera
+    lengths = ("clip_start", "clip_end", "ortho_width", "aperture_radius", "focus_distance")
+    return replace(
+        scene, meshes={name: _mesh(mesh, factor) for name, mesh in scene.meshes.items()},
+        lights={name: _light(light, factor) for name, light in scene.lights.items()},
+        camera=replace(camera, to_world=_moved(camera.to_world, factor),
+                       **{name: factor * getattr(camera, name) for name in lengths}),
+    )  # fmt: skip
+
+
+def resized_tangent(path: str, value: Any, factor: float) -> F64:
+    """A tangent of a parameter in the resized scene, along which the picture changes as much."""
+    out, field = np.array(value, np.float64), path.rpartition(".")[2]
+    if field in ("to_world", "transform", "instances"):
+        out[..., :3, 3] *= factor
+    elif field in ("vertices", "position", "radius", "size", "ortho_width", "aperture_radius", "focus_distance"):
+        out = out * factor
+    elif field == "power":
+        out = out * factor**2
+    return out
+
+
+def _mesh(mesh: Mesh, factor: float) -> Mesh:
+    return replace(
+        mesh, vertices=factor * mesh.vertices, transform=_moved(mesh.transform, factor),
+        instances=None if mesh.instances is None else _moved(mesh.instances, factor),
+    )  # fmt: skip
+
+
+def _light(light: Light, factor: float) -> Light:
+    if isinstance(light, SunLight):
+        return light
+    if isinstance(light, AreaLight):
+        return replace(light, power=factor**2 * light.power, to_world=_moved(light.to_world, factor),
+                       size=factor * light.size)  # fmt: skip
+    return replace(light, power=factor**2 * light.power, position=factor * light.position, radius=factor * light.radius)
+
+
+def _moved(matrix: F64, factor: float) -> F64:
+    out = matrix.copy()
+    out[..., :3, 3] *= factor
+    return out

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .bounces import Bounces
-from .non_finite import Dropped
-from .tables import Tables
-from .texture_program import TextureTables
-from .topology import Edges
+from .geometry.topology import Edges
+from .rendering.non_finite import Dropped
+from .scene.bounces import Bounces
+from .tables.tables import Tables
+from .tables.textures.program import TextureTables
 
 F32 = NDArray[np.float32]
 Progress = Callable[[float], None] | None
@@ -63,7 +63,7 @@ class Scene:
         both_sides: bool,
     ) -> dict[str, F32]: ...
     def sample_sky(self, u: F32, v: F32) -> dict[str, F32]: ...
-    def look_at_sky(self, w: F32) -> dict[str, F32]: ...
+    def look_at_environment(self, w: F32) -> dict[str, F32]: ...
     def render(
         self, spp: int, seed: int, max_depth: int, bounces: Bounces, caustics_alone: bool, progress: Progress
     ) -> NDArray[np.float32]: ...

@@ -10,7 +10,7 @@ import numpy as np
 from ..scene import parameters
 from ..scene.scene import Scene
 from ..tables.tables import Tables
-from .table_derivatives import wanted_tables
+from .table_derivatives import requested_tables
 
 # Fields of lights that change how much they shine and move nothing.
 STRENGTH = ("power", "strength", "color")
@@ -53,7 +53,7 @@ def may_move(path: str) -> bool:
 
 def motion(scene: Scene, tables: Tables, wrt: Collection[str]) -> Motion:
     """What moves with the parameters `wrt` of a scene with tables of `table_derivatives.asked_tables`."""
-    wanted = wanted_tables(scene, tables, wrt)
+    wanted = requested_tables(scene, tables, wrt)
     moving = np.zeros(len(tables.vertices), bool)
     for first, last in wanted.get("vertices", ()):
         moving[first:last] = True

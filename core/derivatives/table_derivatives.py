@@ -1,7 +1,7 @@
 """Derivatives of the tables that kernels read, from and to derivatives of the scene's parameters.
 
 `push_forward` carries a tangent of parameters to the tables (forward mode), `pull_back` carries gradients of the
-tables back to the parameters (reverse mode); the two are each other's transpose, and `wanted_tables` says which rows
+tables back to the parameters (reverse mode); the two are each other's transpose, and `requested_tables` says which rows
 they meet. Each parameter is a list of pieces (`table_map.Piece`), which its kind's module makes.
 
 Values that a texture's program replaces (a base colour with an image, a mixture's textured weight) have the
@@ -35,7 +35,7 @@ from .linear_map import Piece
 # Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
 TableDerivative = dict[str, NDArray[np.float64]]
 # Table name to the (n, 2) spans of rows [first, last) that derivatives are wanted of.
-Wanted = dict[str, NDArray[np.int64]]
+Requested = dict[str, NDArray[np.int64]]
 
 _PIECES = {
     "meshes": mesh_map.pieces,
@@ -61,7 +61,7 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
     normals                      (N, 3)       unit shading normals; the parameters' own are the custom ones, those
                                               that follow the vertices are the engine's to chain on to `vertices`
     instance_to_world            (I, 12)      rows of the transforms
-    leaf_params                  (L * 36,)    rows of `material_table.COLUMNS`, one after the other
+    closure_params                  (L * 36,)    rows of `material_table.COLUMNS`, one after the other
     texture_pixels               (n,)         `TextureTables.pixels`; absent like the next three without textures
     texture_attributes           (n,)         `TextureTables.attributes`
     texture_lookups              (n,)         `TextureTables.lookups`
@@ -77,7 +77,7 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
         "vertices": tables.vertices.shape,
         "normals": (int(tables.mesh_first_normal[-1]), 3),
         "instance_to_world": (len(tables.instance_mesh), 12),
-        "leaf_params": (len(tables.materials.kind) * material_table.WIDTH,),
+        "closure_params": (len(tables.materials.kind) * material_table.WIDTH,),
         "light_params": (len(tables.lights.kind) * light_table.WIDTH,),
         "environment": (3,),
         "environment_rotation": (9,),
@@ -147,7 +147,7 @@ def pull_back(
     tables
         From `asked_tables`.
     gradients
-        Of all tables that `wanted_tables` names.
+        Of all tables that `requested_tables` names.
 
     Returns
     -------
@@ -176,7 +176,7 @@ def pull_back_of(
     return pull
 
 
-def wanted_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Wanted:
+def requested_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Requested:
     """Which rows of which tables depend on some parameters.
 
     Returns
@@ -212,11 +212,11 @@ def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
         elif collection == "images" and _loses_alpha(scene, tables, name):
             with_alpha.append(name)
     flags = tables.materials.flags.copy()
-    for name, first in zip(scene.materials, tables.materials.first_leaf, strict=False):
+    for name, first in zip(scene.materials, tables.materials.first_closure, strict=False):
         material = scene.materials[name]
         for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
             if part in asked:
-                flags[first + k] = material_table.flags(scene.leaves(name)[k], asked[part])
+                flags[first + k] = material_table.flags(scene.closures(name)[k], asked[part])
     if not np.array_equal(flags, tables.materials.flags):
         tables = replace(tables, materials=replace(tables.materials, flags=flags))
     if tables.environment_pixels is None and not {"world.color", "world.strength"}.isdisjoint(wrt):

@@ -20,24 +20,24 @@ from .linear_map import F64, Piece, by_matrix, same
 
 
 def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
-    """The rows of all leaves that the material is, alone and in mixtures, or of a mixture's parts for its weights."""
+    """The rows of all closures that the material is, alone and in mixtures, or of a mixture's parts for its weights."""
     material = scene.materials[name]
     if field.startswith(TEXTURES):
         return _number_pieces(tables, name, field[len(TEXTURES) :])
     if isinstance(material, Mixture):
-        return [piece for k, leaf in enumerate(tables.materials.leaves_of[name]) if str(k) not in material.textures
-                for piece in _weight(leaf, k, len(material.parts))]
+        return [piece for k, closure in enumerate(tables.materials.closures_of[name]) if str(k) not in material.textures
+                for piece in _weight(closure, k, len(material.parts))]
     if field in material.textures:
         return []
     place, count = material_table.COLUMNS[field]
     matrix = np.eye(count).reshape(-1, *np.shape(getattr(material, field)))
-    return [piece for leaf in tables.materials.leaves_of[name]
-            for piece in by_matrix("leaf_params", leaf * material_table.WIDTH + place, matrix)]
+    return [piece for closure in tables.materials.closures_of[name]
+            for piece in by_matrix("closure_params", closure * material_table.WIDTH + place, matrix)]
 
 
-def _weight(leaf: int, k: int, parts: int) -> list[Piece]:
-    place = leaf * material_table.WIDTH + material_table.COLUMNS["weight"][0]
-    return by_matrix("leaf_params", place, np.eye(parts)[k : k + 1])
+def _weight(closure: int, k: int, parts: int) -> list[Piece]:
+    place = closure * material_table.WIDTH + material_table.COLUMNS["weight"][0]
+    return by_matrix("closure_params", place, np.eye(parts)[k : k + 1])
 
 
 def _number_pieces(tables: Tables, name: str, field: str) -> list[Piece]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._check import choice, function, mapping, names, number, whole
 from .._fields import optional
-from ..derivatives.table_derivatives import asked_tables, wanted_tables
+from ..derivatives.table_derivatives import asked_tables, requested_tables
 from ..reference import diffuse_tables
 from ..rendering.engine import Progress, engine_class
 from ..rendering.options import MOST_THREADS, checked_bounces, checked_progress
@@ -221,7 +221,7 @@ def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool) -> list[str]:
     for path, count in Counter(paths).items():
         if count > 1:
             raise ValueError(f"fit: wrt names '{path}' more than once")
-    wanted_tables(work, asked_tables(work, flatten(work), paths), paths)  # raises for each that has no derivative
+    requested_tables(work, asked_tables(work, flatten(work), paths), paths)  # raises for each that has no derivative
     if narrow:
         diffuse_tables.check(paths)
     return paths

@@ -35,7 +35,7 @@ def touching_meshes(scene: Scene, moves: Motion, held: HeldLight, max_depth: int
         return Touching()
     perfect = set(specular_materials(scene))
     jumping = {name for name in scene.materials
-               if any(is_stepped(texture) for leaf in scene.leaves(name) for texture in leaf.textures.values())}
+               if any(is_stepped(texture) for closure in scene.closures(name) for texture in closure.textures.values())}
     bent = set(bent_meshes(scene)) if any(map(turns_with_point, scene.lights.values())) else set()
     left_out = {*scene.meshes_with(perfect), *bent}
     plain = tuple(name for name in scene.meshes if name not in left_out)

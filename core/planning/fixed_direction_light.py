@@ -43,21 +43,21 @@ class HeldLight:
 def held_light(scene: Scene, moves: Motion, wrt: Sequence[str]) -> HeldLight:
     """Which light is, as the meshes of `moves` move with the parameters `wrt`."""
     used = set(scene.used_materials)
-    leaves = {name: scene.leaves(name) for name in scene.materials}
+    closures = {name: scene.closures(name) for name in scene.materials}
     linked = any(light.receivers is not None or light.blockers is not None or not light.casts_shadow
                  for light in scene.lights.values())
     partly = any(not set(RAYS) <= mesh.visible_to for mesh in scene.meshes.values())
-    uneven = any(_glows(parts) and not _glows_evenly(parts) for parts in leaves.values())
+    uneven = any(_glows(parts) and not _glows_evenly(parts) for parts in closures.values())
     if lets_light_pass(scene) or linked or partly or uneven:
         return HeldLight()
-    glows = {name: _glows(parts) for name, parts in leaves.items()}
+    glows = {name: _glows(parts) for name, parts in closures.items()}
     meshes = tuple(name for name in moves.meshes if scene.meshes[name].instances is None
                    and int(_by_face(scene.meshes[name], glows).sum()) >= _LEAST_FACES)
-    sharp = {name for name in used for leaf in leaves[name] if not leaf.textures and sharp_lobe(leaf, _ALPHA)}
+    sharp = {name for name in used for c in closures[name] if not c.textures and sharp_lobe(c, _ALPHA)}
     if not meshes or not sharp:
         return HeldLight()
     vertices = all(parameters.split(path)[2] == "vertices" for path in wrt)
-    black = {name: all(_is_black(leaf) for leaf in parts) for name, parts in leaves.items()}
+    black = {name: all(_is_black(closure) for closure in parts) for name, parts in closures.items()}
     emitters = all(name in meshes or not _by_face(scene.meshes[name], glows).any() for name in moves.meshes)
     dark = all(black[material] for name in moves.meshes for material in scene.meshes[name].used_materials)
     reached = all(name in sharp or black[name] for name in used)
@@ -67,17 +67,17 @@ def held_light(scene: Scene, moves: Motion, wrt: Sequence[str]) -> HeldLight:
 
 def lets_light_pass(scene: Scene) -> bool:
     """Whether some material is transparent."""
-    return any(flags(leaf) & TRANSPARENCY for name in scene.materials for leaf in scene.leaves(name))
+    return any(flags(closure) & TRANSPARENCY for name in scene.materials for closure in scene.closures(name))
 
 
-def _glows(leaves: list[Material]) -> bool:
-    return any(flags(leaf) & EMISSION for leaf in leaves)
+def _glows(closures: list[Material]) -> bool:
+    return any(flags(closure) & EMISSION for closure in closures)
 
 
-def _glows_evenly(leaves: list[Material]) -> bool:
+def _glows_evenly(closures: list[Material]) -> bool:
     """Whether the light that a surface of these shaders gives is one constant."""
-    layered = leaves[0].coat_weight > 0.0 or leaves[0].sheen_weight > 0.0
-    return len(leaves) == 1 and not leaves[0].textures and not layered
+    layered = closures[0].coat_weight > 0.0 or closures[0].sheen_weight > 0.0
+    return len(closures) == 1 and not closures[0].textures and not layered
 
 
 def _by_face(mesh: Mesh, of_material: dict[str, bool]) -> np.ndarray:
@@ -85,5 +85,5 @@ def _by_face(mesh: Mesh, of_material: dict[str, bool]) -> np.ndarray:
     return np.resize(slots[:1], len(mesh.faces)) if mesh.face_material is None else slots[mesh.face_material]
 
 
-def _is_black(leaf: Material) -> bool:
-    return bool(flags(leaf) & LAMBERTIAN) and not leaf.textures and not np.any(leaf.base_color > 0.0)
+def _is_black(closure: Material) -> bool:
+    return bool(flags(closure) & LAMBERTIAN) and not closure.textures and not np.any(closure.base_color > 0.0)

@@ -22,7 +22,7 @@ def picture_plan(scene: Scene, max_depth: int) -> tuple[str, ...]:
 
 def _used(scene: Scene) -> list[Material]:
     names = dict.fromkeys(name for mesh in scene.meshes.values() for name in mesh.materials)
-    return [leaf for name in names for leaf in scene.leaves(name)]
+    return [closure for name in names for closure in scene.closures(name)]
 
 
 def _rays(scene: Scene, max_depth: int) -> Iterator[str]:
@@ -32,11 +32,11 @@ def _rays(scene: Scene, max_depth: int) -> Iterator[str]:
     used = _used(scene)
     if max_depth == 1:
         yield "one segment: only light seen directly, no surface is shaded"
-    elif all(flags(leaf) & LAMBERTIAN for leaf in used):
+    elif all(flags(closure) & LAMBERTIAN for closure in used):
         yield f"up to {max_depth} segments; the last is traced only where it can see the environment"
     else:
         yield f"up to {max_depth} segments"
-    if any(flags(leaf) & TRANSPARENCY for leaf in used):
+    if any(flags(closure) & TRANSPARENCY for closure in used):
         yield "shadow rays multiply what surfaces let through"
     else:
         yield "no surface is transparent: shadow rays stop at the first hit"
@@ -47,13 +47,13 @@ def _shaders(scene: Scene) -> Iterator[str]:
     if not used:
         return
     occurs = 0
-    for leaf in used:
-        occurs |= flags(leaf)
-    if all(flags(leaf) & LAMBERTIAN for leaf in used):
+    for closure in used:
+        occurs |= flags(closure)
+    if all(flags(closure) & LAMBERTIAN for closure in used):
         yield "all surfaces are Lambertian: no microfacets, no light that only a mirror finds"
     else:
         parts = [word for bit, word in ((GLOSSY, "reflection"), (REFRACTION, "refraction")) if occurs & bit]
-        kinds = sorted({leaf.kind.capitalize() for leaf in used})
+        kinds = sorted({closure.kind.capitalize() for closure in used})
         yield f"shaders {', '.join(kinds)}" + (f", with {' and '.join(parts)}" if parts else "")
     if not any(mesh.smoothing is not None for mesh in scene.meshes.values()) and not occurs & NORMAL_MAP:
         yield "all is shaded flat: no normals are interpolated"
@@ -68,7 +68,7 @@ def _lights(scene: Scene) -> Iterator[str]:
     dark = [name for name, light in scene.lights.items() if not _shines(light)]
     shining = [light for light in scene.lights.values() if _shines(light)]
     emitting = 0
-    glowing = {name for name in scene.materials if any(flags(leaf) & EMISSION for leaf in scene.leaves(name))}
+    glowing = {name for name in scene.materials if any(flags(closure) & EMISSION for closure in scene.closures(name))}
     for mesh in map(scene.meshes.__getitem__, scene.meshes_with(glowing)):
         glows = np.array([name in glowing for name in mesh.materials])
         emitting += len(mesh.faces) if mesh.face_material is None else int(np.count_nonzero(glows[mesh.face_material]))

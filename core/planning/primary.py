@@ -18,7 +18,7 @@ from ..scene.names import listed
 from ..scene.scene import Scene
 from .curves import crossing_lines, seen_curves
 
-# Meshes of more faces are not searched for places where they pass through themselves (native/boundary/curves/intersections.h).
+# Meshes of more faces are not searched for self-intersections (native/boundary/curves/intersections.h).
 SELF_CROSSING_FACES = 50_000
 # Of the camera's parameters, those that change the picture of what stands still only by depth of field.
 _LENS = ("aperture_radius", "focus_distance", "aperture_rotation", "aperture_ratio")
@@ -37,7 +37,7 @@ class PrimaryRules:
 def mesh_edges(scene: Scene, placed: Mapping[str, Mesh]) -> dict[str, MeshEdges]:
     """The edges of each mesh of the tables."""
     textured = {name for name, material in scene.materials.items()
-                if any(part.textures for part in [material, *scene.leaves(name)])}
+                if any(part.textures for part in [material, *scene.closures(name)])}
     return dict(zip(placed, MeshEdges.of_all(list(placed.values()), textured), strict=True))
 
 
@@ -183,7 +183,7 @@ def missing_texel_borders(scene: Scene, wrt: Sequence[str]) -> Iterator[str]:
 def stepped_materials(scene: Scene) -> set[str]:
     """Names of the materials that have an image without interpolation anywhere."""
     return {name for name, material in scene.materials.items()
-            if any(map(is_stepped, (t for part in [material, *scene.leaves(name)] for t in part.textures.values())))}
+            if any(map(is_stepped, (t for part in [material, *scene.closures(name)] for t in part.textures.values())))}
 
 
 def is_stepped(texture: Expression) -> bool:

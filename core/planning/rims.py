@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 def rough_glass(scene: Scene) -> list[str]:
     """Names of the materials of some mesh that may refract roughly somewhere."""
-    return [name for name in scene.used_materials if any(_may_refract_roughly(leaf) for leaf in scene.leaves(name))]
+    return [name for name in scene.used_materials if any(_may_refract_roughly(c) for c in scene.closures(name))]
 
 
-def _may_refract_roughly(leaf: Material) -> bool:
-    return bool(flags(leaf) & REFRACTION) and (leaf.roughness > 0.0 or "roughness" in leaf.textures)
+def _may_refract_roughly(closure: Material) -> bool:
+    return bool(flags(closure) & REFRACTION) and (closure.roughness > 0.0 or "roughness" in closure.textures)
 
 
 def _moving_rims(scene: Scene, moves: Motion, wrt: Collection[str], max_depth: int) -> list[str]:

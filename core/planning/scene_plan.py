@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from .._check import names, whole
 from ..derivatives.motion import may_move, motion
-from ..derivatives.table_derivatives import asked_tables, wanted_tables
+from ..derivatives.table_derivatives import asked_tables, requested_tables
 from ..geometry.placed_meshes import PlacedMeshes
 from ..reference import diffuse_tables
 from ..rendering.engine import engine_class
@@ -101,7 +101,7 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     given, tables = scene, asked_tables(scene, flatten(scene), wrt)
     scene = FixedScene.of(given)
     picture = picture_plan(scene, max_depth)
-    wanted_tables(scene, tables, wrt)  # raises for each that has no derivative
+    requested_tables(scene, tables, wrt)  # raises for each that has no derivative
     if narrow:
         diffuse_tables.check(wrt)
     moves = motion(scene, tables, wrt)

@@ -41,7 +41,7 @@ def horizon_rule(scene: Scene, moves: Motion, max_depth: int) -> tuple[bool, str
 
 def bent_meshes(scene: Scene) -> list[str]:
     """Meshes that may be shaded with other normals than those of their faces."""
-    mapped = {name for name in scene.materials if any(flags(leaf) & NORMAL_MAP for leaf in scene.leaves(name))}
+    mapped = {name for name in scene.materials if any(flags(closure) & NORMAL_MAP for closure in scene.closures(name))}
     turned = set(scene.meshes_with(mapped))
     return [name for name, mesh in scene.meshes.items() if mesh.smoothing is not None or name in turned]
 

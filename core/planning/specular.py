@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 # Shaders of less roughness are taken for perfectly smooth (native/shading/bsdf/microfacet.h).
 _SMOOTH = 4e-3
-# Up to which alpha (roughness squared) lobes are the aimed estimator's (native/boundary/terms/camera_sampled_lobes.h), and what
-# part of that of glosses over diffuse bases.
+# Up to which alpha (roughness squared) lobes are sampled from the camera
+# (native/boundary/terms/camera_sampled_lobes.h), and what part of that of glosses over diffuse bases.
 _AIMED, _WEAK_GLOSS = 0.25, 0.25
 # Up to which alpha lobes are followed as perfect ones are, where meshes give light and elsewhere
 # (native/engine/followed_lobes_rule.cpp).
@@ -37,16 +37,16 @@ def specular_materials(scene: Scene) -> list[str]:
     return _used(scene, may_be_specular)
 
 
-def may_be_specular(leaf: Material) -> bool:
+def may_be_specular(closure: Material) -> bool:
     """Whether a shader may be a perfect mirror or smooth glass somewhere."""
-    if not flags(leaf) & (GLOSSY | REFRACTION):
+    if not flags(closure) & (GLOSSY | REFRACTION):
         return False
-    coat = leaf.kind == "PRINCIPLED" and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
-    return _may_be_smooth(leaf, "roughness") or (coat and _may_be_smooth(leaf, "coat_roughness"))
+    coat = closure.kind == "PRINCIPLED" and (closure.coat_weight > 0.0 or "coat_weight" in closure.textures)
+    return _may_be_smooth(closure, "roughness") or (coat and _may_be_smooth(closure, "coat_roughness"))
 
 
-def _may_be_smooth(leaf: Material, field: str) -> bool:
-    return field in leaf.textures or getattr(leaf, field) < _SMOOTH
+def _may_be_smooth(closure: Material, field: str) -> bool:
+    return field in closure.textures or getattr(closure, field) < _SMOOTH
 
 
 def followed_materials(scene: Scene) -> list[str]:
@@ -55,19 +55,19 @@ def followed_materials(scene: Scene) -> list[str]:
     Surfaces that pass through each other or through lights, which the engine looks for, keep them from it.
     """
     widest = _FOLLOWED_BY_EMITTERS if scene.emitters else _FOLLOWED
-    names = _used(scene, lambda leaf: _may_be_followed(leaf, widest))
+    names = _used(scene, lambda closure: _may_be_followed(closure, widest))
     if not names:
         return []
-    textured = any(leaf.textures for name in scene.used_materials for leaf in scene.leaves(name))
+    textured = any(closure.textures for name in scene.used_materials for closure in scene.closures(name))
     smooth = any(mesh.smoothing is not None for mesh in scene.meshes.values())
     return [] if textured or any(_jumps(light, smooth) for light in scene.lights.values()) else names
 
 
-def _may_be_followed(leaf: Material, widest: float) -> bool:
-    if leaf.kind in ("REFRACTION", "DISNEY", "SHEEN") or not flags(leaf) & (GLOSSY | REFRACTION):
+def _may_be_followed(closure: Material, widest: float) -> bool:
+    if closure.kind in ("REFRACTION", "DISNEY", "SHEEN") or not flags(closure) & (GLOSSY | REFRACTION):
         return False
-    coat = leaf.kind == "PRINCIPLED" and leaf.coat_weight > 0.0
-    return 0.0 < leaf.roughness**2 <= widest or (coat and 0.0 < leaf.coat_roughness**2 <= widest)
+    coat = closure.kind == "PRINCIPLED" and closure.coat_weight > 0.0
+    return 0.0 < closure.roughness**2 <= widest or (coat and 0.0 < closure.coat_roughness**2 <= widest)
 
 
 def _jumps(light: Light, smooth: bool) -> bool:
@@ -81,27 +81,29 @@ def aimed_materials(scene: Scene) -> list[str]:
 
 
 def _used(scene: Scene, test: Callable[[Material], bool]) -> list[str]:
-    found = [name for name in scene.materials if any(map(test, scene.leaves(name)))]
+    found = [name for name in scene.materials if any(map(test, scene.closures(name)))]
     if not found:
         return []  # most scenes: their meshes needn't be looked at
     used = set(scene.used_materials)
     return [name for name in found if name in used]
 
 
-def _may_be_aimed(leaf: Material) -> bool:
-    scatters = bool(flags(leaf) & (GLOSSY | REFRACTION)) and leaf.kind != "SHEEN"
-    return scatters and (sharp_lobe(leaf, _AIMED) or not {"roughness", "coat_roughness"}.isdisjoint(leaf.textures))
+def _may_be_aimed(closure: Material) -> bool:
+    scatters = bool(flags(closure) & (GLOSSY | REFRACTION)) and closure.kind != "SHEEN"
+    textured = not {"roughness", "coat_roughness"}.isdisjoint(closure.textures)
+    return scatters and (sharp_lobe(closure, _AIMED) or textured)
 
 
-def sharp_lobe(leaf: Material, widest: float) -> bool:
+def sharp_lobe(closure: Material, widest: float) -> bool:
     """Whether a shader has a lobe, not perfect, of an alpha up to `widest`, of a gloss over a diffuse base less."""
-    if not flags(leaf) & (GLOSSY | REFRACTION) or leaf.kind == "SHEEN":
+    if not flags(closure) & (GLOSSY | REFRACTION) or closure.kind == "SHEEN":
         return False
-    principled = leaf.kind in ("PRINCIPLED", "DISNEY")
-    strong = leaf.metallic + leaf.transmission >= 0.5 or not {"metallic", "transmission"}.isdisjoint(leaf.textures)
+    principled = closure.kind in ("PRINCIPLED", "DISNEY")
+    textured = not {"metallic", "transmission"}.isdisjoint(closure.textures)
+    strong = closure.metallic + closure.transmission >= 0.5 or textured
     widest *= _WEAK_GLOSS if principled and not strong else 1.0
-    coat = principled and (leaf.coat_weight > 0.0 or "coat_weight" in leaf.textures)
-    return bool(0.0 < leaf.roughness**2 <= widest or (coat and 0.0 < leaf.coat_roughness**2 <= widest))
+    coat = principled and (closure.coat_weight > 0.0 or "coat_weight" in closure.textures)
+    return bool(0.0 < closure.roughness**2 <= widest or (coat and 0.0 < closure.coat_roughness**2 <= widest))
 
 
 def specular_rule(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth: int) -> str | None:
@@ -159,7 +161,7 @@ def missing_specular(scene: Scene, moves: Motion, wrt: Sequence[str], max_depth:
            "away from lights without size"
            + (f", and what chains of more than {_LONGEST} surfaces show" if max_depth > _LONGEST else ""))
     clear = [name for name in smooth
-             if any(leaf.kind == "REFRACTION" and may_be_specular(leaf) for leaf in scene.leaves(name))]
+             if any(closure.kind == "REFRACTION" and may_be_specular(closure) for closure in scene.closures(name))]
     if clear:
         yield f"where Refraction shaders stop to let light through, since it is reflected totally ({listed(clear)})"
 
@@ -201,7 +203,7 @@ def asks_bending(scene: Scene, materials: list[str], wrt: Iterable[str]) -> bool
         return False
     mixed = [scene.materials[name] for name in materials]
     parts = {*materials, *(part for m in mixed if isinstance(m, Mixture) for part in m.parts)}
-    textured = any(leaf.textures for name in materials for leaf in scene.leaves(name))
+    textured = any(closure.textures for name in materials for closure in scene.closures(name))
     for path in wrt:
         collection, name, field = parameters.split(path)
         read = textured and (collection == "images" or field.startswith((parameters.ATTRIBUTES, parameters.TEXTURES)))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..derivatives.motion import STRENGTH, Motion
-from ..derivatives.table_derivatives import wanted_tables
+from ..derivatives.table_derivatives import requested_tables
 from ..geometry.mesh_edges import MeshEdges
 from ..geometry.placed_meshes import Pair, PlacedMeshes
 from ..geometry.shape import convex, hide_nothing
@@ -103,7 +103,7 @@ def _interior(
     computed, unnamed = False, [0, 0]
     for path in wrt:
         collection, name, fieldname = parameters.split(path)
-        if not wanted_tables(scene, tables, [path]):
+        if not requested_tables(scene, tables, [path]):
             zero, words = True, f"'{path}': zero, since {UNREAD}"
         elif collection == "meshes" and fieldname in ("vertices", "transform", "instances"):
             what = f"vertices of '{name}'" if fieldname == "vertices" else f"'{path}'"
@@ -144,10 +144,10 @@ def _looks_the_same(scene: Scene, wrt: Sequence[str]) -> bool:
     if not all(path.startswith("camera.") or path.endswith(moving) for path in wrt) or len(scene.meshes) != 1:
         return False
     name, mesh = next(iter(scene.meshes.items()))
-    leaves = _leaves(scene, name)
-    kind = flags(leaves[0])
+    closures = _closures(scene, name)
+    kind = flags(closures[0])
     opaque = kind & LAMBERTIAN and not kind & (TRANSPARENCY | NORMAL_MAP)
-    plain = len(leaves) == 1 and opaque and not leaves[0].textures and not leaves[0].emission.any()
+    plain = len(closures) == 1 and opaque and not closures[0].textures and not closures[0].emission.any()
     return bool(
         plain and not scene.lights and scene.world.image is None and mesh.smoothing is None and mesh.instances is None
         and _single(scene) and convex(mesh)
@@ -314,25 +314,25 @@ def _is_used(scene: Scene, material: str) -> bool:
                for name in scene.used_materials)
 
 
-def _leaves(scene: Scene, mesh_name: str) -> list[Material]:
-    return [leaf for name in scene.meshes[mesh_name].used_materials for leaf in scene.leaves(name)]
+def _closures(scene: Scene, mesh_name: str) -> list[Material]:
+    return [closure for name in scene.meshes[mesh_name].used_materials for closure in scene.closures(name)]
 
 
 def reflecting(scene: Scene) -> list[str]:
     """Names of the meshes that aren't black all over."""
-    return scene.meshes_with([name for name in scene.materials if any(map(_reflects, scene.leaves(name)))])
+    return scene.meshes_with([name for name in scene.materials if any(map(_reflects, scene.closures(name)))])
 
 
-def _reflects(leaf: Material) -> bool:
-    colored = "base_color" in leaf.textures or bool(np.any(leaf.base_color > 0.0))
-    return colored or not flags(leaf) & LAMBERTIAN
+def _reflects(closure: Material) -> bool:
+    colored = "base_color" in closure.textures or bool(np.any(closure.base_color > 0.0))
+    return colored or not flags(closure) & LAMBERTIAN
 
 
 def _varies(scene: Scene, mesh_name: str) -> bool:
     """Whether the mesh's own radiance differs from place to place."""
     mixed = any(scene.materials[name].textures for name in scene.meshes[mesh_name].used_materials
                 if isinstance(scene.materials[name], Mixture))
-    return mixed or any(not {"emission", "alpha"}.isdisjoint(leaf.textures) for leaf in _leaves(scene, mesh_name))
+    return mixed or any(not {"emission", "alpha"}.isdisjoint(c.textures) for c in _closures(scene, mesh_name))
 
 
 def _single(scene: Scene) -> bool:

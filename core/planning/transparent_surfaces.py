@@ -46,15 +46,15 @@ def _shares(scene: Scene, name: str, wrt: Collection[str] = ()) -> Iterator[tupl
     """Of each part of a material that lets light through: the parameters of its share, and its textures."""
     material = scene.materials[name]
     for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
-        leaf = scene.materials[part]
-        assert isinstance(leaf, Material)  # Scene.validate has seen to it
+        closure = scene.materials[part]
+        assert isinstance(closure, Material)  # Scene.validate has seen to it
         asked = [field for field in ("alpha", "base_color") if f"materials.{part}.{field}" in wrt]
-        if not flags(leaf, asked) & TRANSPARENCY:
+        if not flags(closure, asked) & TRANSPARENCY:
             continue
         paths: set[str] = set()
         textures = []
-        field = "base_color" if leaf.kind == "TRANSPARENT" else "alpha"
-        values = [(part, field, field, leaf.textures.get(field))]
+        field = "base_color" if closure.kind == "TRANSPARENT" else "alpha"
+        values = [(part, field, field, closure.textures.get(field))]
         if isinstance(material, Mixture):
             values.append((name, "weights", str(k), material.textures.get(str(k))))
         for owner, number, key, texture in values:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from ..derivatives.table_derivatives import TableDerivative, Wanted, shapes
+from ..derivatives.table_derivatives import Requested, TableDerivative, shapes
 from ..scene import parameters
 from ..tables import lights as light_table
 from ..tables import materials as material_table
@@ -27,7 +27,7 @@ _FIELDS = {
     "world": ("color", "strength"),
 }
 # Floats of a row of the tables that are rows one after the other.
-_WIDTHS = {"leaf_params": material_table.WIDTH, "light_params": light_table.WIDTH}
+_WIDTHS = {"closure_params": material_table.WIDTH, "light_params": light_table.WIDTH}
 # Tables of the same values.
 _SAME = ("vertices", "environment", "camera", "instance_to_world")
 _COLOR, _GLOW = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
@@ -74,20 +74,20 @@ def check(wrt: Iterable[str]) -> None:
                              "vertices, base_color, emission, power, strength and color have one")
 
 
-def asked(tables: Tables, wanted: Wanted) -> Asked:
+def asked(tables: Tables, wanted: Requested) -> Asked:
     """What is asked for by `wanted` rows of the tables of `table_derivatives.asked_tables`."""
     rows = {name: _inside(shape[0], wanted.get(name)) for name, shape in shapes(tables).items()}
     moving = [rows["vertices"][a:b].any() for a, b in zip(tables.mesh_first_vertex, tables.mesh_first_vertex[1:],
                                                           strict=False)]
     emitting = np.zeros(len(tables.emission), np.uint8)
-    leaf, area, points, suns = _rows(tables)
-    leaves, lights = (rows[name].reshape(-1, width).any(axis=1) for name, width in _WIDTHS.items())
-    emitting[: len(leaf)] = leaves[leaf] & ((tables.materials.flags[leaf] & EMISSION) != 0)
-    emitting[len(leaf) :] = lights[area]
+    closure, area, points, suns = _rows(tables)
+    closures, lights = (rows[name].reshape(-1, width).any(axis=1) for name, width in _WIDTHS.items())
+    emitting[: len(closure)] = closures[closure] & ((tables.materials.flags[closure] & EMISSION) != 0)
+    emitting[len(closure) :] = lights[area]
     return Asked(
         np.array(moving, np.uint8),
         emitting,
-        colors=not {"leaf_params", "light_params", "environment"}.isdisjoint(wanted),
+        colors=not {"closure_params", "light_params", "environment"}.isdisjoint(wanted),
         lights=bool(lights[np.concatenate([points, suns])].any()),
         environment="environment" in wanted,
         camera="camera" in wanted,
@@ -107,7 +107,7 @@ def narrowed(tables: Tables, tangent: TableDerivative) -> Derivative:
     return out
 
 
-def widened(tables: Tables, gradient: Derivative, wanted: Wanted) -> TableDerivative:
+def widened(tables: Tables, gradient: Derivative, wanted: Requested) -> TableDerivative:
     """A narrow engine's gradient as one of the tables that are wanted: the transpose of `narrowed`."""
     size = shapes(tables)
     out = {name: np.zeros(size[name]) for name in wanted}
@@ -124,20 +124,20 @@ Rows = NDArray[np.int64]
 
 
 def _rows(tables: Tables) -> tuple[Rows, Rows, Rows, Rows]:
-    """Rows of the materials' (first) leaves, of area lights, of point lights and of suns."""
+    """Rows of the materials' (first) closures, of area lights, of point lights and of suns."""
     kind = tables.lights.kind
     area = np.flatnonzero((kind == RECTANGLE) | (kind == ELLIPSE))
-    leaf = tables.materials.first_leaf[: len(tables.albedo) - len(area)].astype(np.int64)
-    return leaf, area, np.flatnonzero(kind == POINT), np.flatnonzero(kind == DIRECTION)
+    closure = tables.materials.first_closure[: len(tables.albedo) - len(area)].astype(np.int64)
+    return closure, area, np.flatnonzero(kind == POINT), np.flatnonzero(kind == DIRECTION)
 
 
 def _places(tables: Tables) -> list[tuple[str, tuple[str, slice], Rows, slice]]:
     """(table, narrow table and its rows, the table's rows, its columns)."""
-    leaf, area, points, suns = _rows(tables)
+    closure, area, points, suns = _rows(tables)
     return [
-        ("leaf_params", ("albedo", slice(0, len(leaf))), leaf, _COLOR),
-        ("leaf_params", ("emission", slice(0, len(leaf))), leaf, _GLOW),
-        ("light_params", ("emission", slice(len(leaf), None)), area, RADIANCE),
+        ("closure_params", ("albedo", slice(0, len(closure))), closure, _COLOR),
+        ("closure_params", ("emission", slice(0, len(closure))), closure, _GLOW),
+        ("light_params", ("emission", slice(len(closure), None)), area, RADIANCE),
         ("light_params", ("point_intensity", slice(None)), points, RADIANCE),
         ("light_params", ("sun_irradiance", slice(None)), suns, RADIANCE),
     ]

@@ -8,7 +8,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
-from ..derivatives.table_derivatives import TableDerivative, Wanted
+from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..scene.bounces import UNLIMITED, Bounces
 from ..tables.tables import Tables
@@ -91,7 +91,7 @@ class Engine:
         self,
         tables: Tables,
         tangent: TableDerivative,
-        wanted: Wanted,
+        wanted: Requested,
         *,
         spp: int,
         seed: int,
@@ -110,7 +110,7 @@ class Engine:
         self,
         tables: Tables,
         tangent: TableDerivative,
-        wanted: Wanted,
+        wanted: Requested,
         *,
         spp: int,
         seed: int,
@@ -128,7 +128,7 @@ class Engine:
         self,
         tables: Tables,
         adjoint: NDArray[np.float32],
-        wanted: Wanted,
+        wanted: Requested,
         *,
         spp: int,
         seed: int,

@@ -69,15 +69,15 @@ def _camera(camera: Camera, notes: list[str]) -> Camera:
 
 def _material(scene: Scene, name: str, notes: list[str]) -> Material:
     material = scene.materials[name]
-    leaf = scene.leaves(name)[0]
+    closure = scene.closures(name)[0]
     simple = isinstance(material, Material) and not material.textures
-    if simple and flags(leaf) & LAMBERTIAN and not flags(leaf) & (TRANSPARENCY | NORMAL_MAP):
-        return leaf
+    if simple and flags(closure) & LAMBERTIAN and not flags(closure) & (TRANSPARENCY | NORMAL_MAP):
+        return closure
     notes.append(f"material '{name}': diffuse in its mean colour stands for it")
     if isinstance(material, Mixture):
-        parts = [(scene.leaves(name)[k], w) for k, w in enumerate(material.weights)]
+        parts = [(scene.closures(name)[k], w) for k, w in enumerate(material.weights)]
     else:
-        parts = [(leaf, 1.0)]
+        parts = [(closure, 1.0)]
     total = sum(w for _, w in parts) or 1.0
     base = sum((w / total * _mean(scene, part, "base_color") for part, w in parts), np.zeros(3))
     emission = sum((w * _mean(scene, part, "emission") for part, w in parts), np.zeros(3))

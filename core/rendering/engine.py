@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._check import shown
-from ..derivatives.table_derivatives import TableDerivative, Wanted
+from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..scene.bounces import Bounces
 from ..tables import tables as flat
@@ -43,7 +43,7 @@ class EngineLike(Protocol):
         self,
         tables: flat.Tables,
         tangent: TableDerivative,
-        wanted: Wanted,
+        wanted: Requested,
         *,
         spp: int,
         seed: int,
@@ -56,7 +56,7 @@ class EngineLike(Protocol):
         self,
         tables: flat.Tables,
         adjoint: NDArray[np.float32],
-        wanted: Wanted,
+        wanted: Requested,
         *,
         spp: int,
         seed: int,

@@ -1,8 +1,8 @@
 """What a renderer learns from gradients for the next ones: where samples are worth their while, and of which term.
 
-Samples along edges: the native engine keeps what they were worth (native/boundary/curves/learned_weights.h), and takes the
-next gradient's by it. The split between the terms is `Budget`. Both are kept per view, since other cameras see other
-edges.
+The native engine keeps the contribution of samples along edges (native/boundary/curves/learned_weights.h) and
+distributes the next gradient's samples by it. The split between the terms is `Budget`. Both are kept per view, since
+other cameras see other edges.
 """
 
 from __future__ import annotations

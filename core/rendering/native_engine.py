@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _native
-from ..derivatives.table_derivatives import TableDerivative, Wanted, shapes
+from ..derivatives.table_derivatives import Requested, TableDerivative, shapes
 from ..geometry.topology import Edges
 from ..scene.bounces import UNLIMITED, Bounces
 from ..tables.tables import Tables
@@ -198,7 +198,7 @@ class Engine:
         self,
         tables: Tables,
         tangent: TableDerivative,
-        wanted: Wanted,
+        wanted: Requested,
         *,
         spp: int,
         seed: int,
@@ -223,7 +223,7 @@ class Engine:
         self,
         tables: Tables,
         adjoint: NDArray[np.float32],
-        wanted: Wanted,
+        wanted: Requested,
         *,
         spp: int,
         seed: int,
@@ -267,7 +267,7 @@ class Engine:
         self._held = tables
 
 
-def _float_spans(tables: Tables, wanted: Wanted) -> dict[str, NDArray[np.int64]]:
+def _float_spans(tables: Tables, wanted: Requested) -> dict[str, NDArray[np.int64]]:
     """Spans of rows as spans of floats."""
     shape = shapes(tables)
     return {name: np.ascontiguousarray(spans * int(np.prod(shape[name][1:])), np.int64)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, flag, instance, mapping, names, whole
 from ..derivatives.motion import may_move
-from ..derivatives.table_derivatives import Wanted, asked_tables, pull_back_of, push_forward, wanted_tables
+from ..derivatives.table_derivatives import Requested, asked_tables, pull_back_of, push_forward, requested_tables
 from ..geometry.topology import Edges
 from ..planning.specular import bends_rays
 from ..reference import diffuse_tables
@@ -338,10 +338,10 @@ class Renderer:
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
         return found
 
-    def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Wanted]:
+    def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
         """The tables that a camera's derivatives with respect to some parameters are taken of, and which rows."""
         tables = asked_tables(self.scene, self._tables, wrt)
-        wanted = wanted_tables(self.scene, tables, wrt)
+        wanted = requested_tables(self.scene, tables, wrt)
         if self._engine.narrow:
             diffuse_tables.check(wrt)
         if "camera" in wanted and not self._own(camera):

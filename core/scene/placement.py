@@ -40,8 +40,8 @@ def stands_in_world(scene: Scene, mesh: Mesh) -> bool:
     """
     if mesh.instances is None:
         return True
-    leaves = [leaf for name in mesh.materials for leaf in scene.leaves(name)]
-    return any("emission" in leaf.textures or np.any(leaf.emission > 0.0) for leaf in leaves)
+    closures = [closure for name in mesh.materials for closure in scene.closures(name)]
+    return any("emission" in closure.textures or np.any(closure.emission > 0.0) for closure in closures)
 
 
 def placed_meshes(scene: Scene) -> list[Mesh]:

@@ -105,7 +105,7 @@ class Scene(Checked):
         if not self._is_lit():
             raise ValueError("scene: nothing gives light; add a light, an emissive material or a world colour")
 
-    def leaves(self, name: str) -> list[Material]:
+    def closures(self, name: str) -> list[Material]:
         """The shaders that a material is the sum of: itself, or a mixture's parts."""
         material = self.materials[name]
         if isinstance(material, Material):
@@ -128,11 +128,11 @@ class Scene(Checked):
     @property
     def emitters(self) -> list[str]:
         """Names of the meshes of which a face may give light of its own."""
-        return self.meshes_with([name for name in self.materials if any(map(_emits, self.leaves(name)))])
+        return self.meshes_with([name for name in self.materials if any(map(_emits, self.closures(name)))])
 
     def emits(self, mesh_name: str) -> bool:
         """Whether a face of the mesh may give light of its own."""
-        return any(_emits(leaf) for name in self.meshes[mesh_name].used_materials for leaf in self.leaves(name))
+        return any(_emits(closure) for name in self.meshes[mesh_name].used_materials for closure in self.closures(name))
 
     def _check_names(self) -> None:
         for name, material in self.materials.items():
@@ -193,5 +193,5 @@ def validated(scene: Any) -> Scene:
     return scene
 
 
-def _emits(leaf: Material) -> bool:
-    return "emission" in leaf.textures or bool(np.any(leaf.emission > 0.0))
+def _emits(closure: Material) -> bool:
+    return "emission" in closure.textures or bool(np.any(closure.emission > 0.0))

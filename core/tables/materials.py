@@ -47,45 +47,45 @@ DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, RE
 
 @dataclass
 class MaterialTable:
-    """L shaders ("leaves") of M materials, those of area lights last."""
+    """L closures of M materials, those of area lights last."""
 
-    first_leaf: NDArray[np.int32]  # (M + 1,) each material's leaves
+    first_closure: NDArray[np.int32]  # (M + 1,) each material's closures
     kind: NDArray[np.int32]  # (L,) place in material.KINDS
     flags: NDArray[np.int32]  # (L,) bits above
     params: NDArray[np.float32]  # (L, WIDTH)
-    leaves_of: Mapping[str, tuple[int, ...]]  # by name: a shader's leaves, also in mixtures; a mixture's parts
+    closures_of: Mapping[str, tuple[int, ...]]  # by name: a shader's closures, also in mixtures; a mixture's parts
 
 
 def material_table(scene: Scene, area_lights: list[NDArray[np.float64]]) -> MaterialTable:
     """The table of a scene's materials, and of one-sided emitters of the given radiances."""
-    leaves: list[tuple[Material, float, bool]] = []
+    closures: list[tuple[Material, float, bool]] = []
     first = [0]
-    leaves_of: dict[str, list[int]] = {name: [] for name in scene.materials}
+    closures_of: dict[str, list[int]] = {name: [] for name in scene.materials}
     for own, material in scene.materials.items():
         if isinstance(material, Mixture):
             for k, name in enumerate(material.parts):
                 part = scene.materials[name]
                 assert isinstance(part, Material)  # Scene.validate has seen to it
                 for key in (own, name):
-                    leaves_of[key].append(len(leaves))
-                leaves.append((part, float(material.weights[k]), True))
+                    closures_of[key].append(len(closures))
+                closures.append((part, float(material.weights[k]), True))
         else:
-            leaves_of[own].append(len(leaves))
-            leaves.append((material, 1.0, False))
-        first.append(len(leaves))
+            closures_of[own].append(len(closures))
+            closures.append((material, 1.0, False))
+        first.append(len(closures))
     for radiance in area_lights:
-        leaves.append((Material(np.zeros(3), radiance, False), 1.0, False))
-        first.append(len(leaves))
-    params = np.zeros((len(leaves), WIDTH), np.float32)
-    for row, (leaf, weight, _) in zip(params, leaves, strict=True):
+        closures.append((Material(np.zeros(3), radiance, False), 1.0, False))
+        first.append(len(closures))
+    params = np.zeros((len(closures), WIDTH), np.float32)
+    for row, (closure, weight, _) in zip(params, closures, strict=True):
         for field, (place, count) in COLUMNS.items():
-            row[place : place + count] = weight if field == "weight" else getattr(leaf, field)
+            row[place : place + count] = weight if field == "weight" else getattr(closure, field)
     return MaterialTable(
         np.array(first, np.int32),
-        np.array([KINDS.index(leaf.kind) for leaf, _, _ in leaves], np.int32),
-        np.array([flags(leaf) for leaf, _, _ in leaves], np.int32),
+        np.array([KINDS.index(closure.kind) for closure, _, _ in closures], np.int32),
+        np.array([flags(closure) for closure, _, _ in closures], np.int32),
         params,
-        {name: tuple(rows) for name, rows in leaves_of.items()},
+        {name: tuple(rows) for name, rows in closures_of.items()},
     )
 
 

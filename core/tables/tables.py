@@ -238,11 +238,11 @@ def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[s
 
 def _material_values(scene: Scene) -> dict[str, Any]:
     radiances = [_area_radiance(light) for light in scene.lights.values() if isinstance(light, AreaLight)]
-    first_leaves = [scene.leaves(name)[0] for name in scene.materials]
-    two_sided = [leaf.emission_two_sided for leaf in first_leaves]
+    first_closures = [scene.closures(name)[0] for name in scene.materials]
+    two_sided = [closure.emission_two_sided for closure in first_closures]
     return {
         "materials": material_table(scene, radiances),
-        "albedo": _rows([leaf.base_color for leaf in first_leaves] + [np.zeros(3)] * len(radiances)),
+        "albedo": _rows([closure.base_color for closure in first_closures] + [np.zeros(3)] * len(radiances)),
         "emission": _rows([mean_emission(scene, name) for name in scene.materials] + radiances),
         "emission_two_sided": np.array(two_sided + [False] * len(radiances), np.uint8),
     }
@@ -265,9 +265,9 @@ def mean_emission(scene: Scene, name: str) -> NDArray[np.float64]:
     material = scene.materials[name]
     weights = material.weights if isinstance(material, Mixture) else np.ones(1)
     total = np.zeros(3)
-    for leaf, weight in zip(scene.leaves(name), weights, strict=True):
-        expression = leaf.textures.get("emission")
-        total += weight * (leaf.emission if expression is None else mean_expression(scene, expression))
+    for closure, weight in zip(scene.closures(name), weights, strict=True):
+        expression = closure.textures.get("emission")
+        total += weight * (closure.emission if expression is None else mean_expression(scene, expression))
     derived(f"material '{name}'", "its emission", total)
     return total
 

@@ -32,7 +32,7 @@ EG_INLINE RawVec3 next_drift(const VertexMemory& memory, Mask active, Int next) 
 }
 
 // Whether the rays that go on have met nothing.
-EG_INLINE Mask ends_in_sky(const VertexMemory& memory, Int next) {
+EG_INLINE Mask ends_in_environment(const VertexMemory& memory, Int next) {
     const Mask some = next >= 0;
     return some & (next_ints(memory, some, next, &Vertex::face) < 0);
 }
@@ -60,11 +60,12 @@ struct Scattering {
 // What the vertices where rays that go on have ended give by themselves, of surfaces of one constant
 // emission.
 EG_INLINE Vec3 given_by(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
-    const Int leaf = select(active, next_ints(memory, active, next, &Vertex::leaf), splat(0));
+    const Int closure = select(active, next_ints(memory, active, next, &Vertex::closure), splat(0));
     const raw::Float weight = next_floats(memory, active, next, &Vertex::emission_weight);
     RawVec3 given;
     const auto emission = [&](int c) {
-        return raw::gather(scene.leaf_params + kEmission + c, leaf * static_cast<int32_t>(kMaterialParams)) *
+        return raw::gather(scene.closure_params + kEmission + c,
+                           closure * static_cast<int32_t>(kMaterialParams)) *
                weight;
     };
     given.x = emission(0), given.y = emission(1), given.z = emission(2);
@@ -127,7 +128,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     s.next_w = wi;
     s.next_value = incoming * load(v.next_scale);
     if (scene.has_environment && any(s.next)) {
-        s.next_w = select(s.last | ends_in_sky(memory, next), turned_with_environment(scene, wi), wi);
+        s.next_w = select(s.last | ends_in_environment(memory, next), turned_with_environment(scene, wi), wi);
         if (any(s.last))
             s.next_value = select(s.last, environment_radiance(scene, s.next_w) * last_scale, s.next_value);
     }
@@ -163,18 +164,19 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
 }
 
 // The part of it that surfaces on the vertex' shadow rays let through.
-inline void pass_surfaces(const SceneView& scene, const VertexMemory& memory, const Vertex& v, Vec3 position,
-                          Scattering& s, bool geometry) {
-    const PassedMemory& passed = memory.passed;
+inline void pass_transparent_surfaces(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
+                                      Vec3 position, Scattering& s, bool geometry) {
+    const TransparentMemory& passed = memory.passed;
     const auto vertex = static_cast<int32_t>(&v - &memory.at<W>(0));
     for (int64_t k = passed.first_of<W>(vertex); k < passed.count; ++k) {
-        const PassedPacket<W>& p = passed.at<W>(k);
+        const TransparentPacket<W>& p = passed.at<W>(k);
         if (p.vertex != vertex) break;
         const Mask some = load(p.face) >= 0;
         const auto dim = [&](Mask light, Vec3 w, Vec3& value, Mask near, Vec3 y) {
             const Mask m = light & some;
             if (any(m))
-                value = select(m, value * passed_share(scene, p, m, position, w, near, y, geometry), value);
+                value =
+                    select(m, value * transparent_share(scene, p, m, position, w, near, y, geometry), value);
         };
         if (p.ray == kRayToLight) {
             const Int kind = load(v.light_kind);
@@ -183,7 +185,7 @@ inline void pass_surfaces(const SceneView& scene, const VertexMemory& memory, co
                                             (kind == splat(static_cast<int>(kConeLight))));
             dim(s.light, s.light_w, s.light_value, ~distant, detach(position) + load3(v.light_offset));
         }
-        if (p.ray == kRayToSky) dim(s.sky, s.sky_w, s.sky_value, splat(0), zero3());
+        if (p.ray == kRayToEnvironment) dim(s.sky, s.sky_w, s.sky_value, splat(0), zero3());
         if (p.ray == kLastRay)
             dim(s.last, s.next_w, s.next_value, splat(0), zero3()), s.veiled |= s.last & some;
     }

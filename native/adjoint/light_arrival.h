@@ -34,8 +34,8 @@ EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const 
         // That of the material's only leaf, the same at all points and in all directions.
         const Int material = gather(scene.face_material, select(active, face, splat(0)));
         Float emission[3];
-        gather_row(scene.leaf_params + kEmission, kMaterialParams,
-                   gather(scene.material_first_leaf, material), emission);
+        gather_row(scene.closure_params + kEmission, kMaterialParams,
+                   gather(scene.material_first_closure, material), emission);
         a.radiance = {emission[0], emission[1], emission[2]};
         return a;
     }

@@ -23,7 +23,7 @@ class TapeBuffer {
 };
 
 struct TapeMemory {
-    TapeBuffer ends, partials, leaves, derivatives, block_entries, blocks;
+    TapeBuffer ends, partials, closures, derivatives, block_entries, blocks;
     TapeBuffer parts;  // of what is recorded at once (adjoint/path_sweeps.cpp)
 };
 

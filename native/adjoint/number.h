@@ -199,19 +199,19 @@ EG_INLINE Float saturate(Float a) { return clamp(a, splat(0.0f), splat(1.0f)); }
 
 // ---- Reading tables ----
 
-EG_INLINE LeafNodes leaves(const float* base, Int index, int count) {
-    return current_tape ? current_tape->record_leaves(base, index, count) : LeafNodes{};
+EG_INLINE LeafNodes closures(const float* base, Int index, int count) {
+    return current_tape ? current_tape->record_closures(base, index, count) : LeafNodes{};
 }
 EG_INLINE Float gather(const float* base, Int index) {
-    return {raw::gather(base, index), leaves(base, index, 1)[0]};
+    return {raw::gather(base, index), closures(base, index, 1)[0]};
 }
 EG_INLINE Int gather(const int32_t* base, Int index) { return raw::gather(base, index); }
-EG_INLINE Float broadcast(const float* p) { return {raw::broadcast(p), leaves(p, raw::splat(0), 1)[0]}; }
+EG_INLINE Float broadcast(const float* p) { return {raw::broadcast(p), closures(p, raw::splat(0), 1)[0]}; }
 template <int N, typename R>
 EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
     raw::Float values[N];
     raw::gather_row(base, stride, row, values);
-    const LeafNodes nodes = leaves(base, packet(row) * stride, N);
+    const LeafNodes nodes = closures(base, packet(row) * stride, N);
     for (int k = 0; k < N; ++k) out[k] = {values[k], nodes[k]};
 }
 

@@ -4,6 +4,9 @@
 
 #include "adjoint/vertex.h"
 #include "kernels/parts.h"
+#include "tasks/adjoint_task.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

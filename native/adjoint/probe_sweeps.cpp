@@ -4,6 +4,8 @@
 #include "adjoint/scene_probes.h"
 #include "kernels/parts.h"
 #include "shading/bsdf/bsdf_kernel.h"
+#include "tasks/kernel_table.h"
+#include "tasks/probe_tasks.h"
 #include "texture/texture_kernel.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -6,6 +6,7 @@
 #include "shading/lights/environment.h"
 #include "shading/lights/light_rows.h"
 #include "shading/surface_shader.h"
+#include "tasks/probe_tasks.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

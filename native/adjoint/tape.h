@@ -56,13 +56,13 @@ class Tape {
     // Parts of a recording, which know nothing of each other and have numbers of their own: what has been
     // recorded since the part before is one, and can be swept by itself once all are recorded.
     struct Place {
-        int edges = 0, leaves = 0, blocks = 0;
+        int edges = 0, closures = 0, blocks = 0;
     };
     Place place() const { return {edges_, leaves_, blocks_}; }
     void new_part() { nodes_ = zeroed_ = 0; }
     void reopen(const Place& first, const Place& last, int nodes) {
         first_ = first;
-        edges_ = last.edges, leaves_ = last.leaves, blocks_ = last.blocks;
+        edges_ = last.edges, leaves_ = last.closures, blocks_ = last.blocks;
         nodes_ = nodes, zeroed_ = 0;
     }
 
@@ -114,7 +114,7 @@ class Tape {
 
     // Leaves for `count` neighbouring floats from base + index on, of each lane; none where no lane reads
     // from what is asked for.
-    LeafNodes record_leaves(const float* base, raw::Int index, int count);
+    LeafNodes record_closures(const float* base, raw::Int index, int count);
 
     // ---- Sweeps ----
 
@@ -164,7 +164,7 @@ class Tape {
     void* make_block(size_t size, BlockSweep backward, BlockSweep forward);
     void sweep_back(raw::Float* d, int last, int first) const;
     void sweep_on(raw::Float* d, int first, int last) const;
-    void scatter(const Leaves& leaves, const raw::Float* adjoint) const;
+    void scatter(const Leaves& closures, const raw::Float* adjoint) const;
     // Derivatives of all nodes, of which those of the latest are set to zero.
     raw::Float* derivatives();
 
@@ -207,7 +207,7 @@ inline void Tape::grow_edges() {
     edge_room_ = static_cast<int>(room);
 }
 
-inline LeafNodes Tape::record_leaves(const float* base, raw::Int index, int count) {
+inline LeafNodes Tape::record_closures(const float* base, raw::Int index, int count) {
     const auto address = [](const float* p) { return reinterpret_cast<uintptr_t>(p); };
     if (address(base) < lowest_ || address(base) >= highest_) return {};
     for (int t = 0; t < tables_.count; ++t) {
@@ -220,16 +220,16 @@ inline LeafNodes Tape::record_leaves(const float* base, raw::Int index, int coun
         int low = 0, high = count;
         if (table.width > 1) {
             // From the first column that is asked for to the last; reads stay within rows.
-            const uint64_t asked = table.columns >> ((base - table.begin) % table.width);
-            while (low < high && !(asked >> low & 1)) ++low;
-            while (low < high && !(asked >> (high - 1) & 1)) --high;
+            const uint64_t requested = table.columns >> ((base - table.begin) % table.width);
+            while (low < high && !(requested >> low & 1)) ++low;
+            while (low < high && !(requested >> (high - 1) & 1)) --high;
             if (low == high) return {};
         }
-        Leaves* leaves = static_cast<Leaves*>(memory_.leaves.data());
+        Leaves* closures = static_cast<Leaves*>(memory_.closures.data());
         const size_t used = static_cast<size_t>(leaves_) * sizeof(Leaves);
-        if (used + sizeof(Leaves) > memory_.leaves.size())
-            leaves = static_cast<Leaves*>(memory_.leaves.grow(2 * used + 64 * sizeof(Leaves), used));
-        leaves[leaves_++] = {raw::select(inside, place + low, raw::splat(-1)), nodes_, high - low, t};
+        if (used + sizeof(Leaves) > memory_.closures.size())
+            closures = static_cast<Leaves*>(memory_.closures.grow(2 * used + 64 * sizeof(Leaves), used));
+        closures[leaves_++] = {raw::select(inside, place + low, raw::splat(-1)), nodes_, high - low, t};
         nodes_ += high - low;
         return {nodes_ - high, low, high};
     }
@@ -286,26 +286,26 @@ inline void Tape::backward() {
         entries[k].backward(static_cast<const char*>(memory_.blocks.data()) + entries[k].at, d);
     }
     sweep_back(d, e, first_.edges);
-    const Leaves* leaves = static_cast<const Leaves*>(memory_.leaves.data());
-    for (int k = first_.leaves; k < leaves_; ++k) scatter(leaves[k], d + leaves[k].node);
+    const Leaves* closures = static_cast<const Leaves*>(memory_.closures.data());
+    for (int k = first_.closures; k < leaves_; ++k) scatter(closures[k], d + closures[k].node);
 }
 
-inline void Tape::scatter(const Leaves& leaves, const raw::Float* adjoint) const {
-    double* gradient = tables_.table[leaves.table].gradient;
+inline void Tape::scatter(const Leaves& closures, const raw::Float* adjoint) const {
+    double* gradient = tables_.table[closures.table].gradient;
     raw::Mask left = adjoint[0] != 0.0f;
-    for (int c = 1; c < leaves.count; ++c) left |= adjoint[c] != 0.0f;
-    left &= leaves.place >= 0;
+    for (int c = 1; c < closures.count; ++c) left |= adjoint[c] != 0.0f;
+    left &= closures.place >= 0;
     while (raw::any(left)) {
         const int lane = raw::first_lane(left);
-        double* to = gradient + leaves.place[lane];
-        const raw::Mask same = left & (leaves.place == leaves.place[lane]);
+        double* to = gradient + closures.place[lane];
+        const raw::Mask same = left & (closures.place == closures.place[lane]);
         left &= ~same;
         if (!raw::any(same & (raw::lane_index() != lane))) {
-            for (int c = 0; c < leaves.count; ++c) to[c] += static_cast<double>(adjoint[c][lane]);
+            for (int c = 0; c < closures.count; ++c) to[c] += static_cast<double>(adjoint[c][lane]);
             continue;
         }
         // Lanes that read the same place are summed first: additions in memory wait for each other.
-        for (int c = 0; c < leaves.count; ++c) {
+        for (int c = 0; c < closures.count; ++c) {
             const raw::Float a = raw::select(same, adjoint[c], 0.0f);
             if (raw::any(a != 0.0f)) to[c] += raw::sum_of_lanes(a);
         }
@@ -314,15 +314,15 @@ inline void Tape::scatter(const Leaves& leaves, const raw::Float* adjoint) const
 
 inline void Tape::forward() {
     raw::Float* d = derivatives();
-    const Leaves* leaves = static_cast<const Leaves*>(memory_.leaves.data());
-    for (int k = first_.leaves; k < leaves_; ++k) {
-        const Leaves& leaf = leaves[k];
-        const double* tangent = tables_.table[leaf.table].tangent;
+    const Leaves* closures = static_cast<const Leaves*>(memory_.closures.data());
+    for (int k = first_.closures; k < leaves_; ++k) {
+        const Leaves& closure = closures[k];
+        const double* tangent = tables_.table[closure.table].tangent;
         for (int i = 0; i < raw::W; ++i) {
-            const int32_t place = leaf.place[i];
+            const int32_t place = closure.place[i];
             if (place < 0) continue;
-            for (int c = 0; c < leaf.count; ++c)
-                d[leaf.node + c][i] += static_cast<float>(tangent[place + c]);
+            for (int c = 0; c < closure.count; ++c)
+                d[closure.node + c][i] += static_cast<float>(tangent[place + c]);
         }
     }
     const auto* entries = static_cast<const BlockEntry*>(memory_.block_entries.data());

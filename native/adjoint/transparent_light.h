@@ -14,10 +14,10 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // t of the surfaces of a packet, on rays from `from` along the unit vectors w; of lanes that are `near`, to
 // the points y, and so along another vector where the shadow terminator's offset lifts their start.
-inline Vec3 passed_share(const SceneView& scene, const PassedPacket<W>& p, Mask active, Vec3 from, Vec3 w,
-                         Mask near, Vec3 y, bool geometry) {
+inline Vec3 transparent_share(const SceneView& scene, const TransparentPacket<W>& p, Mask active, Vec3 from,
+                              Vec3 w, Mask near, Vec3 y, bool geometry) {
     const Int face = select(active, load(p.face), splat(0));
-    if (!scene.textures.leaf_program) {
+    if (!scene.textures.closure_program) {
         // It is the same everywhere.
         SurfacePoint c{};
         c.active = active;

@@ -122,7 +122,7 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
         const Mask at_last =
             s.last & ~s.veiled & (last_scale.x == scale) & (last_scale.y == scale) & (last_scale.z == scale);
         const Mask missed_all = s.next & ~s.last & (incoming.x == sky.x) & (incoming.y == sky.y) &
-                                (incoming.z == sky.z) & ends_in_sky(memory, next);
+                                (incoming.z == sky.z) & ends_in_environment(memory, next);
         still = active & (at_last | missed_all);
         const Mask hidden = active & load(v.samples) & ~still;
         if (any(hidden)) {
@@ -147,7 +147,7 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
 // Whether nothing asks where surfaces are seen from: all are Lambertian and have no textures.
 EG_INLINE bool diffuse_alone(const SceneView& scene) {
     return (scene.common_flags & kLambertian) && !(scene.all_flags & kHasNormalMap) &&
-           !scene.textures.leaf_program && !scene.textures.leaf_weight_program;
+           !scene.textures.closure_program && !scene.textures.closure_weight_program;
 }
 
 // The way of rays that surfaces let through: from the vertex that scattered them to the next that does, which
@@ -198,7 +198,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     if (geometry) {
         raw::Float slid = all_of(slides) + raw::load(v.held);
         Vec3 way = direction;
-        if ((scene.all_flags & kHasTransparency) && scene.textures.leaf_program) {
+        if ((scene.all_flags & kHasTransparency) && scene.textures.closure_program) {
             const Mask through = hit & load(v.passes) & ~slides & (next >= 0);
             if (any(through)) {
                 way = select(through, way_through(scene, memory, through, next, arrival.from, recorded), way);
@@ -210,26 +210,26 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     out.position = x.position;
     const TexturePoint point = texture_point(scene, x, view, load(v.kind));
-    const Int leaf = select(hit, load(v.leaf), splat(0));
-    Shader shader = leaf_shader(scene, x, leaf, point);
+    const Int closure = select(hit, load(v.closure), splat(0));
+    Shader shader = closure_shader(scene, x, closure, point);
     shader.scale = load(v.scale);
     if (scene.any_mixture) {
         // Picked in proportion to its weight: what the weight changes is relative to that.
-        const Int first = gather(scene.material_first_leaf, x.material);
-        const Mask mixed = hit & (gather(scene.material_first_leaf + 1, x.material) - first > 1);
+        const Int first = gather(scene.material_first_closure, x.material);
+        const Mask mixed = hit & (gather(scene.material_first_closure + 1, x.material) - first > 1);
         if (any(mixed))
-            shader.scale =
-                select(mixed, shader.scale * relative(leaf_weight(scene, mixed, leaf, point)), shader.scale);
+            shader.scale = select(
+                mixed, shader.scale * relative(closure_weight(scene, mixed, closure, point)), shader.scale);
     }
 
     Vec3 light = zero3();
     const Mask passes = hit & load(v.passes), stays = hit & ~passes;
     const Float emission_weight = load(v.emission_weight);
     const Mask emits = stays & (emission_weight > 0.0f);
-    if (any(emits)) light = select(emits, leaf_emission(x, shader, point) * emission_weight, light);
+    if (any(emits)) light = select(emits, closure_emission(x, shader, point) * emission_weight, light);
 
     Scattering s = light_sources(scene, memory, v, stays, x.position, x.material, incoming, next, geometry);
-    if (memory.passed.count > 0) pass_surfaces(scene, memory, v, x.position, s, geometry);
+    if (memory.passed.count > 0) pass_transparent_surfaces(scene, memory, v, x.position, s, geometry);
     const Vec3 normal = shading_normal(scene, stays, shader, point);
     const Mask lambertian = stays & has(shader, kLambertian);
     Vec3 reflected = zero3();
@@ -275,7 +275,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         const Mask partly = hit & has(shader, kHasTransparency);
         Float through = relative(share), rest = relative(1.0f - share);
         const Mask ends =
-            partly & ((share <= 0.0f) | (share >= 1.0f)) & share_ends_change(memory.passed, leaf);
+            partly & ((share <= 0.0f) | (share >= 1.0f)) & share_ends_change(memory.passed, closure);
         if (any(ends)) {
             const Float chance = chance_at_ends(detach(share));
             through = select(ends, share / chance, through);

@@ -10,38 +10,38 @@ namespace edgegrad {
 namespace {
 
 // Emissive faces of a mesh, and the alpha of lobes, from which on light holds its direction.
-constexpr float kHeldAlpha = 0.25f;
-constexpr int kLeastHeldFaces = 8;
+constexpr float kFixedDirectionAlpha = 0.25f;
+constexpr int kLeastFixedDirectionFaces = 8;
 
 }  // namespace
 
 // Which light is differentiated with its direction held (shading/lights/fixed_direction_light.h): of moving
 // meshes of many emissive faces, on surfaces of sharp lobes, where faces alone tell what hides and gives
 // light (core/planning/fixed_direction_light.py has the rule in words).
-void PreparedScene::hold_directions(const SceneTables& tables, const Asked& asked) {
+void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMotion& motion) {
     if (!view_.lights.face_light || view_.emission_varies || view_.rays_differ || view_.lights.any_linked ||
         (view_.all_flags & kHasTransparency))
         return;
     std::vector<int32_t> faces(tables.face_material.size(), 0),
-        materials(tables.material_first_leaf.size() - 1, 0);
+        materials(tables.material_first_closure.size() - 1, 0);
     bool gives = false, receives = false;
     const auto instances = mesh_instances(tables);
     for (size_t mesh = 0; mesh < static_cast<size_t>(tables.visible_meshes); ++mesh) {
-        if (!asked.moving[mesh] || is_placed(instances[mesh])) continue;
+        if (!motion.moving[mesh] || is_placed(instances[mesh])) continue;
         const int32_t first = tables.mesh_first_face[mesh], last = tables.mesh_first_face[mesh + 1];
         const auto emits = [&](int32_t face) { return view_.lights.face_light[face] >= 0; };
         int count = 0;
         for (int32_t face = first; face < last; ++face) count += emits(face);
-        if (count < kLeastHeldFaces) continue;
+        if (count < kLeastFixedDirectionFaces) continue;
         gives = true;
         for (int32_t face = first; face < last; ++face) faces[static_cast<size_t>(face)] = emits(face);
     }
     for (size_t m = 0; m < materials.size(); ++m) {
-        const auto first = static_cast<size_t>(tables.material_first_leaf[m]),
-                   last = static_cast<size_t>(tables.material_first_leaf[m + 1]);
-        for (size_t leaf = first; leaf < last; ++leaf)
-            if (!(view_.textures.leaf_program && view_.textures.leaf_program[leaf] >= 0) &&
-                has_sharp_lobe(tables, leaf, kHeldAlpha))
+        const auto first = static_cast<size_t>(tables.material_first_closure[m]),
+                   last = static_cast<size_t>(tables.material_first_closure[m + 1]);
+        for (size_t closure = first; closure < last; ++closure)
+            if (!(view_.textures.closure_program && view_.textures.closure_program[closure] >= 0) &&
+                has_sharp_lobe(tables, closure, kFixedDirectionAlpha))
                 materials[m] = 1;
         receives |= materials[m] != 0;
     }
@@ -53,13 +53,13 @@ void PreparedScene::hold_directions(const SceneTables& tables, const Asked& aske
 }
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
-                             const Asked* asked, bool convex, std::shared_ptr<const LightList> lights,
-                             float followed)
+                             const RequestedMotion* motion, bool convex,
+                             std::shared_ptr<const LightList> lights, float followed)
     : lights_(std::move(lights)),
       brute_triangles_(brute_triangles(tables)),
       face_moving_(tables.face_material.size(), 0) {
-    for (size_t m = 0; asked && m < asked->moving.size(); ++m)
-        if (asked->moving[m])
+    for (size_t m = 0; motion && m < motion->moving.size(); ++m)
+        if (motion->moving[m])
             std::fill(face_moving_.begin() + tables.mesh_first_face[m],
                       face_moving_.begin() + tables.mesh_first_face[m + 1], 1);
     view_.api = &api;
@@ -87,25 +87,26 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.normals = rows_of(tables.normals);
     view_.instance_mesh = rows_of(tables.instance_mesh);
     view_.instance_to_world = rows_of(tables.instance_to_world);
-    view_.material_first_leaf = rows_of(tables.material_first_leaf);
-    view_.leaf_kind = rows_of(tables.leaf_kind);
-    view_.leaf_flags = rows_of(tables.leaf_flags);
-    view_.leaf_params = rows_of(tables.leaf_params);
+    view_.material_first_closure = rows_of(tables.material_first_closure);
+    view_.closure_kind = rows_of(tables.closure_kind);
+    view_.closure_flags = rows_of(tables.closure_flags);
+    view_.closure_params = rows_of(tables.closure_params);
     view_.textures = tables.textures.view();
     view_.all_flags = 0;
     view_.common_flags = ~0;
-    for (int32_t flags : tables.leaf_flags) {
+    for (int32_t flags : tables.closure_flags) {
         view_.all_flags |= flags;
         view_.common_flags &= flags;
     }
-    view_.any_mixture = tables.leaf_flags.size() + 1 != tables.material_first_leaf.size();
-    for (size_t m = 0; m + 1 < tables.material_first_leaf.size(); ++m) {
-        const int32_t first = tables.material_first_leaf[m], last = tables.material_first_leaf[m + 1];
-        for (int32_t leaf = first; leaf < last; ++leaf) {
-            const int32_t flags = tables.leaf_flags[static_cast<size_t>(leaf)];
-            const bool textured = view_.textures.leaf_program && view_.textures.leaf_program[leaf] >= 0;
+    view_.any_mixture = tables.closure_flags.size() + 1 != tables.material_first_closure.size();
+    for (size_t m = 0; m + 1 < tables.material_first_closure.size(); ++m) {
+        const int32_t first = tables.material_first_closure[m], last = tables.material_first_closure[m + 1];
+        for (int32_t closure = first; closure < last; ++closure) {
+            const int32_t flags = tables.closure_flags[static_cast<size_t>(closure)];
+            const bool textured =
+                view_.textures.closure_program && view_.textures.closure_program[closure] >= 0;
             // Coat and sheen take a share that depends on the direction.
-            const float* row = view_.leaf_params + static_cast<ptrdiff_t>(leaf) * kMaterialParams;
+            const float* row = view_.closure_params + static_cast<ptrdiff_t>(closure) * kMaterialParams;
             const bool layered = row[kCoatWeight] > 0.0f || row[kSheenWeight] > 0.0f;
             if ((flags & kHasEmission) &&
                 (last - first > 1 || textured || layered || (flags & kHasTransparency)))
@@ -123,24 +124,25 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
     view_.emission_two_sided = rows_of(tables.emission_two_sided);
     std::copy_n(tables.environment, 3, view_.environment);
     view_.has_environment =
-        (asked && asked->environment) ||
+        (motion && motion->environment) ||
         std::any_of(view_.environment, view_.environment + 3, [](float e) { return e > 0.0f; });
     view_.edge_vertices = rows_of(tables.edge_vertices);
     view_.edge_face_first = rows_of(tables.edge_face_first);
     view_.edge_faces = rows_of(tables.edge_faces);
     view_.edge_opposite = rows_of(tables.edge_opposite);
-    view_.crossing_ends = zero_row<float>();
+    view_.intersection_ends = zero_row<float>();
     view_.edge_count = static_cast<int32_t>(tables.edge_vertices.size() / 2);
     view_.camera = tables.camera;
     view_.camera.filter = tables.filter.empty() ? nullptr : tables.filter.data();
-    if (!asked) return;
+    if (!motion) return;
     view_.followed_alpha = followed;
-    hold_directions(tables, *asked);
-    mesh_contact_ = contact_meshes(tables, view_, *asked);
+    hold_directions(tables, *motion);
+    mesh_contact_ = contact_meshes(tables, view_, *motion);
     if (mesh_contact_.empty()) return;
     view_.mesh_contact = mesh_contact_.data();
     // Behind perfect lobes points ride.
-    view_.held_surfaces = may_be_specular(tables, view_.followed_alpha) ? 1 : kHeldSurfaces;
+    view_.fixed_direction_surfaces =
+        may_be_specular(tables, view_.followed_alpha) ? 1 : kFixedDirectionSurfaces;
 }
 
 }  // namespace edgegrad

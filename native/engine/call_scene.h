@@ -13,13 +13,14 @@ class PreparedScene {
  public:
     // With the picture's `lights`, and what estimators of `asked` derivatives have beside them (null: none),
     // which follow lobes up to an alpha of `followed`.
-    PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables, const Asked* asked,
-                  bool convex, std::shared_ptr<const LightList> lights, float followed = 0.0f);
+    PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
+                  const RequestedMotion* motion, bool convex, std::shared_ptr<const LightList> lights,
+                  float followed = 0.0f);
 
     const SceneView& view() const { return view_; }
 
  private:
-    void hold_directions(const SceneTables& tables, const Asked& asked);
+    void hold_directions(const SceneTables& tables, const RequestedMotion& motion);
 
     std::shared_ptr<const LightList> lights_;
     std::vector<BruteTriangle> brute_triangles_;

@@ -8,6 +8,13 @@
 #include "engine/interior_rules.h"
 #include "engine/terms/curve_terms.h"
 #include "engine/transparent_closures.h"
+#include "tasks/adjoint_task.h"
+#include "tasks/block_sizes.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/horizon_task.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad {
 
@@ -29,32 +36,32 @@ constexpr double kRimShare = 0.5;
 constexpr double kManySegments = 0.25;
 
 // A light's strength has a derivative even where it is zero.
-bool wants_dark_lights(const Wanted& wanted) {
-    constexpr uint64_t emission = Wanted::columns(kEmission, kEmission + 3);
-    return wanted.any("light_params") ||
-           (wanted.any("leaf_params") && (wanted.span("leaf_params").columns & emission) != 0);
+bool requests_dark_lights(const Requested& requested) {
+    constexpr uint64_t emission = Requested::columns(kEmission, kEmission + 3);
+    return requested.any("light_params") ||
+           (requested.any("closure_params") && (requested.span("closure_params").columns & emission) != 0);
 }
 
 // Where nothing but strengths of lights of the table is asked for, and of the environment, light of all
 // others has no derivative: the rows that samples are to be spent on. Else none.
-std::vector<uint8_t> lights_alone(const SceneTables& tables, const Wanted& wanted) {
-    const auto& spans = wanted.spans();
-    const bool alone = wanted.any("light_params") && !wanted.moves_lights() &&
-                       spans.size() == 1 + static_cast<size_t>(wanted.any("environment"));
+std::vector<uint8_t> lights_alone(const SceneTables& tables, const Requested& requested) {
+    const auto& spans = requested.spans();
+    const bool alone = requested.any("light_params") && !requested.moves_lights() &&
+                       spans.size() == 1 + static_cast<size_t>(requested.any("environment"));
     std::vector<uint8_t> rows(alone ? tables.lights.kind.size() : 0);
     for (size_t k = 0; k < rows.size(); ++k)
-        rows[k] = wanted.any("light_params", k * kLightParams, (k + 1) * kLightParams);
+        rows[k] = requested.any("light_params", k * kLightParams, (k + 1) * kLightParams);
     return rows;
 }
 
 // What boundary terms see of the tables' derivatives.
-Asked asked_for(const Wanted& wanted) {
-    return {wanted.moving(),
-            wanted.any("camera"),
-            wanted.any("instance_to_world"),
-            wanted.moves_lights(),
-            wanted.any("environment_rotation"),
-            wanted.any("environment") || wanted.any("environment_pixels")};
+RequestedMotion requested_motion(const Requested& requested) {
+    return {requested.moving(),
+            requested.any("camera"),
+            requested.any("instance_to_world"),
+            requested.moves_lights(),
+            requested.any("environment_rotation"),
+            requested.any("environment") || requested.any("environment_pixels")};
 }
 
 // The options with a term's samples per pixel, of those that are counted by pixel.
@@ -65,13 +72,13 @@ RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, Der
     return options;
 }
 
-bool anything_moves(const Asked& asked) {
-    return asked.camera || asked.lights || asked.rotation || asked.any_mesh_moves();
+bool anything_moves(const RequestedMotion& motion) {
+    return motion.camera || motion.lights || motion.rotation || motion.any_mesh_moves();
 }
 
 // Whether faces with shading normals of their own may cut off other light than before
 // (boundary/terms/horizon.h; core/planning/shadow.py has the rule in words).
-bool horizons_move(const SceneView& scene, const RenderOptions& options, const Asked& asked) {
+bool horizons_move(const SceneView& scene, const RenderOptions& options, const RequestedMotion& motion) {
     const bool bent = scene.corner_normal || scene.all_flags & kHasNormalMap;
     if (!bent || options.max_depth < 2 || !(options.shadow || options.indirect)) return false;
     constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
@@ -80,7 +87,7 @@ bool horizons_move(const SceneView& scene, const RenderOptions& options, const A
     const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
     // Some lights turn with what they light.
     const bool turns = scene.lights.kinds & kTurningLights;
-    return asked.any_mesh_moves() || asked.rotation || (asked.lights && sized) || (asked.camera && turns);
+    return motion.any_mesh_moves() || motion.rotation || (motion.lights && sized) || (motion.camera && turns);
 }
 
 RenderOptions horizon_options(RenderOptions options) {
@@ -97,52 +104,52 @@ RenderOptions rim_options(RenderOptions options) {
 
 }  // namespace
 
-Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& options, const Wanted& asked_of,
-                                       LearnedSampling* learned)
+Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& options,
+                                       const Requested& requested_of, LearnedSampling* learned)
     : engine(e),
-      wanted(asked_of),
+      requested(requested_of),
       sides(solid_sides(*e.bodies(), e.tables_.camera)),
-      asked(asked_for(wanted)),
-      geometry(wanted.geometry() || moves_chains(e.tables_, wanted)),
-      lights(e.lights_for(wanted)),
-      prepared(e.api_, *e.bvh_, e.tables_, &asked, e.hides_no_light(), lights,
-               options.max_depth > 1 ? e.follow(asked, sides, lights) : 0.0f),
+      motion(requested_motion(requested)),
+      geometry(requested.geometry() || moves_chains(e.tables_, requested)),
+      lights(e.lights_for(requested)),
+      prepared(e.api_, *e.bvh_, e.tables_, &motion, e.hides_no_light(), lights,
+               options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f),
       scene(prepared.view()),
       plan(interior_plan(of_term(options, learned, kInteriorTerm))),
       horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
       rims(ImagePlan(scene.camera, rim_options(of_term(options, learned, kInteriorTerm)), kRecordedPaths)
                .sharing()),
       tables(differentiable_tables(scene, e.tables_)),
-      passed(passed_leaves(scene, e.tables_, wanted, geometry)),
-      surfaces(asked_surfaces(scene, e.tables_, wanted, passed)),
-      values_alone(wanted.values_alone(scene)),
+      passed(transparent_closures(scene, e.tables_, requested, geometry)),
+      surfaces(requested_surfaces(scene, e.tables_, requested, passed)),
+      values_alone(requested.values_alone(scene)),
       learns(learned) {
-    if (options.interior && !shading_is_constant(scene, e.tables_, wanted, options.max_depth))
+    if (options.interior && !shading_is_constant(scene, e.tables_, requested, options.max_depth))
         image_chunks = plan.chunks;
-    if (image_chunks > 0 && options.max_depth >= 2 && rims_move(scene, e.tables_, wanted))
+    if (image_chunks > 0 && options.max_depth >= 2 && rims_move(scene, e.tables_, requested))
         rim_chunks = rims.chunks;
     // Where nothing is between surfaces, no edge hides one from another.
     RenderOptions edges = options;
     edges.indirect = options.indirect && options.max_depth >= 3 && !e.hides_no_surface();
-    if (anything_moves(asked) && (edges.primary || edges.shadow || edges.indirect)) {
+    if (anything_moves(motion) && (edges.primary || edges.shadow || edges.indirect)) {
         const auto normals = e.normals();
         const std::vector<uint8_t> clear = e.clear_emitters(*lights);
         terms = boundary_terms(scene,
                                {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
                                 e.threads_, lights, e.kept_},
-                               edges, asked, e.guided_, e.aimed_, learned);
+                               edges, motion, e.guided_, e.aimed_, learned);
     }
-    if (horizons_move(scene, options, asked)) horizon_chunks = horizon.chunks;
-    specular =
-        SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), wanted, e.guided_, e.kept_);
+    if (horizons_move(scene, options, motion)) horizon_chunks = horizon.chunks;
+    specular = SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), requested, e.guided_,
+                                e.kept_);
     for (int pass = 0; specular && pass < specular->passes(); ++pass)
         boundary_chunks += specular->chunks(pass);
-    if (specular && image_chunks > 0 && !learns && asks_motion_alone() &&
+    if (specular && image_chunks > 0 && !learns && requests_motion_alone() &&
         static_cast<double>(specular->total()) >
             kManySegments * static_cast<double>(plan.pixels) * options.samples)
         divide_interior(2);
     if (image_chunks > 0 && geometry)
-        edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, asked, e.threads_);
+        edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, motion, e.threads_);
     if (edge_on) boundary_chunks += edge_on->chunks();
     for (const BoundaryTerm& term : terms)
         for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
@@ -154,11 +161,11 @@ AdjointTask Engine::DerivativeCall::recording(const ImageTask& task, Workspace& 
     AdjointTask sweep = adjoint.task(task, work);
     sweep.tables = &of;
     sweep.geometry = geometry;
-    sweep.camera_moves = wanted.any("camera");
+    sweep.camera_moves = requested.any("camera");
     work.vertices->geometry = sweep.geometry;
     work.vertices->misses = misses_change();
-    work.vertices->asked = surfaces;
-    work.vertices->passed.leaves = passed.empty() ? nullptr : passed.data();
+    work.vertices->requested = surfaces;
+    work.vertices->passed.closures = passed.empty() ? nullptr : passed.data();
     return sweep;
 }
 
@@ -190,14 +197,14 @@ ValueTask Engine::DerivativeCall::record_values(const ImageTask& task, Workspace
     ValueTask sweep = adjoint.value_task(task, work);
     sweep.tables = &of;
     ValueMemory& values = *sweep.values;
-    constexpr uint64_t emission = Wanted::columns(kEmission, kEmission + 3);
-    const uint64_t columns = wanted.any("leaf_params") ? wanted.span("leaf_params").columns : 0;
+    constexpr uint64_t emission = Requested::columns(kEmission, kEmission + 3);
+    const uint64_t columns = requested.any("closure_params") ? requested.span("closure_params").columns : 0;
     values.emission = (columns & emission) != 0;
     values.colors = (columns & ~emission) != 0;
-    values.rows = wanted.any("light_params");
-    values.environment = wanted.any("environment");
-    values.asked = surfaces;
-    values.asked.everywhere = values.emission || values.rows || values.environment;
+    values.rows = requested.any("light_params");
+    values.environment = requested.any("environment");
+    values.requested = surfaces;
+    values.requested.everywhere = values.emission || values.rows || values.environment;
     engine.kernels_.record_values(scene, task, work);
     AdjointWorkspace::release(work);
     return sweep;
@@ -205,7 +212,7 @@ ValueTask Engine::DerivativeCall::record_values(const ImageTask& task, Workspace
 
 bool Engine::DerivativeCall::misses_change() const {
     return scene.lights.sized_count + scene.lights.sized_distant > 0 || scene.sky.pixels ||
-           wanted.any("environment");
+           requested.any("environment");
 }
 
 HorizonTask Engine::DerivativeCall::horizon_task(const ImageTask& image, DroppedSamples& lost) const {
@@ -241,11 +248,11 @@ Dropped Engine::DerivativeCall::all_dropped() const {
         DroppedTerm t{name, d.count, -1, {-1, -1}, {-1, -1}};
         if (d.place < 0) return out.push_back(t);  // the border of a light
         const uint32_t* face = view.edge_faces + view.edge_face_first[d.place];
-        const bool crossing = d.place >= view.edge_count;
+        const bool intersection = d.place >= view.edge_count;
         for (int k = 0; k < 2; ++k)
-            if (!crossing) t.vertices[k] = static_cast<int32_t>(view.edge_vertices[2 * d.place + k]);
+            if (!intersection) t.vertices[k] = static_cast<int32_t>(view.edge_vertices[2 * d.place + k]);
         t.faces[0] = static_cast<int32_t>(face[0]);
-        if (crossing && !(face[1] & kLightOfTable)) t.faces[1] = static_cast<int32_t>(face[1]);
+        if (intersection && !(face[1] & kLightOfTable)) t.faces[1] = static_cast<int32_t>(face[1]);
         out.push_back(t);
     };
     for (const BoundaryTerm& term : terms)
@@ -256,24 +263,25 @@ Dropped Engine::DerivativeCall::all_dropped() const {
 
 ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) const {
     constexpr uint64_t values =
-        Wanted::columns(kBaseColor, kBaseColor + 3) | Wanted::columns(kEmission, kEmission + 3);
-    const bool pictures = wanted.any("light_params") || wanted.any("environment") ||
-                          (wanted.any("leaf_params") && (wanted.span("leaf_params").columns & values) != 0);
+        Requested::columns(kBaseColor, kBaseColor + 3) | Requested::columns(kEmission, kEmission + 3);
+    const bool pictures =
+        requested.any("light_params") || requested.any("environment") ||
+        (requested.any("closure_params") && (requested.span("closure_params").columns & values) != 0);
     const ImagePlan own(scene.camera, options, kRecordedPaths);
     return pictures ? own : own.sharing();
 }
 
-float Engine::follow(const Asked& asked, const std::vector<int8_t>& sides,
+float Engine::follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
                      const std::shared_ptr<const LightList>& lights) const {
     const auto faces = normals();
     const std::vector<uint8_t> clear(closed_.size(), 0);  // matters to edges' masses alone
     return followed_alpha(
-        {tables_, sides.data(), closed_, clear, faces->data(), kernels_, threads_, lights, kept_}, asked);
+        {tables_, sides.data(), closed_, clear, faces->data(), kernels_, threads_, lights, kept_}, motion);
 }
 
-std::shared_ptr<const LightList> Engine::lights_for(const Wanted& wanted) const {
-    const std::vector<uint8_t> rows = lights_alone(tables_, wanted);
-    return rows.empty() ? lights(wants_dark_lights(wanted))
+std::shared_ptr<const LightList> Engine::lights_for(const Requested& requested) const {
+    const std::vector<uint8_t> rows = lights_alone(tables_, requested);
+    return rows.empty() ? lights(requests_dark_lights(requested))
                         : std::make_shared<const LightList>(tables_, rows);
 }
 

@@ -12,12 +12,17 @@
 #include "engine/terms/edge_on_term.h"
 #include "engine/terms/specular_term.h"
 #include "engine/workspace.h"
+#include "tasks/adjoint_task.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/horizon_task.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad {
 
 // The scene, the interior term's chunks of the picture, and the boundary terms.
 struct Engine::DerivativeCall {
-    DerivativeCall(const Engine& e, const RenderOptions& options, const Wanted& asked_of,
+    DerivativeCall(const Engine& e, const RenderOptions& options, const Requested& requested_of,
                    LearnedSampling* learned);
     // A sweep over paths whose vertices are then recorded.
     AdjointTask recording(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
@@ -46,7 +51,7 @@ struct Engine::DerivativeCall {
     // A part of the interior term's samples instead of all.
     void divide_interior(int by);
     // Whether nothing but where vertices and the camera are is asked for.
-    bool asks_motion_alone() const;
+    bool requests_motion_alone() const;
     bool may_thin_interior() const;
     double interior_variance(const Progress& progress, std::vector<ThreadMemory>& of_thread) const;
     // Derivatives by strengths and colours are pictures: they, and what is asked for beside, have their
@@ -54,15 +59,15 @@ struct Engine::DerivativeCall {
     ImagePlan interior_plan(const RenderOptions& options) const;
     // What boundary terms read or write; null where it is not asked for.
     DerivativeView boundary_view(const GradientGroups::View& v) const {
-        const auto first = static_cast<int32_t>(wanted.span("vertices").first / 3);
-        return {v.vertices, first,        v.camera,        v.instances,  v.lights,
-                v.rotation, asked.camera, asked.instances, asked.lights, asked.rotation};
+        const auto first = static_cast<int32_t>(requested.span("vertices").first / 3);
+        return {v.vertices, first,         v.camera,         v.instances,   v.lights,
+                v.rotation, motion.camera, motion.instances, motion.lights, motion.rotation};
     }
 
     const Engine& engine;
-    const Wanted& wanted;
+    const Requested& requested;
     const std::vector<int8_t> sides;
-    const Asked asked;
+    const RequestedMotion motion;
     const bool geometry;  // whether positions, directions or normals of a path's vertices change
     const std::shared_ptr<const LightList> lights;
     const PreparedScene prepared;
@@ -70,8 +75,8 @@ struct Engine::DerivativeCall {
     ImagePlan plan;
     const ImagePlan horizon, rims;
     const std::vector<NamedTable> tables;
-    const std::vector<int32_t> passed;  // PassedLeaf bits by leaf; empty: none
-    const AskedSurfaces surfaces;
+    const std::vector<int32_t> passed;  // TransparentClosure bits by leaf; empty: none
+    const RequestedSurfaces surfaces;
     const bool values_alone, learns;
     std::vector<BoundaryTerm> terms;
     std::optional<SpecularTerm> specular;

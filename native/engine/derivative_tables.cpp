@@ -15,7 +15,7 @@ std::vector<NamedTable> differentiable_tables(const SceneView& scene, const Scen
         table("vertices", t.vertices),
         table("normals", t.normals),
         table("instance_to_world", t.instance_to_world),
-        table("leaf_params", t.leaf_params),
+        table("closure_params", t.closure_params),
         table("texture_pixels", t.textures.pixels),
         table("texture_attributes", t.textures.attributes),
         table("texture_lookups", t.textures.lookups),
@@ -35,7 +35,7 @@ namespace {
 
 // Floats of the rows of tables whose columns are asked for by themselves.
 size_t row_width(const std::string& table) {
-    if (table == "leaf_params") return kMaterialParams;
+    if (table == "closure_params") return kMaterialParams;
     if (table == "environment") return 3;
     return table == "light_params" ? kLightParams : 1;
 }
@@ -49,8 +49,8 @@ uint64_t columns_of(size_t first, size_t last, size_t width) {
 
 }  // namespace
 
-Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
-    : asked_(spans), moving_(tables.mesh_first_vertex.size() - 1, 0) {
+Requested::Requested(const SceneTables& tables, const std::vector<TableSpan>& spans)
+    : requested_(spans), moving_(tables.mesh_first_vertex.size() - 1, 0) {
     const auto add = [this](const std::string& table, size_t first, size_t last) {
         if (first >= last) return;
         const size_t width = row_width(table);
@@ -87,43 +87,43 @@ Wanted::Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans)
     }
 }
 
-bool Wanted::moves_lights() const {
+bool Requested::moves_lights() const {
     constexpr uint64_t radiance = columns(kLightRadiance, kLightRadiance + 3);
     return any("light_params") && (span("light_params").columns & ~radiance) != 0;
 }
 
-bool Wanted::geometry() const {
+bool Requested::geometry() const {
     constexpr std::array geometric = {"vertices", "normals", "instance_to_world", "camera",
                                       "environment_rotation"};
     return moves_lights() ||
            std::any_of(geometric.begin(), geometric.end(), [this](const char* name) { return any(name); });
 }
 
-bool Wanted::any(const std::string& table, size_t first, size_t last) const {
-    return std::any_of(asked_.begin(), asked_.end(), [&](const TableSpan& s) {
+bool Requested::any(const std::string& table, size_t first, size_t last) const {
+    return std::any_of(requested_.begin(), requested_.end(), [&](const TableSpan& s) {
         return s.table == table && s.first < last && s.last > first;
     });
 }
 
-bool Wanted::values_alone(const SceneView& scene) const {
+bool Requested::values_alone(const SceneView& scene) const {
     constexpr uint64_t color = columns(kBaseColor, kBaseColor + 3),
                        emission = columns(kEmission, kEmission + 3);
     const bool known = std::all_of(spans_.begin(), spans_.end(), [](const auto& span) {
-        return span.first == "leaf_params" || span.first == "light_params" || span.first == "environment";
+        return span.first == "closure_params" || span.first == "light_params" || span.first == "environment";
     });
     if (!known || geometry()) return false;
-    const Span rows = span("leaf_params");
-    if (!any("leaf_params")) return true;
+    const Span rows = span("closure_params");
+    if (!any("closure_params")) return true;
     if ((rows.columns & ~(color | emission)) != 0) return false;
     if ((rows.columns & emission) != 0 && scene.emission_varies) return false;
     for (size_t k = rows.first; k < rows.last; k += kMaterialParams)
-        if (any("leaf_params", k + kBaseColor, k + kBaseColor + 3) &&
-            !(scene.leaf_flags[k / kMaterialParams] & kLambertian))
+        if (any("closure_params", k + kBaseColor, k + kBaseColor + 3) &&
+            !(scene.closure_flags[k / kMaterialParams] & kLambertian))
             return false;
     return true;
 }
 
-Wanted::Span Wanted::span(const std::string& table) const {
+Requested::Span Requested::span(const std::string& table) const {
     const auto at = spans_.find(table);
     return at == spans_.end() ? Span{} : at->second;
 }
@@ -134,12 +134,12 @@ constexpr size_t kMostFloats = size_t{1} << 29;
 // Buffers of more floats aren't kept for later calls.
 constexpr size_t kMostSpare = size_t{1} << 26;
 
-GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareZeros& spare)
+GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Requested& requested, ZeroedPool& spare)
     : spare_(spare) {
     size_t known = 0;
     for (const NamedTable& table : tables) {
-        if (!wanted.any(table.name)) continue;
-        const Wanted::Span span = wanted.span(table.name);
+        if (!requested.any(table.name)) continue;
+        const Requested::Span span = requested.span(table.name);
         if (span.last > table.size)
             throw std::invalid_argument(std::string("more of the table '") + table.name +
                                         "' is asked for than it has");
@@ -147,7 +147,7 @@ GradientGroups::GradientGroups(std::vector<NamedTable> tables, const Wanted& wan
         size_ += span.last - span.first;
         ++known;
     }
-    if (known != wanted.spans().size())
+    if (known != requested.spans().size())
         throw std::invalid_argument("a table that is asked for doesn't exist");
     // Many groups balance the load, but each costs memory to clear and to sum. A power of two is shared
     // evenly by as many threads: 13 groups of 300,000 floats took two of them 1.1 times as long as 8 do.
@@ -221,12 +221,12 @@ TableValues GradientGroups::reduce(int threads) {
     return out;
 }
 
-DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const Wanted& wanted,
+DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const Requested& requested,
                                    const TableValues& tangents) {
     DifferentiableTables out;
     for (const NamedTable& table : tables) {
-        if (!wanted.any(table.name)) continue;
-        const Wanted::Span span = wanted.span(table.name);
+        if (!requested.any(table.name)) continue;
+        const Requested::Span span = requested.span(table.name);
         const Zeros& tangent = tangents.at(table.name);
         if (tangent.size() != table.size)
             throw std::invalid_argument(std::string("the tangent of the table '") + table.name +

@@ -32,11 +32,11 @@ struct NamedTable {
 std::vector<NamedTable> differentiable_tables(const SceneView& scene, const SceneTables& tables);
 
 // What a call is asked for.
-class Wanted {
+class Requested {
  public:
     // Spans of unknown tables are an error (std::invalid_argument). Where vertices move, so do the shading
     // normals that follow them.
-    Wanted(const SceneTables& tables, const std::vector<TableSpan>& spans);
+    Requested(const SceneTables& tables, const std::vector<TableSpan>& spans);
 
     bool any(const std::string& table) const { return spans_.count(table) > 0; }
     // Whether some of a table's floats [first, last) are asked for.
@@ -65,18 +65,18 @@ class Wanted {
     const std::vector<uint8_t>& moving() const { return moving_; }
 
  private:
-    std::vector<TableSpan> asked_;
+    std::vector<TableSpan> requested_;
     std::map<std::string, Span> spans_;
     std::vector<uint8_t> moving_;
 };
 
 // Buffers of zeros.
-using SpareZeros = Spare<Zeros>;
+using ZeroedPool = ObjectPool<Zeros>;
 
 // Gradient buffers, summed in a fixed order.
 class GradientGroups {
  public:
-    GradientGroups(std::vector<NamedTable> tables, const Wanted& wanted, SpareZeros& spare);
+    GradientGroups(std::vector<NamedTable> tables, const Requested& requested, ZeroedPool& spare);
     GradientGroups(const GradientGroups&) = delete;
     GradientGroups& operator=(const GradientGroups&) = delete;
 
@@ -95,7 +95,7 @@ class GradientGroups {
  private:
     struct Part {
         NamedTable table;
-        Wanted::Span span;
+        Requested::Span span;
         size_t offset;
     };
     // Whether the first group's buffer becomes the result: of a large table that is alone.
@@ -104,11 +104,11 @@ class GradientGroups {
     std::vector<Part> parts_;
     size_t size_ = 0;
     std::vector<std::shared_ptr<Zeros>> groups_;  // null: no work has come to it
-    SpareZeros& spare_;
+    ZeroedPool& spare_;
 };
 
 // The tables with their tangents.
-DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const Wanted& wanted,
+DifferentiableTables with_tangents(const std::vector<NamedTable>& tables, const Requested& requested,
                                    const TableValues& tangents);
 
 }  // namespace edgegrad

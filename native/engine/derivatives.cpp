@@ -4,29 +4,35 @@
 
 #include "engine/derivative_call.h"
 #include "scene/shading_normals.h"
+#include "tasks/adjoint_task.h"
+#include "tasks/boundary_task.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/image_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad {
 
-void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
+void Engine::forward(const RenderOptions& options, const Requested& requested, TableValues tangents,
                      LearnedSampling* learned, const Progress& progress, float* image,
                      Dropped& dropped) const {
     require_settled();
-    DerivativeCall call(*this, options, wanted, learned);
+    DerivativeCall call(*this, options, requested, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
     std::fill_n(image, plan.pixels * 3, 0.0f);
-    if (wanted.any("normals")) {
+    if (requested.any("normals")) {
         Zeros& normals = tangents["normals"];
         normals.resize(tables_.normals.size());
-        if (wanted.any("vertices"))
+        if (requested.any("vertices"))
             push_shading_normals(tables_, threads_, tangents.at("vertices").data(), normals.data());
     }
-    const DifferentiableTables tables = with_tangents(call.tables, wanted, tangents);
+    const DifferentiableTables tables = with_tangents(call.tables, requested, tangents);
     const auto values = [&](const char* name) {
-        return wanted.any(name) ? tangents.at(name).data() : nullptr;
+        return requested.any(name) ? tangents.at(name).data() : nullptr;
     };
     double* vertices = values("vertices");
-    if (vertices) vertices += wanted.span("vertices").first;
+    if (vertices) vertices += requested.span("vertices").first;
     const DerivativeView d = call.boundary_view({{},
                                                  vertices,
                                                  values("camera"),
@@ -149,19 +155,19 @@ void Engine::forward(const RenderOptions& options, const Wanted& wanted, TableVa
             call.edge_on->forward(kernels_, scene, sweep, first, w, out);
             call.dropped.add(lost);
         });
-    spare_memory_.give(std::move(memory));
+    memory_pool_.give(std::move(memory));
     dropped = call.all_dropped();
     if (progress) progress(1.0);  // second passes may have spared samples
 }
 
-TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
+TableValues Engine::backward(const RenderOptions& options, const Requested& requested, const float* adjoint,
                              LearnedSampling* learned, const Progress& progress, Dropped& dropped) const {
     require_settled();
-    DerivativeCall call(*this, options, wanted, learned);
+    DerivativeCall call(*this, options, requested, learned);
     const SceneView& scene = call.scene;
     const ImagePlan& plan = call.plan;
 
-    GradientGroups groups(call.tables, wanted, spare_zeros_);
+    GradientGroups groups(call.tables, requested, zeroed_pool_);
     for (BoundaryTerm& term : call.terms)
         if (term.masses) term.plan.record();
 
@@ -266,14 +272,14 @@ TableValues Engine::backward(const RenderOptions& options, const Wanted& wanted,
         add_specular(static_cast<size_t>(thread), group, 1, gradient);
         add_pass(thread, group, 1, gradient);
     });
-    spare_memory_.give(std::move(memory));
+    memory_pool_.give(std::move(memory));
     for (const BoundaryTerm& term : call.terms)
         if (term.masses) term.plan.teach(*term.masses);
     if (learned) call.count_samples(*learned);
     if (progress) progress(1.0);  // second passes may have spared samples
     dropped = call.all_dropped();
     TableValues gradients = groups.reduce(threads_);
-    if (wanted.any("normals") && wanted.any("vertices"))
+    if (requested.any("normals") && requested.any("vertices"))
         pull_shading_normals(tables_, threads_, gradients.at("normals").data(),
                              gradients.at("vertices").data());
     return gradients;

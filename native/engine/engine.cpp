@@ -11,6 +11,8 @@
 #include "engine/workspace.h"
 #include "film/pixel_filter.h"
 #include "scene/shading_normals.h"
+#include "tasks/image_task.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad {
 
@@ -22,7 +24,7 @@ constexpr size_t kMostConvex = 2;
 // Whether light can only leave surfaces above their triangles.
 bool lambertian_and_flat(const SceneTables& tables) {
     return tables.corner_normal.empty() && tables.instance_mesh.empty() &&
-           std::all_of(tables.leaf_flags.begin(), tables.leaf_flags.end(), [](int32_t flags) {
+           std::all_of(tables.closure_flags.begin(), tables.closure_flags.end(), [](int32_t flags) {
                return (flags & kLambertian) && !(flags & (kHasTransparency | kHasNormalMap));
            });
 }
@@ -216,7 +218,7 @@ bool Engine::hides_no_light() const {
 // (core/geometry/shape.py). What light passes through may have borders anywhere on it.
 bool Engine::hides_no_surface() const {
     if (closed_.empty() || closed_.size() > kMostConvex || !tables_.instance_mesh.empty()) return false;
-    for (int32_t flags : tables_.leaf_flags)
+    for (int32_t flags : tables_.closure_flags)
         if (flags & kHasTransparency) return false;
     for (size_t mesh = 0; mesh < closed_.size(); ++mesh)
         if (!is_convex_mesh(mesh)) return false;
@@ -238,11 +240,11 @@ void Engine::render(const RenderOptions& options, const Progress& progress, floa
             kernels_.radiance(scene, task, (*memory)[static_cast<size_t>(thread)].paths(), image);
         });
     });
-    spare_memory_.give(std::move(memory));
+    memory_pool_.give(std::move(memory));
 }
 
 std::shared_ptr<std::vector<ThreadMemory>> Engine::thread_memory() const {
-    auto memory = spare_memory_.take();
+    auto memory = memory_pool_.take();
     if (memory->empty()) *memory = std::vector<ThreadMemory>(static_cast<size_t>(threads_));
     return memory;
 }
@@ -264,7 +266,7 @@ void Engine::probe_directions(const DirectionProbes& probes) const {
     kernels_.light_directions(PreparedScene(api_, *bvh_, tables_, nullptr, false, lights()).view(), probes);
 }
 
-void Engine::probe_sky(const SkyProbes& probes) const {
+void Engine::probe_environment(const EnvironmentProbes& probes) const {
     require_settled();
     const PreparedScene prepared(api_, *bvh_, tables_, nullptr, false, lights());
     if (!prepared.view().sky.pixels) throw std::invalid_argument("the environment has no image");

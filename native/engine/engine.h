@@ -79,15 +79,15 @@ class Engine {
     // wanted tables for an adjoint picture. What they leave out is told in `dropped`. `learned`, if not null,
     // is what earlier gradients have learned of the samples' worth: both take samples by it, and a gradient
     // adds its own.
-    void forward(const RenderOptions& options, const Wanted& wanted, TableValues tangents,
+    void forward(const RenderOptions& options, const Requested& requested, TableValues tangents,
                  LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped) const;
-    TableValues backward(const RenderOptions& options, const Wanted& wanted, const float* adjoint,
+    TableValues backward(const RenderOptions& options, const Requested& requested, const float* adjoint,
                          LearnedSampling* learned, const Progress& progress, Dropped& dropped) const;
 
     // For tests: light sampling by itself.
     void probe_lights(const LightProbes& probes) const;
     void probe_directions(const DirectionProbes& probes) const;
-    void probe_sky(const SkyProbes& probes) const;
+    void probe_environment(const EnvironmentProbes& probes) const;
 
  private:
     struct DerivativeCall;
@@ -114,10 +114,10 @@ class Engine {
     // Made when a call first asks for them, and kept until values or vertices change.
     std::shared_ptr<const LightList> lights(bool dark_too = false) const;
     // The alpha up to which derivatives follow lobes (engine/followed_lobes_rule.h).
-    float follow(const Asked& asked, const std::vector<int8_t>& sides,
+    float follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
                  const std::shared_ptr<const LightList>& lights) const;
     // Those that derivatives sample.
-    std::shared_ptr<const LightList> lights_for(const Wanted& wanted) const;
+    std::shared_ptr<const LightList> lights_for(const Requested& requested) const;
     mutable std::mutex made_lock_;
     mutable std::shared_ptr<const LightList> lights_, dark_lights_;
     // The same, until vertices change.
@@ -125,9 +125,9 @@ class Engine {
     mutable std::shared_ptr<const std::vector<float>> normals_;
     mutable std::vector<std::optional<bool>> convex_;  // by mesh
     mutable std::optional<bool> apart_;                // the scene's two
-    mutable KeptEdges kept_;
-    mutable SpareZeros spare_zeros_;
-    mutable Spare<std::vector<ThreadMemory>> spare_memory_;
+    mutable EdgeCache kept_;
+    mutable ZeroedPool zeroed_pool_;
+    mutable ObjectPool<std::vector<ThreadMemory>> memory_pool_;
     std::unique_ptr<Bvh> bvh_;
     bool settled_ = true;                // the BVH and what is kept are those of the vertices
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch

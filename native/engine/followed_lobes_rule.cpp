@@ -16,18 +16,20 @@ namespace {
 constexpr float kFollowedByEmitters = 0.0205f, kFollowedAlpha = 0.0905f;
 
 // Lights of the table alone move nothing that followed lobes see.
-bool moves(const Asked& asked) { return asked.camera || asked.rotation || asked.any_mesh_moves(); }
+bool moves(const RequestedMotion& motion) {
+    return motion.camera || motion.rotation || motion.any_mesh_moves();
+}
 
 // Whether a shader is textured: what it shows may jump within a surface.
 bool any_textured(const SceneTables& tables) {
-    const auto& programs = tables.textures.leaf_program;
+    const auto& programs = tables.textures.closure_program;
     return std::any_of(programs.begin(), programs.end(), [](int32_t program) { return program >= 0; });
 }
 
 // Whether a lobe is there to be followed.
 bool any_narrow(const SceneTables& tables, float widest) {
-    for (size_t leaf = 0; leaf < tables.leaf_flags.size(); ++leaf)
-        if (may_be_specular(tables, leaf, widest)) return true;
+    for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure)
+        if (may_be_specular(tables, closure, widest)) return true;
     return false;
 }
 
@@ -47,22 +49,22 @@ bool lights_jump(const SceneTables& tables, const LightView& lights) {
 
 // Whether surfaces pass through each other or through lights, wherever that is.
 bool surfaces_cross(const EdgeList& edges) {
-    Asked all;
+    RequestedMotion all;
     all.moving.assign(static_cast<size_t>(edges.tables.visible_meshes), 1);
     all.camera = all.instances = all.lights = true;
-    const Crossings found = find_crossings(edges, all, kScatteredRays | 1 << kShadowRay);
+    const Intersections found = find_intersections(edges, all, kScatteredRays | 1 << kShadowRay);
     return found.size() > 0 ||
-           find_pierced_lights(edges.tables, all, found, nullptr, edges.threads).size() > 0 ||
-           find_pierced_disks(edges.tables, edges.threads).size() > 0;
+           find_light_intersections(edges.tables, all, found, nullptr, edges.threads).size() > 0 ||
+           find_disk_intersections(edges.tables, edges.threads).size() > 0;
 }
 
 }  // namespace
 
-float followed_alpha(const EdgeList& edges, const Asked& asked) {
+float followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
     const SceneTables& tables = edges.tables;
     const LightView& lights = edges.lights->view();
     const float widest = lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
-    if (!moves(asked) || !any_narrow(tables, widest) || any_textured(tables) || lights_jump(tables, lights))
+    if (!moves(motion) || !any_narrow(tables, widest) || any_textured(tables) || lights_jump(tables, lights))
         return 0.0f;
     return *edges.kept.cross.get(true, [&] { return surfaces_cross(edges); }) ? 0.0f : widest;
 }

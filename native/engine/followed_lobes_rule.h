@@ -9,6 +9,6 @@ namespace edgegrad {
 // The alpha up to which lobes are followed where the camera sees them by such lobes alone; 0: none is. Of
 // what moves in such a lobe the edges are found by scan lines (boundary/specular/chain_term.h), as in
 // mirrors. Scenes with jumps of light that those don't find, and that other estimators do, follow none.
-float followed_alpha(const EdgeList& edges, const Asked& asked);
+float followed_alpha(const EdgeList& edges, const RequestedMotion& motion);
 
 }  // namespace edgegrad

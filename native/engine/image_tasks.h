@@ -7,6 +7,8 @@
 
 #include "engine/engine.h"
 #include "scene/camera_row.h"
+#include "tasks/block_sizes.h"
+#include "tasks/image_task.h"
 #include "util/parallel.h"
 
 namespace edgegrad {

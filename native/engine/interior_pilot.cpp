@@ -9,6 +9,10 @@
 
 #include "engine/derivative_call.h"
 #include "scene/shading_normals.h"
+#include "tasks/adjoint_task.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad {
 namespace {
@@ -32,10 +36,10 @@ double sign_of(uint64_t k) {
 
 // Each coordinate of what moves, up or down at random: by many of them a sum of derivatives has the mean
 // square of the gradient.
-TableValues random_motion(const std::vector<NamedTable>& tables, const Wanted& wanted) {
+TableValues random_motion(const std::vector<NamedTable>& tables, const Requested& requested) {
     TableValues out;
     for (const NamedTable& table : tables) {
-        if (!wanted.any(table.name)) continue;
+        if (!requested.any(table.name)) continue;
         Zeros& values = out[table.name];
         values.assign(table.size, 0.0);
         const std::string name = table.name;
@@ -47,26 +51,26 @@ TableValues random_motion(const std::vector<NamedTable>& tables, const Wanted& w
 
 }  // namespace
 
-bool Engine::DerivativeCall::asks_motion_alone() const {
-    for (const auto& span : wanted.spans())
+bool Engine::DerivativeCall::requests_motion_alone() const {
+    for (const auto& span : requested.spans())
         if (span.first != "vertices" && span.first != "normals" && span.first != "camera") return false;
-    return wanted.any("vertices") || !wanted.any("normals");
+    return requested.any("vertices") || !requested.any("normals");
 }
 
 bool Engine::DerivativeCall::may_thin_interior() const {
-    if (!asks_motion_alone()) return false;
-    const bool vertices = wanted.any("vertices");
+    if (!requests_motion_alone()) return false;
+    const bool vertices = requested.any("vertices");
     const bool dense = vertices && engine.tables_.vertices.size() > kMostFloats;
     return !learns && !dense && !divided && image_chunks >= kLeastChunks && plan.options.samples >= 4;
 }
 
 double Engine::DerivativeCall::interior_variance(const Progress& progress,
                                                  std::vector<ThreadMemory>& of_thread) const {
-    TableValues motion = random_motion(tables, wanted);
-    if (wanted.any("normals"))
+    TableValues motion = random_motion(tables, requested);
+    if (requested.any("normals"))
         push_shading_normals(engine.tables_, engine.threads_, motion.at("vertices").data(),
                              motion.at("normals").data());
-    const DifferentiableTables along = with_tangents(tables, wanted, motion);
+    const DifferentiableTables along = with_tangents(tables, requested, motion);
     ImagePlan pilot = plan;
     pilot.options.seed ^= 0x510e527fu;
     const int64_t stride = std::max(kStride, plan.chunks / kMostChunks), chunks = plan.chunks / stride;
@@ -114,7 +118,7 @@ void Engine::DerivativeCall::divide_interior(int by) {
     divided = true;
     if (!edge_on) return;
     boundary_chunks -= edge_on->chunks();
-    edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, fewer, asked, engine.threads_);
+    edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, fewer, this->motion, engine.threads_);
     if (edge_on) boundary_chunks += edge_on->chunks();
 }
 

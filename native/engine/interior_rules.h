@@ -11,15 +11,15 @@
 namespace edgegrad {
 
 // Whether nothing that is asked for changes any shading.
-bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
+bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Requested& requested,
                          int max_depth);
 
 // Whether rims of transmission lobes may move (path/rim.h).
-bool rims_move(const SceneView& scene, const SceneTables& tables, const Wanted& wanted);
+bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested);
 
 // Which surfaces have derivatives, where nothing else does. Emission is seen from everywhere, and shadows of
 // what lets light through (`passed`, of engine/transparent_closures.h) are.
-AskedSurfaces asked_surfaces(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
-                             const std::vector<int32_t>& passed);
+RequestedSurfaces requested_surfaces(const SceneView& scene, const SceneTables& tables,
+                                     const Requested& requested, const std::vector<int32_t>& passed);
 
 }  // namespace edgegrad

@@ -9,8 +9,8 @@
 
 namespace edgegrad {
 
-// PassedLeaf bits of each shader; empty if all are 0. `geometry`: places of surfaces change.
-std::vector<int32_t> passed_leaves(const SceneView& scene, const SceneTables& tables, const Wanted& wanted,
-                                   bool geometry);
+// TransparentClosure bits of each shader; empty if all are 0. `geometry`: places of surfaces change.
+std::vector<int32_t> transparent_closures(const SceneView& scene, const SceneTables& tables,
+                                          const Requested& requested, bool geometry);
 
 }  // namespace edgegrad

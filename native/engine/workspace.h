@@ -32,9 +32,9 @@ class AdjointWorkspace {
         work.vertices = &vertices_;
         // What an earlier call asked for is none of this one's business.
         vertices_.geometry = vertices_.misses = true;
-        vertices_.asked = {};
+        vertices_.requested = {};
         vertices_.rims = false;
-        vertices_.passed.leaves = nullptr;
+        vertices_.passed.closures = nullptr;
         work.camera = camera_;
         task_.image = &image;
         task_.vertices = &vertices_;
@@ -78,7 +78,7 @@ class ChainWorkspace {
             };
             ChainCrossings& c = view_;
             take(c.segment), take(c.horizontal), take(c.length), take(c.parted);
-            for (auto* v : {&c.face, &c.mesh, &c.instance, &c.leaf, &c.fate})
+            for (auto* v : {&c.face, &c.mesh, &c.instance, &c.closure, &c.event})
                 for (int32_t*& p : *v) take(p);
             for (auto* v : {&c.b1, &c.b2, &c.half[0], &c.half[1], &c.half[2]})
                 for (float*& p : *v) take(p);

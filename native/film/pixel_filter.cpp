@@ -31,10 +31,10 @@ std::vector<float> inverted_filter(PixelFilter filter, float width) {
     std::vector<float> offsets;
     size_t at = 0;
     for (int k = 0; k <= kFilterSize; ++k) {
-        const double wanted = sum.back() * k / kFilterSize;
-        while (at + 2 < sum.size() && sum[at + 1] < wanted) ++at;
+        const double requested = sum.back() * k / kFilterSize;
+        while (at + 2 < sum.size() && sum[at + 1] < requested) ++at;
         const double mass = sum[at + 1] - sum[at];
-        const double within = mass > 0.0 ? (wanted - sum[at]) / mass : 0.0;
+        const double within = mass > 0.0 ? (requested - sum[at]) / mass : 0.0;
         offsets.push_back(static_cast<float>(-half + (static_cast<double>(at) + within) * step));
     }
     return offsets;

@@ -2,12 +2,14 @@
 #include "boundary/terms/cone_border.h"
 #include "boundary/terms/shadow.h"
 #include "kernels/parts.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_derivative_kernels(KernelTable& table) {
     table.boundary[kShadowBoundary] = {direct_forward<sample_shadow>, direct_backward<sample_shadow>};
-    table.boundary[kSkyBoundary] = table.boundary[kShadowBoundary];
+    table.boundary[kEnvironmentShadow] = table.boundary[kShadowBoundary];
     table.boundary[kConeBorder] = {direct_forward<sample_cone_border>, direct_backward<sample_cone_border>};
 }
 

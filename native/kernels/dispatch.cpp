@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "kernels/cpu_features.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad {
 

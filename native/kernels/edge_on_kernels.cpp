@@ -1,6 +1,7 @@
 // Kernels of camera samples by area, of one instruction set.
 #include "kernels/parts.h"
 #include "path/edge_on.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -4,6 +4,7 @@
 #endif
 #include "boundary/terms/horizon.h"
 #include "kernels/parts.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

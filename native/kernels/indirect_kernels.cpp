@@ -2,15 +2,17 @@
 #include "boundary/terms/indirect.h"
 #include "boundary/terms/intersection.h"
 #include "kernels/parts.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_indirect_kernels(KernelTable& table) {
     table.boundary[kIndirectBoundary] = {lit_segments_forward<sample_indirect>,
                                          lit_segments_backward<sample_indirect>};
-    table.boundary[kPiercedLight] = {lit_segments_forward<sample_pierced, PiercedSegment>,
-                                     lit_segments_backward<sample_pierced, PiercedSegment>};
-    table.boundary[kPiercedSurface] = table.boundary[kPiercedLight];
+    table.boundary[kLightIntersection] = {lit_segments_forward<sample_intersection, IntersectionSegment>,
+                                          lit_segments_backward<sample_intersection, IntersectionSegment>};
+    table.boundary[kSurfaceIntersection] = table.boundary[kLightIntersection];
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

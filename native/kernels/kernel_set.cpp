@@ -1,6 +1,7 @@
 // The table of one instruction set's kernels.
 #include "kernels/parts.h"
 #include "simd/packet.h"
+#include "tasks/kernel_table.h"
 
 #define EG_STRING2(x) #x
 #define EG_STRING(x) EG_STRING2(x)
@@ -14,7 +15,7 @@ const KernelTable& kernel_table() {
         KernelTable table{};
         table.name = EG_STRING(EDGEGRAD_ISA);
         table.width = W;
-        add_aimed_kernels(table);
+        add_camera_sampled_kernels(table);
         add_path_kernels(table);
         add_derivative_kernels(table);
         add_edge_on_kernels(table);

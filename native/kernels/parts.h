@@ -8,7 +8,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 const KernelTable& kernel_table();
 
-void add_aimed_kernels(KernelTable& table);
+void add_camera_sampled_kernels(KernelTable& table);
 void add_outline_kernels(KernelTable& table);
 void add_path_kernels(KernelTable& table);
 void add_derivative_kernels(KernelTable& table);

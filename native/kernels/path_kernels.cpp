@@ -3,6 +3,9 @@
 #include "path/radiance.h"
 #include "path/touched_vertices.h"
 #include "path/value_sweeps.h"
+#include "tasks/image_task.h"
+#include "tasks/kernel_table.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

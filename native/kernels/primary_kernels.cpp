@@ -2,12 +2,14 @@
 #include "boundary/curves/edge_weights.h"
 #include "boundary/terms/primary.h"
 #include "kernels/parts.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 void add_primary_kernels(KernelTable& table) {
     table.boundary[kPrimaryBoundary] = {primary_forward_kernel, primary_backward_kernel};
-    table.edge_masses = edge_masses_kernel;
+    table.edge_weights = edge_weights_kernel;
     table.add_splats = add_splats_kernel;
 }
 

@@ -3,6 +3,7 @@
 #include "kernels/ray_batch.h"
 #include "shading/bsdf/bsdf_kernel.h"
 #include "shading/lights/light_probe_kernels.h"
+#include "tasks/kernel_table.h"
 #include "texture/texture_kernel.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
@@ -12,7 +13,7 @@ void add_probe_kernels(KernelTable& table) {
     table.bsdfs = bsdf_kernel;
     table.light_samples = light_samples_kernel;
     table.light_directions = light_directions_kernel;
-    table.sky = sky_kernel;
+    table.sky = environment_kernel;
     table.ray_batch = ray_batch_kernel;
 }
 

@@ -5,6 +5,7 @@
 #include "boundary/specular/chain_term.h"
 #include "boundary/specular/scan_lines.h"
 #include "kernels/parts.h"
+#include "tasks/kernel_table.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

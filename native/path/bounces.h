@@ -3,6 +3,7 @@
 
 #include "path/path_queue.h"
 #include "scene/rays/rays.h"
+#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

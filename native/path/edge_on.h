@@ -23,6 +23,8 @@
 #include "path/stream.h"
 #include "sampling/systematic.h"
 #include "tasks/edge_on_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

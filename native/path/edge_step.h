@@ -7,6 +7,8 @@
 
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -14,7 +16,7 @@ struct LambertianStep {
     Vec3 normal;  // between the two sides'
     Lambertian plus, minus;
     // Lanes under a constant sky whose integral over all directions is known: only what hides it is sampled.
-    Mask sky_is_known;
+    Mask environment_is_known;
 
     static constexpr bool kSmooth = true;
     // Each side has a horizon of its own.
@@ -68,9 +70,10 @@ EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Works
         normal, {point.normal, x.normal, albedo[0]}, {beside.normal, y.normal, albedo[1]}, splat(0)};
     const Int diffuse = splat(static_cast<int>(kDiffuseRay));
     if (scene.has_environment && !scene.sky.pixels) {
-        surface.sky_is_known = p.active & flat(point.normal, x.normal) & flat(beside.normal, y.normal) &
-                               next_is_final(task, p, diffuse);
-        const Mask seen = surface.sky_is_known & ((splat(scene.environment_mask) & ray_mask(diffuse)) != 0);
+        surface.environment_is_known = p.active & flat(point.normal, x.normal) &
+                                       flat(beside.normal, y.normal) & next_is_final(task, p, diffuse);
+        const Mask seen =
+            surface.environment_is_known & ((splat(scene.environment_mask) & ray_mask(diffuse)) != 0);
         if (any(seen))
             add_radiance(work, p, seen, p.throughput * (albedo[0] - albedo[1]) * splat3(scene.environment));
     }

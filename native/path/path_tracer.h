@@ -18,6 +18,8 @@
 #include "path/value_recorder.h"
 #include "shading/bsdf/favoured_lobes.h"
 #include "shading/emission.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -45,8 +47,8 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     const CameraView& camera = scene.camera;
     const int count = task.pixel_count * task.samples;
     PathPacket p = first_segment(task.max_depth);
-    const AskedSurfaces* asked = asked_surfaces(work);
-    p.touched = splat(asked && asked->everywhere ? -1 : 0);
+    const RequestedSurfaces* requested = requested_surfaces(work);
+    p.touched = splat(requested && requested->everywhere ? -1 : 0);
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
         p.path = lane_index() + at;
@@ -83,13 +85,13 @@ EG_INLINE void trace_paths(const SceneView& scene, Workspace& work, int count) {
 EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const PathPacket& p, Mask missed,
                                Vertex* vertex) {
     missed &= (splat(scene.environment_mask) & ray_mask(p.kind)) != 0;
-    if (!any(missed) || (work.values && !wants_sky(*work.values))) return;
+    if (!any(missed) || (work.values && !requests_environment(*work.values))) return;
     Float weight = splat(1.0f);
     if (scene.sky.sampled)
         weight = select(p.pdf > 0.0f, power_heuristic(p.pdf, environment_pdf(scene, p.direction)), weight);
     if (vertex) return put(vertex->sky_weight, missed, weight);
     if (work.values)
-        return record_own(*work.values, missed, splat(static_cast<int>(kSkySource)),
+        return record_own(*work.values, missed, splat(static_cast<int>(kEnvironmentSource)),
                           splat3(scene.environment), environment_gain(scene, p.direction) * weight);
     add_radiance(work, p, missed, p.throughput * environment_radiance(scene, p.direction) * weight);
 }
@@ -99,7 +101,7 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
                             const SurfacePoint& x, const Shader& shader, const TexturePoint& point,
                             Vertex* vertex) {
     const Mask emits = x.active & has(shader, kHasEmission);
-    if (!any(emits) || (work.values && !wants_emission(*work.values))) return;
+    if (!any(emits) || (work.values && !requests_emission(*work.values))) return;
     Float weight = splat(1.0f);
     const Mask sampled = emits & (p.pdf > 0.0f);
     if (any(sampled)) {
@@ -112,16 +114,16 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
     if (work.values) {
         Shader bright = shader;
         for (int c = 0; c < 3; ++c) bright.row[kEmission + c] = splat(1.0f);
-        return record_own(*work.values, emits, light_source(kLeafSource, shader.leaf),
-                          shader.color(kEmission), leaf_emission(x, bright, point) * weight);
+        return record_own(*work.values, emits, light_source(kLeafSource, shader.closure),
+                          shader.color(kEmission), closure_emission(x, bright, point) * weight);
     }
-    add_radiance(work, p, emits, p.throughput * leaf_emission(x, shader, point) * weight);
+    add_radiance(work, p, emits, p.throughput * closure_emission(x, shader, point) * weight);
 }
 
 // Lights that rays meet without being blocked by them.
 EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
                                 Float distance) {
-    if (work.values && !wants_rows(*work.values)) return;
+    if (work.values && !requests_rows(*work.values)) return;
     const Mask meets = p.active & ~p.followed;
     const Float near = way_so_far(p);
     const Receiver from{p.from, p.from_normal, p.both_sides};
@@ -150,8 +152,8 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
     Mask ends = splat(0);
     Float chance = share;
     if (vertex) {
-        ends =
-            may & ((share <= 0.0f) | (share >= 1.0f)) & share_ends_change(work.vertices->passed, shader.leaf);
+        ends = may & ((share <= 0.0f) | (share >= 1.0f)) &
+               share_ends_change(work.vertices->passed, shader.closure);
         chance = select(ends, chance_at_ends(share), share);
     }
     p.active = may & (u < chance);
@@ -182,7 +184,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         PathPacket part = p;
         part.active = lambertian;
         if (work.values) {
-            record_color(*work.values, lambertian, shader.leaf, albedo);
+            record_color(*work.values, lambertian, shader.closure, albedo);
             albedo = gray(splat(1.0f));
         }
         if (!vertex) part.active &= largest_component(albedo) > 0.0f;
@@ -213,9 +215,9 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
             }
             part.throughput = part.throughput * rim.others;
         }
-        if (vertex && work.vertices->asked.lobes) {
-            const AskedSurfaces& asked = work.vertices->asked;
-            favour(surface.bsdf, part.active & asks(asked, shader.leaf), asked.lobes,
+        if (vertex && work.vertices->requested.lobes) {
+            const RequestedSurfaces& requested = work.vertices->requested;
+            favour(surface.bsdf, part.active & is_requested(requested, shader.closure), requested.lobes,
                    next_is_final(task, p, splat(static_cast<int>(kGlossyRay))));
         }
         alive = scatter(scene, task, work, part, x, surface, index, lobe_u, alive, vertex);
@@ -231,8 +233,8 @@ EG_INLINE bool misses_count(const SceneView& scene, const VertexMemory& vertices
 
 // One segment: shades the hits of the queue's `count` paths; the number of those that go on.
 EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count) {
-    const AskedSurfaces* asked = asked_surfaces(work);
-    const bool moving = asked && asked->moving;
+    const RequestedSurfaces* requested = requested_surfaces(work);
+    const bool moving = requested && requested->moving;
     int alive = 0;
     for (int at = 0; at < count; at += W) {
         PathPacket p = load_paths(work.paths, at, count);
@@ -240,7 +242,7 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         const Mask hit = p.active & (face >= 0);
         if (moving) {
             p.touched |= hit & (gather(scene.face_moving, select(hit, face, splat(0))) != 0);
-            if (!any(p.active & may_touch(*asked, task, p, hit))) continue;
+            if (!any(p.active & may_touch(*requested, task, p, hit))) continue;
         }
         Vertex* vertex = nullptr;
         if (work.vertices && !any(hit) && !misses_count(scene, *work.vertices, p)) continue;
@@ -275,13 +277,13 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         Shader shader = surface_shader(scene, x, point, choice_u);
-        if (asked) p.touched |= hit & asks(*asked, shader.leaf);
+        if (requested) p.touched |= hit & is_requested(*requested, shader.closure);
         if (vertex) {
-            put(vertex->leaf, hit, shader.leaf);
+            put(vertex->closure, hit, shader.closure);
             put(vertex->scale, hit, shader.scale);
             store(vertex->touched, p.touched);
             record_contact(scene, *vertex, p, x);
-            keep_touched(*work.vertices, *vertex, moving ? may_touch(*asked, task, p, hit) : p.touched);
+            keep_touched(*work.vertices, *vertex, moving ? may_touch(*requested, task, p, hit) : p.touched);
         }
         if (work.values)
             record_surface(*work.values, hit, load_hits(work.hits, at, hit), shader.scale, p.touched);

@@ -3,6 +3,8 @@
 
 #include "path/path_tracer.h"
 #include "path/run.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

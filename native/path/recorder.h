@@ -5,25 +5,28 @@
 #include "scene/contact.h"
 #include "shading/bsdf/sample.h"
 #include "shading/lights/lights.h"
+#include "tasks/image_task.h"
 #include "tasks/vertex_record.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 using Vertex = VertexPacket<W>;
 
 // Whose derivatives the task's paths are recorded for; null: they are not.
-EG_INLINE const AskedSurfaces* asked_surfaces(const Workspace& work) {
-    return work.vertices ? &work.vertices->asked : work.values ? &work.values->asked : nullptr;
+EG_INLINE const RequestedSurfaces* requested_surfaces(const Workspace& work) {
+    return work.vertices ? &work.vertices->requested : work.values ? &work.values->requested : nullptr;
 }
 
-EG_INLINE Mask asks(const AskedSurfaces& asked, Int leaf) {
-    return (leaf >= asked.first_leaf) & (leaf < asked.last_leaf);
+EG_INLINE Mask is_requested(const RequestedSurfaces& requested, Int closure) {
+    return (closure >= requested.first_closure) & (closure < requested.last_closure);
 }
 
 // Lanes of a packet of ray ends of which anything may come: that have met what is asked for, or may still.
-EG_INLINE Mask may_touch(const AskedSurfaces& asked, const ImageTask& task, const PathPacket& p, Mask hit) {
+EG_INLINE Mask may_touch(const RequestedSurfaces& requested, const ImageTask& task, const PathPacket& p,
+                         Mask hit) {
     const Mask scatters = ~p.final_ray & (p.segment + 1 < task.max_depth);
-    return p.touched | (hit & (asked.first_leaf < asked.last_leaf ? splat(-1) : scatters));
+    return p.touched | (hit & (requested.first_closure < requested.last_closure ? splat(-1) : scatters));
 }
 
 // Values of the lanes of a mask.
@@ -68,7 +71,7 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
 // Whether the direction in which the surface before sees x is held.
 EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacket& p, const SurfacePoint& x) {
     if (!scene.mesh_contact) return;
-    const Mask held = (p.segment >= 2) & (p.segment <= scene.held_surfaces + 1) & (p.pdf > 0.0f);
+    const Mask held = (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f);
     const Contact c =
         contact(scene, x.active & held, p.from_mesh, p.from, p.from_normal, x.mesh, x.triangle, x.position);
     set(v.held, x.active, c.share);
@@ -79,7 +82,7 @@ EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacke
 EG_INLINE void record_light_contact(const SceneView& scene, Vertex& v, const PathPacket& p,
                                     const SurfacePoint& x, const LightSample& s) {
     if (!scene.mesh_contact) return;
-    const Mask held = s.active & (s.face >= 0) & (p.segment <= scene.held_surfaces);
+    const Mask held = s.active & (s.face >= 0) & (p.segment <= scene.fixed_direction_surfaces);
     const Contact c = contact_with_face(scene, held, x, s.face, splat(-1), s.b1, s.b2);
     put(v.light_held, held, c.share);
     put3(v.light_drift, held, c.drift);
@@ -89,7 +92,7 @@ EG_INLINE void record_light_contact(const SceneView& scene, Vertex& v, const Pat
 // still be written to.
 template <typename Memory, typename Packet>
 EG_INLINE void keep_touched(Memory& memory, Packet& v, Mask touched) {
-    if (memory.asked.everywhere) return;
+    if (memory.requested.everywhere) return;
     const Mask kept = load(v.active) & touched;
     store(v.active, kept);
     if (!any(kept)) --memory.count;

@@ -6,9 +6,9 @@
 
 namespace edgegrad {
 
-struct AskedSurfaces {
+struct RequestedSurfaces {
     bool everywhere = true;
-    int32_t first_leaf = 0, last_leaf = 0;  // by their shaders
+    int32_t first_closure = 0, last_closure = 0;  // by their shaders
     int32_t lobes = 0;  // of those (bits): all that is asked for is how wide these lobes are
     // By their vertices (SceneView::face_moving). What scatters light of such a surface sees it move, so that
     // vertices are recorded whose next one may be on one.

@@ -14,6 +14,8 @@
 
 #include "path/scatter.h"
 #include "path/shaded_surface.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

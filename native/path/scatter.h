@@ -12,6 +12,8 @@
 #include "shading/lights/lights.h"
 #include "shading/terminator.h"
 #include "shading/transmittance.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -46,7 +48,7 @@ EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 v
 // A vertex' rays that meet meshes of `mask`, and where to write down what they pass.
 EG_INLINE PassingRays shadow_rays(const Workspace& work, const Vertex* vertex, RecordedRay ray, Int mask) {
     PassingRays rays{mask};
-    if (vertex && work.vertices->passed.leaves)
+    if (vertex && work.vertices->passed.closures)
         rays.record = {&work.vertices->passed, static_cast<int32_t>(vertex - &work.vertices->at<W>(0)), ray};
     return rays;
 }
@@ -93,11 +95,11 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
 
 // Light from a sample of the environment's image.
 template <typename Surface>
-EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const PathPacket& p,
-                              const SurfacePoint& x, const Surface& surface, const PathIndex& index,
-                              Vertex* vertex) {
+EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, const PathPacket& p,
+                                      const SurfacePoint& x, const Surface& surface, const PathIndex& index,
+                                      Vertex* vertex) {
     Float u, v;
-    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSky), u, v);
+    sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexEnvironment), u, v);
     const EnvironmentSample s = sample_environment(scene, p.active, u, v);
     Mask active = p.active & (s.pdf > 0.0f) & (p.both_sides | (dot(x.normal, s.w) > 0.0f));
     const BsdfValue f = surface.evaluate(active, s.w);
@@ -110,13 +112,13 @@ EG_OUTLINE void add_sky_light(const SceneView& scene, Workspace& work, const Pat
     if (!scene.convex) {
         const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
         light = light * transmittance(scene, active, start, s.w, splat(__builtin_inff()),
-                                      shadow_rays(work, vertex, kRayToSky, splat(1 << kShadowRay)));
+                                      shadow_rays(work, vertex, kRayToEnvironment, splat(1 << kShadowRay)));
     }
     if (vertex) {
         put3(vertex->sky_direction, active, s.w);
         return put3(vertex->sky_scale, active, light);
     }
-    if (work.values) return record_sky(scene, *work.values, active, light);
+    if (work.values) return record_environment(scene, *work.values, active, light);
     add_radiance(work, p, active, p.throughput * light);
 }
 
@@ -138,7 +140,7 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
     const Float all = select(known, splat(1.0f), splat(0.0f));
     light = light * Vec3{through.x - all, through.y - all, through.z - all};
     if (vertex) return put3(vertex->last_scale, active, light);
-    if (work.values) return record_sky(scene, *work.values, active, light);
+    if (work.values) return record_environment(scene, *work.values, active, light);
     add_radiance(work, p, active, light);
 }
 
@@ -172,13 +174,13 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     const bool rims = vertex && work.vertices->rims;
     if (rims) p.active &= p.past_rim;
     if (any(p.active)) {
-        if (scene.lights.count > 0 && (!values || wants_lights(*values)))
+        if (scene.lights.count > 0 && (!values || requests_lights(*values)))
             add_light(scene, work, p, x, surface, alone, index, vertex);
-        if (scene.sky.sampled && (!values || wants_sky(*values)))
-            add_sky_light(scene, work, p, x, surface, index, vertex);
+        if (scene.sky.sampled && (!values || requests_environment(*values)))
+            add_environment_light(scene, work, p, x, surface, index, vertex);
     }
     p.active = scattered;
-    if (!scene.has_environment || (values && !wants_sky(*values))) p.active &= ~alone;
+    if (!scene.has_environment || (values && !requests_environment(*values))) p.active &= ~alone;
     if (!any(p.active)) return alive;
 
     Float u, v;
@@ -188,7 +190,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     p.active &= s.active;
     const Mask last = p.active & alone & (recorded ? p.touched : splat(-1));
     Mask known = splat(0);
-    if constexpr (requires { surface.sky_is_known; }) known = surface.sky_is_known;
+    if constexpr (requires { surface.environment_is_known; }) known = surface.environment_is_known;
     if (any(last)) add_final_environment(scene, work, p, x, last, s, known, vertex);
     p.active &= ~alone;
     if (!any(p.active)) return alive;
@@ -196,7 +198,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     p.final_ray = next_is_final(task, p, s.ray_kind);
     // A path's last surface doesn't scatter; it is worth meeting only for what the path has met before.
     if (recorded && !(scene.all_flags & kHasTransparency)) p.active &= p.touched | ~p.final_ray;
-    if (values && !wants_met_light(scene, *values)) p.active &= ~p.final_ray;
+    if (values && !requests_met_light(scene, *values)) p.active &= ~p.final_ray;
     if (rims) p.active &= p.past_rim | ~p.final_ray;
     p.throughput = p.throughput * s.weight;
     if (values) p.throughput = p.throughput * scattering_color(*values);

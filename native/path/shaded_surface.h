@@ -52,7 +52,7 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
     Vec3 tangent = zero3();
     if (scene.all_flags & kAnisotropic) {
         const Mask turned = active & has(shader, kAnisotropic);
-        if (any(turned)) tangent = surface_tangent(scene, turned, shader.leaf, point, normal);
+        if (any(turned)) tangent = surface_tangent(scene, turned, shader.closure, point, normal);
     }
     const Mask transmits = has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
                            (shader.kind == static_cast<int>(kDisney));

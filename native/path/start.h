@@ -5,6 +5,9 @@
 #include "path/path_queue.h"
 #include "path/run.h"
 #include "scene/rays/rays.h"
+#include "tasks/boundary_task.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -3,18 +3,19 @@
 #pragma once
 
 #include "path/recorder.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // What is asked for isn't met before them, but by them, or by their next where it moves.
-EG_INLINE void keep_vertices_of_worth(VertexMemory& memory, int32_t* touched_behind, int paths) {
+EG_INLINE void keep_contributing_vertices(VertexMemory& memory, int32_t* touched_behind, int paths) {
     __builtin_memset(touched_behind, 0, sizeof(int32_t) * static_cast<size_t>(paths));
     for (int64_t k = memory.count - 1; k >= 0; --k) {
         Vertex& v = memory.at<W>(k);
         for (int i = 0; i < W; ++i) {
             if (!v.active[i]) continue;
             int32_t& behind = touched_behind[v.path[i]];
-            v.active[i] = v.touched[i] || (memory.asked.moving && behind) ? -1 : 0;
+            v.active[i] = v.touched[i] || (memory.requested.moving && behind) ? -1 : 0;
             behind = v.touched[i];
         }
     }
@@ -23,8 +24,8 @@ EG_INLINE void keep_vertices_of_worth(VertexMemory& memory, int32_t* touched_beh
 // The recorded vertices of `paths` paths; work.visible is overwritten.
 static void close_up_kernel(Workspace& work, int32_t paths) {
     VertexMemory& memory = *work.vertices;
-    if (memory.asked.everywhere) return;
-    keep_vertices_of_worth(memory, work.visible, paths);
+    if (memory.requested.everywhere) return;
+    keep_contributing_vertices(memory, work.visible, paths);
     // Packets less than half full give their lanes to an open one of vertices of the same number: a path's
     // stay in their order.
     int64_t count = 0;

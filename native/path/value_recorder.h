@@ -14,14 +14,14 @@ EG_INLINE Int light_source(LightSource table, Int row) {
 }
 
 // Which light is of any use.
-EG_INLINE bool wants_sky(const ValueMemory& m) { return m.colors || m.environment; }
-EG_INLINE bool wants_emission(const ValueMemory& m) { return m.colors || m.emission; }
-EG_INLINE bool wants_rows(const ValueMemory& m) { return m.colors || m.rows; }
-EG_INLINE bool wants_lights(const ValueMemory& m) { return wants_emission(m) || wants_rows(m); }
+EG_INLINE bool requests_environment(const ValueMemory& m) { return m.colors || m.environment; }
+EG_INLINE bool requests_emission(const ValueMemory& m) { return m.colors || m.emission; }
+EG_INLINE bool requests_rows(const ValueMemory& m) { return m.colors || m.rows; }
+EG_INLINE bool requests_lights(const ValueMemory& m) { return requests_emission(m) || requests_rows(m); }
 // Whether any that rays meet by themselves is: lights without size are never met.
-EG_INLINE bool wants_met_light(const SceneView& scene, const ValueMemory& m) {
-    return wants_sky(m) || wants_emission(m) ||
-           (wants_rows(m) && scene.lights.sized_count + scene.lights.sized_distant > 0);
+EG_INLINE bool requests_met_light(const SceneView& scene, const ValueMemory& m) {
+    return requests_environment(m) || requests_emission(m) ||
+           (requests_rows(m) && scene.lights.sized_count + scene.lights.sized_distant > 0);
 }
 
 EG_INLINE void add3(Values::Floats (&field)[3], Mask m, Vec3 a) {
@@ -35,7 +35,7 @@ EG_INLINE Values& record_values(ValueMemory& memory, const PathPacket& p, Mask a
     store(v.path, p.path);
     store(v.face, splat(-1));
     store(v.instance, splat(-1));
-    store(v.leaf, splat(-1));
+    store(v.closure, splat(-1));
     set3(v.throughput, active, p.throughput);
     const Float one = select(active, splat(1.0f), 0.0f);
     for (auto& field : v.color) store(field, one);
@@ -75,9 +75,9 @@ EG_INLINE void record_passing(ValueMemory& memory, Mask passes, Vec3 color) {
 }
 
 // The colour of surfaces that scatter like Lambert's.
-EG_INLINE void record_color(ValueMemory& memory, Mask m, Int leaf, Vec3 color) {
+EG_INLINE void record_color(ValueMemory& memory, Mask m, Int closure, Vec3 color) {
     Values& v = memory.latest<W>();
-    put(v.leaf, m, leaf);
+    put(v.closure, m, closure);
     put3(v.color, m, color);
 }
 
@@ -104,14 +104,14 @@ EG_INLINE void record_received(const SceneView& scene, ValueMemory& memory, cons
     const Mask on_surface = s.face >= 0;
     const Int material = gather(scene.face_material, select(s.active & on_surface, s.face, splat(0)));
     put(v.light_source, s.active,
-        select(on_surface, light_source(kLeafSource, gather(scene.material_first_leaf, material)),
+        select(on_surface, light_source(kLeafSource, gather(scene.material_first_closure, material)),
                light_source(kRowSource, s.row)));
     put3(v.light_gain, s.active, gain * select(on_surface, splat(1.0f), s.share));
     add3(v.received, s.active, s.radiance * gain);
 }
 
 // Light from the environment that is scattered, `gain` times its colour.
-EG_INLINE void record_sky(const SceneView& scene, ValueMemory& memory, Mask m, Vec3 gain) {
+EG_INLINE void record_environment(const SceneView& scene, ValueMemory& memory, Mask m, Vec3 gain) {
     Values& v = memory.latest<W>();
     add3(v.sky_gain, m, gain);
     add3(v.received, m, gain * splat3(scene.environment));

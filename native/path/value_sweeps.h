@@ -5,6 +5,8 @@
 #include "adjoint/differentiable_tables.h"
 #include "path/value_recorder.h"
 #include "simd/lanes.h"
+#include "tasks/adjoint_task.h"
+#include "tasks/dropped_samples.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -65,8 +67,8 @@ struct ColorTables {
     ColorTable color, emission, rows, sky;
 
     ColorTables(const SceneView& scene, const DifferentiableTables& of)
-        : color(ColorTable::of(of, scene.leaf_params, kBaseColor, kMaterialParams)),
-          emission(ColorTable::of(of, scene.leaf_params, kEmission, kMaterialParams)),
+        : color(ColorTable::of(of, scene.closure_params, kBaseColor, kMaterialParams)),
+          emission(ColorTable::of(of, scene.closure_params, kEmission, kMaterialParams)),
           rows(ColorTable::of(of, scene.lights.params, kLightRadiance, kLightParams)),
           sky(ColorTable::of(of, scene.environment, 0, 3)) {}
 
@@ -78,7 +80,7 @@ struct ColorTables {
             const Mask here = m & (kind == static_cast<int>(of));
             if (any(here)) visit(table, here, row);
         };
-        one(emission, kLeafSource), one(rows, kRowSource), one(sky, kSkySource);
+        one(emission, kLeafSource), one(rows, kRowSource), one(sky, kEnvironmentSource);
     }
     EG_INLINE void add(Mask m, Int source, Vec3 value) const {
         for_each_source(m, source, [&](const ColorTable& t, Mask here, Int row) { t.add(here, row, value); });
@@ -154,8 +156,8 @@ static void values_backward_kernel(const SceneView& scene, const ValueTask& task
         const Vec3 seen = {gather(adjoint, pixel), gather(adjoint + 1, pixel), gather(adjoint + 2, pixel)};
         const Vec3 weight = select(active, seen * load3(v.throughput) * splat(task.image->weight), zero3());
         const Vec3 reflected = weight * load3(v.color) * load(v.scale);
-        const Int leaf = load(v.leaf);
-        tables.color.add(active & (leaf >= 0), leaf, weight * scattered);
+        const Int closure = load(v.closure);
+        tables.color.add(active & (closure >= 0), closure, weight * scattered);
         tables.add(active, load(v.own_source), weight * load3(v.own_gain));
         tables.add(active, load(v.light_source), reflected * load3(v.light_gain));
         tables.sky.add(active, splat(0), reflected * load3(v.sky_gain));
@@ -167,10 +169,10 @@ static void values_forward_kernel(const SceneView& scene, const ValueTask& task,
     for (int c = 0; c < 3; ++c) __builtin_memset(radiance[c], 0, sizeof(float) * static_cast<size_t>(paths));
     const ColorTables tables(scene, *task.tables);
     for_each_value(task, [&](const Values& v, Mask active, Int path, Vec3 scattered) {
-        const Int leaf = load(v.leaf);
+        const Int closure = load(v.closure);
         const Vec3 received = tables.change(active, load(v.light_source)) * load3(v.light_gain) +
                               tables.sky.change(active, splat(0)) * load3(v.sky_gain);
-        const Vec3 change = tables.color.change(active & (leaf >= 0), leaf) * scattered +
+        const Vec3 change = tables.color.change(active & (closure >= 0), closure) * scattered +
                             tables.change(active, load(v.own_source)) * load3(v.own_gain) +
                             load3(v.color) * received * load(v.scale);
         float* const to[3] = {radiance[0], radiance[1], radiance[2]};

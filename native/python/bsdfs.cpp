@@ -6,6 +6,8 @@
 #include "python/call.h"
 #include "python/numpy_arrays.h"
 #include "python/probe_arrays.h"
+#include "tasks/kernel_table.h"
+#include "tasks/probe_tasks.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -62,12 +62,13 @@ nb::dict meet_lights(const Engine& engine, nb::handle position, nb::handle norma
     return out;
 }
 
-nb::dict sample_sky(const Engine& engine, nb::handle u, nb::handle v) {
+nb::dict sample_environment_light(const Engine& engine, nb::handle u, nb::handle v) {
     const auto us = take(u);
     const size_t n = us.size();
     const auto vs = take<float>(v, n);
     std::vector<float> w(3 * n), radiance(3 * n), pdf(n);
-    engine.probe_sky({static_cast<int64_t>(n), us.data(), vs.data(), w.data(), radiance.data(), pdf.data()});
+    engine.probe_environment(
+        {static_cast<int64_t>(n), us.data(), vs.data(), w.data(), radiance.data(), pdf.data()});
     nb::dict out;
     out["w"] = give(w, 3);
     out["radiance"] = give(radiance, 3);
@@ -75,11 +76,12 @@ nb::dict sample_sky(const Engine& engine, nb::handle u, nb::handle v) {
     return out;
 }
 
-nb::dict look_at_sky(const Engine& engine, nb::handle w) {
+nb::dict look_at_environment(const Engine& engine, nb::handle w) {
     std::vector<float> ws = take(w);
     const size_t n = ws.size() / 3;
     std::vector<float> radiance(3 * n), pdf(n);
-    engine.probe_sky({static_cast<int64_t>(n), nullptr, nullptr, ws.data(), radiance.data(), pdf.data()});
+    engine.probe_environment(
+        {static_cast<int64_t>(n), nullptr, nullptr, ws.data(), radiance.data(), pdf.data()});
     nb::dict out;
     out["radiance"] = give(radiance, 3);
     out["pdf"] = give(pdf, 1);

@@ -15,7 +15,7 @@ nanobind::dict meet_lights(const Engine& engine, nanobind::handle position, nano
                            nanobind::handle bsdf_pdf, int kind, bool both_sides);
 
 // Samples for (u, v), and what is seen along given directions.
-nanobind::dict sample_sky(const Engine& engine, nanobind::handle u, nanobind::handle v);
-nanobind::dict look_at_sky(const Engine& engine, nanobind::handle w);
+nanobind::dict sample_environment_light(const Engine& engine, nanobind::handle u, nanobind::handle v);
+nanobind::dict look_at_environment(const Engine& engine, nanobind::handle w);
 
 }  // namespace edgegrad

@@ -18,6 +18,7 @@
 #include "python/probe_arrays.h"
 #include "python/ray_queries.h"
 #include "python/textures.h"
+#include "tasks/kernel_table.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -109,10 +110,10 @@ void read_geometry(nb::handle t, edgegrad::GeometryTables& s) {
 
 void read_values(nb::handle t, edgegrad::ValueTables& s) {
     const nb::object materials = t.attr("materials");
-    s.material_first_leaf = column<int32_t>(materials, "first_leaf");
-    s.leaf_kind = column<int32_t>(materials, "kind");
-    s.leaf_flags = column<int32_t>(materials, "flags");
-    s.leaf_params = column<float>(materials, "params");
+    s.material_first_closure = column<int32_t>(materials, "first_closure");
+    s.closure_kind = column<int32_t>(materials, "kind");
+    s.closure_flags = column<int32_t>(materials, "flags");
+    s.closure_params = column<float>(materials, "params");
     const nb::object lights = t.attr("lights");
     s.lights.params = column<float>(lights, "params");
     s.lights.kind = column<int32_t>(lights, "kind");
@@ -128,7 +129,7 @@ void read_values(nb::handle t, edgegrad::ValueTables& s) {
     s.emission_two_sided = column<uint8_t, int32_t>(t, "emission_two_sided");
     fill(s.environment, t, "environment");
     s.camera = read_camera(t);
-    if (s.leaf_params.size() != edgegrad::kMaterialParams * s.leaf_kind.size())
+    if (s.closure_params.size() != edgegrad::kMaterialParams * s.closure_kind.size())
         throw std::invalid_argument("the tables' sizes disagree");
     check_lights(s.lights);
 }
@@ -245,7 +246,7 @@ class Scene {
         return pixels.array();
     }
 
-    nb::tuple forward(nb::dict tangent, nb::dict wanted, int samples, uint32_t seed, int max_depth,
+    nb::tuple forward(nb::dict tangent, nb::dict requested, int samples, uint32_t seed, int max_depth,
                       nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
                       nb::object progress) {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
@@ -256,7 +257,7 @@ class Scene {
             const InputArray<double> floats(values, table.c_str());
             tangents[table].assign(floats.data(), floats.data() + floats.size());
         }
-        const edgegrad::Wanted what = read_wanted(wanted);
+        const edgegrad::Requested what = read_requested(requested);
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::Dropped dropped;
         {
@@ -266,13 +267,13 @@ class Scene {
         return nb::make_tuple(pixels.array(), dropped_list(dropped));
     }
 
-    nb::tuple backward(nb::handle adjoint, nb::dict wanted, int samples, uint32_t seed, int max_depth,
+    nb::tuple backward(nb::handle adjoint, nb::dict requested, int samples, uint32_t seed, int max_depth,
                        nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
                        nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         const InputArray<float> image(adjoint, "adjoint", {c.height, c.width, 3});
         const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
-        const edgegrad::Wanted what = read_wanted(wanted);
+        const edgegrad::Requested what = read_requested(requested);
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::TableValues gradients;
         edgegrad::Dropped dropped;
@@ -290,9 +291,9 @@ class Scene {
 
  private:
     // By table, the spans of floats that are asked for.
-    edgegrad::Wanted read_wanted(const nb::dict& wanted) const {
+    edgegrad::Requested read_requested(const nb::dict& requested) const {
         std::vector<edgegrad::TableSpan> spans;
-        for (const auto& [name, rows] : wanted) {
+        for (const auto& [name, rows] : requested) {
             const std::string table = text(name);
             const InputArray<int64_t> ends(rows, table.c_str(), {-1, 2});
             for (size_t k = 0; k < ends.size(); k += 2)
@@ -341,7 +342,8 @@ NB_MODULE(_native, m) {
                 std::copy(std::begin(values), std::end(values), l.share);
             })
         .def_prop_ro("taken", [](const edgegrad::LearnedSampling& l) { return by_term(l.taken); });
-    nb::class_<Scene>(m, "Scene", "A scene's tables with their BVH; see edgegrad.renderer.Renderer.")
+    nb::class_<Scene>(m, "Scene",
+                      "A scene's tables with their BVH; see edgegrad.rendering.renderer.Renderer.")
         .def(nb::init<nb::handle, int, nb::handle, nb::handle>(), "tables"_a, "threads"_a,
              "instruction_set"_a, "embree"_a)
         .def("set_edges", &Scene::set_edges, "edges"_a)
@@ -357,9 +359,12 @@ NB_MODULE(_native, m) {
              "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
         .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
              "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
-        .def("sample_sky", [](const Scene& s, nb::handle u,
-                              nb::handle v) { return edgegrad::sample_sky(s.engine(), u, v); })
-        .def("look_at_sky", [](const Scene& s, nb::handle w) { return edgegrad::look_at_sky(s.engine(), w); })
+        .def("sample_environment_light",
+             [](const Scene& s, nb::handle u, nb::handle v) {
+                 return edgegrad::sample_environment_light(s.engine(), u, v);
+             })
+        .def("look_at_environment",
+             [](const Scene& s, nb::handle w) { return edgegrad::look_at_environment(s.engine(), w); })
         .def("sample_lights",
              [](const Scene& s, nb::handle position, nb::handle normal, nb::handle u, nb::handle v,
                 bool both_sides) {

@@ -13,16 +13,16 @@ nb::dict probe_backward(const ProbeTables& tables, nb::handle adjoint, size_t po
                         const ProbeKernel& kernel) {
     const InputArray<float> rows(adjoint, "adjoint",
                                  {static_cast<int64_t>(points), static_cast<int64_t>(outputs)});
-    DifferentiableTables asked;
+    DifferentiableTables requested;
     std::vector<std::vector<double>> gradients;
     for (const ProbeTable& t : tables) {
         gradients.emplace_back(t.size);
-        asked.add(t.data, t.size, 0, t.size, 1, 1, gradients.back().data(), nullptr);
+        requested.add(t.data, t.size, 0, t.size, 1, 1, gradients.back().data(), nullptr);
     }
     {
         const WithoutInterpreter without;
         TapeMemory memory;
-        kernel({&asked, &memory, rows.data(), nullptr});
+        kernel({&requested, &memory, rows.data(), nullptr});
     }
     nb::dict out;
     for (size_t k = 0; k < tables.size(); ++k) {
@@ -33,20 +33,20 @@ nb::dict probe_backward(const ProbeTables& tables, nb::handle adjoint, size_t po
 
 nb::object probe_forward(const ProbeTables& tables, nb::handle tangents, size_t points, size_t outputs,
                          const ProbeKernel& kernel) {
-    DifferentiableTables asked;
+    DifferentiableTables requested;
     std::vector<std::vector<double>> given;
     for (const ProbeTable& t : tables) {
         given.push_back(column<double>(tangents, t.name));
         if (given.back().size() != t.size)
             throw std::invalid_argument(std::string("the tangent of '") + t.name +
                                         "' has another size than the table");
-        asked.add(t.data, t.size, 0, t.size, 1, 1, nullptr, given.back().data());
+        requested.add(t.data, t.size, 0, t.size, 1, 1, nullptr, given.back().data());
     }
     std::vector<float> out(points * outputs);
     {
         const WithoutInterpreter without;
         TapeMemory memory;
-        kernel({&asked, &memory, nullptr, out.data()});
+        kernel({&requested, &memory, nullptr, out.data()});
     }
     return to_numpy(out, {points, outputs});
 }

@@ -12,6 +12,8 @@
 #include "kernels/dispatch.h"
 #include "python/numpy_arrays.h"
 #include "scene/rays/brute_triangles.h"
+#include "tasks/kernel_table.h"
+#include "tasks/ray_batch_task.h"
 #include "util/parallel.h"
 
 namespace nb = nanobind;

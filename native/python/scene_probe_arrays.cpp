@@ -7,6 +7,8 @@
 #include "kernels/dispatch.h"
 #include "python/numpy_arrays.h"
 #include "python/textures.h"
+#include "tasks/kernel_table.h"
+#include "tasks/probe_tasks.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -6,6 +6,8 @@
 #include "python/call.h"
 #include "python/numpy_arrays.h"
 #include "python/probe_arrays.h"
+#include "tasks/kernel_table.h"
+#include "tasks/probe_tasks.h"
 #include "texture/opcodes.h"
 
 namespace nb = nanobind;
@@ -189,10 +191,10 @@ TextureTables read_textures(nb::handle t) {
     require(!s.program_first.empty() && s.program_first.front() == 0 &&
             static_cast<size_t>(s.program_first.back()) == s.code.size() &&
             std::is_sorted(s.program_first.begin(), s.program_first.end()));
-    s.leaf_program = column<int32_t>(t, "leaf_program");
-    s.leaf_weight_program = column<int32_t>(t, "leaf_weight_program");
-    s.leaf_uv = column<int32_t>(t, "leaf_uv");
-    s.leaf_tangent = column<int32_t>(t, "leaf_tangent");
+    s.closure_program = column<int32_t>(t, "closure_program");
+    s.closure_weight_program = column<int32_t>(t, "closure_weight_program");
+    s.closure_uv = column<int32_t>(t, "closure_uv");
+    s.closure_tangent = column<int32_t>(t, "closure_tangent");
     s.pixels = column<float>(t, "pixels");
     s.images = read_images(t, s.pixels.size());
     s.lookups = column<float>(t, "lookups");

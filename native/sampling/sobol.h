@@ -22,11 +22,11 @@ enum Pair : uint32_t {
 
 // The pairs at each vertex of a path.
 enum VertexPair : uint32_t {
-    kVertexDirection,  // the scattered direction
-    kVertexLight,      // point of an emitter
-    kVertexSky,        // direction to the environment's image
-    kVertexChoice,     // shader, lobe
-    kVertexSurvival    // transparency, Russian roulette
+    kVertexDirection,    // the scattered direction
+    kVertexLight,        // point of an emitter
+    kVertexEnvironment,  // direction to the environment's image
+    kVertexChoice,       // shader, lobe
+    kVertexSurvival      // transparency, Russian roulette
 };
 
 // lowbias32 (Wellons), of a number or of a packet.

@@ -10,10 +10,10 @@ namespace edgegrad {
 
 // Whether some step of a shader's program, and that of its weight, is such.
 template <typename Is>
-bool any_step(const SceneTables& tables, size_t leaf, const Is& is) {
+bool any_step(const SceneTables& tables, size_t closure, const Is& is) {
     const TextureTables& t = tables.textures;
-    for (const auto* programs : {&t.leaf_program, &t.leaf_weight_program}) {
-        const int32_t program = leaf < programs->size() ? (*programs)[leaf] : -1;
+    for (const auto* programs : {&t.closure_program, &t.closure_weight_program}) {
+        const int32_t program = closure < programs->size() ? (*programs)[closure] : -1;
         if (program < 0) continue;
         const int32_t* range = t.program_first.data() + program;
         if (std::any_of(t.code.data() + range[0], t.code.data() + range[1], is)) return true;
@@ -22,8 +22,8 @@ bool any_step(const SceneTables& tables, size_t leaf, const Is& is) {
 }
 
 // Whether a texture gives a shader's column.
-inline bool is_textured(const SceneTables& tables, size_t leaf, int32_t column) {
-    return any_step(tables, leaf, [column](const TextureInstruction& step) {
+inline bool is_textured(const SceneTables& tables, size_t closure, int32_t column) {
+    return any_step(tables, closure, [column](const TextureInstruction& step) {
         return step.op == static_cast<int32_t>(TextureOp::OUTPUT) && step.data == column;
     });
 }

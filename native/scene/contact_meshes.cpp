@@ -10,9 +10,9 @@ namespace edgegrad {
 namespace {
 
 // Whether what a shader's textures give may jump within a face.
-bool jumps(const SceneTables& tables, size_t leaf) {
+bool jumps(const SceneTables& tables, size_t closure) {
     const TextureTables& t = tables.textures;
-    return any_step(tables, leaf, [&t](const TextureInstruction& step) {
+    return any_step(tables, closure, [&t](const TextureInstruction& step) {
         switch (static_cast<TextureOp>(step.op)) {
             case TextureOp::IMAGE:
                 return t.images[static_cast<size_t>(step.data)].interpolation == kImageClosest;
@@ -42,12 +42,12 @@ bool jumps(const SceneTables& tables, size_t leaf) {
 
 int32_t flags_of(const SceneTables& tables, size_t material) {
     int32_t flags = kContactFrom | kContactTo;
-    const auto first = static_cast<size_t>(tables.material_first_leaf[material]),
-               last = static_cast<size_t>(tables.material_first_leaf[material + 1]);
-    for (size_t leaf = first; leaf < last; ++leaf) {
-        if (jumps(tables, leaf)) flags &= ~kContactTo;
-        if (tables.leaf_flags[leaf] & kHasNormalMap) flags |= kContactBent;
-        if (may_be_specular(tables, leaf)) return 0;
+    const auto first = static_cast<size_t>(tables.material_first_closure[material]),
+               last = static_cast<size_t>(tables.material_first_closure[material + 1]);
+    for (size_t closure = first; closure < last; ++closure) {
+        if (jumps(tables, closure)) flags &= ~kContactTo;
+        if (tables.closure_flags[closure] & kHasNormalMap) flags |= kContactBent;
+        if (may_be_specular(tables, closure)) return 0;
     }
     return flags;
 }
@@ -66,10 +66,11 @@ bool is_flat(const SceneTables& tables, size_t face) {
 
 }  // namespace
 
-std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view, const Asked& asked) {
-    const bool moves = asked.camera || asked.any_mesh_moves();
+std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view,
+                                    const RequestedMotion& motion) {
+    const bool moves = motion.camera || motion.any_mesh_moves();
     if (!moves || view.face_held || (view.all_flags & kHasTransparency)) return {};
-    std::vector<int32_t> materials(tables.material_first_leaf.size() - 1);
+    std::vector<int32_t> materials(tables.material_first_closure.size() - 1);
     for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
     // Some lights turn with the points that they light, which at horizons ride (boundary/terms/horizon.h).
     const bool turning = view.lights.kinds & kTurningLights;

@@ -12,6 +12,7 @@ namespace edgegrad {
 // the y of scene/contact.h gives and scatters has no jumps, as textures may have; neither it nor x has a
 // perfect lobe, behind which points ride. Where meshes hold all of their light
 // (shading/lights/fixed_direction_light.h), or surfaces let light pass, nothing else is held.
-std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view, const Asked& asked);
+std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view,
+                                    const RequestedMotion& motion);
 
 }  // namespace edgegrad

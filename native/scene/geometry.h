@@ -91,13 +91,13 @@ EG_INLINE Ignored ignore_nothing() { return {splat(-1), splat(-1)}; }
 // The instance that places the k-th face of an edge's copy: that copy's. Each of the two faces that pierce
 // each other has its own.
 EG_INLINE int32_t face_instance(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
-    if (edge < scene.edge_count || !scene.crossing_instances) return instance;
-    return scene.crossing_instances[2 * static_cast<int64_t>(edge - scene.edge_count) + k];
+    if (edge < scene.edge_count || !scene.intersection_instances) return instance;
+    return scene.intersection_instances[2 * static_cast<int64_t>(edge - scene.edge_count) + k];
 }
-EG_INLINE Int face_instance(const SceneView& scene, Int edge, Mask crossing, Int instance, int k) {
-    if (!scene.crossing_instances || !any(crossing)) return instance;
-    const Int row = select(crossing, edge - scene.edge_count, splat(0));
-    return select(crossing, gather(scene.crossing_instances, 2 * row + k), instance);
+EG_INLINE Int face_instance(const SceneView& scene, Int edge, Mask intersection, Int instance, int k) {
+    if (!scene.intersection_instances || !any(intersection)) return instance;
+    const Int row = select(intersection, edge - scene.edge_count, splat(0));
+    return select(intersection, gather(scene.intersection_instances, 2 * row + k), instance);
 }
 
 // A point of a surface, its normal turned to the viewer.

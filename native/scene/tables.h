@@ -30,8 +30,8 @@ struct GeometryTables {
 
 // Materials, lights, environment and camera.
 struct ValueTables {
-    std::vector<int32_t> material_first_leaf, leaf_kind, leaf_flags;
-    std::vector<float> leaf_params;
+    std::vector<int32_t> material_first_closure, closure_kind, closure_flags;
+    std::vector<float> closure_params;
     struct LightRows {  // core/tables/lights.py
         std::vector<float> params;
         std::vector<int32_t> kind, flags, visible_to, receivers, blockers;
@@ -53,7 +53,7 @@ struct SceneTables : GeometryTables, ValueTables {
 };
 
 // What moves, of the derivatives that are asked for.
-struct Asked {
+struct RequestedMotion {
     std::vector<uint8_t> moving;  // by mesh: its vertices
     bool camera = false;          // any float of the camera
     bool instances = false;       // any instance's transform
@@ -65,7 +65,7 @@ struct Asked {
     bool any_mesh_moves() const {
         return instances || std::any_of(moving.begin(), moving.end(), [](uint8_t m) { return m != 0; });
     }
-    bool operator==(const Asked&) const = default;
+    bool operator==(const RequestedMotion&) const = default;
 };
 
 }  // namespace edgegrad

@@ -55,7 +55,7 @@ constexpr uint32_t kLightOfTable = 1u << 31;
 // of their normals are those of their faces.
 constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4;
 // Surfaces of a path, from the camera on, on which it is.
-constexpr int32_t kHeldSurfaces = 4;
+constexpr int32_t kFixedDirectionSurfaces = 4;
 
 struct SceneView {
     const embree::Api* api;
@@ -69,10 +69,10 @@ struct SceneView {
     const int32_t* face_moving;    // (F) 1: its vertices are parameters
     const int32_t*
         face_held;  // (F) 1: its light holds its direction (shading/lights/fixed_direction_light.h), or null
-    const int32_t* material_held;    // (M) 1: on surfaces of it
-    const int32_t* mesh_first_face;  // by Embree's geomID
-    const int32_t* mesh_contact;     // (S) those bits, or null: nothing moves, or no light is held so
-    int32_t held_surfaces;           // of a path from the camera on, that light is held on
+    const int32_t* material_held;      // (M) 1: on surfaces of it
+    const int32_t* mesh_first_face;    // by Embree's geomID
+    const int32_t* mesh_contact;       // (S) those bits, or null: nothing moves, or no light is held so
+    int32_t fixed_direction_surfaces;  // of a path from the camera on, that light is held on
     // Lobes up to this alpha are followed where the camera sees them by such lobes alone
     // (shading/bsdf/followed_lobes.h); 0: none.
     float followed_alpha;
@@ -87,11 +87,11 @@ struct SceneView {
     const int32_t* instance_mesh;    // (I)
     const float* instance_to_world;  // (I, 3, 4) rows
 
-    const int32_t* material_first_leaf;  // (M + 1) its shaders
-    const int32_t* leaf_kind;            // (L) ShaderKind
-    const int32_t* leaf_flags;           // (L) LeafFlag bits
-    const float* leaf_params;            // (L, kMaterialParams)
-    int32_t all_flags, common_flags;     // bits that any, or every, shader has
+    const int32_t* material_first_closure;  // (M + 1) its shaders
+    const int32_t* closure_kind;            // (L) ShaderKind
+    const int32_t* closure_flags;           // (L) ClosureFlag bits
+    const float* closure_params;            // (L, kMaterialParams)
+    int32_t all_flags, common_flags;        // bits that any, or every, shader has
     bool any_mixture;
     bool emission_varies;  // some emitting surface's radiance isn't one constant
 
@@ -118,9 +118,11 @@ struct SceneView {
     const uint32_t* edge_faces;
     const uint32_t* edge_opposite;
     int32_t edge_count;
-    const float* crossing_ends;  // (crossings, 2, 3) ends of the lines with the numbers from edge_count on,
-                                 // along which two faces pierce each other (boundary/curves/intersections.h)
-    const int32_t* crossing_instances;  // (crossings, 2) that place those faces, -1: none does; null: of all
+    const float*
+        intersection_ends;  // (crossings, 2, 3) ends of the lines with the numbers from edge_count on,
+                            // along which two faces pierce each other (boundary/curves/intersections.h)
+    const int32_t*
+        intersection_instances;  // (crossings, 2) that place those faces, -1: none does; null: of all
 
     CameraView camera;
 };
@@ -135,10 +137,10 @@ struct DerivativeView {
     double* light_params;          // (L, kLightParams)
     double* environment_rotation;  // (9)
     // What is asked for at all.
-    bool want_camera;
-    bool want_instances;
-    bool want_lights;
-    bool want_rotation;
+    bool camera_requested;
+    bool instances_requested;
+    bool lights_requested;
+    bool rotation_requested;
 };
 
 }  // namespace edgegrad

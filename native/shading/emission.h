@@ -7,7 +7,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Emission of one shader on the viewer's side. What the surface lets pass isn't there to emit.
-EG_INLINE Vec3 leaf_emission(const SurfacePoint& x, const Shader& shader, const TexturePoint& point) {
+EG_INLINE Vec3 closure_emission(const SurfacePoint& x, const Shader& shader, const TexturePoint& point) {
     const Mask emits =
         x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
     Vec3 emission = shader.color(kEmission) * shader.scale;
@@ -22,17 +22,17 @@ EG_INLINE Vec3 leaf_emission(const SurfacePoint& x, const Shader& shader, const 
 // Emission of all shaders of the point's material, opacity included: what a ray from there sees on average.
 EG_OUTLINE Vec3 emitted_radiance(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point) {
     Vec3 sum = zero3();
-    const Int first = gather(scene.material_first_leaf, x.material);
-    const Int count = gather(scene.material_first_leaf + 1, x.material) - first;
+    const Int first = gather(scene.material_first_closure, x.material);
+    const Int count = gather(scene.material_first_closure + 1, x.material) - first;
     for (Int k = splat(0); any(x.active & (k < count)); k = k + 1) {
         SurfacePoint part = x;
         part.active = x.active & (k < count);
-        const Int leaf = select(part.active, first + k, first);
-        const Shader shader = leaf_shader(scene, part, leaf, point);
+        const Int closure = select(part.active, first + k, first);
+        const Shader shader = closure_shader(scene, part, closure, point);
         Vec3 color;
         const Float opacity = 1.0f - passing_share(shader, color);
-        const Float weight = select(count > 1, leaf_weight(scene, part.active, leaf, point), 1.0f);
-        sum = sum + leaf_emission(part, shader, point) * (opacity * weight);
+        const Float weight = select(count > 1, closure_weight(scene, part.active, closure, point), 1.0f);
+        sum = sum + closure_emission(part, shader, point) * (opacity * weight);
     }
     return sum;
 }

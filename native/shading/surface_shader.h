@@ -12,7 +12,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 // A material is the sum of weighted leaves. One is picked in proportion to the weights and scaled by their
 // sum: an unbiased estimate of all of them at the cost of one.
 struct Shader {
-    Int leaf;
+    Int closure;
     Int kind, flags;
     Float scale;                 // sum of the weights
     Float row[kMaterialParams];  // the leaf's values (scene/material_params.h)
@@ -24,7 +24,7 @@ struct Shader {
 template <int N>
 EG_INLINE void load_row(const SceneView& scene, Shader& s, int place) {
     Float values[N];
-    gather_row(scene.leaf_params + place, kMaterialParams, s.leaf, values);
+    gather_row(scene.closure_params + place, kMaterialParams, s.closure, values);
     for (int k = 0; k < N; ++k) s.row[place + k] = values[k];
 }
 
@@ -34,52 +34,52 @@ EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint&
 }
 
 // Weight of the leaf in its mixture.
-EG_OUTLINE Float leaf_weight(const SceneView& scene, Mask active, Int leaf, const TexturePoint& point) {
+EG_OUTLINE Float closure_weight(const SceneView& scene, Mask active, Int closure, const TexturePoint& point) {
     Float row[kMaterialParams];
-    row[kWeight] = gather(scene.leaf_params + kWeight, leaf * static_cast<int32_t>(kMaterialParams));
-    if (scene.textures.leaf_weight_program)
-        run_program(scene, active, gather(scene.textures.leaf_weight_program, leaf), point, row);
+    row[kWeight] = gather(scene.closure_params + kWeight, closure * static_cast<int32_t>(kMaterialParams));
+    if (scene.textures.closure_weight_program)
+        run_program(scene, active, gather(scene.textures.closure_weight_program, closure), point, row);
     return max(row[kWeight], 0.0f);
 }
 
 // The leaf of x's material for the random number u, and the sum of its leaves' weights.
-EG_INLINE Int pick_leaf(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point, Float u,
-                        Float& scale) {
-    const Int first = gather(scene.material_first_leaf, x.material);
+EG_INLINE Int pick_closure(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point, Float u,
+                           Float& scale) {
+    const Int first = gather(scene.material_first_closure, x.material);
     scale = splat(1.0f);
     if (!scene.any_mixture) return first;
-    const Int count = gather(scene.material_first_leaf + 1, x.material) - first;
+    const Int count = gather(scene.material_first_closure + 1, x.material) - first;
     const Mask mixed = x.active & (count > 1);
     if (!any(mixed)) return first;
     // One pass over the weights: each leaf takes the place of those before it with the probability that its
     // weight has of their sum (reservoir sampling, Chao 1982), reusing what is left of u.
     Float sum = splat(0.0f);
-    Int leaf = first;
+    Int closure = first;
     for (Int k = splat(0); any(mixed & (k < count)); k = k + 1) {
         const Mask here = mixed & (k < count);
         const Int candidate = select(here, first + k, first);
-        const Float weight = select(here, leaf_weight(scene, here, candidate, point), splat(0.0f));
+        const Float weight = select(here, closure_weight(scene, here, candidate, point), splat(0.0f));
         sum = sum + weight;
         const Float share = weight / max(sum, 1e-30f);
         const Mask taken = here & (u < share);
-        leaf = select(taken, candidate, leaf);
+        closure = select(taken, candidate, closure);
         u = select(here,
                    min(select(taken, u / max(share, 1e-30f), (u - share) / max(1.0f - share, 1e-30f)),
                        splat(0.99999994f)),
                    u);
     }
     scale = select(mixed, sum, scale);
-    return leaf;
+    return closure;
 }
 
 // The shader at x for the random number u.
-EG_OUTLINE Shader leaf_shader(const SceneView& scene, const SurfacePoint& x, Int leaf,
-                              const TexturePoint& point) {
+EG_OUTLINE Shader closure_shader(const SceneView& scene, const SurfacePoint& x, Int closure,
+                                 const TexturePoint& point) {
     Shader s;
-    s.leaf = leaf;
+    s.closure = closure;
     s.scale = splat(1.0f);
-    s.kind = gather(scene.leaf_kind, s.leaf);
-    s.flags = gather(scene.leaf_flags, s.leaf);
+    s.kind = gather(scene.closure_kind, s.closure);
+    s.flags = gather(scene.closure_flags, s.closure);
     if (scene.common_flags & kLambertian) {
         load_row<3>(scene, s, kBaseColor);
         if (scene.all_flags & kHasEmission) load_row<3>(scene, s, kEmission);
@@ -88,8 +88,8 @@ EG_OUTLINE Shader leaf_shader(const SceneView& scene, const SurfacePoint& x, Int
     } else {
         load_row<kMaterialParams>(scene, s, 0);
     }
-    if (scene.textures.leaf_program) {
-        run_program(scene, x.active, gather(scene.textures.leaf_program, s.leaf), point, s.row);
+    if (scene.textures.closure_program) {
+        run_program(scene, x.active, gather(scene.textures.closure_program, s.closure), point, s.row);
         keep_in_ranges(s.row, scene.all_flags, scene.common_flags & kLambertian);
     }
     return s;
@@ -98,8 +98,8 @@ EG_OUTLINE Shader leaf_shader(const SceneView& scene, const SurfacePoint& x, Int
 EG_INLINE Shader surface_shader(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
                                 Float u) {
     Float scale;
-    const Int leaf = pick_leaf(scene, x, point, u, scale);
-    Shader s = leaf_shader(scene, x, leaf, point);
+    const Int closure = pick_closure(scene, x, point, u, scale);
+    Shader s = closure_shader(scene, x, closure, point);
     s.scale = scale;
     return s;
 }
@@ -110,7 +110,7 @@ EG_INLINE Mask has(const Shader& s, int32_t flag) { return (s.flags & flag) != 0
 EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, const Shader& s,
                               const TexturePoint& point) {
     if (!(scene.all_flags & kHasNormalMap)) return point.normal;
-    return shading_normal(scene, active & has(s, kHasNormalMap), s.leaf, point, s.color(kNormalMap),
+    return shading_normal(scene, active & has(s, kHasNormalMap), s.closure, point, s.color(kNormalMap),
                           s.row[kNormalStrength]);
 }
 

@@ -10,25 +10,27 @@ namespace edgegrad::EDGEGRAD_ISA {
 EG_OUTLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint& x,
                                       const TexturePoint& point) {
     Vec3 sum = zero3();
-    const Int first = gather(scene.material_first_leaf, x.material);
-    const Int count = gather(scene.material_first_leaf + 1, x.material) - first;
+    const Int first = gather(scene.material_first_closure, x.material);
+    const Int count = gather(scene.material_first_closure + 1, x.material) - first;
     for (Int k = splat(0); any(x.active & (k < count)); k = k + 1) {
         const Mask here = x.active & (k < count);
-        const Int leaf = select(here, first + k, first);
+        const Int closure = select(here, first + k, first);
         SurfacePoint part = x;
-        part.active = here & ((gather(scene.leaf_flags, leaf) & static_cast<int32_t>(kHasTransparency)) != 0);
+        part.active =
+            here & ((gather(scene.closure_flags, closure) & static_cast<int32_t>(kHasTransparency)) != 0);
         if (!any(part.active)) continue;
-        const Shader shader = leaf_shader(scene, part, leaf, point);
+        const Shader shader = closure_shader(scene, part, closure, point);
         Vec3 color;
-        const Float share = passing_share(shader, color) * leaf_weight(scene, part.active, leaf, point);
+        const Float share = passing_share(shader, color) * closure_weight(scene, part.active, closure, point);
         sum = sum + select(part.active, color * share, zero3());
     }
     return sum;
 }
 
 // Where a share has a derivative even if all or nothing is let through.
-EG_INLINE Mask share_ends_change(const PassedMemory& passed, Int leaf) {
-    return passed.leaves ? (gather(passed.leaves, leaf) & static_cast<int32_t>(kEndsChange)) != 0 : splat(0);
+EG_INLINE Mask share_ends_change(const TransparentMemory& passed, Int closure) {
+    return passed.closures ? (gather(passed.closures, closure) & static_cast<int32_t>(kEndsChange)) != 0
+                           : splat(0);
 }
 
 // The chance with which paths go through a surface that lets all or nothing through, where that may change:

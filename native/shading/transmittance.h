@@ -9,11 +9,11 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Rays whose way is asked for.
 struct PassingRays {
-    Int mask;                   // of the meshes that they meet
-    RayKind kind = kShadowRay;  // as textures see them
-    int most_passed = 1 << 30;  // surfaces; what is behind more isn't seen
+    Int mask;                        // of the meshes that they meet
+    RayKind kind = kShadowRay;       // as textures see them
+    int most_transparent = 1 << 30;  // surfaces; what is behind more isn't seen
     Ignored ignored = ignore_nothing();
-    PassedRecord record{};
+    TransparentRecord record{};
 };
 
 // Context of a shadow query whose filter multiplies transmittances (Embree calls it once for each triangle
@@ -24,7 +24,7 @@ struct ShadowContext {
     int32_t left[W];  // surfaces that may still be passed
     float through[3][W];
     float direction[3][W];
-    PassedRecorder* recorder;  // null: nothing is recorded
+    TransparentRecorder* recorder;  // null: nothing is recorded
 };
 
 static void filter_transparent(const embree::FilterArguments* args) {
@@ -66,7 +66,7 @@ static void filter_transparent(const embree::FilterArguments* args) {
     for (int lane = 0; lane < W; ++lane) {
         if (!active[lane]) continue;
         const float t[3] = {through.x[lane], through.y[lane], through.z[lane]};
-        PassedRecorder* const recorder = context->recorder;
+        TransparentRecorder* const recorder = context->recorder;
         const int32_t changes = recorder ? recorder->changes(scene, x.material[lane]) : 0;
         const bool dark = !(t[0] > 0.0f || t[1] > 0.0f || t[2] > 0.0f);
         if (dark && !(changes && recorder->goes_on(lane, changes))) continue;  // the query ends here
@@ -97,7 +97,7 @@ EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, 
     context.kind = rays.kind;
     store(context.direction[0], direction.x), store(context.direction[1], direction.y);
     store(context.direction[2], direction.z);
-    PassedRecorder recorder(rays.record);
+    TransparentRecorder recorder(rays.record);
     context.recorder = rays.record.memory ? &recorder : nullptr;
     embree::QueryArguments args;
     args.context = &context.edges.base;
@@ -106,7 +106,7 @@ EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, 
     do {
         store(valid, active);
         set_ray(ray, origin, direction, splat(0.0f), far, rays.mask);
-        store(context.left, splat(rays.most_passed));
+        store(context.left, splat(rays.most_transparent));
         for (auto& channel : context.through) store(channel, splat(1.0f));
         if (context.recorder) recorder.start();
         query_occluded(scene, valid, ray, args);

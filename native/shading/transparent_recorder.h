@@ -8,15 +8,15 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Whose rays they are.
-struct PassedRecord {
-    PassedMemory* memory = nullptr;  // null: nothing is recorded
+struct TransparentRecord {
+    TransparentMemory* memory = nullptr;  // null: nothing is recorded
     int32_t vertex = 0;
     RecordedRay ray = kRayToLight;
 };
 
-class PassedRecorder {
+class TransparentRecorder {
  public:
-    explicit PassedRecorder(const PassedRecord& of) : of_(of) {}
+    explicit TransparentRecorder(const TransparentRecord& of) : of_(of) {}
 
     // Forgets everything: the start of a query.
     void start() {
@@ -27,9 +27,9 @@ class PassedRecorder {
     // What may change of the light that a surface lets through.
     int32_t changes(const SceneView& scene, int32_t material) const {
         int32_t bits = 0;
-        for (int32_t leaf = scene.material_first_leaf[material];
-             leaf < scene.material_first_leaf[material + 1]; ++leaf)
-            bits |= of_.memory->leaves[leaf];
+        for (int32_t closure = scene.material_first_closure[material];
+             closure < scene.material_first_closure[material + 1]; ++closure)
+            bits |= of_.memory->closures[closure];
         return bits;
     }
     // Whether a ray that an opaque surface would end goes on: behind a second one nothing has a derivative.
@@ -39,7 +39,7 @@ class PassedRecorder {
         const int32_t level = count_[lane]++;
         if (level >= most_) most_ = level + 1;
         if (level >= room_) return;
-        PassedPacket<W>& p = packet(level);
+        TransparentPacket<W>& p = packet(level);
         if (level == levels_) {
             p.vertex = of_.vertex, p.ray = of_.ray;
             for (int i = 0; i < W; ++i) p.face[i] = -1;
@@ -64,9 +64,9 @@ class PassedRecorder {
     }
 
  private:
-    PassedPacket<W>& packet(int32_t level) const { return of_.memory->at<W>(of_.memory->count + level); }
+    TransparentPacket<W>& packet(int32_t level) const { return of_.memory->at<W>(of_.memory->count + level); }
 
-    const PassedRecord of_;
+    const TransparentRecord of_;
     int32_t room_ = 8;
     int32_t levels_ = 0, most_ = 0;  // packets begun, and most surfaces of a ray
     int32_t count_[W], dark_[W];

@@ -13,15 +13,15 @@
 namespace edgegrad {
 
 // Shadow rays of a vertex: towards a sample of the lights, of the environment's image, and a path's last ray.
-enum RecordedRay : int32_t { kRayToLight, kRayToSky, kLastRay };
+enum RecordedRay : int32_t { kRayToLight, kRayToEnvironment, kLastRay };
 
 // Bits of a shader: its share may have a derivative, and has one even where all or nothing is let through.
 // Rays of derivatives go on behind the first opaque one of such surfaces.
-enum PassedLeaf : int32_t { kShareChanges = 1, kEndsChange = 2 };
+enum TransparentClosure : int32_t { kShareChanges = 1, kEndsChange = 2 };
 
 // One surface of each ray, in any order.
 template <int N>
-struct alignas(64) PassedPacket {
+struct alignas(64) TransparentPacket {
     int32_t face[N], instance[N];  // face -1: none
     float b1[N], b2[N];
     int32_t vertex;  // number of the vertices' packet
@@ -29,20 +29,20 @@ struct alignas(64) PassedPacket {
 };
 
 // Those of a task, in the order of their vertices.
-struct PassedMemory {
+struct TransparentMemory {
     TapeBuffer packets;
     int64_t count = 0;
-    const int32_t* leaves = nullptr;  // PassedLeaf bits by leaf; null: no surface is recorded
+    const int32_t* closures = nullptr;  // TransparentClosure bits by leaf; null: no surface is recorded
 
     template <int N>
-    PassedPacket<N>& at(int64_t k) const {
-        return static_cast<PassedPacket<N>*>(packets.data())[k];
+    TransparentPacket<N>& at(int64_t k) const {
+        return static_cast<TransparentPacket<N>*>(packets.data())[k];
     }
     // Room for `more` packets behind those that count.
     template <int N>
     void reserve(int64_t more) {
         const auto bytes = [](int64_t packets) {
-            return static_cast<size_t>(packets) * sizeof(PassedPacket<N>);
+            return static_cast<size_t>(packets) * sizeof(TransparentPacket<N>);
         };
         packets.grow(bytes(count + more), bytes(count));
     }

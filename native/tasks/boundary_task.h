@@ -17,12 +17,12 @@ constexpr int32_t kChained = 1 << 30;
 // (boundary/curves/learned_weights.h): what the sample is worth, the expected number of samples on its piece,
 // which piece that is (the entry of the list that it belongs to, and its cell), and where on the edge.
 struct SampleRecord {
-    int32_t shift;               // of 2^shift samples one is recorded
-    float *worth, *density, *u;  // null: nothing is learned
-    int32_t *entry, *cell;       // of the list of pieces; its direction cell
+    int32_t shift;                      // of 2^shift samples one is recorded
+    float *contribution, *density, *u;  // null: nothing is learned
+    int32_t *entry, *cell;              // of the list of pieces; its direction cell
 
     // Whether sample `number` is recorded, and where.
-    bool has(int64_t number) const { return worth && (number & ((int64_t{1} << shift) - 1)) == 0; }
+    bool has(int64_t number) const { return contribution && (number & ((int64_t{1} << shift) - 1)) == 0; }
     int64_t place(int64_t number) const { return number >> shift; }
 };
 

@@ -8,23 +8,23 @@
 namespace edgegrad {
 
 // Pieces of edges as rows of floats, and nodes over them (boundary/curves/edge_tree.h).
-enum EdgePieceColumn : int32_t {
-    kPieceFrom = 0,   // the whole edge: its first end,
-    kPieceAlong = 3,  // and from it to the second
-    kPieceNormal =
+enum EdgeSegmentColumn : int32_t {
+    kSegmentFrom = 0,   // the whole edge: its first end,
+    kSegmentAlong = 3,  // and from it to the second
+    kSegmentNormal =
         6,  // of two faces, so that the edge is a silhouette where their signs differ; 0: from all sides
-    kPieceU0 = 12,
-    kPieceU1 = 13,
-    kPieceEdge = 14,  // integers
-    kPieceInstance = 15,
-    kPieceColumns = 16
+    kSegmentU0 = 12,
+    kSegmentU1 = 13,
+    kSegmentEdge = 14,  // integers
+    kSegmentInstance = 15,
+    kSegmentColumns = 16
 };
 constexpr int32_t kMostTopNodes = 24;
 struct EdgeTreeView {
     const LightNode* nodes;
     const int32_t* top;  // numbers of nodes of which one is picked first
     int32_t top_count;
-    const float* pieces;  // (count, kPieceColumns)
+    const float* pieces;  // (count, kSegmentColumns)
 };
 
 }  // namespace edgegrad

@@ -9,11 +9,11 @@ namespace edgegrad {
 constexpr uint32_t kTileBits = 6;
 
 // By what edges are sampled: what they sweep in the picture, or what light they may hide.
-enum EdgeMassKind : int32_t { kPictureMass, kLightMass, kSkyMass };
+enum EdgeWeightKind : int32_t { kPictureWeight, kLightWeight, kEnvironmentWeight };
 
 // Edges [first, first + count) of one mesh, where one instance places them (-1: they stand in the world).
-struct EdgeMassTask {
-    EdgeMassKind kind;
+struct EdgeWeightTask {
+    EdgeWeightKind kind;
     int32_t instance;
     int64_t first, count;
     const float* normal;  // (F, 3) of faces as they are wound, unit; 0 where they have no area

@@ -4,10 +4,12 @@
 #include <cstdint>
 
 #include "tasks/adjoint_task.h"
+#include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
 #include "tasks/edge_on_task.h"
 #include "tasks/edge_weight_task.h"
 #include "tasks/horizon_task.h"
+#include "tasks/image_task.h"
 #include "tasks/light_probe_task.h"
 #include "tasks/probe_tasks.h"
 #include "tasks/ray_batch_task.h"
@@ -44,7 +46,7 @@ struct KernelTable {
     // Adds the paths' values to the picture.
     void (*accumulate)(const ImageTask&, const Workspace&, float* image);
     BoundaryKernels boundary[kBoundaryKinds];
-    void (*edge_masses)(const SceneView&, const EdgeMassTask&);
+    void (*edge_weights)(const SceneView&, const EdgeWeightTask&);
     // Forward mode: into the radiance of the task's paths.
     void (*horizon_forward)(const SceneView&, const HorizonTask&, Workspace&, const DerivativeView& tangent);
     void (*horizon_backward)(const SceneView&, const HorizonTask&, Workspace&, const float* adjoint,
@@ -66,7 +68,7 @@ struct KernelTable {
     void (*scene_derivatives)(const SceneView&, const SceneProbe&, const ProbeSweep&);
     void (*light_samples)(const SceneView&, const LightProbes&);
     void (*light_directions)(const SceneView&, const DirectionProbes&);
-    void (*sky)(const SceneView&, const SkyProbes&);
+    void (*sky)(const SceneView&, const EnvironmentProbes&);
     void (*ray_batch)(const SceneView&, const RayBatch&, int32_t* face, float* distance);
 };
 

@@ -32,7 +32,7 @@ struct DirectionProbes {
 };
 
 // Samples of the environment's image for (u, v), or, where those are null, its radiance and density along w.
-struct SkyProbes {
+struct EnvironmentProbes {
     int64_t count;
     const float *u, *v;
     float *w, *radiance;  // (count, 3)

@@ -41,7 +41,7 @@ struct ChainCrossings {
     int32_t* parted;
     // By vertex of the chain: where, which shader, and what becomes of the ray (boundary/specular/chain.h).
     int32_t *face[kMostChain], *mesh[kMostChain], *instance[kMostChain];
-    int32_t *leaf[kMostChain], *fate[kMostChain];
+    int32_t *closure[kMostChain], *event[kMostChain];
     float *b1[kMostChain], *b2[kMostChain];
     float* half[3][kMostChain];     // the microfacet's normal, of a followed lobe
     int32_t *edge, *edge_instance;  // -1: the horizon of the last vertex' face

@@ -17,7 +17,7 @@
 namespace edgegrad {
 
 // What gives light: the table, and its row in the bits above.
-enum LightSource : int32_t { kNoSource = 0, kLeafSource = 1, kRowSource = 2, kSkySource = 3 };
+enum LightSource : int32_t { kNoSource = 0, kLeafSource = 1, kRowSource = 2, kEnvironmentSource = 3 };
 constexpr int kSourceBits = 2;
 
 template <int N>
@@ -30,7 +30,7 @@ struct alignas(64) ValuePacket {
     Floats throughput[3];
     Ints own_source, light_source;  // LightSource
     Floats own[3], own_gain[3];  // the light itself is of use where `colors` are asked for, as `received` is
-    Ints leaf;                   // whose base colour `color` is; -1: no surface that scatters like Lambert's
+    Ints closure;                // whose base colour `color` is; -1: no surface that scatters like Lambert's
     Floats color[3], scale;
     Floats received[3], light_gain[3], sky_gain[3], next_gain[3];
 };
@@ -39,7 +39,7 @@ struct alignas(64) ValuePacket {
 struct ValueMemory {
     TapeBuffer packets;
     int64_t count = 0;
-    AskedSurfaces asked;
+    RequestedSurfaces requested;
     // What is asked for: colours, of which all light has derivatives; else the strengths of shaders'
     // emission, of rows of the light table, and of the environment.
     bool colors = false, emission = false, rows = false, environment = false;

@@ -36,7 +36,7 @@ struct alignas(64) VertexPacket {
     Floats held, drift[3];
 
     // The shader that was picked among the material's, and what it does.
-    Ints leaf;
+    Ints closure;
     Floats scale;            // sum of the weights of the material's shaders
     Ints passes;             // -1: goes through the surface unscattered
     Floats emission_weight;  // of light that it gives by itself
@@ -73,9 +73,9 @@ struct VertexMemory {
     int64_t count = 0;
     bool geometry = true;  // positions or directions have derivatives
     bool misses = true;    // so has what rays bring that meet nothing
-    AskedSurfaces asked;
-    bool rims = false;    // paths look for rims of transmission lobes, and bring nothing else (path/rim.h)
-    PassedMemory passed;  // by the vertices' shadow rays
+    RequestedSurfaces requested;
+    bool rims = false;  // paths look for rims of transmission lobes, and bring nothing else (path/rim.h)
+    TransparentMemory passed;  // by the vertices' shadow rays
 
     void clear() { count = passed.count = 0; }
     template <int N>

@@ -54,7 +54,7 @@ EG_INLINE Int fill_lanes(Mask known, Int index) {
 // Lanes' leaves may have different UV maps; -1: none. The mesh's tangents are used where it has them
 // ("NAME.tangent"), else the triangle's own along u, made perpendicular to the normal n (in the mesh's
 // space).
-EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int leaf, const TexturePoint& point,
+EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
                                Vec3 n) {
     const TextureView& textures = scene.textures;
     UvTangent r{splat(0), zero3(), splat(1.0f)};
@@ -62,13 +62,13 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int leaf, co
     Mask made = splat(0), own = splat(0);  // whether a lane has tangents, or UVs alone
     Int at = splat(0), step = splat(0);    // its face's first float, and those of a corner
     for (int i = 0; i < W; ++i) {
-        if (!active[i] || !textures.leaf_uv || textures.leaf_uv[leaf[i]] < 0) continue;
+        if (!active[i] || !textures.closure_uv || textures.closure_uv[closure[i]] < 0) continue;
         const int32_t mesh = textures.face_mesh[face[i]];
         const auto attribute = [&](int32_t number) -> const TextureAttribute& {
             return textures.mesh_attributes[number * textures.mesh_count + mesh];
         };
-        const TextureAttribute& tangents = attribute(textures.leaf_tangent[leaf[i]]);
-        const TextureAttribute& uv = attribute(textures.leaf_uv[leaf[i]]);
+        const TextureAttribute& tangents = attribute(textures.closure_tangent[closure[i]]);
+        const TextureAttribute& uv = attribute(textures.closure_uv[closure[i]]);
         const auto take = [&](const TextureAttribute& a, Mask& lanes) {
             lanes[i] = -1;
             at[i] = static_cast<int32_t>(a.offset + static_cast<int64_t>(face[i]) * 3 * a.components);
@@ -111,13 +111,13 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int leaf, co
 
 // The normal that a leaf's normal map (its colour, in [0, 1]) bends the smooth one to, unit, on the viewer's
 // side of the surface; `point.normal` where the mesh has no UV map for it.
-EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, Int leaf, const TexturePoint& point,
+EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
                               Vec3 color, Float strength) {
     if (!any(active)) return point.normal;
     const Vec3 front = select(point.backside, -point.normal, point.normal);
     const Float length = interpolated_length(scene, active, point);
     const Vec3 n = normalized_or(normal_to_mesh(scene, point.instance, front), front) * length;
-    const UvTangent t = uv_tangent(scene, active, leaf, point, n);
+    const UvTangent t = uv_tangent(scene, active, closure, point, n);
     const Vec3 bitangent = cross(n, t.tangent) * t.sign;
     const Float x = (2.0f * color.x - 1.0f) * strength, y = (2.0f * color.y - 1.0f) * strength;
     const Float share = min(max(strength, 0.0f), splat(1.0f));
@@ -146,11 +146,11 @@ EG_INLINE Float bump_shadowing(Vec3 smooth, Vec3 bent, Vec3 wi, Mask diffuse) {
 
 // Unit direction of anisotropy, perpendicular to the normal n: along u of the leaf's UV map; without one,
 // around the z axis of the mesh's bounding box, as Cycles has it from generated coordinates.
-EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int leaf, const TexturePoint& point,
+EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
                                Vec3 n) {
     const Vec3 front = select(point.backside, -n, n);
     const Vec3 in_mesh = normal_to_mesh(scene, point.instance, front);
-    const UvTangent t = uv_tangent(scene, active, leaf, point, in_mesh);
+    const UvTangent t = uv_tangent(scene, active, closure, point, in_mesh);
     Vec3 direction = t.tangent;
     const Mask radial = active & ~t.known;
     if (any(radial) && scene.textures.mesh_box && scene.textures.mesh_count > 0) {

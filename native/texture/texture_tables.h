@@ -12,7 +12,7 @@ struct TextureTables {
     std::vector<TextureInstruction> code;
     std::vector<int32_t> program_first;
     std::vector<float> constants;
-    std::vector<int32_t> leaf_program, leaf_weight_program, leaf_uv, leaf_tangent;
+    std::vector<int32_t> closure_program, closure_weight_program, closure_uv, closure_tangent;
     std::vector<TextureImage> images;
     std::vector<float> pixels;
     std::vector<TextureLookup> tables;
@@ -28,8 +28,8 @@ struct TextureTables {
         v.program_first = rows_of(program_first);
         v.constants = rows_of(constants);
         const bool any = program_first.size() > 1;
-        v.leaf_program = any ? leaf_program.data() : nullptr;
-        v.leaf_weight_program = any ? leaf_weight_program.data() : nullptr;
+        v.closure_program = any ? closure_program.data() : nullptr;
+        v.closure_weight_program = any ? closure_weight_program.data() : nullptr;
         v.images = rows_of(images);
         v.pixels = rows_of(pixels);
         v.tables = rows_of(tables);
@@ -38,8 +38,8 @@ struct TextureTables {
         v.attributes = rows_of(attributes);
         v.face_mesh = rows_of(face_mesh);
         v.mesh_count = static_cast<int32_t>(mesh_box.size() / 6);
-        v.leaf_uv = leaf_uv.data();
-        v.leaf_tangent = leaf_tangent.data();
+        v.closure_uv = closure_uv.data();
+        v.closure_tangent = closure_tangent.data();
         v.mesh_box = mesh_box.data();
         return v;
     }

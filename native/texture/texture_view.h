@@ -54,11 +54,11 @@ struct TextureView {
     int32_t mesh_count;
 
     // By leaf: its program and that of its weight; -1: none. Null where no leaf has one.
-    const int32_t* leaf_program;
-    const int32_t* leaf_weight_program;
+    const int32_t* closure_program;
+    const int32_t* closure_weight_program;
     // By leaf: the attributes its normal map and anisotropy are relative to; -1: none.
-    const int32_t* leaf_uv;
-    const int32_t* leaf_tangent;
+    const int32_t* closure_uv;
+    const int32_t* closure_tangent;
     const float* mesh_box;  // (meshes, 2, 3) centre and size, for tangents of meshes that have no UV map
 };
 

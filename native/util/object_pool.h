@@ -11,7 +11,7 @@
 namespace edgegrad {
 
 template <typename T>
-class Spare {
+class ObjectPool {
  public:
     // One that a call has left, as it left it, or a new one.
     std::shared_ptr<T> take() {

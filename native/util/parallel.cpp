@@ -37,7 +37,7 @@ struct Work {
 
 // Of this thread: what asks the caller, and when it last did; the loop whose body runs.
 thread_local constinit const std::function<void()>* ask_caller EDGEGRAD_STATIC_THREAD_LOCAL = nullptr;
-thread_local constinit Clock::time_point asked_at EDGEGRAD_STATIC_THREAD_LOCAL{};
+thread_local constinit Clock::time_point requested_at EDGEGRAD_STATIC_THREAD_LOCAL{};
 thread_local constinit const Work* work_of_thread EDGEGRAD_STATIC_THREAD_LOCAL = nullptr;
 
 int64_t process_id() {
@@ -75,8 +75,8 @@ Cancelling::~Cancelling() { ask_caller = outer_; }
 void may_cancel() {
     if (!ask_caller) return;
     const Clock::time_point now = Clock::now();
-    if (now - asked_at < kAsking) return;
-    asked_at = now;
+    if (now - requested_at < kAsking) return;
+    requested_at = now;
     (*ask_caller)();
 }
 
@@ -85,8 +85,8 @@ bool cancelled() {
     return work_of_thread && work_of_thread->cancelled();
 }
 
-int thread_count(int asked) {
-    if (asked > 0) return asked;
+int thread_count(int requested) {
+    if (requested > 0) return requested;
     return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 

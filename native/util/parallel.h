@@ -33,7 +33,7 @@ void forget_workers();
 bool work_has_ended();
 
 // Number of threads to use for `asked` (0: all cores).
-int thread_count(int asked);
+int thread_count(int requested);
 
 // Runs body(thread, item) for every item in [0, items) on `threads` threads, item by item as they get free.
 // Without progress the caller's is one of them: starting two threads takes twice as long as starting one, and

@@ -52,7 +52,7 @@ class Case:
 def behind_glass(roughness: float) -> edgegrad.Scene:
     """A box before a wall behind a sheet of this roughness."""
     scene = behind_rough_glass()
-    glass = scene.leaves("glass")[0]
+    glass = scene.closures("glass")[0]
     return replace(scene, materials={**scene.materials, "glass": replace(glass, roughness=roughness)})
 
 

@@ -1,4 +1,4 @@
-"""The benchmark scenes as renderer-independent data: nested dicts of arrays (format: `tests.peer_scenes`)."""
+"""The benchmark scenes as renderer-independent data: nested dicts of arrays (format: `tests.support.peer_scenes`)."""
 
 from __future__ import annotations
 

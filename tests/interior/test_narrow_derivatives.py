@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad import AreaLight, Material, Mesh, PointLight, Scene, SunLight, World
-from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, shapes, wanted_tables
+from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, requested_tables, shapes
 from edgegrad.reference import diffuse_tables
 from edgegrad.scene import parameters
 from edgegrad.tables import tables
@@ -62,7 +62,7 @@ def test_widening_is_the_transpose_of_narrowing() -> None:
     scene = plain()
     flat = tables.flatten(scene)
     rng = np.random.default_rng(2)
-    wanted = wanted_tables(scene, flat, WRT)
+    wanted = requested_tables(scene, flat, WRT)
     tangent = {name: rng.normal(size=shapes(flat)[name]) for name in wanted}
     part = diffuse_tables.narrowed(flat, tangent)
     gradient = diffuse_tables.Derivative(**{f.name: rng.normal(size=getattr(flat, f.name).shape)
@@ -79,7 +79,7 @@ def test_what_is_asked_for() -> None:
 
     def asked(*wrt: str) -> diffuse_tables.Asked:
         made = asked_tables(scene, flat, wrt)
-        return diffuse_tables.asked(made, wanted_tables(scene, made, wrt))
+        return diffuse_tables.asked(made, requested_tables(scene, made, wrt))
 
     moving = asked("meshes.b.vertices")
     assert moving.moving.tolist() == [0, 1, 0, 0] and not moving.emitting.any()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edgegrad import Material, Mixture
 from edgegrad.derivatives.complex_step import jacobian
-from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, shapes, wanted_tables
+from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, requested_tables, shapes
 from edgegrad.scene import parameters
 from edgegrad.tables import lights as light_table
 from edgegrad.tables import tables
@@ -118,7 +118,7 @@ def test_pull_back_is_the_transpose_of_push_forward() -> None:
 def test_wanted_rows_are_those_that_change() -> None:
     rng = np.random.default_rng(3)
     for path in PATHS:
-        wanted = wanted_tables(SCENE, FLAT, [path])
+        wanted = requested_tables(SCENE, FLAT, [path])
         pushed = push_forward(SCENE, FLAT, {path: rng.normal(size=np.shape(parameters.get(SCENE, path)))})
         assert set(wanted) == set(pushed)
         for name, spans in wanted.items():
@@ -133,7 +133,7 @@ def test_wanted_rows_are_those_that_change() -> None:
 def test_spans_of_several_parameters_are_united() -> None:
     count = [len(m.vertices) for m in tables.placed_meshes(SCENE)]
     first = np.cumsum([0, *count])
-    wanted = wanted_tables(SCENE, FLAT, ["meshes.bare.vertices", "meshes.moved.vertices", "meshes.still.vertices",
+    wanted = requested_tables(SCENE, FLAT, ["meshes.bare.vertices", "meshes.moved.vertices", "meshes.still.vertices",
                                          "meshes.moved.transform", "camera.fov_x", "camera.shift"])
     assert wanted["vertices"].tolist() == [[0, first[1]], [first[4], first[6]]]
     assert wanted["camera"].tolist() == [[12, 13], [14, 16]]
@@ -214,7 +214,7 @@ def test_asked_for_images_keep_their_alpha() -> None:
 )
 def test_what_has_no_derivative_says_so(path: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        wanted_tables(SCENE, FLAT, [path])
+        requested_tables(SCENE, FLAT, [path])
 
 
 def test_tangents_of_another_shape_are_refused() -> None:

@@ -31,7 +31,7 @@ def test_an_interrupted_render_raises_and_the_next_one_is_whole() -> None:
 
 
 def test_an_over_large_scene_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(edgegrad.geometry_table, "MAX_FACES", 1)
+    monkeypatch.setattr(edgegrad.tables.geometry, "MAX_FACES", 1)
     with pytest.raises(ValueError, match="scene: has 2 triangles; 1 are the most"):
         Renderer(floor())
 
@@ -47,7 +47,7 @@ _STARVED = """
 import resource
 import numpy as np
 import edgegrad
-from tests.test_limits import floor
+from tests.rendering.test_limits import floor
 from edgegrad import Mesh, Renderer
 
 before = Renderer(floor(), threads=1).render(spp=4)

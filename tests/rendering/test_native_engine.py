@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, wanted_tables
+from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, requested_tables
 from edgegrad.rendering import engine as engines
 
-native_engine = pytest.importorskip("edgegrad.native_engine", reason="the native module isn't built")
+native_engine = pytest.importorskip("edgegrad.rendering.native_engine", reason="the native module isn't built")
 
 
 def boxes(res: int = 48, *, world: float = 0.2, shift: float = 0.0) -> edgegrad.Scene:
@@ -118,7 +118,7 @@ def test_instruction_sets_agree(name: str) -> None:
     scene = boxes()
     tables = edgegrad.tables.tables.flatten(scene)
     tables = asked_tables(scene, tables, WRT)
-    wanted, velocity = wanted_tables(scene, tables, WRT), push_forward(scene, tables, tangent(scene))
+    wanted, velocity = requested_tables(scene, tables, WRT), push_forward(scene, tables, tangent(scene))
     options = {"spp": 8, "seed": 1, "max_depth": 2}
     terms = edgegrad.TERMS
     results = []
@@ -379,7 +379,7 @@ def test_a_wrong_library_is_an_error() -> None:
 @pytest.mark.skipif(sys.platform == "win32" or not shutil.which("cc"), reason="no C compiler here")
 def test_another_embree_is_an_error(tmp_path: pathlib.Path) -> None:
     # A library that has all the functions and answers 3 to whatever it is asked, its version too.
-    source = pathlib.Path(__file__).parents[1] / "native" / "embree" / "library.cpp"
+    source = pathlib.Path(__file__).parents[2] / "native" / "embree" / "library.cpp"
     names = re.findall(r'resolve\(handle, "(\w+)"', source.read_text())
     stub, library = tmp_path / "stub.c", tmp_path / "libembree3.so"
     stub.write_text("".join(f"long {name}(void) {{ return 3; }}\n" for name in names))

@@ -12,7 +12,7 @@ import edgegrad
 from edgegrad import render as one_shot  # the function; its module is looked up below
 from tests.support import shapes
 
-MODULE = __import__("sys").modules["edgegrad.render"]
+MODULE = __import__("sys").modules["edgegrad.rendering.one_shot"]
 
 
 def ball(**options: float) -> edgegrad.Scene:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, wanted_tables
+from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, requested_tables
 from edgegrad.reference import Engine
 from edgegrad.reference.engine import TERMS
 from edgegrad.rendering.renderer import Renderer
@@ -73,7 +73,7 @@ def test_forward_and_reverse_are_transposes(paths: list[str]) -> None:
     tangent = random_tangent(scene, paths)
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
     tables = asked_tables(scene, tables, paths)
-    wanted = wanted_tables(scene, tables, paths)
+    wanted = requested_tables(scene, tables, paths)
     options: dict[str, Any] = {"spp": 4, "seed": 3, "max_depth": 2}
     image = engine.forward_exact(tables, push_forward(scene, tables, tangent), wanted, terms=TERMS, **options)
     gradient = pull_back(scene, tables, engine.backward(tables, adjoint, wanted, terms=TERMS, **options), paths)
@@ -90,7 +90,7 @@ def test_each_term_is_transposed(term: str) -> None:
     tangent = random_tangent(scene, PATHS)
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
     tables = asked_tables(scene, tables, PATHS)
-    wanted = wanted_tables(scene, tables, PATHS)
+    wanted = requested_tables(scene, tables, PATHS)
     velocity = push_forward(scene, tables, tangent)
     image = engine.forward_exact(tables, velocity, wanted, spp=4, seed=3, max_depth=2, terms=(term,))
     gradient = engine.backward(tables, adjoint, wanted, spp=4, seed=3, max_depth=2, terms=(term,))
@@ -102,7 +102,7 @@ def test_float32_pictures_are_the_exact_ones() -> None:
     scene = floating_box()
     engine, tables = make_engine(scene)
     tangent = random_tangent(scene, ["meshes.box.vertices"])
-    velocity, wanted = push_forward(scene, tables, tangent), wanted_tables(scene, tables, tangent)
+    velocity, wanted = push_forward(scene, tables, tangent), requested_tables(scene, tables, tangent)
     options: dict[str, Any] = {"spp": 2, "seed": 3, "max_depth": 2}
     exact = engine.forward_exact(tables, velocity, wanted, **options)
     image = engine.forward(tables, velocity, wanted, **options)
@@ -230,7 +230,7 @@ def test_static_scene_has_no_boundary() -> None:
 def test_still_meshes_get_no_gradient() -> None:
     scene = floating_box()
     engine, tables = make_engine(scene)
-    wanted = wanted_tables(scene, tables, ["meshes.box.vertices"])
+    wanted = requested_tables(scene, tables, ["meshes.box.vertices"])
     gradient = engine.backward(tables, np.ones((32, 32, 3), np.float32), wanted, spp=2, seed=0, max_depth=2)
     assert set(gradient) == {"vertices"}
     ((first, last),) = wanted["vertices"]

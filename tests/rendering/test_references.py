@@ -19,8 +19,8 @@ from edgegrad.rendering.renderer import Renderer
 from tests.support import peer_scenes
 from tests.support.block_statistics import ALARM, block_sums, compare, over_theta
 
-HERE = pathlib.Path(__file__).parent
-FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HERE.parent.parent / "shared" / "refs"))]
+HERE = pathlib.Path(__file__).parents[1]
+FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HERE.parents[1] / "shared" / "refs"))]
 # With derivatives.
 CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
 # Of rich scenes, whose differences have no term that isn't computed; not for the reference engine.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad import expression as e
-from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, shapes, wanted_tables
+from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, requested_tables, shapes
 from edgegrad.expression.numbers import numbers, with_numbers
 from edgegrad.scene import parameters
 from edgegrad.tables import tables
@@ -104,7 +104,7 @@ def test_pull_back_is_the_transpose_of_push_forward() -> None:
     wrt = [path for path in parameters.paths(scene) if ".textures." in path]
     assert {"materials.wood.textures.specular_tint", "materials.glow.textures.roughness"} <= set(wrt)
     with pytest.raises(RuntimeError, match="compiled without the numbers of material 'wood'"):
-        wanted_tables(scene, flat, wrt)
+        requested_tables(scene, flat, wrt)
     asked = asked_tables(scene, flat, wrt)
     rng = np.random.default_rng(8)
     gradients = {name: rng.normal(size=shape) for name, shape in shapes(asked).items()}
@@ -112,7 +112,7 @@ def test_pull_back_is_the_transpose_of_push_forward() -> None:
     for path in wrt:
         direction = rng.normal(size=parameters.get(scene, path).shape)
         pushed = push_forward(scene, asked, {path: direction})
-        assert set(pushed) == set(wanted_tables(scene, asked, [path]))
+        assert set(pushed) == set(requested_tables(scene, asked, [path]))
         forward = sum(float(np.vdot(part, gradients[name])) for name, part in pushed.items())
         assert forward == pytest.approx(float(np.vdot(direction, pulled[path])), rel=1e-12, abs=1e-12)
     assert set(push_forward(scene, asked, {"materials.glow.textures.roughness": np.ones(8)})) == {"texture_lookups"}

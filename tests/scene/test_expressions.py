@@ -238,8 +238,8 @@ def test_weights_of_mixtures_have_programs() -> None:
     scene.materials = {**scene.materials, "plain": Material(), "mix": Mixture(
         ("plain", "m0"), np.array([0.5, 0.5]), {"1": e.Channel(P, 0)})}
     tables = compile_textures(scene)
-    assert tables.leaf_program.tolist() == [0, -1, -1, 0]
-    assert tables.leaf_weight_program.tolist() == [-1, -1, -1, 1]
+    assert tables.closure_program.tolist() == [0, -1, -1, 0]
+    assert tables.closure_weight_program.tolist() == [-1, -1, -1, 1]
 
 
 def test_copies_of_textured_emitters_have_their_attributes() -> None:

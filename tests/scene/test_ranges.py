@@ -114,7 +114,7 @@ def look_everywhere(instruction_set: str) -> None:
     scene = under_image()
     engine = Engine(edgegrad.tables.tables.flatten(scene), 1, instruction_set)
     w = np.stack(np.meshgrid(WILD, WILD, WILD, indexing="ij"), axis=-1).reshape(-1, 3)
-    found = engine._scene.look_at_sky(np.ascontiguousarray(w))
+    found = engine._scene.look_at_environment(np.ascontiguousarray(w))
     unit = np.isfinite(w).all(axis=1) & (np.abs(w).max(axis=1) <= 1.0)
     assert np.isfinite(found["radiance"][unit]).all()
 

@@ -13,7 +13,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Camera, Image, Material, Mesh, Mixture, Scene, SunLight, World
-from edgegrad.derivatives.table_derivatives import pull_back, shapes, wanted_tables
+from edgegrad.derivatives.table_derivatives import pull_back, requested_tables, shapes
 from edgegrad.expression import Attribute, Expression, ImageTexture, Math, nodes_of
 from edgegrad.geometry import mesh_batches, topology
 from edgegrad.geometry.box_tree import BoxTree, meeting
@@ -96,7 +96,7 @@ def test_the_plan_of_many_meshes_names_few() -> None:
 
 def test_a_fit_makes_its_plan_once(monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
-    module = sys.modules["edgegrad.plan"]
+    module = sys.modules["edgegrad.planning.scene_plan"]
     original = module.picture_plan  # type: ignore[attr-defined]
     monkeypatch.setattr(module, "picture_plan", lambda *a: made.append(1) or original(*a))
     scene = boxes(1)
@@ -181,7 +181,7 @@ def test_pieces_of_one_material_do_not_look_at_the_others() -> None:
         gradients = {name: np.ones(shape) for name, shape in shapes(tables).items()}
         found = pull_back(scene, tables, gradients, wrt)
         assert found["materials.m0.roughness"] == 2.0 and found["materials.m1.roughness"] == 1.0
-        return calls(lambda: (wanted_tables(scene, tables, wrt), pull_back(scene, tables, gradients, wrt)))
+        return calls(lambda: (requested_tables(scene, tables, wrt), pull_back(scene, tables, gradients, wrt)))
 
     assert cost(160) < 4.5 * cost(40)
 

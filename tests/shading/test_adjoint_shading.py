@@ -244,7 +244,7 @@ def test_nodes(group: str) -> None:
         try:
             # White noise has a derivative of zero, and a difference of anything.
             names = () if name.startswith("white noise") else VARIABLES
-            decided += textures.check(int(textures.tables.leaf_program[k]), step, outliers, names)
+            decided += textures.check(int(textures.tables.closure_program[k]), step, outliers, names)
         except AssertionError as error:
             raise AssertionError(name) from error
     assert np.mean(np.array(decided) > 0.5) > 0.75

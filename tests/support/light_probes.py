@@ -58,7 +58,7 @@ class Probe:
 
     def look(self, w: Floats) -> dict[str, Any]:
         """Radiance and density of the environment along (n, 3) directions."""
-        return dict(self._scene.look_at_sky(np.ascontiguousarray(w, np.float32)))
+        return dict(self._scene.look_at_environment(np.ascontiguousarray(w, np.float32)))
 
     def _meet(self, position: ArrayLike, normal: ArrayLike, w: Floats, face: NDArray[Any], r: Floats,
               bsdf_pdf: float) -> dict[str, Any]:  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -140,7 +141,7 @@ def floating_box() -> edgegrad.Scene:
     lamp_to_world[:3, :3] = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # shines down: its -Z is -Y
     lamp_to_world[:3, 3] = (-1.0, 2.6, 0.2)
     return edgegrad.Scene(
-        ABOVE,
+        replace(ABOVE),
         {
             "floor": rectangle(**FLOOR, material="floor"),
             "box": box((0.2, 0.8, 0.0), (0.4, 0.3, 0.35), "clay", 0.5),

@@ -23,7 +23,7 @@ def values(flat: Tables) -> dict[str, F64]:
         "vertices": flat.vertices,
         "normals": flat.custom_normals,
         "instance_to_world": flat.instance_to_world,
-        "leaf_params": flat.materials.params,
+        "closure_params": flat.materials.params,
         "light_params": flat.lights.params,
         "environment": flat.environment,
         "environment_rotation": flat.environment_rotation,
@@ -40,5 +40,5 @@ def values(flat: Tables) -> dict[str, F64]:
     # Area lights are rows of `light_params`; their hidden meshes and leaves aren't differentiated.
     area_lights = int(np.isin(flat.lights.kind, (RECTANGLE, ELLIPSE)).sum())
     out["vertices"][flat.mesh_first_vertex[len(flat.mesh_names)] :] = 0.0
-    out["leaf_params"][len(out["leaf_params"]) - area_lights * material_table.WIDTH :] = 0.0
+    out["closure_params"][len(out["closure_params"]) - area_lights * material_table.WIDTH :] = 0.0
     return out

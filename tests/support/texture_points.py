@@ -69,8 +69,8 @@ def evaluate(
 ) -> NDArray[np.float32]:
     """(materials, points, 4) colour and alpha of each material's expression at each point; `tables` or the scene's."""
     tables = compile_textures(scene) if tables is None else tables
-    out = np.zeros((len(tables.leaf_program), len(where.face), 4), np.float32)
-    for k, program in enumerate(tables.leaf_program):
+    out = np.zeros((len(tables.closure_program), len(where.face), 4), np.float32)
+    for k, program in enumerate(tables.closure_program):
         where.program[:] = program
         rows = np.zeros((len(where.face), WIDTH), np.float32)
         _native.evaluate_textures(tables, where, rows, instruction_set)

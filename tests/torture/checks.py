@@ -166,7 +166,7 @@ def _brightness(case: Case) -> float:
     found = [float(np.max(scene.world.color)) * scene.world.strength]
     if scene.world.image is not None:
         found[0] *= float(np.max(scene.images[scene.world.image].pixels))
-    found += [float(leaf.emission.max()) for name in scene.materials for leaf in scene.leaves(name)]
+    found += [float(leaf.emission.max()) for name in scene.materials for leaf in scene.closures(name)]
     for lamp in scene.lights.values():
         found.append(lamp.strength if isinstance(lamp, SunLight) else lamp.power / case.scale**2)
     return max(found)

@@ -25,7 +25,7 @@ PRELUDE = """
     import numpy as np
     import edgegrad
     from edgegrad import Renderer
-    from tests.small_scenes import floating_box
+    from tests.support.small_scenes import floating_box
 
     scene = floating_box()
     path = "meshes.box.vertices"
@@ -323,7 +323,7 @@ def test_ctrl_c_ends_work_on_many_faces(call: str) -> None:
 def test_gradients_are_those_of_the_call_s_beginning() -> None:
     """Whatever a progress function does with the arrays that the call was given, and with the scene's."""
     run("""
-        from tests.rich_scene import everything
+        from tests.support.rich_scene import everything
 
         scene = everything()
         wrt = ["meshes.moved.vertices", "materials.clay.base_color", "world.color", "world.strength", "camera.to_world"]
@@ -353,7 +353,7 @@ def test_gradients_are_those_of_the_call_s_beginning() -> None:
 def test_a_call_whose_update_was_interrupted_does_it_anew() -> None:
     """An error half-way through an update leaves no old BVH behind."""
     run("""
-        from edgegrad import native_engine
+        from edgegrad.rendering import native_engine
 
         renderer = Renderer(scene, threads=2)
         expected = {}

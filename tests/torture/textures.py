@@ -23,7 +23,7 @@ _WHOLE = {"index": (0, 3), "depth": (0, 10), "offset_frequency": (1, 99), "squas
 
 def all_nodes() -> list[type[Expression]]:
     """Every kind of node, sorted by name."""
-    found = [kind for module in (e, p) for kind in vars(module).values()
+    found = [kind for kind in vars(e).values()
              if isinstance(kind, type) and issubclass(kind, Expression) and kind is not Expression]  # fmt: skip
     return sorted(set(found), key=lambda kind: kind.__name__)
 

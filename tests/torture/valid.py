@@ -14,7 +14,6 @@ import numpy as np
 import edgegrad
 from edgegrad import expression as e
 from edgegrad import images, losses
-from edgegrad.expression import procedural
 from edgegrad.scene import parameters
 from tests.support import shapes
 
@@ -211,15 +210,12 @@ def nodes() -> dict[str, tuple[type, dict[str, Any]]]:
         ("ColorModel", "source"): "RGB", ("ColorModel", "target"): "HSV",
     }  # fmt: skip
     out: dict[str, tuple[type, dict[str, Any]]] = {}
-    for module in (e, procedural):
-        for name, kind in vars(module).items():
-            if isinstance(kind, type) and issubclass(kind, e.Expression) and kind.__module__ == module.__name__:
-                if kind is e.Expression:
-                    continue
-                options: dict[str, Any] = {}
-                for f in fields(kind):  # type: ignore[arg-type]
-                    words = kind.choices.get(f.name)
-                    value = 0.5 if f.default is MISSING else f.default
-                    options[f.name] = given.get((name, f.name), words[0] if words and f.default is MISSING else value)
-                out[name] = (kind, options)
+    for name, kind in vars(e).items():
+        if isinstance(kind, type) and issubclass(kind, e.Expression) and kind is not e.Expression:
+            options: dict[str, Any] = {}
+            for f in fields(kind):  # type: ignore[arg-type]
+                words = kind.choices.get(f.name)
+                value = 0.5 if f.default is MISSING else f.default
+                options[f.name] = given.get((name, f.name), words[0] if words and f.default is MISSING else value)
+            out[name] = (kind, options)
     return out

@@ -1,4 +1,4 @@
-"""How image textures are looked up: projections of a vector to the image's plane (core/tables/textures/lower_math.py)."""
+"""How image textures are looked up: projections of a vector to the image's plane (lower_math.py)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """From expressions to the steps of texture programs: what rules for each kind of expression are written with.
 
-The rules themselves are in expression_steps.py, color_steps.py, image_steps.py and procedural_steps.py.
+The rules themselves are in lower_math.py, lower_color.py, lower_image.py and lower_procedural.py.
 """
 
 from __future__ import annotations

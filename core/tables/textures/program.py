@@ -1,6 +1,6 @@
 """Compiles the expressions of a scene's materials into flat tables for native/texture.
 
-Each leaf (shader) with textures gets one program, which writes their values over the leaf's parameters
+Each closure (shader) with textures gets one program, which writes their values over the closure's parameters
 (core/tables/materials.py); a textured weight of a mixture gets another. A program is a list of instructions on
 scalar registers: what is constant has been computed, what occurs twice is computed once, and what nobody
 reads is left out.
@@ -23,6 +23,7 @@ from ...scene.material import Material, Mixture
 from ...scene.mesh import Mesh
 from ...scene.scene import Scene
 from ..materials import COLUMNS
+from . import lower_color, lower_image, lower_math, lower_procedural  # noqa: F401  (their rules are registered)
 from .lowering import Lowering, Resources
 from .ops import OPCODES, Builder, Number, Output, Value
 
@@ -77,7 +78,7 @@ class NumberPlaces:
 
 @dataclass
 class TextureTables:
-    """What native/texture/texture_view.h points to. P programs, L leaves, S meshes of the scene.
+    """What native/texture/texture_view.h points to. P programs, L closures, S meshes of the scene.
 
     Leaves are the shaders of `scene.materials` in order, each material's parts after each other; area lights
     follow, which have no textures (core/tables/materials.py).
@@ -86,10 +87,10 @@ class TextureTables:
     code: I32  # (n, 16) op, data, out[4], in[10]
     program_first: I32  # (P + 1)
     constants: F32
-    leaf_program: I32  # (L) -1: none
-    leaf_weight_program: I32  # (L) -1: none
-    leaf_uv: I32  # (L) attribute that the normal map is relative to, -1: none
-    leaf_tangent: I32  # (L) attribute that has its tangents, -1: none
+    closure_program: I32  # (L) -1: none
+    closure_weight_program: I32  # (L) -1: none
+    closure_uv: I32  # (L) attribute that the normal map is relative to, -1: none
+    closure_tangent: I32  # (L) attribute that has its tangents, -1: none
     image_offset: I64  # (I) first float in `pixels`
     image_shape: I32  # (I, 3) width, height, channels
     image_mode: I32  # (I, 3) interpolation, extension, whether the result is divided by alpha
@@ -140,29 +141,29 @@ def compile_textures(
     scene, tracked = _tracked(scene, asked)
     resources = Resources(origin=(float(start[0]), float(start[1]), float(start[2])))
     programs = _Programs(resources)
-    leaf_program, leaf_weight_program, leaf_uv, leaf_tangent = [], [], [], []
+    closure_program, closure_weight_program, closure_uv, closure_tangent = [], [], [], []
     for name, material in scene.materials.items():
-        for k, leaf in enumerate(scene.leaves(name)):
+        for k, closure in enumerate(scene.closures(name)):
             part = material.parts[k] if isinstance(material, Mixture) else name
-            leaf_program.append(programs.of_leaf(part, leaf))
+            closure_program.append(programs.of_closure(part, closure))
             weight = material.textures.get(str(k)) if isinstance(material, Mixture) else None
-            leaf_weight_program.append(-1 if weight is None else programs.of_weight(name, k, weight))
-            has_tangents = part in anisotropic or _has_tangents(leaf)
-            uv, tangent = _tangent_attributes(leaf, resources) if has_tangents else (-1, -1)
-            leaf_uv.append(uv)
-            leaf_tangent.append(tangent)
+            closure_weight_program.append(-1 if weight is None else programs.of_weight(name, k, weight))
+            has_tangents = part in anisotropic or _has_tangents(closure)
+            uv, tangent = _tangent_attributes(closure, resources) if has_tangents else (-1, -1)
+            closure_uv.append(uv)
+            closure_tangent.append(tangent)
     for light in scene.lights.values():
         if isinstance(light, AreaLight):
-            for column in (leaf_program, leaf_weight_program, leaf_uv, leaf_tangent):
+            for column in (closure_program, closure_weight_program, closure_uv, closure_tangent):
                 column.append(-1)
     return TextureTables(
         code=np.array(programs.code, np.int32).reshape(-1, 2 + _OUTPUTS + _INPUTS),
         program_first=np.array(programs.first, np.int32),
         constants=np.array(list(programs.constants), np.float32),
-        leaf_program=np.array(leaf_program, np.int32),
-        leaf_weight_program=np.array(leaf_weight_program, np.int32),
-        leaf_uv=np.array(leaf_uv, np.int32),
-        leaf_tangent=np.array(leaf_tangent, np.int32),
+        closure_program=np.array(closure_program, np.int32),
+        closure_weight_program=np.array(closure_weight_program, np.int32),
+        closure_uv=np.array(closure_uv, np.int32),
+        closure_tangent=np.array(closure_tangent, np.int32),
         **_images(scene.images, resources, with_alpha),
         **_lookup_tables(resources),
         **_attributes(placed, resources),
@@ -195,12 +196,12 @@ def _places(own: list[Number], programs: _Programs, resources: Resources) -> Num
     return NumberPlaces(len(own), *(np.array(pairs, np.int64).reshape(-1, 2) for pairs in found))
 
 
-def _has_tangents(leaf: Material) -> bool:
-    return "normal" in leaf.textures or "anisotropy" in leaf.textures or leaf.anisotropy != 0.0
+def _has_tangents(closure: Material) -> bool:
+    return "normal" in closure.textures or "anisotropy" in closure.textures or closure.anisotropy != 0.0
 
 
-def _tangent_attributes(leaf: Material, resources: Resources) -> tuple[int, int]:
-    return resources.attribute(leaf.normal_uv), resources.attribute(f"{leaf.normal_uv}.tangent")
+def _tangent_attributes(closure: Material, resources: Resources) -> tuple[int, int]:
+    return resources.attribute(closure.normal_uv), resources.attribute(f"{closure.normal_uv}.tangent")
 
 
 class _Programs:
@@ -211,15 +212,15 @@ class _Programs:
         self.code: list[list[int]] = []
         self.first = [0]
         self.constants: dict[float, int] = {}
-        self._of_leaf: dict[int, int] = {}
+        self._of_closure: dict[int, int] = {}
 
-    def of_leaf(self, name: str, leaf: Material) -> int:
-        """Number of a leaf's program, -1 if it has no textures."""
-        if not leaf.textures:
+    def of_closure(self, name: str, closure: Material) -> int:
+        """Number of a closure's program, -1 if it has no textures."""
+        if not closure.textures:
             return -1
-        if id(leaf) not in self._of_leaf:
-            self._of_leaf[id(leaf)] = self._compile(f"material '{name}'", leaf.textures)
-        return self._of_leaf[id(leaf)]
+        if id(closure) not in self._of_closure:
+            self._of_closure[id(closure)] = self._compile(f"material '{name}'", closure.textures)
+        return self._of_closure[id(closure)]
 
     def of_weight(self, name: str, part: int, weight: Expression) -> int:
         """Number of the program of a part's weight in a mixture."""

@@ -45,14 +45,14 @@ struct Run {
 };
 
 // Runs over the edges of the meshes that `wanted` names, with all of their instances.
-template <typename Wanted>
-std::vector<Run> runs_of(const EdgeList& edges, const Wanted& wanted) {
+template <typename Requested>
+std::vector<Run> runs_of(const EdgeList& edges, const Requested& requested) {
     const SceneTables& t = edges.tables;
     const auto instances = mesh_instances(t);
     std::vector<Run> runs;
     for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
         const std::vector<int32_t>& copies = instances[static_cast<size_t>(mesh)];
-        if (!wanted(mesh, is_placed(copies))) continue;
+        if (!requested(mesh, is_placed(copies))) continue;
         const auto [first, last] = mesh_edges(t, static_cast<size_t>(mesh));
         for (int32_t instance : copies)
             for (int64_t k = first; k < last; k += kEdgeBlock)
@@ -62,15 +62,15 @@ std::vector<Run> runs_of(const EdgeList& edges, const Wanted& wanted) {
 }
 
 // What the kernel of masses writes for a run, in memory of one thread.
-struct RunMasses {
+struct RunWeights {
     std::vector<float> mass, pixels;
     std::vector<int32_t> tile, flat;
     std::vector<uint8_t> seam;
 
-    EdgeMassTask task(const EdgeList& edges, const Run& run, EdgeMassKind kind) {
+    EdgeWeightTask task(const EdgeList& edges, const Run& run, EdgeWeightKind kind) {
         for (auto* column : {&mass, &pixels}) column->resize(kEdgeBlock + kMaxWidth);
         for (auto* column : {&tile, &flat}) column->resize(kEdgeBlock + kMaxWidth);
-        EdgeMassTask t{};
+        EdgeWeightTask t{};
         t.kind = kind;
         t.instance = run.instance;
         t.first = run.first, t.count = run.count;
@@ -144,7 +144,7 @@ template <typename Visit>
 Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
     std::shared_ptr<CandidateParts> parts = edges.kept.spare_parts.take();
     parts->runs.resize(runs.size());
-    std::vector<RunMasses> memory(static_cast<size_t>(edges.threads));
+    std::vector<RunWeights> memory(static_cast<size_t>(edges.threads));
     parallel_for(edges.threads, static_cast<int64_t>(runs.size()), nullptr, [&](int thread, int64_t k) {
         const Run& run = runs[static_cast<size_t>(k)];
         CandidateParts::Run& part = parts->runs[static_cast<size_t>(k)];
@@ -190,22 +190,22 @@ std::vector<float> unit_normals(const SceneTables& t, int threads) {
     return normals;
 }
 
-Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const Asked& asked) {
+Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const RequestedMotion& motion) {
     const CameraView& camera = scene.camera;
     const PictureFrame frame(camera);
     const SceneTables& tables = edges.tables;
     const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
         const auto m = static_cast<size_t>(mesh);
-        return (asked.camera || asked.moving[m] || (asked.instances && placed)) &&
+        return (motion.camera || motion.moving[m] || (motion.instances && placed)) &&
                (tables.mesh_mask[m] & (1 << kCameraRay));
     });
-    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
-        EdgeMassTask task = memory.task(edges, run, kPictureMass);
+    return collect(edges, runs, [&](const Run& run, RunWeights& memory, const auto& add) {
+        EdgeWeightTask task = memory.task(edges, run, kPictureWeight);
         task.sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
         task.cut_all = frame.bends_or_blurs();
         task.lens_reach = static_cast<float>(frame.lens_reach());
         task.margin = static_cast<float>(frame.margin());
-        edges.kernels.edge_masses(scene, task);
+        edges.kernels.edge_weights(scene, task);
         const Placement place = Placement::of(scene, run.instance);
         for (int64_t k = 0; k < run.count; ++k) {
             const float weight = task.mass[k];
@@ -218,7 +218,7 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
             }
             frame.pieces(place(vertex(scene, scene.edge_vertices[2 * edge])),
                          place(vertex(scene, scene.edge_vertices[2 * edge + 1])),
-                         [&](const PictureFrame::Piece& piece) {
+                         [&](const PictureFrame::EdgeSegment& piece) {
                              const uint32_t tile =
                                  z_order(piece.x / camera.width, piece.y / camera.height, kTileBits);
                              add(edge, static_cast<float>(piece.u0), static_cast<float>(piece.u1),
@@ -231,15 +231,15 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
 
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
     const std::vector<Run> runs = runs_of(edges, [](int32_t, bool) { return true; });
-    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
-        EdgeMassTask task = memory.task(edges, run, environment ? kSkyMass : kLightMass);
+    return collect(edges, runs, [&](const Run& run, RunWeights& memory, const auto& add) {
+        EdgeWeightTask task = memory.task(edges, run, environment ? kEnvironmentWeight : kLightWeight);
         if (scene.all_flags & kHasTransparency) {
             memory.seam.resize(kEdgeBlock);
             for (int64_t k = 0; k < run.count; ++k)
                 memory.seam[static_cast<size_t>(k)] = is_seam(edges.tables, run.first + k);
             task.seam = memory.seam.data();
         }
-        edges.kernels.edge_masses(scene, task);
+        edges.kernels.edge_weights(scene, task);
         for (int64_t k = 0; k < run.count; ++k)
             if (!task.flat[k] || is_seam(edges.tables, run.first + k))
                 add(run.first + k, 0.0f, 1.0f, task.mass[k], 0u);
@@ -260,9 +260,9 @@ Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
         return !placed && std::any_of(held + tables.mesh_first_face[m], held + tables.mesh_first_face[m + 1],
                                       [](int32_t h) { return h != 0; });
     });
-    return collect(edges, runs, [&](const Run& run, RunMasses& memory, const auto& add) {
-        EdgeMassTask task = memory.task(edges, run, kSkyMass);
-        edges.kernels.edge_masses(scene, task);
+    return collect(edges, runs, [&](const Run& run, RunWeights& memory, const auto& add) {
+        EdgeWeightTask task = memory.task(edges, run, kEnvironmentWeight);
+        edges.kernels.edge_weights(scene, task);
         for (int64_t k = 0; k < run.count; ++k) {
             const int64_t edge = run.first + k;
             if (task.flat[k] || !any_held(scene, edge)) continue;
@@ -352,17 +352,17 @@ Candidates with_cells(const Candidates& edges, int32_t direction_cells, bool cha
 
 }  // namespace
 
-Candidates over_picture(double wanted, bool chains) {
-    const auto n = static_cast<int32_t>(std::clamp(std::sqrt(wanted), 1.0, kMostPlaces));
+Candidates over_picture(double requested, bool chains) {
+    const auto n = static_cast<int32_t>(std::clamp(std::sqrt(requested), 1.0, kMostPlaces));
     return with_cells(whole_picture(), n, chains, [](size_t) { return 1; });
 }
 
-Candidates over_directions(const Candidates& edges, double wanted, bool chains) {
+Candidates over_directions(const Candidates& edges, double requested, bool chains) {
     if (edges.size() == 0) return {};
     // Directions first: what an edge hides depends more on them than on the place along it.
-    const double each = std::max(1.0, wanted / static_cast<double>(edges.size()));
+    const double each = std::max(1.0, requested / static_cast<double>(edges.size()));
     const auto n = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
-    const double pieces = std::max(1.0, wanted / (n * n));
+    const double pieces = std::max(1.0, requested / (n * n));
     return with_cells(edges, n, chains, [&](size_t i) {
         const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
         return static_cast<int32_t>(

@@ -34,7 +34,7 @@ struct Candidates {
     int64_t size() const { return static_cast<int64_t>(edge.size()); }
     double mass() const { return cumulative.back(); }
     // The mass of each of an entry's pieces.
-    double piece_mass(size_t i) const {
+    double segment_mass(size_t i) const {
         const double mass = cumulative[i + 1] - cumulative[i];
         return parts.empty() ? mass
                              : mass / (static_cast<double>(parts[i]) * direction_cells * direction_cells);
@@ -54,7 +54,7 @@ struct EdgeList {
     const KernelTable& kernels;
     int threads;
     const std::shared_ptr<const LightList>& lights;
-    KeptEdges& kept;
+    EdgeCache& kept;
 
     int64_t count() const { return static_cast<int64_t>(tables.edge_vertices.size() / 2); }
 };
@@ -64,7 +64,7 @@ struct EdgeList {
 // Only a flat pair of faces can't carry a jump: two faces in one plane, of one orientation, one material and
 // no seam between them (boundary/meshes/seams.h). Silhouettes, open borders, creases, the edges between the
 // facets of a smooth mesh and material borders are one case (derivations A3, 0.5a).
-Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const Asked& asked);
+Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const RequestedMotion& motion);
 
 // Edges that may hide light from a surface: silhouettes as seen from some point of the lights, or (towards
 // the environment) all that are not flat. Of all meshes: what moves may also
@@ -87,10 +87,10 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
 // directions of one edge, which says nothing else. `chains`: also of paths that go on from the first surface
 // that they meet before they pass an edge.
 Candidates whole_picture();
-Candidates over_picture(double wanted, bool chains);
+Candidates over_picture(double requested, bool chains);
 
 // The same edges for light between surfaces: their parts and the cells of their directions make about
 // `wanted` pieces. `chains`: also of segments that the camera sees by way of other surfaces.
-Candidates over_directions(const Candidates& edges, double wanted, bool chains);
+Candidates over_directions(const Candidates& edges, double requested, bool chains);
 
 }  // namespace edgegrad

@@ -17,7 +17,7 @@ namespace edgegrad {
 
 struct CandidateParts;
 struct Candidates;
-struct Crossings;
+struct Intersections;
 class EdgeTree;
 class LightList;
 struct SurfaceRegions;
@@ -57,24 +57,24 @@ struct CameraKey {
     }
 };
 
-struct KeptEdges {
+struct EdgeCache {
     // From which side solid bodies are seen (boundary/meshes/solids.h) follows from the camera.
     using Sides = std::vector<int8_t>;
     // The camera moves; instances do; which meshes do.
-    Kept<std::tuple<bool, bool, std::vector<uint8_t>>, Crossings> crossings;
-    Kept<std::pair<CameraKey, Asked>, Candidates> primary;
+    Kept<std::tuple<bool, bool, std::vector<uint8_t>>, Intersections> intersections;
+    Kept<std::pair<CameraKey, RequestedMotion>, Candidates> primary;
     Kept<std::pair<std::shared_ptr<const LightList>, Sides>, Candidates> shadow;
     Kept<Sides, Candidates> silhouettes;  // towards the environment and other surfaces
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
     Kept<bool, bool> cross;  // whether surfaces pass through each other or through lights
     // What candidates of the primary term are made in.
-    Spare<Candidates> spare_candidates;
-    Spare<CandidateParts> spare_parts;
+    ObjectPool<Candidates> spare_candidates;
+    ObjectPool<CandidateParts> spare_parts;
 
     // Where vertices have changed.
     void clear() {
-        crossings.clear();
+        intersections.clear();
         clear_values();
     }
     // Where values have: surfaces cross where they did.

@@ -7,13 +7,14 @@
 #include "boundary/meshes/placed_vertex.h"
 #include "boundary/meshes/seams.h"
 #include "scene/lights/light_tree.h"
+#include "tasks/edge_tree_view.h"
 
 namespace edgegrad {
 namespace {
 
 // Edges are cut so that there are about so many pieces: what a node bounds then is small as seen from where
 // it is looked for.
-constexpr double kPieces = 128.0;
+constexpr double kSegments = 128.0;
 
 void put(float* out, Vector v) {
     out[0] = static_cast<float>(v.x), out[1] = static_cast<float>(v.y), out[2] = static_cast<float>(v.z);
@@ -85,7 +86,7 @@ EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Cand
         const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
         const int32_t edge = edges.edge[i], instance = edges.instance.empty() ? -1 : edges.instance[i];
         const EdgeCone cone = edge_cone(scene, tables, edge, instance, emitters);
-        const auto parts = static_cast<int64_t>(std::max(1.0, std::round(kPieces * mass / edges.mass())));
+        const auto parts = static_cast<int64_t>(std::max(1.0, std::round(kSegments * mass / edges.mass())));
         LightNode leaf{};
         put(leaf.axis, cone.axis);
         leaf.cos_o = static_cast<float>(cone.cosine);
@@ -94,21 +95,21 @@ EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Cand
         leaf.two_sided = 1;
         leaf.power = static_cast<float>(mass / static_cast<double>(parts));
         leaf.radius = static_cast<float>(0.5 * length(cone.t) / static_cast<double>(parts)) * 1.00001f;
-        float row[kPieceColumns];
-        put(row + kPieceFrom, cone.a);
-        put(row + kPieceAlong, cone.t);
-        put(row + kPieceNormal, cone.normal[0]);
-        put(row + kPieceNormal + 3, cone.normal[1]);
-        std::memcpy(row + kPieceEdge, &edge, sizeof edge);
-        std::memcpy(row + kPieceInstance, &instance, sizeof instance);
+        float row[kSegmentColumns];
+        put(row + kSegmentFrom, cone.a);
+        put(row + kSegmentAlong, cone.t);
+        put(row + kSegmentNormal, cone.normal[0]);
+        put(row + kSegmentNormal + 3, cone.normal[1]);
+        std::memcpy(row + kSegmentEdge, &edge, sizeof edge);
+        std::memcpy(row + kSegmentInstance, &instance, sizeof instance);
         for (int64_t part = 0; part < parts; ++part) {
             const double u0 = static_cast<double>(part) / static_cast<double>(parts);
             const double u1 = static_cast<double>(part + 1) / static_cast<double>(parts);
             put(leaf.center, cone.a + cone.t * (0.5 * (u0 + u1)));
             leaf.child = -1 - static_cast<int32_t>(leaves.size());
             leaves.push_back(leaf);
-            row[kPieceU0] = static_cast<float>(u0), row[kPieceU1] = static_cast<float>(u1);
-            pieces_.insert(pieces_.end(), row, row + kPieceColumns);
+            row[kSegmentU0] = static_cast<float>(u0), row[kSegmentU1] = static_cast<float>(u1);
+            pieces_.insert(pieces_.end(), row, row + kSegmentColumns);
         }
     }
     nodes_ = light_tree(std::move(leaves), 0);

@@ -33,7 +33,7 @@ EG_INLINE Vec3 placed_vertex(const SceneView& scene, int32_t instance, Int verte
 }
 
 // Where of an edge's list the first two faces with an area are, of one with another number of faces than two.
-EG_INLINE void find_faces(const SceneView& scene, const EdgeMassTask& task, int lane, Int edge,
+EG_INLINE void find_faces(const SceneView& scene, const EdgeWeightTask& task, int lane, Int edge,
                           Int (&slot)[2], Int& faces, Mask& same_surface) {
     const uint32_t first = scene.edge_face_first[edge[lane]], last = scene.edge_face_first[edge[lane] + 1];
     faces[lane] = 0;
@@ -54,7 +54,7 @@ EG_INLINE Mask has_smooth_corners(const SceneView& scene, Int face) {
     return (packet(corner[0]) >= 0) & (packet(corner[1]) >= 0) & (packet(corner[2]) >= 0);
 }
 
-EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int64_t at) {
+EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, int64_t at) {
     const auto list = [](const uint32_t* table) { return reinterpret_cast<const int32_t*>(table); };
     const int64_t left = task.count - at;
     const Int lane = lane_index();
@@ -132,7 +132,7 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeMassTask& task, int
 }
 
 // Share of an edge's length in the picture by which it is sampled.
-EG_INLINE Float jump_share(const EdgeMassTask& task, const Wedges& w, Vec3 ray) {
+EG_INLINE Float jump_share(const EdgeWeightTask& task, const Wedges& w, Vec3 ray) {
     // Least share of a crease, however blunt it is: the jump may come from shadows rather than from the
     // angle. Lights without size draw these sharply. And of edges inside or behind a solid body, which are
     // hidden unless the mesh crosses itself.
@@ -165,7 +165,7 @@ EG_INLINE Float jump_share(const EdgeMassTask& task, const Wedges& w, Vec3 ray) 
 
 // Lengths of edges in the picture, in pixels: of those that are in the frame as a whole. The others are cut
 // by the host, but for those that are out of it.
-EG_INLINE void place_in_frame(const CameraView& c, const EdgeMassTask& task, const Wedges& w, int64_t at,
+EG_INLINE void place_in_frame(const CameraView& c, const EdgeWeightTask& task, const Wedges& w, int64_t at,
                               Float share) {
     Mask out = splat(0);
     Float pixels = splat(-1.0f);
@@ -222,7 +222,7 @@ EG_INLINE Mask may_be_silhouette(const Wedges& w, Vec3 d, float radius) {
 // Bound of the light that edges may take from surfaces: of the nodes among which a light is picked, those
 // that may see it as a silhouette, by what they give at its distance. The faces of a mesh that hides nothing
 // of itself are nearest to its own edges, which would get most of the samples for nothing.
-EG_INLINE Float hidden_light(const LightView& lights, const EdgeMassTask& task, const Wedges& w,
+EG_INLINE Float hidden_light(const LightView& lights, const EdgeWeightTask& task, const Wedges& w,
                              Mask all_sides) {
     Float sum = splat(0.0f);
     for (int32_t k = 0; k < lights.top; ++k) {
@@ -244,13 +244,13 @@ EG_INLINE Float hidden_light(const LightView& lights, const EdgeMassTask& task, 
 
 // Length of edges times the light that they may hide, or the width of the wedges of directions in which they
 // are silhouettes: the angle between the normals, all directions if there are not two faces.
-EG_INLINE Float hiding_mass(const SceneView& scene, const EdgeMassTask& task, const Wedges& w) {
+EG_INLINE Float hiding_weight(const SceneView& scene, const EdgeWeightTask& task, const Wedges& w) {
     // A line that touches a concave edge with both faces on one side runs inside the body.
     constexpr float kHidden = 0.05f, kPi = 3.14159265f;
     // Two faces that let different shares pass hide light from all sides.
     const Mask all_sides = ~w.same_surface & splat(scene.all_flags & kHasTransparency ? -1 : 0);
     Float mass = sqrt(dot(w.t, w.t));
-    if (task.kind == kSkyMass) {
+    if (task.kind == kEnvironmentWeight) {
         const Vec3 sine = cross(w.oriented[0], w.oriented[1]);
         const Float angle = atan2(sqrt(dot(sine, sine)), dot(w.oriented[0], w.oriented[1]));
         mass *= select((w.faces == 2) & ~all_sides, angle, splat(kPi));
@@ -262,18 +262,18 @@ EG_INLINE Float hiding_mass(const SceneView& scene, const EdgeMassTask& task, co
     return select(w.faces == 0, splat(0.0f), select(concave, kHidden * mass, mass));
 }
 
-static void edge_masses_kernel(const SceneView& scene, const EdgeMassTask& task) {
+static void edge_weights_kernel(const SceneView& scene, const EdgeWeightTask& task) {
     const CameraView& c = scene.camera;
     for (int64_t at = 0; at < task.count; at += W) {
         Wedges w = wedges_at(scene, task, at);
         store(task.flat + at, w.flat);
         // If it counts, it is a seam.
         w.same_surface &= ~w.flat;
-        if (task.kind == kPictureMass) {
+        if (task.kind == kPictureWeight) {
             const Vec3 ray = c.kind == kOrthographic ? -splat3(c.back) : w.a - splat3(c.position);
             place_in_frame(c, task, w, at, jump_share(task, w, ray));
         } else {
-            store(task.mass + at, hiding_mass(scene, task, w));
+            store(task.mass + at, hiding_weight(scene, task, w));
         }
     }
 }

@@ -45,8 +45,8 @@ Box common_box(const Box& a, const Box& b) {
 
 // The pairs of copies whose boxes meet and that wanted(one, other), in the order in which they begin along
 // the axis on which they are spread most.
-template <typename Wanted>
-std::vector<BoxPair> meeting_pairs(const std::vector<MeshCopy>& copies, const Wanted& wanted) {
+template <typename Requested>
+std::vector<BoxPair> meeting_pairs(const std::vector<MeshCopy>& copies, const Requested& requested) {
     Box middles;
     for (const MeshCopy& copy : copies) add(middles, (vertex(copy.box.low) + vertex(copy.box.high)) * 0.5);
     int axis = 0;
@@ -58,15 +58,15 @@ std::vector<BoxPair> meeting_pairs(const std::vector<MeshCopy>& copies, const Wa
                      [&](size_t a, size_t b) { return copies[a].box.low[axis] < copies[b].box.low[axis]; });
     std::vector<Box> boxes;
     for (size_t k : order) boxes.push_back(copies[k].box);
-    std::vector<BoxPair> out =
-        BoxPairs(boxes).pairs([&](size_t a, size_t b) { return wanted(copies[order[a]], copies[order[b]]); });
+    std::vector<BoxPair> out = BoxPairs(boxes).pairs(
+        [&](size_t a, size_t b) { return requested(copies[order[a]], copies[order[b]]); });
     for (auto& [one, other] : out) one = order[one], other = order[other];
     return out;
 }
 
 // The crossings of two copies. Boxes of the one's faces are looked for in the other's tree in its own space.
 void search_copy_pair(const SceneTables& tables, const std::vector<FaceTree>& trees, const MeshCopy* one,
-                      const MeshCopy* other, Crossings& out) {
+                      const MeshCopy* other, Intersections& out) {
     const Box common = padded(common_box(one->box, other->box));
     const auto faces_of = [&](const MeshCopy& copy) {
         std::vector<int32_t> faces;
@@ -121,8 +121,8 @@ Box MeshCopy::local(const Box& world) const {
     return place.matrix ? padded(mapped(world, [&](Vector p) { return local(p); })) : world;
 }
 
-void place_crossings(const SceneTables& tables, const Crossings& own, const std::vector<int32_t>& copies,
-                     Crossings& out) {
+void place_intersections(const SceneTables& tables, const Intersections& own,
+                         const std::vector<int32_t>& copies, Intersections& out) {
     for (int32_t instance : copies) {
         may_cancel();
         const Placement place = Placement::of(tables, instance);
@@ -136,8 +136,8 @@ void place_crossings(const SceneTables& tables, const Crossings& own, const std:
     }
 }
 
-void search_copies(const SceneTables& tables, const Asked& asked, int32_t seers, int threads,
-                   Crossings& out) {
+void search_copies(const SceneTables& tables, const RequestedMotion& motion, int32_t seers, int threads,
+                   Intersections& out) {
     const auto instances = mesh_instances(tables);
     std::vector<MeshCopy> copies;
     for (size_t m = 0; m < instances.size(); ++m) {
@@ -146,13 +146,13 @@ void search_copies(const SceneTables& tables, const Asked& asked, int32_t seers,
         for (int32_t instance : instances[m])
             copies.emplace_back(tables, static_cast<int32_t>(m), instance, box);
     }
-    const auto wanted = [&](const MeshCopy& one, const MeshCopy& other) {
+    const auto requested = [&](const MeshCopy& one, const MeshCopy& other) {
         if (one.instance < 0 && other.instance < 0)
             return false;  // boundary/curves/intersections.cpp has them
-        return asked.camera || asked.instances || asked.moving[static_cast<size_t>(one.mesh)] ||
-               asked.moving[static_cast<size_t>(other.mesh)];
+        return motion.camera || motion.instances || motion.moving[static_cast<size_t>(one.mesh)] ||
+               motion.moving[static_cast<size_t>(other.mesh)];
     };
-    const std::vector<BoxPair> pairs = meeting_pairs(copies, wanted);
+    const std::vector<BoxPair> pairs = meeting_pairs(copies, requested);
     std::vector<uint8_t> met(instances.size(), 0);
     for (const BoxPair& pair : pairs)
         for (size_t k : pair) met[static_cast<size_t>(copies[k].mesh)] = 1;
@@ -165,7 +165,7 @@ void search_copies(const SceneTables& tables, const Asked& asked, int32_t seers,
         trees.emplace_back(tables, std::move(faces), threads);
     }
     constexpr size_t kBlock = 16;
-    std::vector<Crossings> parts((pairs.size() + kBlock - 1) / kBlock);
+    std::vector<Intersections> parts((pairs.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
         const size_t first = static_cast<size_t>(part) * kBlock;
         for (size_t k = first; k < std::min(pairs.size(), first + kBlock); ++k)

@@ -23,11 +23,12 @@ struct MeshCopy {
 };
 
 // Appends a mesh's crossings with itself where its copies are.
-void place_crossings(const SceneTables& tables, const Crossings& own, const std::vector<int32_t>& copies,
-                     Crossings& out);
+void place_intersections(const SceneTables& tables, const Intersections& own,
+                         const std::vector<int32_t>& copies, Intersections& out);
 
 // Appends the crossings of different copies, and of copies with what stands in the world, of meshes that rays
 // with one of `seers` meet, where one of the two moves, or the camera does.
-void search_copies(const SceneTables& tables, const Asked& asked, int32_t seers, int threads, Crossings& out);
+void search_copies(const SceneTables& tables, const RequestedMotion& motion, int32_t seers, int threads,
+                   Intersections& out);
 
 }  // namespace edgegrad

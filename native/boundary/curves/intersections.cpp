@@ -26,14 +26,14 @@ bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
     return false;
 }
 
-void add_pair(const SceneTables& tables, int32_t face, int32_t other, Crossings& out) {
+void add_pair(const SceneTables& tables, int32_t face, int32_t other, Intersections& out) {
     Vector ends[2];
     if (!shared_line(Triangle3(tables, face), Triangle3(tables, other), ends)) return;
     out.add(ends, {static_cast<uint32_t>(face)}, {static_cast<uint32_t>(other)});
 }
 
 void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Box& common, int threads,
-                 Crossings& out) {
+                 Intersections& out) {
     const std::span<const Box> box(&common, 1);
     std::vector<int32_t> few = std::move(faces_in(tables, one, box, threads).front());
     if (few.empty()) return;
@@ -42,7 +42,7 @@ void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Bo
     if (few.empty()) return;
     const FaceTree tree(tables, std::move(many), threads);
     constexpr size_t kBlock = 256;
-    std::vector<Crossings> parts((few.size() + kBlock - 1) / kBlock);
+    std::vector<Intersections> parts((few.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
         const size_t first = static_cast<size_t>(part) * kBlock;
         for (size_t k = first; k < std::min(few.size(), first + kBlock) && !cancelled(); ++k)
@@ -52,11 +52,11 @@ void search_pair(const SceneTables& tables, int32_t one, int32_t other, const Bo
     out.add(parts);
 }
 
-void search_self(const EdgeList& edges, int32_t mesh, Crossings& out) {
+void search_self(const EdgeList& edges, int32_t mesh, Intersections& out) {
     const SceneTables& tables = edges.tables;
     const int threads = edges.threads;
     const auto m = static_cast<size_t>(mesh);
-    if (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m] > kSelfCrossingFaces) return;
+    if (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m] > kSelfIntersectionFaces) return;
     // To tell costs a 20th of the search.
     if (edges.closed[m] && is_star_shaped(tables, m, threads)) return;
     std::vector<int32_t> faces(
@@ -64,7 +64,7 @@ void search_self(const EdgeList& edges, int32_t mesh, Crossings& out) {
     std::iota(faces.begin(), faces.end(), tables.mesh_first_face[m]);
     const FaceTree tree(tables, std::move(faces), threads);
     const std::vector<FaceTree::Pair> pairs = tree.pairs(256);
-    std::vector<Crossings> parts(pairs.size());
+    std::vector<Intersections> parts(pairs.size());
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t k) {
         const auto part = static_cast<size_t>(k);
         tree.visit_pairs(pairs[part], [&](int32_t face, int32_t other) {
@@ -76,7 +76,7 @@ void search_self(const EdgeList& edges, int32_t mesh, Crossings& out) {
 
 }  // namespace
 
-Crossings find_crossings(const EdgeList& edges, const Asked& asked, int32_t seers) {
+Intersections find_intersections(const EdgeList& edges, const RequestedMotion& motion, int32_t seers) {
     const SceneTables& tables = edges.tables;
     const int threads = edges.threads;
     const auto meshes = static_cast<size_t>(tables.visible_meshes);
@@ -87,14 +87,14 @@ Crossings find_crossings(const EdgeList& edges, const Asked& asked, int32_t seer
         seen[m] = !is_placed(instances[m]) && (tables.mesh_mask[m] & seers);
         if (seen[m]) boxes[m] = mesh_box(tables, m);
     }
-    Crossings out;
+    Intersections out;
     // Meshes that no camera sees have empty boxes.
     const std::vector<BoxPair> pairs = BoxPairs(boxes).pairs(
-        [&](size_t a, size_t b) { return asked.camera || asked.moving[a] || asked.moving[b]; });
+        [&](size_t a, size_t b) { return motion.camera || motion.moving[a] || motion.moving[b]; });
     auto pair = pairs.begin();
     for (size_t a = 0; a < meshes; ++a) {
         may_cancel();
-        if (seen[a] && (asked.camera || asked.moving[a])) search_self(edges, static_cast<int32_t>(a), out);
+        if (seen[a] && (motion.camera || motion.moving[a])) search_self(edges, static_cast<int32_t>(a), out);
         for (; pair != pairs.end() && (*pair)[0] == a; ++pair) {
             const size_t b = (*pair)[1];
             Box common;
@@ -108,24 +108,25 @@ Crossings find_crossings(const EdgeList& edges, const Asked& asked, int32_t seer
     if (tables.instance_mesh.empty()) return out;
     for (size_t m = 0; m < meshes; ++m) {
         if (!is_placed(instances[m]) || !(tables.mesh_mask[m] & seers)) continue;
-        if (!asked.camera && !asked.moving[m] && !asked.instances) continue;
-        Crossings own;
+        if (!motion.camera && !motion.moving[m] && !motion.instances) continue;
+        Intersections own;
         search_self(edges, static_cast<int32_t>(m), own);
-        place_crossings(tables, own, instances[m], out);
+        place_intersections(tables, own, instances[m], out);
     }
-    search_copies(tables, asked, seers, threads, out);
+    search_copies(tables, motion, seers, threads, out);
     return out;
 }
 
-Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const Crossings& all) {
-    if (asked.camera) return all;
+Intersections moving_intersections(const SceneTables& tables, const RequestedMotion& motion,
+                                   const Intersections& all) {
+    if (motion.camera) return all;
     const auto moves = [&](size_t k) {
-        if (asked.instances && all.instances[k] >= 0) return true;
+        if (motion.instances && all.instances[k] >= 0) return true;
         const auto& first = tables.mesh_first_face;
         const auto next = std::upper_bound(first.begin(), first.end(), static_cast<int32_t>(all.faces[k]));
-        return asked.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
+        return motion.moving[static_cast<size_t>(next - first.begin() - 1)] != 0;
     };
-    Crossings out;
+    Intersections out;
     for (int64_t k = 0; k < all.size(); ++k) {
         may_cancel();
         if (moves(static_cast<size_t>(2 * k)) || moves(static_cast<size_t>(2 * k + 1))) out.add(all, k);
@@ -133,31 +134,31 @@ Crossings moving_crossings(const SceneTables& tables, const Asked& asked, const 
     return out;
 }
 
-EdgesAndCrossings::EdgesAndCrossings(const SceneTables& tables, Crossings crossings)
+EdgesAndIntersections::EdgesAndIntersections(const SceneTables& tables, Intersections intersections)
     : edge_count_(static_cast<int32_t>(tables.edge_vertices.size() / 2)),
       placed_(!tables.instance_mesh.empty()),
-      crossings_(std::move(crossings)) {
-    if (crossings_.size() == 0) return;
+      intersections_(std::move(intersections)) {
+    if (intersections_.size() == 0) return;
     face_first_ = tables.edge_face_first;
     faces_ = tables.edge_faces;
-    faces_.insert(faces_.end(), crossings_.faces.begin(), crossings_.faces.end());
-    for (int64_t k = 0; k < crossings_.size(); ++k) face_first_.push_back(face_first_.back() + 2);
+    faces_.insert(faces_.end(), intersections_.faces.begin(), intersections_.faces.end());
+    for (int64_t k = 0; k < intersections_.size(); ++k) face_first_.push_back(face_first_.back() + 2);
 }
 
-SceneView EdgesAndCrossings::view(SceneView scene) const {
-    if (crossings_.size() == 0) return scene;
+SceneView EdgesAndIntersections::view(SceneView scene) const {
+    if (intersections_.size() == 0) return scene;
     scene.edge_face_first = face_first_.data();
     scene.edge_faces = faces_.data();
-    scene.crossing_ends = crossings_.ends.data();
-    scene.crossing_instances = placed_ ? crossings_.instances.data() : nullptr;
+    scene.intersection_ends = intersections_.ends.data();
+    scene.intersection_instances = placed_ ? intersections_.instances.data() : nullptr;
     return scene;
 }
 
-Candidates EdgesAndCrossings::crossings() const {
+Candidates EdgesAndIntersections::intersections() const {
     Candidates out;
-    for (int64_t k = 0; k < crossings_.size(); ++k) {
+    for (int64_t k = 0; k < intersections_.size(); ++k) {
         may_cancel();
-        const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
+        const float* p = &intersections_.ends[6 * static_cast<size_t>(k)];
         out.edge.push_back(edge_count_ + static_cast<int32_t>(k));
         out.u0.push_back(0.0f);
         out.u1.push_back(1.0f);
@@ -166,12 +167,12 @@ Candidates EdgesAndCrossings::crossings() const {
     return out;
 }
 
-void EdgesAndCrossings::add_candidates(const CameraView& camera, Candidates& candidates) const {
+void EdgesAndIntersections::add_candidates(const CameraView& camera, Candidates& candidates) const {
     const PictureFrame frame(camera);
-    for (int64_t k = 0; k < crossings_.size(); ++k) {
+    for (int64_t k = 0; k < intersections_.size(); ++k) {
         may_cancel();
-        const float* p = &crossings_.ends[6 * static_cast<size_t>(k)];
-        frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::Piece& piece) {
+        const float* p = &intersections_.ends[6 * static_cast<size_t>(k)];
+        frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::EdgeSegment& piece) {
             if (!(piece.pixels > 0.0)) return;
             candidates.instance.resize(candidates.edge.size(), -1);
             candidates.edge.push_back(edge_count_ + static_cast<int32_t>(k));

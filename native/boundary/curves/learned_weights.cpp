@@ -1,4 +1,5 @@
 #include "boundary/curves/learned_weights.h"
+#include "tasks/boundary_task.h"
 
 #include <algorithm>
 #include <cmath>
@@ -37,7 +38,7 @@ int32_t cell_among(int32_t cell, int32_t others, int32_t n) {
 
 }  // namespace
 
-bool LearnedMasses::knows(const EdgeList& edges, const Candidates& candidates) const {
+bool LearnedWeights::knows(const EdgeList& edges, const Candidates& candidates) const {
     if (!learned_ || first_.size() != static_cast<size_t>(edges.count()) + 1 ||
         copy_.size() != edges.tables.instance_mesh.size())
         return false;
@@ -48,13 +49,13 @@ bool LearnedMasses::knows(const EdgeList& edges, const Candidates& candidates) c
     return unknown <= kMostUnknown * candidates.mass();
 }
 
-void LearnedMasses::begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells,
-                          bool chains, double wanted) {
+void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells,
+                           bool chains, double requested) {
     const SceneTables& tables = edges.tables;
     // Every edge has all cells of directions: where there are many edges, there are fewer cells.
     const double lists = static_cast<double>(std::max<int64_t>(1, candidates.size())) * (chains ? 2 : 1);
-    direction_cells =
-        std::clamp(static_cast<int32_t>(std::sqrt(std::max(wanted, kMostCells) / lists)), 1, direction_cells);
+    direction_cells = std::clamp(static_cast<int32_t>(std::sqrt(std::max(requested, kMostCells) / lists)), 1,
+                                 direction_cells);
     direction_cells_ = direction_cells, chains_ = chains, learned_ = false;
     guess_ = 1, mixture_ = 2, std::fill_n(&square_[0][0], kGuesses * kMixtures, 0.0);
     std::vector<int32_t> copies(static_cast<size_t>(tables.visible_meshes), 0);
@@ -65,7 +66,7 @@ void LearnedMasses::begin(const EdgeList& edges, const Candidates& candidates, i
     const auto count = static_cast<size_t>(edges.count());
     first_.assign(count + 1, 0);
     const int32_t all = direction_cells * direction_cells * (chains ? 2 : 1);  // cells of a part
-    const double each = wanted / all;
+    const double each = requested / all;
     for (int64_t k = 0; k < candidates.size(); ++k) {
         const auto i = static_cast<size_t>(k), edge = static_cast<size_t>(candidates.edge[i]);
         if (edge >= count) continue;
@@ -91,14 +92,14 @@ void LearnedMasses::begin(const EdgeList& edges, const Candidates& candidates, i
     samples_.assign(moment_.size(), 0.0f);
 }
 
-int32_t LearnedMasses::parts(int32_t edge, int32_t instance) const {
+int32_t LearnedWeights::parts(int32_t edge, int32_t instance) const {
     const auto e = static_cast<size_t>(edge);
     if (e + 1 >= first_.size()) return 0;
     const int32_t copies = instance < 0 ? 1 : copies_[static_cast<size_t>(instance)];
     return static_cast<int32_t>(first_[e + 1] - first_[e]) / copies;
 }
 
-int64_t LearnedMasses::cell(int32_t edge, int32_t instance, float u, int32_t direction) const {
+int64_t LearnedWeights::cell(int32_t edge, int32_t instance, float u, int32_t direction) const {
     const int32_t n = parts(edge, instance);
     if (n == 0) return -1;
     int64_t part = first_[static_cast<size_t>(edge)];
@@ -108,7 +109,7 @@ int64_t LearnedMasses::cell(int32_t edge, int32_t instance, float u, int32_t dir
     return (part * (chains_ ? 2 : 1) + kind) * direction_cells_ * direction_cells_ + (direction & ~kChained);
 }
 
-Candidates LearnedMasses::pieces(const Candidates& candidates) const {
+Candidates LearnedWeights::pieces(const Candidates& candidates) const {
     const auto instance = [](const Candidates& c, size_t i) {
         return c.instance.empty() ? -1 : c.instance[i];
     };
@@ -132,8 +133,8 @@ Candidates LearnedMasses::pieces(const Candidates& candidates) const {
     return out;
 }
 
-std::vector<float> LearnedMasses::guess(const std::vector<int64_t>& cells, const std::vector<double>& masses,
-                                        int which) const {
+std::vector<float> LearnedWeights::guess(const std::vector<int64_t>& cells, const std::vector<double>& masses,
+                                         int which) const {
     // Neighbours on the list are neighbours in the picture or about the edge.
     const auto [reach, weight] = kNeighbours[which];
     const auto count = static_cast<int64_t>(cells.size());
@@ -165,21 +166,21 @@ std::vector<float> LearnedMasses::guess(const std::vector<int64_t>& cells, const
     return out;
 }
 
-void LearnedMasses::age() {
+void LearnedWeights::age() {
     for (float& m : moment_) m *= kKept;
     for (float& n : samples_) n *= kKept;
 }
 
-void LearnedMasses::learn(const Candidates& pieces, const SampleRecord& record, int64_t count, double scale,
-                          double total) {
+void LearnedWeights::learn(const Candidates& pieces, const SampleRecord& record, int64_t count, double scale,
+                           double total) {
     learned_ = true;
     const double relative = total > 0.0 ? 1.0 / (scale * total) : 0.0;
     const bool guessed = !pieces.unlearned.empty();
     double square[kGuesses][kMixtures] = {};
     for (int64_t k = 0; k < count; ++k) {
         const auto i = static_cast<size_t>(record.entry[k]);
-        const double mass = guessed ? pieces.unlearned[i] : pieces.piece_mass(i);
-        const double size = static_cast<double>(record.worth[k]) * relative;
+        const double mass = guessed ? pieces.unlearned[i] : pieces.segment_mass(i);
+        const double size = static_cast<double>(record.contribution[k]) * relative;
         const int64_t at =
             cell(pieces.edge[i], pieces.instance.empty() ? -1 : pieces.instance[i], record.u[k],
                  cell_among(record.cell[k], pieces.direction_cells, direction_cells_));

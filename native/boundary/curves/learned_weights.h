@@ -14,7 +14,7 @@
 
 namespace edgegrad {
 
-class LearnedMasses {
+class LearnedWeights {
  public:
     // Whether it knows anything of these edges, and enough of the candidates.
     bool knows(const EdgeList& edges, const Candidates& candidates) const;
@@ -22,7 +22,7 @@ class LearnedMasses {
     // Begins with about `wanted` cells for the candidates: edges are cut into parts, each with as many cells
     // of directions, and where there are `chains` (candidates.h) as many again.
     void begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells, bool chains,
-               double wanted);
+               double requested);
     // The candidates as pieces of single cells, by what has been learned of them.
     Candidates pieces(const Candidates& candidates) const;
     // Learns from `count` samples, each scaled by `scale`, on some pieces; `total`: what all of them are
@@ -64,7 +64,7 @@ static_assert(sizeof kTermOf / sizeof *kTermOf == kBoundaryKinds);
 
 // What gradients of one view of a scene have learned.
 struct LearnedSampling {
-    LearnedMasses masses[kBoundaryKinds];
+    LearnedWeights masses[kBoundaryKinds];
     // By term: its samples in terms of those that it has unless told otherwise, and how many the last
     // gradient took.
     double share[kDerivativeTerms] = {1.0, 1.0, 1.0, 1.0};

@@ -14,7 +14,7 @@ namespace edgegrad {
 namespace {
 
 // Radians: arcs are cut into pieces, of which places along the chord are nearly places along the arc.
-constexpr double kArcPiece = std::numbers::pi / 8.0;
+constexpr double kArcSegment = std::numbers::pi / 8.0;
 
 using VisitLine = std::function<void(const Vector& from, const Vector& to)>;
 
@@ -149,7 +149,7 @@ struct RoundLight {
                 return side_k[0] + side_k[1] * std::cos(half) + side_k[2] * std::sin(half) > 0.0;
             };
             if (!inside(across[0]) || !inside(across[1]) || !inside(across[2])) continue;
-            const int pieces = static_cast<int>(std::ceil(angle / kArcPiece));
+            const int pieces = static_cast<int>(std::ceil(angle / kArcSegment));
             for (int j = 0; j < pieces; ++j)
                 visit(at(turns[k] + angle * j / pieces), at(turns[k] + angle * (j + 1) / pieces));
         }
@@ -157,23 +157,23 @@ struct RoundLight {
 };
 
 // By visible mesh whether it, or what places it, moves.
-std::vector<uint8_t> moving_meshes(const SceneTables& tables, const Asked& asked) {
-    std::vector<uint8_t> out = asked.moving;
-    if (!asked.instances) return out;
+std::vector<uint8_t> moving_meshes(const SceneTables& tables, const RequestedMotion& motion) {
+    std::vector<uint8_t> out = motion.moving;
+    if (!motion.instances) return out;
     for (int32_t mesh : tables.instance_mesh) out[static_cast<size_t>(mesh)] = 1;
     return out;
 }
 
-using WantedPair = std::function<bool(size_t row, size_t mesh)>;
+using RequestedPair = std::function<bool(size_t row, size_t mesh)>;
 
 // The lines of those lights and meshes that are wanted(row, mesh).
-Crossings lines_through_lights(const SceneTables& tables, const WantedPair& wanted, int threads) {
+Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads) {
     const auto instances = mesh_instances(tables);
     // A light and the faces near it.
     struct Search {
         std::variant<FlatLight, RoundLight> light;
         size_t row;
-        std::vector<CrossedFace> faces;
+        std::vector<IntersectedFace> faces;
     };
     std::vector<Search> searches;
     for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
@@ -190,17 +190,17 @@ Crossings lines_through_lights(const SceneTables& tables, const WantedPair& want
     for (size_t m = 0; m < instances.size(); ++m) {
         may_cancel();
         const auto mesh = static_cast<int32_t>(m);
-        std::vector<Search*> asked;
+        std::vector<Search*> motion;
         for (Search& s : searches)
-            if (wanted(s.row, m)) asked.push_back(&s);
-        if (asked.empty()) continue;
+            if (requested(s.row, m)) motion.push_back(&s);
+        if (motion.empty()) continue;
         const Box own = mesh_box(tables, m);
         // The lights that copies of the mesh are near, and their boxes in the mesh's space.
         std::vector<std::pair<Search*, int32_t>> near;
         std::vector<Box> boxes;
         for (int32_t instance : instances[m]) {
             const MeshCopy copy(tables, mesh, instance, own);
-            for (Search* s : asked) {
+            for (Search* s : motion) {
                 const Box box = box_of_light(*s);
                 if (!copy.box.meets(box)) continue;
                 near.emplace_back(s, instance);
@@ -213,9 +213,9 @@ Crossings lines_through_lights(const SceneTables& tables, const WantedPair& want
             for (int32_t face : found[k])
                 near[k].first->faces.push_back({static_cast<uint32_t>(face), near[k].second});
     }
-    Crossings out;
+    Intersections out;
     for (const Search& s : searches)
-        for (const CrossedFace& f : s.faces) {
+        for (const IntersectedFace& f : s.faces) {
             const VisitLine add = [&](const Vector& from, const Vector& to) {
                 out.add({from, to}, f, {kLightOfTable | static_cast<uint32_t>(s.row)});
             };
@@ -227,38 +227,40 @@ Crossings lines_through_lights(const SceneTables& tables, const WantedPair& want
 
 }  // namespace
 
-Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,
-                              const int32_t* emissive, int threads) {
-    Crossings out;
-    for (int64_t k = 0; k < crossings.size() && emissive; ++k) {
-        const uint32_t* faces = &crossings.faces[static_cast<size_t>(2 * k)];
-        if (emissive[faces[0]] >= 0 || emissive[faces[1]] >= 0) out.add(crossings, k);
+Intersections find_light_intersections(const SceneTables& tables, const RequestedMotion& motion,
+                                       const Intersections& intersections, const int32_t* emissive,
+                                       int threads) {
+    Intersections out;
+    for (int64_t k = 0; k < intersections.size() && emissive; ++k) {
+        const uint32_t* faces = &intersections.faces[static_cast<size_t>(2 * k)];
+        if (emissive[faces[0]] >= 0 || emissive[faces[1]] >= 0) out.add(intersections, k);
     }
-    const std::vector<uint8_t> moving = moving_meshes(tables, asked);
-    const Crossings rows = lines_through_lights(
+    const std::vector<uint8_t> moving = moving_meshes(tables, motion);
+    const Intersections rows = lines_through_lights(
         tables,
         [&](size_t row, size_t mesh) {
             // What a point sees of a sphere turns with it: anything that moves moves that against surfaces.
             const int32_t kind = tables.lights.kind[row];
-            return kind == kSphereLight || (kind != kDiskLight && (asked.lights || moving[mesh]));
+            return kind == kSphereLight || (kind != kDiskLight && (motion.lights || moving[mesh]));
         },
         threads);
     out.add(rows, 0, rows.size());
     return out;
 }
 
-Crossings find_pierced_disks(const SceneTables& tables, int threads) {
+Intersections find_disk_intersections(const SceneTables& tables, int threads) {
     return lines_through_lights(
         tables, [&](size_t row, size_t) { return tables.lights.kind[row] == kDiskLight; }, threads);
 }
 
-Crossings find_seen_lights(const SceneTables& tables, const Asked& asked, bool disks, int threads) {
-    const std::vector<uint8_t> moving = moving_meshes(tables, asked);
+Intersections find_seen_lights(const SceneTables& tables, const RequestedMotion& motion, bool disks,
+                               int threads) {
+    const std::vector<uint8_t> moving = moving_meshes(tables, motion);
     return lines_through_lights(
         tables,
         [&](size_t row, size_t mesh) {
             if (tables.lights.kind[row] == kDiskLight && !disks) return false;
-            return (asked.camera || asked.lights || moving[mesh]) &&
+            return (motion.camera || motion.lights || moving[mesh]) &&
                    (tables.lights.visible_to[row] & tables.mesh_mask[mesh] & (1 << kCameraRay)) != 0;
         },
         threads);

@@ -13,13 +13,15 @@ namespace edgegrad {
 
 // Those but for disks where one of the two moves, and those of `crossings` of which one face is in `emissive`
 // (by face, -1: it gives no light; null: none does).
-Crossings find_pierced_lights(const SceneTables& tables, const Asked& asked, const Crossings& crossings,
-                              const int32_t* emissive, int threads);
+Intersections find_light_intersections(const SceneTables& tables, const RequestedMotion& motion,
+                                       const Intersections& intersections, const int32_t* emissive,
+                                       int threads);
 
 // Those through disks, which turn with what they light.
-Crossings find_pierced_disks(const SceneTables& tables, int threads);
+Intersections find_disk_intersections(const SceneTables& tables, int threads);
 
 // Those that camera rays meet and that may move in the picture. `disks`: also through these.
-Crossings find_seen_lights(const SceneTables& tables, const Asked& asked, bool disks, int threads);
+Intersections find_seen_lights(const SceneTables& tables, const RequestedMotion& motion, bool disks,
+                               int threads);
 
 }  // namespace edgegrad

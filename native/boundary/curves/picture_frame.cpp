@@ -37,8 +37,8 @@ void clip_blurred(Range& range, const double (&v)[2], const double (&w)[2]) {
 using Ends = double[2];
 
 // The piece from u0 to u1 of a segment, whose ends' places in the picture are (x, y)/h.
-PictureFrame::Piece seen_piece(double u0, double u1, const Ends& x, const Ends& y, const Ends& h,
-                               const Ends& blur_x, const Ends& blur_y) {
+PictureFrame::EdgeSegment seen_segment(double u0, double u1, const Ends& x, const Ends& y, const Ends& h,
+                                       const Ends& blur_x, const Ends& blur_y) {
     double sx[2], sy[2], bx[2], by[2];
     for (int k = 0; k < 2; ++k) {
         const double u = k ? u1 : u0, over = 1.0 / std::max(h[0] + u * (h[1] - h[0]), 1e-12);
@@ -98,7 +98,7 @@ std::optional<PictureFrame::Bounds> PictureFrame::around(Vector point) const {
     return Bounds{{x - wide, y - high}, {x + wide, y + high}};
 }
 
-PictureFrame::Piece PictureFrame::flat_piece(Vector a, Vector b) const {
+PictureFrame::EdgeSegment PictureFrame::flat_segment(Vector a, Vector b) const {
     const CameraView& c = camera_;
     double x[2], y[2], z[2], h[2], blur_x[2], blur_y[2];
     const Place ends[2] = {place(a), place(b)};
@@ -112,7 +112,7 @@ PictureFrame::Piece PictureFrame::flat_piece(Vector a, Vector b) const {
         whole &= z[k] > c.clip_start && z[k] < c.clip_end && x[k] > 0.0 && x[k] < c.width * h[k] &&
                  y[k] > 0.0 && y[k] < c.height * h[k];
     Range range;
-    if (whole) return seen_piece(range.low, range.high, x, y, h, blur_x, blur_y);
+    if (whole) return seen_segment(range.low, range.high, x, y, h, blur_x, blur_y);
     range.clip(z[0] - c.clip_start, z[1] - c.clip_start);
     range.clip(c.clip_end - z[0], c.clip_end - z[1]);
     const auto within = [&](const double (&v)[2], double size, const double (&blur)[2]) {
@@ -124,10 +124,11 @@ PictureFrame::Piece PictureFrame::flat_piece(Vector a, Vector b) const {
     if (!range.empty()) within(x, c.width, blur_x);
     if (!range.empty()) within(y, c.height, blur_y);
     if (range.empty()) return {1.0, 0.0, 0.0, 0.0, 0.0};
-    return seen_piece(range.low, range.high, x, y, h, blur_x, blur_y);
+    return seen_segment(range.low, range.high, x, y, h, blur_x, blur_y);
 }
 
-void PictureFrame::panorama_pieces(Vector a, Vector b, const std::function<void(const Piece&)>& visit) const {
+void PictureFrame::panorama_segments(Vector a, Vector b,
+                                     const std::function<void(const EdgeSegment&)>& visit) const {
     constexpr double kLongest = 0.05;  // radians
     const CameraView& c = camera_;
     const Vector p = a - position_, q = b - position_;

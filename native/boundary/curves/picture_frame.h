@@ -17,15 +17,15 @@ class PictureFrame {
 
     // A part of a segment that is in the frame: u runs from 0 at its first end to 1 at the other, `pixels` is
     // the part's length in the picture, seen from some point of the lens, (x, y) its middle there.
-    struct Piece {
+    struct EdgeSegment {
         double u0, u1, pixels, x, y;
     };
     // visit(piece) for the pieces of the segment from a to b. One at most, but for an equirectangular camera,
     // in whose pictures lines are bent.
     template <typename Visit>
     void pieces(Vector a, Vector b, const Visit& visit) const {
-        if (camera_.kind == kEquirectangular) return panorama_pieces(a, b, visit);
-        const Piece piece = flat_piece(a, b);
+        if (camera_.kind == kEquirectangular) return panorama_segments(a, b, visit);
+        const EdgeSegment piece = flat_segment(a, b);
         if (piece.u0 < piece.u1) visit(piece);
     }
 
@@ -53,8 +53,8 @@ class PictureFrame {
         double x, y, z, h, blur_x, blur_y;
     };
     Place place(Vector point) const;
-    Piece flat_piece(Vector a, Vector b) const;  // empty where nothing of it is in the frame
-    void panorama_pieces(Vector a, Vector b, const std::function<void(const Piece&)>& visit) const;
+    EdgeSegment flat_segment(Vector a, Vector b) const;  // empty where nothing of it is in the frame
+    void panorama_segments(Vector a, Vector b, const std::function<void(const EdgeSegment&)>& visit) const;
 
     const CameraView& camera_;
     Vector position_, right_, up_, back_;

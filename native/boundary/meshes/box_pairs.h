@@ -39,13 +39,13 @@ class BoxPairs {
     }
 
     // Those of the pairs that wanted(a, b).
-    template <typename Wanted>
-    std::vector<BoxPair> pairs(const Wanted& wanted) const {
+    template <typename Requested>
+    std::vector<BoxPair> pairs(const Requested& requested) const {
         std::vector<BoxPair> out;
         for (size_t a = 0; a < boxes_.size(); ++a) {
             const size_t before = out.size();
             visit(boxes_[a], [&](size_t b) {
-                if (a < b && wanted(a, b)) out.push_back({a, b});
+                if (a < b && requested(a, b)) out.push_back({a, b});
             });
             std::sort(out.begin() + static_cast<int64_t>(before), out.end());
         }

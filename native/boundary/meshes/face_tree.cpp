@@ -121,11 +121,11 @@ void FaceTree::split_wide() const {
     });
 }
 
-std::vector<FaceTree::Pair> FaceTree::pairs(size_t wanted) const {
+std::vector<FaceTree::Pair> FaceTree::pairs(size_t requested) const {
     split_wide();
     std::vector<Pair> found;
     if (nodes_) found.push_back({0, 0});
-    while (!found.empty() && found.size() < wanted) {
+    while (!found.empty() && found.size() < requested) {
         std::vector<Pair> next;
         const auto add = [&](const Pair& pair) { next.push_back(pair); };
         for (const Pair& pair : found) {
@@ -140,9 +140,9 @@ std::vector<FaceTree::Pair> FaceTree::pairs(size_t wanted) const {
     return found;
 }
 
-void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_leaf) const {
+void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_closure) const {
     Node& node = nodes_[at];
-    node.first = first, node.last = last, node.first_leaf = first_leaf;
+    node.first = first, node.last = last, node.first_closure = first_closure;
     Box box, centres;
     Vector sum{0, 0, 0};
     for (size_t k = first; k < last; ++k) {
@@ -169,7 +169,7 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_lea
         node.right = static_cast<uint32_t>(at + 1 + node_count(half, kLeaf));
         return;
     }
-    Leaf& leaf = leaves_[first_leaf];
+    Leaf& leaf = leaves_[first_closure];
     for (size_t k = 0; k < kLeaf; ++k) {
         const bool any = k < node.count();
         const size_t at_face = any ? order_[first + k] : 0;
@@ -204,10 +204,10 @@ void FaceTree::make_children(size_t at) const {
     const auto place = [&](uint32_t k) { return sorted_.begin() + static_cast<ptrdiff_t>(k); };
     std::nth_element(place(first), place(middle), place(last));
     for (size_t k = first; k < last; ++k) order_[k] = static_cast<uint32_t>(sorted_[k]);
-    make(at + 1, first, middle, node.first_leaf);
+    make(at + 1, first, middle, node.first_closure);
     // A tree of n nodes has (n + 1)/2 leaves.
     const auto left_leaves = static_cast<uint32_t>((node.right - at) / 2);
-    make(node.right, middle, last, node.first_leaf + left_leaves);
+    make(node.right, middle, last, node.first_closure + left_leaves);
 }
 
 std::vector<std::vector<int32_t>> faces_in(const SceneTables& t, int32_t mesh, std::span<const Box> boxes,

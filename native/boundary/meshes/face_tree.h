@@ -78,7 +78,7 @@ class FaceTree {
             const Node& node = nodes_[at];
             if (!node.box.meets(box)) continue;
             if (node.leaf()) {
-                const Leaf& leaf = leaves_[node.first_leaf];
+                const Leaf& leaf = leaves_[node.first_closure];
                 for_each_bit(leaf.meets(box), [&](size_t k) { visit_face(leaf.face[k]); });
             } else {
                 split(at);
@@ -93,7 +93,7 @@ class FaceTree {
 
     // About so many pairs of nodes whose faces' pairs are all that may cross, but for those in patches of
     // about one direction.
-    std::vector<Pair> pairs(size_t wanted) const;
+    std::vector<Pair> pairs(size_t requested) const;
 
     // visit(face, other) for the pairs of two nodes' faces whose boxes meet, but for those in such patches
     // and those with a vertex in common.
@@ -108,7 +108,7 @@ class FaceTree {
             const Pair pair = stack.back();
             stack.pop_back();
             if (both_leaves(pair))
-                visit_leaves(pair, visit_pair);
+                visit_closures(pair, visit_pair);
             else
                 divide(pair, add);
         }
@@ -125,7 +125,7 @@ class FaceTree {
         Cone cone;
         uint32_t first = 0, last = 0;  // faces order_[first] to order_[last - 1]
         uint32_t right = 0;            // 0: a leaf; the left child comes next
-        uint32_t first_leaf = 0;
+        uint32_t first_closure = 0;
         uint32_t axis = 0;  // on which its faces are spread most
         std::atomic<uint8_t> state = kWhole;
 
@@ -184,8 +184,8 @@ class FaceTree {
     }
 
     template <typename Visit>
-    void visit_leaves(const Pair& pair, const Visit& visit_pair) const {
-        const Leaf &s = leaves_[nodes_[pair[0]].first_leaf], &t = leaves_[nodes_[pair[1]].first_leaf];
+    void visit_closures(const Pair& pair, const Visit& visit_pair) const {
+        const Leaf &s = leaves_[nodes_[pair[0]].first_closure], &t = leaves_[nodes_[pair[1]].first_closure];
         const bool one = pair[0] == pair[1];
         for_each_bit(s.meets(nodes_[pair[1]].box), [&](size_t j) {
             uint32_t others = t.meets(s.box(j));
@@ -196,7 +196,7 @@ class FaceTree {
     }
 
     // What one node is over, without its children: a leaf with its faces.
-    void make(size_t at, uint32_t first, uint32_t last, uint32_t first_leaf) const;
+    void make(size_t at, uint32_t first, uint32_t last, uint32_t first_closure) const;
     // Makes the node's children unless another thread has, or waits until it has.
     void split(size_t at) const {
         if (nodes_[at].state.load(std::memory_order_acquire) != kSplit) split_once(at);

@@ -47,12 +47,12 @@ bool reads_attributes(const SceneTables& t, int32_t material, bool& slope) {
     const TextureTables& x = t.textures;
     if (x.program_first.size() <= 1) return false;
     bool reads = false;
-    for (int32_t leaf = t.material_first_leaf[static_cast<size_t>(material)];
-         leaf < t.material_first_leaf[static_cast<size_t>(material) + 1]; ++leaf) {
-        const auto k = static_cast<size_t>(leaf);
-        reads |= x.leaf_program[k] >= 0 || x.leaf_weight_program[k] >= 0;
-        slope |= (k < x.leaf_uv.size() && x.leaf_uv[k] >= 0) ||
-                 (k < x.leaf_tangent.size() && x.leaf_tangent[k] >= 0);
+    for (int32_t closure = t.material_first_closure[static_cast<size_t>(material)];
+         closure < t.material_first_closure[static_cast<size_t>(material) + 1]; ++closure) {
+        const auto k = static_cast<size_t>(closure);
+        reads |= x.closure_program[k] >= 0 || x.closure_weight_program[k] >= 0;
+        slope |= (k < x.closure_uv.size() && x.closure_uv[k] >= 0) ||
+                 (k < x.closure_tangent.size() && x.closure_tangent[k] >= 0);
     }
     return reads || slope;
 }
@@ -82,9 +82,10 @@ bool lets_through_by_normal(const SceneTables& t, int32_t material, bool smooth)
                (!smooth && step.op == static_cast<int32_t>(TextureOp::NORMAL));
     };
     const auto k = static_cast<size_t>(material);
-    for (int32_t leaf = t.material_first_leaf[k]; leaf < t.material_first_leaf[k + 1]; ++leaf) {
-        const auto row = static_cast<size_t>(leaf);
-        if ((t.leaf_flags[row] & kHasTransparency) && any_step(t, row, reads)) return true;
+    for (int32_t closure = t.material_first_closure[k]; closure < t.material_first_closure[k + 1];
+         ++closure) {
+        const auto row = static_cast<size_t>(closure);
+        if ((t.closure_flags[row] & kHasTransparency) && any_step(t, row, reads)) return true;
     }
     return false;
 }

@@ -10,6 +10,9 @@
 #include "boundary/samples/segment_sampling.h"
 #include "film/splat.h"
 #include "path/sample_blocks.h"
+#include "tasks/boundary_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -34,7 +37,7 @@ EG_INLINE void add_to_gradient(const SceneView& scene, const BoundaryTask& task,
     weigh(task, at, s);
     if (!any(s.active)) return;
     const Vec3 a = adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
-    record_worth(task, at, s.active, s.color, a, sweep_of(s));
+    record_contribution(task, at, s.active, s.color, a, sweep_of(s));
     Backward mode{scene, gradient, a};
     moving_blocks(mode, scene, gradient, s);
 }
@@ -42,7 +45,7 @@ EG_INLINE void add_to_gradient(const SceneView& scene, const BoundaryTask& task,
 template <auto sample>
 static void direct_forward(const SceneView& scene, const BoundaryTask& task, Workspace&,
                            const DerivativeView& tangent, Splats& splats) {
-    PieceCursor piece = first_piece(task);
+    SegmentCursor piece = first_segment(task);
     for (int64_t at = 0; at < task.count; at += W) {
         auto s = sample(scene, task, at, piece, tangent, nullptr);
         add_to_picture(scene, task, at, tangent, s, splats);
@@ -52,7 +55,7 @@ static void direct_forward(const SceneView& scene, const BoundaryTask& task, Wor
 template <auto sample>
 static void direct_backward(const SceneView& scene, const BoundaryTask& task, Workspace&,
                             const float* adjoint, DerivativeView& gradient) {
-    PieceCursor piece = first_piece(task);
+    SegmentCursor piece = first_segment(task);
     for (int64_t at = 0; at < task.count; at += W) {
         auto s = sample(scene, task, at, piece, gradient, adjoint);
         add_to_gradient(scene, task, at, adjoint, s, gradient);

@@ -47,15 +47,15 @@ EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int ins
 
 // g . m(at), times the color, for a point that rides on a face.
 template <typename Mode>
-EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
                                   Mask active, Int face, Int instance, Vec3 at, Vec3 g, Vec3 color) {
-    const Mask moves = face_point_moves(scene, asked, active, face, instance);
+    const Mask moves = face_point_moves(scene, requested, active, face, instance);
     if (!any(moves)) return;
     const PlacedTriangle t =
         placed_triangle(scene, select(moves, face, splat(0)), select(moves, instance, splat(-1)));
     Float b1, b2;
     place_in_face(t.triangle, at, b1, b2);
-    face_point_blocks(mode, scene, asked, moves, face, instance, b1, b2, g, color);
+    face_point_blocks(mode, scene, requested, moves, face, instance, b1, b2, g, color);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -35,25 +35,25 @@ EG_INLINE Mask edge_moving(const SceneView& scene, Int edge) {
 }
 
 // Whether a point of an edge, or of a face, may move.
-EG_INLINE Mask edge_point_moves(const SceneView& scene, const DerivativeView& asked, Mask active, Int edge,
+EG_INLINE Mask edge_point_moves(const SceneView& scene, const DerivativeView& motion, Mask active, Int edge,
                                 Int instance) {
     Mask moves = active & edge_moving(scene, edge);
-    if (asked.want_instances) moves |= active & (instance >= 0);
+    if (motion.instances_requested) moves |= active & (instance >= 0);
     return moves;
 }
-EG_INLINE Mask face_point_moves(const SceneView& scene, const DerivativeView& asked, Mask active, Int face,
+EG_INLINE Mask face_point_moves(const SceneView& scene, const DerivativeView& motion, Mask active, Int face,
                                 Int instance) {
     Mask moves = active & (gather(scene.face_moving, select(active, face, splat(0))) != 0);
-    if (asked.want_instances) moves |= active & (instance >= 0);
+    if (motion.instances_requested) moves |= active & (instance >= 0);
     return moves;
 }
 
 // The point at u on the edge.
 template <typename Mode>
-EG_INLINE void edge_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked, Mask active,
-                                 Int edge, Int instance, Float u, Vec3 g, Vec3 color) {
+EG_INLINE void edge_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                 Mask active, Int edge, Int instance, Float u, Vec3 g, Vec3 color) {
     const Mask placed = active & (instance >= 0);
-    if (asked.want_instances && any(placed)) {
+    if (motion.instances_requested && any(placed)) {
         Vec3 local = zero3();
         for (int i = 0; i < W; ++i) {
             if (!placed[i]) continue;
@@ -75,11 +75,12 @@ EG_INLINE void edge_point_blocks(Mode& mode, const SceneView& scene, const Deriv
 
 // The point at barycentrics (b1, b2) of the face.
 template <typename Mode>
-EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked, Mask active,
-                                 Int face, Int instance, Float b1, Float b2, Vec3 g, Vec3 color) {
+EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                 Mask active, Int face, Int instance, Float b1, Float b2, Vec3 g,
+                                 Vec3 color) {
     const Int known = select(active, face, splat(0));
     const Mask placed = active & (instance >= 0);
-    if (asked.want_instances && any(placed))
+    if (motion.instances_requested && any(placed))
         mode.placed(placed, instance, interpolate(gather_triangle(scene, known), b1, b2), g, color);
     const Mask moves = active & (gather(scene.face_moving, known) != 0);
     if (!any(moves)) return;
@@ -93,16 +94,16 @@ EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const Deriv
 // the velocity of the face's points, extended over its plane. The difference is taken over a step of about
 // the face's size, since one of a metre would be lost in the barycentrics of a large face.
 template <typename Mode>
-EG_INLINE void face_turn_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked, Mask active,
+EG_INLINE void face_turn_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion, Mask active,
                                 Int face, Int instance, Float b1, Float b2, Vec3 w, Vec3 g, Vec3 color) {
     const Triangle t =
         placed_triangle(scene, select(active, face, splat(0)), select(active, instance, splat(-1))).triangle;
     const Vec3 m = area_normal(t), e1 = t.p1 - t.p0, e2 = t.p2 - t.p0;
     const Float m2 = max(dot(m, m), 1e-37f), size = sqrt(sqrt(m2));
     const Vec3 step = w * (size / m2), part = g * (1.0f / size);
-    face_point_blocks(mode, scene, asked, active, face, instance, b1 + dot(m, cross(step, e2)),
+    face_point_blocks(mode, scene, motion, active, face, instance, b1 + dot(m, cross(step, e2)),
                       b2 + dot(m, cross(e1, step)), part, color);
-    face_point_blocks(mode, scene, asked, active, face, instance, b1, b2, -part, color);
+    face_point_blocks(mode, scene, motion, active, face, instance, b1, b2, -part, color);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

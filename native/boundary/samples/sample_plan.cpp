@@ -1,4 +1,6 @@
 #include "boundary/samples/sample_plan.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/boundary_task.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,10 +30,10 @@ constexpr double kDensity = 2.5;
 
 }  // namespace
 
-BoundaryPlan::BoundaryPlan(std::shared_ptr<const Candidates> candidates, double wanted, double most,
-                           const RenderOptions& options, BoundaryKind kind, bool guided)
+SamplePlan::SamplePlan(std::shared_ptr<const Candidates> candidates, double requested, double most,
+                       const RenderOptions& options, BoundaryKind kind, bool guided)
     : candidates_(std::move(candidates)), options_(options), kind_(kind), guided_(guided) {
-    const double all = candidates_->size() == 0 ? 0.0 : std::ceil(std::min(wanted, most));
+    const double all = candidates_->size() == 0 ? 0.0 : std::ceil(std::min(requested, most));
     total_[0] = static_cast<int64_t>(all);
     if (!guided_ || total_[0] == 0) return;
     total_[0] =
@@ -41,7 +43,7 @@ BoundaryPlan::BoundaryPlan(std::shared_ptr<const Candidates> candidates, double 
     score_.assign(static_cast<size_t>(total_[0]), 0.0f);
 }
 
-void BoundaryPlan::guide() {
+void SamplePlan::guide() {
     // The best density of samples is in proportion to the root of their mean square, here that of neighbours
     // on the list, which are neighbours in the picture.
     const auto shares = static_cast<int64_t>(score_.size());
@@ -101,7 +103,7 @@ void BoundaryPlan::guide() {
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(std::ceil(part * static_cast<double>(total_[1]))));
 }
 
-double BoundaryPlan::noise() const {
+double SamplePlan::noise() const {
     double sum = 0.0;
     for (size_t k = 1; k < score_.size(); ++k) {
         const double step = static_cast<double>(score_[k]) - static_cast<double>(score_[k - 1]);
@@ -110,11 +112,11 @@ double BoundaryPlan::noise() const {
     return std::sqrt(sum * static_cast<double>(score_.size())) / static_cast<double>(scale(0));
 }
 
-void BoundaryPlan::thin(double part) {
+void SamplePlan::thin(double part) {
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(std::ceil(part * static_cast<double>(total_[1]))));
 }
 
-BoundaryTask BoundaryPlan::task(int pass, int64_t first, int64_t count) {
+BoundaryTask SamplePlan::task(int pass, int64_t first, int64_t count) {
     BoundaryTask t{};
     const Candidates& list = *candidates_;
     t.edge = list.edge.data();
@@ -141,30 +143,30 @@ BoundaryTask BoundaryPlan::task(int pass, int64_t first, int64_t count) {
     return t;
 }
 
-float BoundaryPlan::scale(int pass) const {
+float SamplePlan::scale(int pass) const {
     return !guided_ ? 1.0f : pass == 0 ? kFirstWeight : 1.0f - kFirstWeight;
 }
 
-SampleRecord BoundaryPlan::view(int pass) const {
+SampleRecord SamplePlan::view(int pass) const {
     Record& r = records_[pass];
-    if (r.worth.empty()) return {};
-    return {r.shift, r.worth.data(), r.density.data(), r.u.data(), r.entry.data(), r.cell.data()};
+    if (r.contribution.empty()) return {};
+    return {r.shift, r.contribution.data(), r.density.data(), r.u.data(), r.entry.data(), r.cell.data()};
 }
 
-void BoundaryPlan::record() {
+void SamplePlan::record() {
     for (int pass = 0; pass < passes(); ++pass) {
         Record& r = records_[pass];
         while ((total_[pass] - 1) >> r.shift >= kMostRecords) ++r.shift;
         const auto count = static_cast<size_t>(((total_[pass] - 1) >> r.shift) + 1);
-        r.worth.assign(count, 0.0f);
+        r.contribution.assign(count, 0.0f);
         r.density.resize(count), r.u.resize(count), r.entry.resize(count), r.cell.resize(count);
     }
 }
 
-void BoundaryPlan::teach(LearnedMasses& masses) const {
+void SamplePlan::teach(LearnedWeights& masses) const {
     double total = 0.0;
     for (const Record& r : records_)
-        for (float w : r.worth) total += std::ldexp(static_cast<double>(w), r.shift);
+        for (float w : r.contribution) total += std::ldexp(static_cast<double>(w), r.shift);
     masses.age();
     for (int pass = 0; pass < passes(); ++pass)
         masses.learn(*candidates_, view(pass), ((total_[pass] - 1) >> records_[pass].shift) + 1,

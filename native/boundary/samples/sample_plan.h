@@ -7,6 +7,8 @@
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/learned_weights.h"
 #include "engine/engine.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad {
 
@@ -15,13 +17,13 @@ namespace edgegrad {
 constexpr int64_t kBoundaryChunk = 2048;
 constexpr int64_t kSplatBatch = int64_t{1} << 20;
 
-class BoundaryPlan {
+class SamplePlan {
  public:
     // One pass of `wanted` samples, at most `most`; `guided`: a part of them, then the others by the
     // sizes that those had. Both passes estimate the whole term, and their weighted mean is the
     // result: the weights are fixed, so that it stays unbiased though the second pass depends on the first.
-    BoundaryPlan(std::shared_ptr<const Candidates> candidates, double wanted, double most,
-                 const RenderOptions& options, BoundaryKind kind, bool guided);
+    SamplePlan(std::shared_ptr<const Candidates> candidates, double requested, double most,
+               const RenderOptions& options, BoundaryKind kind, bool guided);
 
     BoundaryKind kind() const { return kind_; }
 
@@ -39,7 +41,7 @@ class BoundaryPlan {
 
     // Records what samples are worth to a gradient; after it, teaches that.
     void record();
-    void teach(LearnedMasses& masses) const;
+    void teach(LearnedWeights& masses) const;
 
     BoundaryTask task(int pass, int64_t first, int64_t count);
 
@@ -56,7 +58,7 @@ class BoundaryPlan {
     std::vector<double> guide_;  // (shares + 1)
     struct Record {
         int32_t shift = 0;
-        std::vector<float> worth, density, u;
+        std::vector<float> contribution, density, u;
         std::vector<int32_t> entry, cell;
     };
     mutable Record records_[2];  // by pass; empty: nothing is learned

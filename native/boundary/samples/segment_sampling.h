@@ -3,10 +3,13 @@
 
 #include "path/stream.h"
 #include "sampling/systematic.h"
+#include "tasks/boundary_task.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/splats.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-struct PieceSample {
+struct SegmentSample {
     Mask active;
     Int edge, instance;
     Int cell;       // of directions, in each row of them one after the other
@@ -31,7 +34,7 @@ EG_INLINE void edge_end(const SceneView& scene, int32_t edge, int32_t instance, 
     const float* from =
         edge < scene.edge_count
             ? scene.vertices + 3 * static_cast<int64_t>(scene.edge_vertices[2 * edge + end])
-            : scene.crossing_ends + 6 * static_cast<int64_t>(edge - scene.edge_count) + 3 * end;
+            : scene.intersection_ends + 6 * static_cast<int64_t>(edge - scene.edge_count) + 3 * end;
     for (int c = 0; c < 3; ++c) p[c] = from[c];
     place_point(scene, instance, p);
 }
@@ -46,8 +49,8 @@ EG_INLINE Vec3 gather_edge_end(const SceneView& scene, Int edge, int end) {
 
 // The first ends of edges, or of lines along which two faces pierce each other, and the ways to the second.
 EG_INLINE void gather_edges(const SceneView& scene, Int edge, Int instance, Vec3& a, Vec3& t) {
-    const Mask crossing = edge >= scene.edge_count, placed = instance >= 0;
-    const Int known = select(crossing, splat(0), edge);
+    const Mask intersection = edge >= scene.edge_count, placed = instance >= 0;
+    const Int known = select(intersection, splat(0), edge);
     a = gather_edge_end(scene, known, 0);
     Vec3 b = gather_edge_end(scene, known, 1);
     if (any(placed)) {
@@ -55,8 +58,8 @@ EG_INLINE void gather_edges(const SceneView& scene, Int edge, Int instance, Vec3
         a = select(placed, place_point(m, a), a);
         b = select(placed, place_point(m, b), b);
     }
-    for (int i = 0; any(crossing) && i < W; ++i) {
-        if (!crossing[i]) continue;
+    for (int i = 0; any(intersection) && i < W; ++i) {
+        if (!intersection[i]) continue;
         float p[3], q[3];
         edge_end(scene, edge[i], instance[i], 0, p);
         edge_end(scene, edge[i], instance[i], 1, q);
@@ -87,20 +90,20 @@ EG_INLINE uint32_t boundary_stream(const BoundaryTask& task) {
 }
 
 // Where a task's samples have come to.
-struct PieceCursor {
+struct SegmentCursor {
     int64_t entry = 0, share = 0;
 };
 
 // The piece of an entry (Candidates::parts) at `place` of its length, in [0, 1]: which cell it is of, what of
 // the entry's u it has, and the place in the piece. Cells go there and back by rows, so that pieces that
 // follow each other are near each other.
-struct EntryPiece {
+struct EntrySegment {
     int32_t cell;
     float u0, u1;
     double place;
     double count;  // pieces of the entry
 };
-EG_INLINE EntryPiece piece_of_entry(const BoundaryTask& task, int64_t entry, double place) {
+EG_INLINE EntrySegment segment_of_entry(const BoundaryTask& task, int64_t entry, double place) {
     const int32_t n = task.direction_cells, cells = n * n, parts = task.parts[entry], pieces = parts * cells;
     place *= pieces;
     const int32_t last = pieces - 1;
@@ -113,9 +116,9 @@ EG_INLINE EntryPiece piece_of_entry(const BoundaryTask& task, int64_t entry, dou
 
 // Samples [task.first + at, …): number k lies in the k-th of `total` equal parts of the mass, or of the
 // guide, which goes through the mass at another speed.
-EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                   PieceCursor& cursor) {
-    PieceSample s;
+EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                            SegmentCursor& cursor) {
+    SegmentSample s;
     const double mass = task.cumulative[task.entries];
     const double guided = task.guide ? task.guide[task.shares] : mass;
     const double step = guided / static_cast<double>(task.total);
@@ -151,7 +154,7 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
             s.chained[i] = task.cell[entry] & kChained ? -1 : 0;
         }
         if (task.parts) {
-            const EntryPiece piece = piece_of_entry(task, entry, tau);
+            const EntrySegment piece = segment_of_entry(task, entry, tau);
             s.cell[i] = piece.cell;
             s.u0[i] = piece.u0, s.u1[i] = piece.u1;
             tau = piece.place;
@@ -176,8 +179,8 @@ EG_INLINE PieceSample sample_piece(const SceneView& scene, const BoundaryTask& t
 }
 
 // The cursor of the task's first sample.
-EG_INLINE PieceCursor first_piece(const BoundaryTask& task) {
-    PieceCursor cursor;
+EG_INLINE SegmentCursor first_segment(const BoundaryTask& task) {
+    SegmentCursor cursor;
     const double mass = task.cumulative[task.entries];
     double place = static_cast<double>(task.first) / static_cast<double>(task.total);
     if (task.guide) {
@@ -212,13 +215,13 @@ EG_INLINE Mask keep_finite(const BoundaryTask& task, int64_t at, Mask active, In
 
 // Records what samples are worth to the gradient: the light that they move, times the adjoint. Unlike a size
 // it is for later calls, whose both modes then take the same samples.
-EG_INLINE void record_worth(const BoundaryTask& task, int64_t at, Mask active, Vec3 color, Vec3 adjoint,
-                            Float sweep) {
-    if (!task.record.worth) return;
-    const Float worth = abs(dot(color, adjoint)) * sweep;
+EG_INLINE void record_contribution(const BoundaryTask& task, int64_t at, Mask active, Vec3 color,
+                                   Vec3 adjoint, Float sweep) {
+    if (!task.record.contribution) return;
+    const Float contribution = abs(dot(color, adjoint)) * sweep;
     for (int i = 0; i < W && at + i < task.count; ++i)
         if (const int64_t k = task.first + at + i; active[i] && task.record.has(k))
-            task.record.worth[task.record.place(k)] = worth[i];
+            task.record.contribution[task.record.place(k)] = contribution[i];
 }
 
 EG_INLINE void write_splats(const BoundaryTask& task, Splats& splats, int64_t at, Mask active, Float x,

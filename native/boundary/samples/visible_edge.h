@@ -7,15 +7,16 @@
 #include "path/lens_sample.h"
 #include "scene/rays/rays.h"
 #include "shading/surface_shader.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 struct EdgeSample {
     Mask active;
     Int edge, instance;
-    Mask crossing;  // no edge, but a line along which two faces pierce each other
-    Float u;        // position along the edge
-    Float weight;   // kappa / density
+    Mask intersection;  // no edge, but a line along which two faces pierce each other
+    Float u;            // position along the edge
+    Float weight;       // kappa / density
     Vec3 point, tangent;
     Vec3 end;     // the edge's first
     Vec3 normal;  // N = D x t
@@ -26,14 +27,14 @@ struct EdgeSample {
 
 // Samples [task.first + at, …) of the pieces, each seen through its own point of the lens.
 EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                 PieceCursor& piece) {
-    const PieceSample place = sample_piece(scene, task, at, piece);
+                                 SegmentCursor& piece) {
+    const SegmentSample place = sample_edge_segment(scene, task, at, piece);
     const CameraView& c = scene.camera;
     EdgeSample s;
     s.active = place.active;
     s.edge = place.edge;
     s.instance = place.instance;
-    s.crossing = place.edge >= scene.edge_count;
+    s.intersection = place.edge >= scene.edge_count;
     s.random = place.random;
     s.mask = splat(1 << kCameraRay);
     const Float length = place.u1 - place.u0;
@@ -51,7 +52,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
         s.u = place.u0 + length * place.tau;
         du = length;
     }
-    if (task.record.worth)
+    if (task.record.contribution)
         for (int i = 0; i < W && at + i < task.count; ++i)
             if (const int64_t k = task.first + at + i; task.record.has(k))
                 task.record.u[task.record.place(k)] = s.u[i];
@@ -91,14 +92,14 @@ struct EdgeFace {
 
 // Entry `place` of the edges' faces, the k-th of each, of the lanes that have one.
 EG_INLINE EdgeFace face_beside(const SceneView& scene, const EdgeSample& s, Mask there, Int place, int k) {
-    const Mask crossing = there & s.crossing;
+    const Mask intersection = there & s.intersection;
     const auto entries = [&](const uint32_t* table, Mask m) {
         return gather(table, select(m, place, splat(0)));
     };
     EdgeFace f;
     f.face = entries(scene.edge_faces, there);
-    f.instance = face_instance(scene, s.edge, crossing, select(there, s.instance, splat(-1)), k);
-    const Int corner = entries(scene.edge_opposite, there & ~crossing);
+    f.instance = face_instance(scene, s.edge, intersection, select(there, s.instance, splat(-1)), k);
+    const Int corner = entries(scene.edge_opposite, there & ~intersection);
     Rows corners[3];
     gather_corners(scene.faces, f.face, corners);
     Triangle t = {gather3(scene.vertices, corners[0]), gather3(scene.vertices, corners[1]),
@@ -106,8 +107,8 @@ EG_INLINE EdgeFace face_beside(const SceneView& scene, const EdgeSample& s, Mask
     place_triangle(scene, f.instance, t);
     f.normal = area_normal(t);
     const Mask zero = packet(corners[0]) == corner, one = packet(corners[1]) == corner;
-    f.opposite = select(crossing | zero, splat(0), select(one, splat(1), splat(2)));
-    f.way = select(crossing, zero3(), select(zero, t.p0, select(one, t.p1, t.p2)) - s.end);
+    f.opposite = select(intersection | zero, splat(0), select(one, splat(1), splat(2)));
+    f.way = select(intersection, zero3(), select(zero, t.p0, select(one, t.p1, t.p2)) - s.end);
     return f;
 }
 
@@ -137,7 +138,7 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
         if (k < 2) pair[k] = f;
         const Float md = dot(f.normal, s.view.across_of), mn = dot(f.normal, s.normal);
         const Float side = dot(s.normal, f.way);
-        const Mask beside = there & (md != 0.0f) & ((side != 0.0f) | s.crossing);
+        const Mask beside = there & (md != 0.0f) & ((side != 0.0f) | s.intersection);
         const Float slope = -mn / select(md != 0.0f, md, 1.0f);
         const auto offer = [&](SideFace& best, Mask here, Float lower) EG_INLINE_LAMBDA {
             const Mask better = beside & here & (lower < best.slope);
@@ -150,7 +151,7 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
         offer(sides.minus, side <= 0.0f, -slope);
     }
     sides.narrow = count != 1;
-    const Mask two = (count == 2) & ~s.crossing;
+    const Mask two = (count == 2) & ~s.intersection;
     if (any(two)) sides.narrow &= ~two | narrow_pair(pair, s.tangent);
     return sides;
 }
@@ -187,7 +188,8 @@ EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const EdgeSample& s
 // Rays from the camera through e that ignore the edge's faces; lanes where something is in front of e become
 // inactive. They start at the camera, so that a surface touching the edge isn't lost. Where a face of the
 // edge is seen on both sides, what is farther than it doesn't matter, and isn't looked for.
-EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides, int most_passed) {
+EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides,
+                             int most_transparent) {
     constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f, kBefore = 1e-5f;
     const Float scale = max(largest_component(s.point), s.view.distance);
     Behind behind;
@@ -223,7 +225,7 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
         behind.hit.b2 = select(seen, hit.b2, behind.hit.b2);
         behind.hit.distance = select(seen, hit.distance, behind.hit.distance);
         behind.touched |= seen & touched;
-        looking = blocked & (behind.passed < most_passed);
+        looking = blocked & (behind.passed < most_transparent);
         if (!(scene.all_flags & kHasTransparency)) looking = splat(0);
         if (any(looking)) {
             Float offset;
@@ -270,20 +272,20 @@ EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const Sid
     const Mask active = s.active & (near.face >= 0);
     const Int face = select(active, near.face, splat(0));
     Triangle t = gather_triangle(scene, face);
-    edge_place(scene, select(active & ~s.crossing, s.edge, splat(0)), s.u, t, near.opposite, b1, b2);
+    edge_place(scene, select(active & ~s.intersection, s.edge, splat(0)), s.u, t, near.opposite, b1, b2);
     place_triangle(scene, select(active, near.instance, splat(-1)), t);
     // Towards the opposite corner, at most an eighth of the way.
     const Vec3 corner = select(near.opposite == 0, t.p0, select(near.opposite == 1, t.p1, t.p2));
     const Vec3 sheet = cross(s.tangent, corner - s.point);
     const Float height = sqrt(dot(sheet, sheet) / max(dot(s.tangent, s.tangent), 1e-37f));
     const Vec3 step = (corner - s.point) * min(aside(t) / max(height, 1e-30f), splat(0.125f));
-    if (!any(active & s.crossing)) return step;
+    if (!any(active & s.intersection)) return step;
     // In the plane of the face, across the line; rays may start a step outside of the triangle.
     Float c1, c2;
     const Vec3 across = beside_in_plane(s, t, outwards, c1, c2);
-    b1 = select(s.crossing, c1, b1);
-    b2 = select(s.crossing, c2, b2);
-    return select(s.crossing, across, step);
+    b1 = select(s.intersection, c1, b1);
+    b2 = select(s.intersection, c2, b2);
+    return select(s.intersection, across, step);
 }
 
 // The same of the surface in which the edge lies.

@@ -25,13 +25,13 @@ EG_INLINE Projection place_in_picture(const SceneView& scene, Mask active, Vec3 
     return view;
 }
 
-// V: what surfaces between the camera and x let through; `most_passed` is the picture's limit.
+// V: what surfaces between the camera and x let through; `most_transparent` is the picture's limit.
 EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const SurfacePoint& x,
-                              const Projection& view, int most_passed) {
+                              const Projection& view, int most_transparent) {
     const Vec3 start = leave_surface(x);
     const Float to_near_plane = 1.0f - view.near / max(view.distance, 1e-30f);
     return transmittance(scene, active, start, view.origin - start, to_near_plane,
-                         {splat(1 << kCameraRay), kCameraRay, most_passed});
+                         {splat(1 << kCameraRay), kCameraRay, most_transparent});
 }
 
 // f |n_s . w| / |n . w| of light from w that x scatters by `shader` towards point.view (unit, both from x),
@@ -82,7 +82,7 @@ EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, 
                                  Vec3* followed = nullptr) {
     const TexturePoint point = texture_point(scene, x, view, kind);
     const Shader shader = surface_shader(scene, x, point, choice);
-    const Int kinds = light_kinds & ~aimed_kinds(shader, aimed);
+    const Int kinds = light_kinds & ~camera_sampled_kinds(shader, aimed);
     const Vec3 all = scattered_by(scene, x, point, shader, w, kinds);
     if (followed) *followed = followed_part(scene, x, point, shader, w, kinds, all);
     return all;

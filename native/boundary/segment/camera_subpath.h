@@ -4,6 +4,7 @@
 #include "boundary/segment/fixed_direction_chain.h"
 #include "boundary/terms/camera_sampled_lobes.h"
 #include "path/path_tracer.h"
+#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -102,7 +103,7 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
 // nowhere by perfect ones. `held`: the surfaces on their way, where light is held. `followed`, if not null:
 // of the throughput what perfect and followed lobes alone bring.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
-                                  Int target, float aimed = 0.0f, HeldChain* held = nullptr,
+                                  Int target, float aimed = 0.0f, FixedDirectionChain* held = nullptr,
                                   Vec3* followed = nullptr) {
     if (followed) *followed = p.throughput;
     const bool follows = followed && scene.followed_alpha > 0.0f;
@@ -146,7 +147,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             Vec3 weight = next.weight;
             Int kinds = splat(kScatteredRays);
             if (aimed > 0.0f) {
-                kinds = select(p.segment == 1, aimed_kinds(s.shader, aimed), kinds);
+                kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, aimed), kinds);
                 weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
             }
             if (follows) {

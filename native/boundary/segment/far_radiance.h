@@ -7,6 +7,11 @@
 #include "boundary/segment/light_source.h"
 #include "boundary/segment/segment.h"
 #include "path/run.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/boundary_task.h"
+#include "tasks/image_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -41,15 +46,15 @@ EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& t
 // Samples of an estimator but for L(y), whose path each appends to a queue; then L(y) of all of them.
 template <auto sample, typename Segment>
 EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& task, Workspace& work,
-                                  const DerivativeView& asked) {
+                                  const DerivativeView& requested) {
     const int count = static_cast<int>(task.count);
     const size_t packets = static_cast<size_t>((count + W - 1) / W);
     auto* segments = static_cast<Segment*>(work.segments->grow(packets * sizeof(Segment), 0));
-    PieceCursor piece = first_piece(task);
+    SegmentCursor piece = first_segment(task);
     int queued = 0;
     for (int at = 0; at < count; at += W)
-        queued = sample(scene, task, asked, at, piece, work, queued, segments[at / W]);
-    if (task.kind == kPiercedLight) return segments;  // what lights give is known
+        queued = sample(scene, task, requested, at, piece, work, queued, segments[at / W]);
+    if (task.kind == kLightIntersection) return segments;  // what lights give is known
     run_appended(scene, light_paths(task), work, queued, count);
     for (int at = 0; at < count; at += W) {
         BoundarySegment& s = segments[at / W];

@@ -12,7 +12,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // A surface between x and the camera.
-struct HoldingSurface {
+struct FixedDirectionSurface {
     Int face, instance;
     Float b1, b2;
     Vec3 normal;
@@ -21,23 +21,23 @@ struct HoldingSurface {
 };
 
 // Those of a chain, from the camera on.
-struct HeldChain {
+struct FixedDirectionChain {
     Int length;  // 0: x isn't held
-    HoldingSurface surface[kHeldSurfaces];
+    FixedDirectionSurface surface[kFixedDirectionSurfaces];
 };
 
 // Sets surface number k (from 0) of the chain in some lanes: `next` is the one behind it as x sees it.
 EG_INLINE void hold_next(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
-                         const SurfacePoint& next, HeldChain& chain) {
+                         const SurfacePoint& next, FixedDirectionChain& chain) {
     const Float share =
         contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.triangle, next.position)
             .share;
     const Vec3 way = next.position - from.position;
     const Vec3 w = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
-    for (int i = 0; i < kHeldSurfaces; ++i) {
+    for (int i = 0; i < kFixedDirectionSurfaces; ++i) {
         const Mask here = active & (k == i);
         if (!any(here)) continue;
-        HoldingSurface& h = chain.surface[i];
+        FixedDirectionSurface& h = chain.surface[i];
         h.face = select(here, from.face, h.face), h.instance = select(here, from.instance, h.instance);
         h.b1 = select(here, from.b1, h.b1), h.b2 = select(here, from.b2, h.b2);
         h.normal = select(here, from.normal, h.normal), h.w = select(here, w, h.w);
@@ -46,42 +46,43 @@ EG_INLINE void hold_next(const SceneView& scene, Mask active, Int k, const Surfa
 }
 
 // Chains of `length` surfaces between x and the camera, of those that may be held.
-EG_INLINE void begin_held_chain(const SceneView& scene, Mask active, Int length, HeldChain& chain) {
-    chain.length = select(active & (length <= scene.held_surfaces), length, splat(0));
+EG_INLINE void begin_fixed_direction_chain(const SceneView& scene, Mask active, Int length,
+                                           FixedDirectionChain& chain) {
+    chain.length = select(active & (length <= scene.fixed_direction_surfaces), length, splat(0));
     const Int none = splat(0);
-    for (HoldingSurface& h : chain.surface)
+    for (FixedDirectionSurface& h : chain.surface)
         h = {none, splat(-1), splat(0.0f), splat(0.0f), zero3(), zero3(), splat(0.0f)};
 }
 
 // The blocks of all surfaces but x, whose adjoint is g; that of its motion on its surface, `to_x` where it
 // isn't held.
 template <typename Mode>
-EG_INLINE Vec3 held_chain_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked, Mask active,
-                                 const HeldChain& chain, const SurfacePoint& x, const Projection& view,
-                                 Vec3 g, Vec3 to_x, Vec3 color) {
+EG_INLINE Vec3 fixed_direction_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                      Mask active, const FixedDirectionChain& chain, const SurfacePoint& x,
+                                      const Projection& view, Vec3 g, Vec3 to_x, Vec3 color) {
     Mask carried = splat(0);  // lanes whose surface k has an adjoint
-    for (int k = kHeldSurfaces; k >= 1; --k) {
-        const HoldingSurface& by = chain.surface[k - 1];
+    for (int k = kFixedDirectionSurfaces; k >= 1; --k) {
+        const FixedDirectionSurface& by = chain.surface[k - 1];
         const Mask starts = active & (chain.length == k), here = (starts | carried) & (by.share > 0.0f);
-        const HoldingSurface& own = chain.surface[k < kHeldSurfaces ? k : 0];
+        const FixedDirectionSurface& own = chain.surface[k < kFixedDirectionSurfaces ? k : 0];
         const Vec3 n = select(starts, x.normal, own.normal);
         const Vec3 of_ray =
             select(here, (g - n * (dot(g, by.w) / select(here, dot(n, by.w), 1.0f))) * by.share, zero3());
         const Vec3 rides = g - of_ray;
         to_x = select(starts, rides, to_x);
         if (any(carried))
-            face_point_blocks(mode, scene, asked, carried, own.face, own.instance, own.b1, own.b2, rides,
+            face_point_blocks(mode, scene, motion, carried, own.face, own.instance, own.b1, own.b2, rides,
                               color);
         g = select(starts | carried, of_ray, g);
         carried = here;
     }
     if (!any(carried)) return to_x;
-    const HoldingSurface& first = chain.surface[0];
+    const FixedDirectionSurface& first = chain.surface[0];
     const Float facing = dot(first.normal, view.across_of);
     const Vec3 of_plane = first.normal * (dot(g, view.across_of) / select(carried, facing, 1.0f));
-    face_point_blocks(mode, scene, asked, carried, first.face, first.instance, first.b1, first.b2, of_plane,
+    face_point_blocks(mode, scene, motion, carried, first.face, first.instance, first.b1, first.b2, of_plane,
                       color);
-    if (asked.want_camera) {
+    if (motion.camera_requested) {
         Float row[kCameraFloats];
         ray_velocity_row(scene.camera, view, g - of_plane, row);
         mode.camera(carried, row, color);

@@ -19,9 +19,9 @@ struct LightSource {
 };
 
 // The first one along a ray. Surfaces that let light pass are passed by chance, with the random numbers by
-// which the path tracer decides that, and at most `most_passed` of them.
+// which the path tracer decides that, and at most `most_transparent` of them.
 EG_OUTLINE LightSource meet_source(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction,
-                                   const Ignored& ignored, const PathIndex& random, int most_passed) {
+                                   const Ignored& ignored, const PathIndex& random, int most_transparent) {
     const Int kind = splat(static_cast<int>(kDiffuseRay));
     LightSource y;
     y.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
@@ -60,7 +60,7 @@ EG_OUTLINE LightSource meet_source(const SceneView& scene, Mask active, Vec3 ori
             y.hit = hit;
         }
         found |= stays;
-        looking &= pass & (y.passed < most_passed);
+        looking &= pass & (y.passed < most_transparent);
         if (!any(looking)) break;
     }
     y.hit.hit = found;

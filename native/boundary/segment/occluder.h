@@ -8,7 +8,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // On which side of the sheet of normal `across` through the edge a face of it lies: +1, -1, or 0 in it.
-EG_INLINE int face_side(const SceneView& scene, const PieceSample& p, uint32_t place, Vec3 across, int i) {
+EG_INLINE int face_side(const SceneView& scene, const SegmentSample& p, uint32_t place, Vec3 across, int i) {
     float c[3];
     across_edge(scene, p, i, place, c);
     const float h = across.x[i] * c[0] + across.y[i] * c[1] + across.z[i] * c[2];
@@ -23,9 +23,9 @@ EG_INLINE Mask transparent_occluder(const SceneView& scene, Mask active, Int edg
         if (!active[i]) continue;
         for (uint32_t k = scene.edge_face_first[edge[i]]; k < scene.edge_face_first[edge[i] + 1]; ++k) {
             const int32_t material = scene.face_material[scene.edge_faces[k]];
-            for (int32_t leaf = scene.material_first_leaf[material];
-                 leaf < scene.material_first_leaf[material + 1]; ++leaf)
-                if (scene.leaf_flags[leaf] & kHasTransparency) clear[i] = -1;
+            for (int32_t closure = scene.material_first_closure[material];
+                 closure < scene.material_first_closure[material + 1]; ++closure)
+                if (scene.closure_flags[closure] & kHasTransparency) clear[i] = -1;
         }
     }
     return clear;
@@ -44,17 +44,17 @@ EG_INLINE Mask parts_light(const SceneView& scene, Mask clear, Int edge) {
         const int32_t material = scene.face_material[scene.edge_faces[first]];
         for (uint32_t k = first + 1; k < last; ++k)
             if (scene.face_material[scene.edge_faces[k]] != material) parted[i] = -1;
-        for (int32_t leaf = scene.material_first_leaf[material];
-             leaf < scene.material_first_leaf[material + 1]; ++leaf)
-            if ((textures.leaf_program && textures.leaf_program[leaf] >= 0) ||
-                (textures.leaf_weight_program && textures.leaf_weight_program[leaf] >= 0))
+        for (int32_t closure = scene.material_first_closure[material];
+             closure < scene.material_first_closure[material + 1]; ++closure)
+            if ((textures.closure_program && textures.closure_program[closure] >= 0) ||
+                (textures.closure_weight_program && textures.closure_weight_program[closure] >= 0))
                 parted[i] = -1;
     }
     return parted;
 }
 
 // Lanes whose x lies in a face of the edge.
-EG_INLINE Mask on_edge_face(const SceneView& scene, const PieceSample& p, const SurfacePoint& x) {
+EG_INLINE Mask on_edge_face(const SceneView& scene, const SegmentSample& p, const SurfacePoint& x) {
     Mask on = splat(0);
     for (int i = 0; i < W; ++i) {
         if (!p.active[i] || p.instance[i] != x.instance[i]) continue;
@@ -66,7 +66,7 @@ EG_INLINE Mask on_edge_face(const SceneView& scene, const PieceSample& p, const 
 
 // T- - T+: the light that passes the edge's faces on the side from which `across` points, less that on the
 // side to which it does, for a line towards the light. Where both let all or nothing pass, nothing jumps.
-EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const PieceSample& p, Mask active, Float u,
+EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const SegmentSample& p, Mask active, Float u,
                                  Vec3 across, Vec3 towards) {
     const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
     Vec3 plus = white, minus = white;

@@ -23,8 +23,8 @@ struct LightsWay {
 
 // The first surface behind e along -towards that is seen. Light also goes on behind surfaces that don't stop
 // it, or not all of it: one of all that it falls on is picked.
-EG_OUTLINE LitPoint find_lit_point(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
-                                   const Ignored& ignored, const LightsWay& way, const PathIndex& random) {
+EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
+                                  const Ignored& ignored, const LightsWay& way, const PathIndex& random) {
     constexpr float kStay = 0.5f;
     LitPoint r;
     r.hit.hit = r.hit.face = r.hit.mesh = splat(0);

@@ -13,6 +13,8 @@
 #include "boundary/segment/receiver.h"
 #include "boundary/segment/segment.h"
 #include "path/path_queue.h"
+#include "tasks/boundary_task.h"
+#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -94,14 +96,14 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     seen.active &= pdf > 0.0f;
     turn_to(seen, wo);
     const TexturePoint point = texture_point(scene, seen, wo, kind);
-    Shader back = leaf_shader(scene, seen, shader.leaf, point);
+    Shader back = closure_shader(scene, seen, shader.closure, point);
     if (scene.any_mixture) {
         // The shader was picked with the probability that its weight has as seen from the light's side.
-        const Int leaves =
-            gather(scene.material_first_leaf + 1, x.material) - gather(scene.material_first_leaf, x.material);
-        const Float here = leaf_weight(scene, seen.active, shader.leaf, point);
-        const Float picked = leaf_weight(scene, seen.active, shader.leaf, from);
-        back.scale = select(leaves > 1, here * shader.scale / max(picked, 1e-20f), 1.0f);
+        const Int closures = gather(scene.material_first_closure + 1, x.material) -
+                             gather(scene.material_first_closure, x.material);
+        const Float here = closure_weight(scene, seen.active, shader.closure, point);
+        const Float picked = closure_weight(scene, seen.active, shader.closure, from);
+        back.scale = select(closures > 1, here * shader.scale / max(picked, 1e-20f), 1.0f);
     }
     const Vec3 f = scattered_by(scene, seen, point, back, wi, light_kinds);
     const Float by_density = abs(dot(x.normal, wo)) / max(pdf, 1e-20f);
@@ -118,7 +120,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     }
     const LightsWay way = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};
     const LitPoint next =
-        find_lit_point(scene, active, leave_surface(seen), -wo, ignore_nothing(), way, random);
+        find_receiver(scene, active, leave_surface(seen), -wo, ignore_nothing(), way, random);
     const Closest& hit = next.hit;
     c.at.hit = select(walking, next.found, c.at.hit);
     c.at.face = select(walking, hit.face, c.at.face);
@@ -137,7 +139,7 @@ constexpr float kChainGoesOn = 0.6f;
 
 // Surfaces of a sample's chain besides x, 0 of those whose x the camera sees, at most `most`; the probability
 // of that number.
-EG_INLINE Int chain_length(const PieceSample& p, int most, Float& probability) {
+EG_INLINE Int chain_length(const SegmentSample& p, int most, Float& probability) {
     Float choice, unused;
     sobol_pair(p.random.stream, p.random.sample, kPairChain, choice, unused);
     Int length = p.chained & 1;
@@ -179,16 +181,16 @@ EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, con
 struct SeenLight {
     Mask active;
     Projection view;
-    Vec3 weight;     // W(x); where the camera sees x itself, but for |n . D|
-    Int bounces;     // of x and of the surfaces before it, counts by kind
-    HeldChain held;  // where light is held
+    Vec3 weight;               // W(x); where the camera sees x itself, but for |n . D|
+    Int bounces;               // of x and of the surfaces before it, counts by kind
+    FixedDirectionChain held;  // where light is held
 };
 
 // Light that arrives along w at x, of the kinds `light_kinds` of scattering, is followed over `length` more
 // surfaces to the camera. `x_goes_on`: the camera's path is scattered once more behind x. Left out is what
 // followed lobes alone bring (boundary/specular/chain_term.h), but for light `of_table` where the camera sees
 // x: that has no edges.
-EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
                                bool x_goes_on, Mask of_table) {
     const bool limited = limits_matter(task);
@@ -196,7 +198,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     Chain chain{x, w, one, one, splat(0)};
     chain.at.hit = active;
     SeenLight seen;
-    if (scene.mesh_contact) begin_held_chain(scene, active, length, seen.held);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, active, length, seen.held);
     for (int k = 0;; ++k) {
         const Mask walking = chain.at.hit & (length > k);
         if (!any(walking)) break;

@@ -21,6 +21,7 @@
 #include "path/camera_projection.h"
 #include "shading/lights/environment.h"
 #include "shading/lights/fixed_direction_light.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -53,7 +54,7 @@ struct BoundarySegment {
     SurfacePoint x;  // its normal on the side from which it is seen
     Mask slides;     // x is seen by the camera, as `view` says; else it rides on its surface
     Projection view;
-    HeldChain held;  // where light is held
+    FixedDirectionChain held;  // where light is held
     FarEnd y;
     // Everything but sweep, velocities and, where x slides, |n . D|: the slide is divided by it.
     Vec3 color;
@@ -76,7 +77,7 @@ EG_INLINE void hold_far_end(const SceneView& scene, BoundarySegment& s) {
 // The share of y's motion that x takes along, after `length` surfaces that the camera sees it by.
 EG_INLINE Float held_share(const SceneView& scene, Mask active, Int length, const SurfacePoint& x,
                            const FarEnd& y) {
-    const Mask held = active & (length < scene.held_surfaces) & (y.face >= 0);
+    const Mask held = active & (length < scene.fixed_direction_surfaces) & (y.face >= 0);
     return contact_with_face(scene, held, x, y.face, y.instance, y.b1, y.b2).share;
 }
 
@@ -87,10 +88,10 @@ EG_INLINE void hold_contact(const SceneView& scene, Int length, BoundarySegment&
 }
 
 // Whether x may move: on its surface, with the camera that sees it, or with a surface that does.
-EG_INLINE Mask lit_end_moves(const SceneView& scene, const DerivativeView& asked, Mask active,
+EG_INLINE Mask lit_end_moves(const SceneView& scene, const DerivativeView& motion, Mask active,
                              const SurfacePoint& x, Mask slides) {
-    Mask moves = face_point_moves(scene, asked, active, x.face, x.instance);
-    if (asked.want_camera) moves |= active & slides;
+    Mask moves = face_point_moves(scene, motion, active, x.face, x.instance);
+    if (motion.camera_requested) moves |= active & slides;
     if (scene.mesh_contact)
         moves |= active & ~slides &
                  ((gather(scene.mesh_contact, select(active, x.mesh, splat(0))) & kContactTo) != 0);
@@ -98,12 +99,12 @@ EG_INLINE Mask lit_end_moves(const SceneView& scene, const DerivativeView& asked
 }
 
 // Whether anything of the segment may move.
-EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& asked, const BoundarySegment& s) {
-    Mask moves = edge_point_moves(scene, asked, s.active, s.edge, s.instance) |
-                 lit_end_moves(scene, asked, s.active, s.x, s.slides) |
-                 face_point_moves(scene, asked, s.active & (s.y.face >= 0), s.y.face, s.y.instance);
-    if (asked.want_lights) moves |= s.active & (s.y.row >= 0);
-    if (asked.want_rotation) moves |= s.active & s.y.sky;
+EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& motion, const BoundarySegment& s) {
+    Mask moves = edge_point_moves(scene, motion, s.active, s.edge, s.instance) |
+                 lit_end_moves(scene, motion, s.active, s.x, s.slides) |
+                 face_point_moves(scene, motion, s.active & (s.y.face >= 0), s.y.face, s.y.instance);
+    if (motion.lights_requested) moves |= s.active & (s.y.row >= 0);
+    if (motion.rotation_requested) moves |= s.active & s.y.sky;
     return moves;
 }
 
@@ -111,7 +112,7 @@ EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& asked
 // adjoint of that of y, of distant ones that of the direction to them. What is returned is the adjoint of x,
 // on which some lights depend.
 template <typename Mode>
-EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked, Mask active,
+EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion, Mask active,
                               const FarEnd& y, Vec3 x, Vec3 towards, Float distance, Vec3 g, Vec3 color) {
     Vec3 from = zero3();
     const Mask on_row = active & (y.row >= 0);
@@ -120,10 +121,10 @@ EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const Derivati
         const Int light = select(on_row, y.row, splat(0));
         const Float way = select(is_distant(y), splat(1.0f), distance);
         from = select(on_row, light_motion_row(scene.lights, light, y.kind, x, towards * way, g, row), from);
-        if (asked.want_lights) mode.light(on_row, light, row, color);
+        if (motion.lights_requested) mode.light(on_row, light, row, color);
     }
     const Mask sky = active & y.sky;
-    if (asked.want_rotation && any(sky)) {
+    if (motion.rotation_requested && any(sky)) {
         const Vec3 d = rotated(scene.environment_rotation, towards);
         const Float row[9] = {d.x * g.x, d.x * g.y, d.x * g.z, d.y * g.x, d.y * g.y,
                               d.y * g.z, d.z * g.x, d.z * g.y, d.z * g.z};
@@ -135,16 +136,18 @@ EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const Derivati
 // The velocity of x, whose adjoint is g. Of a slide, n (g . D)/(n . D) goes to the surface, its rest to the
 // ray: with the |n . D| of the color cancelled both are bounded at grazing views.
 template <typename Mode>
-EG_INLINE void lit_end_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void lit_end_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                               const BoundarySegment& s, Vec3 g) {
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
     const Vec3 along = s.x.normal * -dot(g, s.view.across_of);
     Vec3 to_face = select(s.slides, along, g);
     if (scene.mesh_contact && any(s.active & (s.held.length > 0)))
-        to_face = held_chain_blocks(mode, scene, asked, s.active, s.held, s.x, s.view, g, to_face, s.color);
-    face_point_blocks(mode, scene, asked, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2, to_face, s.color);
+        to_face =
+            fixed_direction_blocks(mode, scene, motion, s.active, s.held, s.x, s.view, g, to_face, s.color);
+    face_point_blocks(mode, scene, motion, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2, to_face,
+                      s.color);
     const Mask seen = s.active & s.slides;
-    if (asked.want_camera && any(seen)) {
+    if (motion.camera_requested && any(seen)) {
         Float row[kCameraFloats];
         ray_velocity_row(scene.camera, s.view, g * -nd - along, row);
         mode.camera(seen, row, s.color);
@@ -153,20 +156,20 @@ EG_INLINE void lit_end_blocks(Mode& mode, const SceneView& scene, const Derivati
 
 // The velocities of all ends, for what `asked` names.
 template <typename Mode>
-EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const BoundarySegment& s) {
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
     const Vec3 color = select(s.slides, s.color * -nd, s.color);
-    edge_point_blocks(mode, scene, asked, s.active, s.edge, s.instance, s.u, s.sweep, color);
+    edge_point_blocks(mode, scene, motion, s.active, s.edge, s.instance, s.u, s.sweep, color);
     const Mask on_face = s.active & (s.y.face >= 0);
     if (any(on_face))
-        face_point_blocks(mode, scene, asked, on_face, s.y.face, s.y.instance, s.y.b1, s.y.b2,
+        face_point_blocks(mode, scene, motion, on_face, s.y.face, s.y.instance, s.y.b1, s.y.b2,
                           s.sweep * (s.lambda - 1.0f), color);
     // Of distant ones the direction to them moves: dw = -d(-w).
     const Vec3 by_y = s.sweep * select(is_distant(s.y), -s.reach, s.lambda - 1.0f);
-    const Vec3 from = far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards,
+    const Vec3 from = far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards,
                                      s.reach + s.distance, by_y, color);
-    lit_end_blocks(mode, scene, asked, s, from - s.sweep * s.lambda);
+    lit_end_blocks(mode, scene, motion, s, from - s.sweep * s.lambda);
 }
 
 // What a motion of the edge across the segment sweeps, per unit and color.

@@ -3,11 +3,12 @@
 
 #include "boundary/samples/segment_sampling.h"
 #include "sampling/hemisphere.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // The corner off the edge of its face number k, from the edge's first end, where the edge's copy stands.
-EG_INLINE void across_edge(const SceneView& scene, const PieceSample& p, int lane, uint32_t k,
+EG_INLINE void across_edge(const SceneView& scene, const SegmentSample& p, int lane, uint32_t k,
                            float (&out)[3]) {
     const float* c = scene.vertices + 3 * static_cast<int64_t>(scene.edge_opposite[k]);
     out[0] = c[0], out[1] = c[1], out[2] = c[2];
@@ -17,7 +18,7 @@ EG_INLINE void across_edge(const SceneView& scene, const PieceSample& p, int lan
 
 // Unit vectors across the edge into its first face (b1) and at a right angle to it towards the second
 // (b2), and the angle delta between the two faces (0 unless there are exactly two).
-EG_INLINE void edge_frame(const SceneView& scene, const PieceSample& p, Vec3& axis, Vec3& b1, Vec3& b2,
+EG_INLINE void edge_frame(const SceneView& scene, const SegmentSample& p, Vec3& axis, Vec3& b1, Vec3& b2,
                           Float& delta) {
     axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
     Vec3 third[2] = {zero3(), zero3()};
@@ -45,7 +46,7 @@ EG_INLINE void edge_frame(const SceneView& scene, const PieceSample& p, Vec3& ax
 }
 
 // sigma: +1 or -1 if all faces of the edge lie on that side of the sheet of normal `across`, else 0.
-EG_INLINE Float occluder_side(const SceneView& scene, const PieceSample& p, Vec3 across) {
+EG_INLINE Float occluder_side(const SceneView& scene, const SegmentSample& p, Vec3 across) {
     Float sigma = splat(0.0f);
     for (int i = 0; i < W; ++i) {
         if (!p.active[i]) continue;
@@ -69,7 +70,7 @@ constexpr float kLeastWedge = 1e-3f;
 // A direction about the edge: its cosine to the edge goes with u, and with v its azimuth in the two wedges in
 // which both faces are on one side, each of width alpha. `density`: of its solid angle there, 1/(4 alpha).
 // Half of the lanes of `parted` have any azimuth (density_about), and all whose wedges are narrow.
-EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Mask parted, Float u, Float v,
+EG_INLINE Vec3 wedge_direction(const SceneView& scene, const SegmentSample& p, Mask parted, Float u, Float v,
                                Float& density) {
     Vec3 axis, b1, b2;
     Float delta = splat(0.0f);
@@ -92,7 +93,7 @@ EG_INLINE Vec3 wedge_direction(const SceneView& scene, const PieceSample& p, Mas
 }
 
 // A sample's own random numbers, moved into its piece's cell of directions, of which there are so many.
-EG_INLINE float cell_numbers(const BoundaryTask& task, const PieceSample& p, Float& u, Float& v) {
+EG_INLINE float cell_numbers(const BoundaryTask& task, const SegmentSample& p, Float& u, Float& v) {
     sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
     const float width = 1.0f / static_cast<float>(task.direction_cells);
     const Int row = quotient(p.cell, task.direction_cells), column = p.cell - row * task.direction_cells;
@@ -101,7 +102,7 @@ EG_INLINE float cell_numbers(const BoundaryTask& task, const PieceSample& p, Flo
 }
 
 // A direction for these numbers, and the density of the wedges there.
-EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                               Mask parted, Float& density) {
     Float u, v;
     const float cells = cell_numbers(task, p, u, v);
@@ -111,7 +112,7 @@ EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, 
 }
 
 // The density of these directions at any w where the edge counts, from that of the wedges.
-EG_INLINE Float density_about(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+EG_INLINE Float density_about(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                               Mask parted, Vec3 w, Float density) {
     if (!any(parted)) return density;
     const float cells = static_cast<float>(task.direction_cells) * static_cast<float>(task.direction_cells);

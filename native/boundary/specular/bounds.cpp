@@ -16,10 +16,11 @@ constexpr double kSlack = 0.5;
 
 // Materials that may be mirrors or smooth glass, or have lobes that are followed like those.
 std::vector<uint8_t> specular_materials(const SceneTables& t, float followed) {
-    std::vector<uint8_t> out(t.material_first_leaf.size() - 1);
+    std::vector<uint8_t> out(t.material_first_closure.size() - 1);
     for (size_t m = 0; m < out.size(); ++m)
-        for (int32_t leaf = t.material_first_leaf[m]; leaf < t.material_first_leaf[m + 1]; ++leaf)
-            out[m] |= static_cast<uint8_t>(may_be_specular(t, static_cast<size_t>(leaf), followed));
+        for (int32_t closure = t.material_first_closure[m]; closure < t.material_first_closure[m + 1];
+             ++closure)
+            out[m] |= static_cast<uint8_t>(may_be_specular(t, static_cast<size_t>(closure), followed));
     return out;
 }
 

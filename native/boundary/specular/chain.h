@@ -13,6 +13,7 @@
 #include "boundary/specular/chain_surface.h"
 #include "path/bounces.h"
 #include "path/camera_rays.h"
+#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -27,7 +28,7 @@ struct PicturePoint {
 
 struct ChainChoices {
     Int key[kMostChain], instance[kMostChain];  // of the vertices that it was chosen at
-    Int leaf[kMostChain], fate[kMostChain];
+    Int closure[kMostChain], event[kMostChain];
     Vec3 half[kMostChain];          // microfacets' normals, of followed lobes
     Float probability[kMostChain];  // of this vertex' choice
     Int lit;                        // the vertex that a light is looked at from; kMostChain: none
@@ -83,10 +84,10 @@ EG_INLINE Mask may_have(const SceneView& scene, const SurfacePoint& x, Mask acti
     Mask may = splat(0);
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
-        const int32_t first = scene.material_first_leaf[x.material[i]],
-                      last = scene.material_first_leaf[x.material[i] + 1];
-        for (int32_t leaf = first; leaf < last; ++leaf)
-            if (scene.leaf_flags[leaf] & flags) may[i] = -1;
+        const int32_t first = scene.material_first_closure[x.material[i]],
+                      last = scene.material_first_closure[x.material[i] + 1];
+        for (int32_t closure = first; closure < last; ++closure)
+            if (scene.closure_flags[closure] & flags) may[i] = -1;
     }
     return may;
 }
@@ -138,18 +139,19 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         chain.normal[level] = x.normal, chain.smooth[level] = point.normal;
         if constexpr (kChoose) {
             choices.key[level] = key, choices.instance[level] = hit.instance;
-            choices.leaf[level] = splat(0), choices.fate[level] = splat(kFateEnds);
+            choices.closure[level] = splat(0), choices.event[level] = splat(kEventEnds);
             choices.probability[level] = splat(1.0f);
             choices.half[level] = point.normal;
         } else {
             going &= (key == choices.key[level]) & (hit.instance == choices.instance[level]) &
-                     (choices.fate[level] != kFateEnds);
+                     (choices.event[level] != kEventEnds);
         }
         going &= hit.hit & x.active & ~stops;
         // On its way to a light a chain goes through all that lets light pass. Most other chains end at a
         // surface that does nothing with their rays.
         const Mask passes_on = going & to_light;
-        if constexpr (kChoose) choices.fate[level] = select(passes_on, splat(kFatePasses), splat(kFateEnds));
+        if constexpr (kChoose)
+            choices.event[level] = select(passes_on, splat(kEventPasses), splat(kEventEnds));
         // A surface that lights this one takes a ray more than a light does.
         const Mask ends_here = going & bent & ~to_light & ~counted.p.final_ray;
         const Mask by_lights = task.lights ? ends_here : splat(0);
@@ -165,22 +167,22 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         x.active &= going & ~passes_on;
         const Mask meets = going & ~passes_on;
         if (!any(meets)) continue;
-        Int leaf = choices.leaf[level];
+        Int closure = choices.closure[level];
         Float probability = splat(1.0f);
         if constexpr (kChoose) {
             Float sum;
-            leaf = pick_leaf(scene, x, point, chain_random(stream, level, 0), sum);
+            closure = pick_closure(scene, x, point, chain_random(stream, level, 0), sum);
             probability = 1.0f / max(sum, 1e-30f);  // times its weight, below
         }
-        const ChainSurface s = chain_surface(scene, x, point, select(meets, leaf, splat(0)));
-        Int fate = choices.fate[level];
+        const ChainSurface s = chain_surface(scene, x, point, select(meets, closure, splat(0)));
+        Int event = choices.event[level];
         Vec3 half = choices.half[level];
         if constexpr (kChoose) {
-            probability = select(s.leaf_weight > 0.0f, probability * s.leaf_weight, probability);
-            fate = choose_fate(scene, s, meets, meets & ~counted.p.final_ray, may_be_lit, stream, level,
-                               probability, half);
-            fate = select((fate == kFatePasses) & ~counted.may_pass(), splat(kFateEnds), fate);
-            const Mask looks = meets & (fate == kFateLit);
+            probability = select(s.closure_weight > 0.0f, probability * s.closure_weight, probability);
+            event = choose_event(scene, s, meets, meets & ~counted.p.final_ray, may_be_lit, stream, level,
+                                 probability, half);
+            event = select((event == kEventPasses) & ~counted.may_pass(), splat(kEventEnds), event);
+            const Mask looks = meets & (event == kEventLit);
             if (any(looks)) {
                 const Float random[4] = {
                     chain_random(stream, kMostChain, 0), chain_random(stream, kMostChain, 1),
@@ -191,24 +193,25 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
                                                       chain_random(stream, kMostChain + 1, 0), light);
                 choices.lit = select(found, splat(level), choices.lit);
                 take(choices.light, found, light);
-                fate = select(looks & ~found, splat(kFateEnds), fate);
+                event = select(looks & ~found, splat(kEventEnds), event);
             }
-            choices.leaf[level] = select(meets, leaf, splat(0));
-            choices.fate[level] = select(meets, fate, choices.fate[level]);
+            choices.closure[level] = select(meets, closure, splat(0));
+            choices.event[level] = select(meets, event, choices.event[level]);
             choices.probability[level] = select(meets, probability, 1.0f);
             choices.half[level] = half;
-            going &= passes_on | (fate != kFateEnds);
+            going &= passes_on | (event != kEventEnds);
             if (!any(going)) return;
         }
-        const Mask lit = meets & going & (fate == kFateLit);
+        const Mask lit = meets & going & (event == kEventLit);
         if (any(lit)) look_at_light(scene, lit, choices.light, x, ray, far);
-        const Mask passes = meets & going & (fate == kFatePasses), scatters = meets & going & ~passes & ~lit;
+        const Mask passes = meets & going & (event == kEventPasses),
+                   scatters = meets & going & ~passes & ~lit;
         far = select(passes | scatters, splat(__builtin_inff()), far);
         ray.origin = select(passes, leave_surface(x, ray.direction), ray.origin);
         if (any(scatters)) {
             Vec3 value;
             Mask cut;
-            const Mask fine = scatter_chain(scene, s, scatters, fate, half, ray, value, cut);
+            const Mask fine = scatter_chain(scene, s, scatters, event, half, ray, value, cut);
             dead |= scatters & ~fine;
             below |= cut;
             bent |= scatters;

@@ -14,12 +14,13 @@
 #include "boundary/samples/visible_edge.h"
 #include "boundary/specular/chain.h"
 #include "boundary/terms/horizon.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // What a chain met last.
 struct LastVertex {
-    Int face, mesh, instance, leaf;
+    Int face, mesh, instance, closure;
     Float b1, b2;
 };
 
@@ -29,7 +30,7 @@ EG_INLINE LastVertex last_vertex(const ChainCrossings& c, int at, Mask active) {
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
         const int k = last[i];
-        v.face[i] = c.face[k][at + i], v.mesh[i] = c.mesh[k][at + i], v.leaf[i] = c.leaf[k][at + i];
+        v.face[i] = c.face[k][at + i], v.mesh[i] = c.mesh[k][at + i], v.closure[i] = c.closure[k][at + i];
         v.instance[i] = c.instance[k][at + i];
         v.b1[i] = c.b1[k][at + i], v.b2[i] = c.b2[k][at + i];
     }
@@ -76,14 +77,14 @@ EG_OUTLINE int see_onwards(const SceneView& scene, Mask active, const ChainRay& 
 
 // The part of -dg by the faces, times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void chain_horizon_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void chain_horizon_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
                                     const ChainCrossings& c, int at, Mask active, Vec3 color) {
     if (!any(active)) return;
     const LastVertex v = last_vertex(c, at, active);
     Vec3 n, towards;
     load3(n, c.by_direction, at);
     load3(towards, c.direction, at);
-    face_turn_blocks(mode, scene, asked, active, v.face, v.instance, v.b1, v.b2, towards, -n, color);
+    face_turn_blocks(mode, scene, requested, active, v.face, v.instance, v.b1, v.b2, towards, -n, color);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -152,8 +152,8 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, Mask active, 
 constexpr float kByImage = 0.5f;
 
 // A sample of the sky as x scatters it.
-EG_OUTLINE Mask choose_sky(const SceneView& scene, const ScatteringPoint& x, Mask active,
-                           const Float (&random)[4], ChainLight& light) {
+EG_OUTLINE Mask choose_environment(const SceneView& scene, const ScatteringPoint& x, Mask active,
+                                   const Float (&random)[4], ChainLight& light) {
     const BsdfSample s = x.sample(scene, active, random[0], random[1], random[2]);
     Mask found = active & s.active & ~s.specular & (s.pdf > 0.0f);
     Vec3 w = s.wi;
@@ -186,8 +186,8 @@ EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x,
     index.sample = bits(splat(0));
     index.stream = hash(stream ^ splat(0x3c6ef372u));
     const Int all = splat(kScatteredRays);
-    const LitPoint y = find_lit_point(scene, found, start, -s.wi, ignore_nothing(),
-                                      {all, all, kDiffuseRay, splat(0)}, index);
+    const LitPoint y =
+        find_receiver(scene, found, start, -s.wi, ignore_nothing(), {all, all, kDiffuseRay, splat(0)}, index);
     found &= y.found;
     Float density = s.pdf;
     if (scene.all_flags & kHasTransparency) {
@@ -211,7 +211,7 @@ EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x,
 }
 
 // A light for x: of some kinds that there may be, one is picked in proportion to these.
-constexpr float kLightShare = 2.0f, kSkyShare = 2.0f, kSurfaceShare = 1.0f;
+constexpr float kLightShare = 2.0f, kEnvironmentShare = 2.0f, kSurfaceShare = 1.0f;
 
 // A light for x by the picture's own samples of lights, of the sky or of surfaces; lanes that found any.
 EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint& x, Mask by_lights,
@@ -220,7 +220,7 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
     light = no_chain_light();
     const bool lights = scene.lights.count > 0, sky = scene.has_environment;
     const Float of_lights = select(by_lights, splat(lights ? kLightShare : 0.0f), 0.0f);
-    const Float of_sky = select(by_lights, splat(sky ? kSkyShare : 0.0f), 0.0f);
+    const Float of_sky = select(by_lights, splat(sky ? kEnvironmentShare : 0.0f), 0.0f);
     const Float of_surfaces = select(by_surfaces, splat(kSurfaceShare), 0.0f);
     const Float all = of_lights + of_sky + of_surfaces, mark = pick * all;
     const Mask by_light = mark < of_lights, by_sky = ~by_light & (mark < of_lights + of_sky);
@@ -259,7 +259,7 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
         light.density = select(light.distant(), splat(1.0f), seen.measure) / max(s.geometry, 1e-37f);
         found |= at & (light.density > 0.0f);
     }
-    if (any(by_sky)) found |= choose_sky(scene, x, by_sky, random, light);
+    if (any(by_sky)) found |= choose_environment(scene, x, by_sky, random, light);
     if (any(by_surface)) found |= choose_surface(scene, x, by_surface, stream, random, light);
     const Float share = select(by_light, of_lights, select(by_sky, of_sky, of_surfaces));
     light.density = light.density * (share / max(all, 1e-30f));

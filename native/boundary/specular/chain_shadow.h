@@ -58,16 +58,16 @@ EG_INLINE ShadowWay shadow_way(const SceneView& scene, const ChainLight& light, 
 
 // -dg by what the light moves by, for what `asked` names, times `color`.
 template <typename Mode>
-EG_INLINE void light_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void light_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
                             const ChainCrossings& c, int at, const EdgeSample& s, Vec3 x, Vec3 color) {
     const Mask lit = s.active & load(c.lit + at);
     if (!any(lit)) return;
     const ShadowWay way = shadow_way(scene, load_light(c, at, lit), s, x);
     const Mask on_face = lit & (way.y.face >= 0);
     if (any(on_face))
-        face_point_blocks(mode, scene, asked, on_face, way.y.face, way.y.instance, way.y.b1, way.y.b2,
+        face_point_blocks(mode, scene, requested, on_face, way.y.face, way.y.instance, way.y.b1, way.y.b2,
                           way.by_y, color);
-    far_end_blocks(mode, scene, asked, lit, way.y, x, way.light.w, way.light.distance, way.by_y, color);
+    far_end_blocks(mode, scene, requested, lit, way.y, x, way.light.w, way.light.distance, way.by_y, color);
 }
 
 // The jump at crossings from `at` on that are lit, but for the throughput of their chains and what surfaces y
@@ -81,7 +81,7 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const ShadowWay way = shadow_way(scene, light, s, x.position);
     lit &= (s.view.distance > 1e-5f * largest_component(s.point)) & (way.lambda > 0.0f) &
            (s.view.distance < way.light.distance);
-    PieceSample p;
+    SegmentSample p;
     p.active = lit;
     p.edge = s.edge, p.instance = s.instance;
     p.a = s.point - s.tangent * s.u, p.t = s.tangent;

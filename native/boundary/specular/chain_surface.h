@@ -12,8 +12,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Fates: a lobe, which may transmit, and may be followed; to pass unscattered; to look from here at a light
 // (boundary/specular/chain_light.h); to end here.
-constexpr int32_t kFateLobes = 7, kFateTransmits = 8, kFatePasses = 16, kFateLit = 32, kFateFollows = 64,
-                  kFateEnds = -1;
+constexpr int32_t kEventLobes = 7, kEventTransmits = 8, kEventPasses = 16, kEventLit = 32, kEventFollows = 64,
+                  kEventEnds = -1;
 
 // A ray of a chain.
 struct ChainRay {
@@ -27,8 +27,8 @@ EG_INLINE ChainRay select(Mask m, const ChainRay& a, const ChainRay& b) {
 
 // Perfect and followed lobes that a surface may have.
 constexpr int kPerfectLobes = 4;
-constexpr int32_t kPerfectFate[kPerfectLobes] = {kMirrorLobe, kCoatLobe, kInterfaceLobe,
-                                                 kInterfaceLobe | kFateTransmits};
+constexpr int32_t kPerfectEvent[kPerfectLobes] = {kMirrorLobe, kCoatLobe, kInterfaceLobe,
+                                                  kInterfaceLobe | kEventTransmits};
 
 struct PerfectLobes {
     // Their values f |cos| at the view, zero of those that it hasn't; of followed ones by the density of the
@@ -69,7 +69,7 @@ EG_OUTLINE void followed_values(const Bsdf& f, Mask active, Float u, Float v, Pe
         const Vec3 h = sample_normal(g, view, splat(1.0f), u, v);
         const Float density = followed_density(g, view, splat(1.0f), dot(h, view));
         const Specular s =
-            scatter_specular(f, splat(kPerfectFate[k] & kFateLobes), splat(transmits ? -1 : 0), m, h);
+            scatter_specular(f, splat(kPerfectEvent[k] & kEventLobes), splat(transmits ? -1 : 0), m, h);
         const Mask there = m & (density > 0.0f);
         lobes.value[k] = select(there, average(s.value) / max(density, 1e-20f), lobes.value[k]);
         lobes.density[k] = select(there, density, lobes.density[k]);
@@ -86,18 +86,19 @@ struct ChainSurface {
     SurfacePoint x;
     TexturePoint point;
     Shader shader;
-    Float leaf_weight;  // of the shader in its material
-    Float share;        // of light that passes unscattered
-    Vec3 passing;       // its colour
+    Float closure_weight;  // of the shader in its material
+    Float share;           // of light that passes unscattered
+    Vec3 passing;          // its colour
 };
 
 EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint& x,
-                                      const TexturePoint& point, Int leaf) {
-    ChainSurface s{x, point, leaf_shader(scene, x, leaf, point), splat(1.0f), splat(0.0f), zero3()};
+                                      const TexturePoint& point, Int closure) {
+    ChainSurface s{x, point, closure_shader(scene, x, closure, point), splat(1.0f), splat(0.0f), zero3()};
     if (scene.any_mixture) {
-        const Int first = gather(scene.material_first_leaf, x.material);
-        const Mask mixed = x.active & (gather(scene.material_first_leaf + 1, x.material) - first > 1);
-        if (any(mixed)) s.leaf_weight = select(mixed, leaf_weight(scene, mixed, leaf, point), s.leaf_weight);
+        const Int first = gather(scene.material_first_closure, x.material);
+        const Mask mixed = x.active & (gather(scene.material_first_closure + 1, x.material) - first > 1);
+        if (any(mixed))
+            s.closure_weight = select(mixed, closure_weight(scene, mixed, closure, point), s.closure_weight);
     }
     if (scene.all_flags & kHasTransparency) s.share = passing_share(s.shader, s.passing);
     return s;
@@ -111,18 +112,18 @@ EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const C
 }
 
 // The rays of lanes that scatter by the lobe of their fate.
-EG_OUTLINE Specular scatter_by_fate(const SceneView& scene, const ChainSurface& s, Mask scatters, Int fate,
-                                    Mask transmitted, Vec3 half) {
+EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
+                                     Mask transmitted, Vec3 half) {
     const Shader& shader = s.shader;
-    const Mask followed = scatters & ((fate & kFateFollows) != 0);
+    const Mask followed = scatters & ((event & kEventFollows) != 0);
     if (!(scene.all_flags & kHasNormalMap) && !any(followed) &&
         !any(scatters & ~scatters_plainly(shader.kind, shader.flags)))
         return scatter_plainly(
             plain_interface(shader.kind, shader.color(kBaseColor), shader.row[kIor], s.x.side < 0.0f),
-            valid_mirror_normal(s.point.normal, s.x.normal, s.point.view), s.point.view, fate & kFateLobes,
+            valid_mirror_normal(s.point.normal, s.x.normal, s.point.view), s.point.view, event & kEventLobes,
             transmitted);
     const ShadedSurface surface = chain_bsdf(scene, scatters, s);
-    Specular next = scatter_specular(surface.bsdf, fate & kFateLobes, transmitted, followed, half);
+    Specular next = scatter_specular(surface.bsdf, event & kEventLobes, transmitted, followed, half);
     if (surface.smooth)
         next.value = next.value * bump_shadowing(*surface.smooth, surface.normal, next.wi, surface.diffuse);
     return next;
@@ -130,10 +131,10 @@ EG_OUTLINE Specular scatter_by_fate(const SceneView& scene, const ChainSurface& 
 
 // Where lanes that scatter go on, what it multiplies their light with, and whether there is such a direction.
 // `below`: it is on the wrong side of the face, which interpolated normals may lead to.
-EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mask scatters, Int fate,
+EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
                               Vec3 half, ChainRay& ray, Vec3& value, Mask& below) {
-    const Mask transmitted = (fate & kFateTransmits) != 0;
-    const Specular next = scatter_by_fate(scene, s, scatters, fate, transmitted, half);
+    const Mask transmitted = (event & kEventTransmits) != 0;
+    const Specular next = scatter_by_event(scene, s, scatters, event, transmitted, half);
     value = next.value;
     const Float side = dot(s.x.normal, next.wi);
     const Mask shines = scatters & (largest_component(value) > 0.0f);
@@ -179,23 +180,23 @@ constexpr float kLitShare = 0.5f;
 // Chooses a fate at a surface: to pass in proportion to what passes, else to look at a light, if other lobes
 // than perfect ones show it, or one of the perfect and followed lobes in proportion to their values. `half`:
 // the microfacet's normal of the latter.
-EG_OUTLINE Int choose_fate(const SceneView& scene, const ChainSurface& s, Mask active, Mask scatters,
-                           Mask may_be_lit, UInt stream, int level, Float& probability, Vec3& half) {
-    Int fate = splat(kFateEnds);
+EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask active, Mask scatters,
+                            Mask may_be_lit, UInt stream, int level, Float& probability, Vec3& half) {
+    Int event = splat(kEventEnds);
     Mask left = active;
     const Mask may_pass = active & (s.share > 0.0f);
     if (any(may_pass)) {
         const Float chance = select(s.share >= 1.0f, splat(1.0f),
                                     clamp(s.share, splat(kLeastChoice), splat(1.0f - kLeastChoice)));
         const Mask pass = may_pass & (chain_random(stream, level, 1) < chance);
-        fate = select(pass, splat(kFatePasses), fate);
+        event = select(pass, splat(kEventPasses), event);
         probability = probability * select(pass, chance, select(may_pass, 1.0f - chance, splat(1.0f)));
         left &= ~pass;
     }
     const Mask bends = has(s.shader, kHasGlossy | kHasRefraction);
-    fate = select(left & may_be_lit & ~bends, splat(kFateLit), fate);
+    event = select(left & may_be_lit & ~bends, splat(kEventLit), event);
     left &= scatters & bends;
-    if (!any(left)) return fate;
+    if (!any(left)) return event;
     const ShadedSurface surface = chain_bsdf(scene, left, s);
     Float sum = splat(0.0f), count = splat(0.0f);
     PerfectLobes lobes;
@@ -216,7 +217,7 @@ EG_OUTLINE Int choose_fate(const SceneView& scene, const ChainSurface& s, Mask a
     if (any(lit)) {
         const Float chance = select(sum > 0.0f, splat(kLitShare), 1.0f);
         const Mask looks = lit & (chain_random(stream, level, 3) < chance);
-        fate = select(looks, splat(kFateLit), fate);
+        event = select(looks, splat(kEventLit), event);
         probability = probability * select(looks, chance, select(lit, 1.0f - chance, splat(1.0f)));
         left &= ~looks;
     }
@@ -229,13 +230,13 @@ EG_OUTLINE Int choose_fate(const SceneView& scene, const ChainSurface& s, Mask a
             select(value > 0.0f, least + (1.0f - kLeastChoice) * value / max(sum, 1e-30f), splat(0.0f));
         // The last one takes what rounding leaves.
         const Mask picked = left & (value > 0.0f) & ((u < passed + share) | (passed + share > 0.99999f));
-        fate = select(picked, splat(kPerfectFate[k]) | (lobes.followed[k] & kFateFollows), fate);
+        event = select(picked, splat(kPerfectEvent[k]) | (lobes.followed[k] & kEventFollows), event);
         probability = select(picked, probability * share * lobes.density[k], probability);
         half = select(picked, lobes.half[k], half);
         left &= ~picked;
         passed = passed + share;
     }
-    return fate;
+    return event;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -21,6 +21,10 @@
 #include "boundary/specular/chain_horizon.h"
 #include "boundary/specular/chain_shadow.h"
 #include "path/recorder.h"
+#include "tasks/boundary_task.h"
+#include "tasks/image_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -59,14 +63,14 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         hit.b1 = select(here, load(c.b1[level] + at), 0.0f);
         hit.b2 = select(here, load(c.b2[level] + at), 0.0f);
         hit.distance = splat(0.0f);
-        const Int fate = column(c.fate, kFatePasses);
+        const Int event = column(c.event, kEventPasses);
         const auto half_part = [&](int k) { return select(here, load(c.half[k][level] + at), 0.0f); };
         const Vec3 half = {half_part(0), half_part(1), half_part(2)};
         SurfacePoint x = surface_point(scene, here, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
         x.mesh = hit.mesh;
         const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
-        const ChainSurface s = chain_surface(scene, x, point, column(c.leaf, 0));
-        const Mask passes = here & (fate == kFatePasses), lit = here & (fate == kFateLit);
+        const ChainSurface s = chain_surface(scene, x, point, column(c.closure, 0));
+        const Mask passes = here & (event == kEventPasses), lit = here & (event == kEventLit);
         const Mask scatters = here & ~passes & ~lit;
 
         PathPacket arrived{};
@@ -81,34 +85,34 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         arrived.active = recorded;
         Vertex& v = vertices.append<W>();
         record_arrival(v, arrived, recorded, hit);
-        put(v.leaf, here, s.shader.leaf);
+        put(v.closure, here, s.shader.closure);
         put(v.passes, passes, splat(-1));
 
-        const Float kept = s.leaf_weight;
+        const Float kept = s.closure_weight;
         passed = select(passes, passed * s.passing * (s.share * kept), passed);
         waiting = waiting - passes;
         throughput = select(lit, throughput * passed * ((1.0f - s.share) * kept), throughput);
         if (!any(scatters)) continue;
         Vec3 value;
         Mask below;
-        const Mask goes_on = scatter_chain(scene, s, scatters, fate, half, ray, value, below);
+        const Mask goes_on = scatter_chain(scene, s, scatters, event, half, ray, value, below);
         // At a horizon rounding may decide.
         fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
         const Mask bends = scatters & recorded;
         put(v.samples, bends, splat(-1));
         put(v.continues, bends, splat(-1));
         put(v.specular, bends, splat(-1));
-        put(v.transmitted, bends, (fate & kFateTransmits) != 0);
-        put(v.lobe, bends, fate & kFateLobes);
-        const Mask follows = bends & ((fate & kFateFollows) != 0);
-        put(v.follows, follows, splat(1) << (fate & kFateLobes));
+        put(v.transmitted, bends, (event & kEventTransmits) != 0);
+        put(v.lobe, bends, event & kEventLobes);
+        const Mask follows = bends & ((event & kEventFollows) != 0);
+        put(v.follows, follows, splat(1) << (event & kEventLobes));
         put3(v.half, follows, half);
         put3(v.next_direction, bends, ray.direction);
         throughput = select(scatters, throughput * passed * value * ((1.0f - s.share) * kept), throughput);
         passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
         from_normal = select(scatters, x.normal, from_normal);
         from_mesh = select(scatters, x.mesh, from_mesh);
-        followed = select(scatters, (fate & kFateFollows) != 0, followed);
+        followed = select(scatters, (event & kEventFollows) != 0, followed);
         counted.add(scatters, ray.kind);
         counted.p.bounces = counted.p.bounces + ((waiting & scatters) << 24);
         counted.p.vertex = counted.p.vertex + ((waiting + 1) & scatters);
@@ -131,7 +135,7 @@ EG_INLINE EdgeSample chain_edge(const SceneView& scene, const ChainCrossings& c,
     s.active = first_lanes(count - at) & (load(c.edge + at) >= 0);
     s.edge = select(s.active, load(c.edge + at), splat(0));
     s.instance = select(s.active, load(c.edge_instance + at), splat(-1));
-    s.crossing = splat(0);
+    s.intersection = splat(0);
     s.u = select(s.active, load(c.u + at), 0.0f);
     gather_edges(scene, s.edge, s.instance, s.end, s.tangent);
     s.point = s.end + s.tangent * s.u;
@@ -162,12 +166,12 @@ EG_INLINE void store_jump(ChainCrossings& c, int at, Mask m, Vec3 jump) {
 }
 
 // Loads the surfaces at which lit crossings end, where `ray` has met them.
-EG_INLINE ChainSurface lit_surface(const SceneView& scene, const ChainCrossings& c, int at, Mask lit,
-                                   const ChainRay& ray) {
+EG_INLINE ChainSurface receiver(const SceneView& scene, const ChainCrossings& c, int at, Mask lit,
+                                const ChainRay& ray) {
     const LastVertex v = last_vertex(c, at, lit);
     SurfacePoint x = surface_point(scene, lit, v.face, v.b1, v.b2, ray.direction, v.instance);
     x.mesh = v.mesh;
-    return chain_surface(scene, x, texture_point(scene, x, -ray.direction, ray.kind), v.leaf);
+    return chain_surface(scene, x, texture_point(scene, x, -ray.direction, ray.kind), v.closure);
 }
 
 // Appends what the surfaces of crossings [at, at + W) scatter past edges towards x, `p` being the path as it
@@ -197,7 +201,7 @@ EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task
 EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, ChainCrossings& c, int at,
                           int count, Mask lit, const ChainRay& ray, const PathPacket& p, Workspace& work,
                           int& queued) {
-    const ScatteringPoint end = scattering_point(scene, lit, lit_surface(scene, c, at, lit, ray));
+    const ScatteringPoint end = scattering_point(scene, lit, receiver(scene, c, at, lit, ray));
     const Vec3 x = end.x.position;
     EdgeSample s = chain_edge(scene, c, at, count, x, x);
     s.random = path_index(side_paths(task), lane_index() + at);

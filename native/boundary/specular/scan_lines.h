@@ -20,6 +20,7 @@
 
 #include "boundary/samples/segment_sampling.h"
 #include "boundary/specular/chain.h"
+#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -189,9 +190,10 @@ EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task,
 }
 
 // Appends lane i's crossing.
-EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, int64_t segment, Mask horizontal,
-                               const PicturePoint& place, const ChainChoices& choices,
-                               const SpecularChain& chain, int level, const TouchedEdge& edge, float weight) {
+EG_INLINE void append_intersection(ChainCrossings& out, int n, int i, int64_t segment, Mask horizontal,
+                                   const PicturePoint& place, const ChainChoices& choices,
+                                   const SpecularChain& chain, int level, const TouchedEdge& edge,
+                                   float weight) {
     const ChainLight& light = choices.light;
     const bool lit = level > choices.lit[i];
     if (lit) level = choices.lit[i] + 1;  // what is passed on the way to the light is no part of the chain
@@ -213,7 +215,7 @@ EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, int64_t segmen
         out.face[k][n] = chain.face[k][i], out.mesh[k][n] = chain.mesh[k][i];
         out.instance[k][n] = chain.instance[k][i];
         out.b1[k][n] = chain.b1[k][i], out.b2[k][n] = chain.b2[k][i];
-        out.leaf[k][n] = choices.leaf[k][i], out.fate[k][n] = choices.fate[k][i];
+        out.closure[k][n] = choices.closure[k][i], out.event[k][n] = choices.event[k][i];
         const Vec3& half = choices.half[k];
         out.half[0][k][n] = half.x[i], out.half[1][k][n] = half.y[i], out.half[2][k][n] = half.z[i];
         probability *= choices.probability[k][i];
@@ -226,18 +228,18 @@ EG_INLINE void append_crossing(ChainCrossings& out, int n, int i, int64_t segmen
 // way from one end to a surface that was found from the other is different, it is hidden.
 EG_OUTLINE Mask sees_surface(const SceneView& scene, const ChainChoices& choices, const SpecularChain& chain,
                              Mask active) {
-    Mask asked = active & choices.light.scatters & (choices.lit < chain.count);
-    if (!(scene.all_flags & kHasTransparency) || !any(asked)) return splat(0);
+    Mask requested = active & choices.light.scatters & (choices.lit < chain.count);
+    if (!(scene.all_flags & kHasTransparency) || !any(requested)) return splat(0);
     Vec3 x = zero3();
-    for (int k = 0; k < kMostChain; ++k) x = select(asked & (choices.lit == k), chain.position[k], x);
-    const ChainLightRay way = see_chain_light(scene, asked, choices.light, x);
-    const Vec3 seen = transmittance(scene, asked, x + way.w * (way.distance * 1e-4f), way.w,
+    for (int k = 0; k < kMostChain; ++k) x = select(requested & (choices.lit == k), chain.position[k], x);
+    const ChainLightRay way = see_chain_light(scene, requested, choices.light, x);
+    const Vec3 seen = transmittance(scene, requested, x + way.w * (way.distance * 1e-4f), way.w,
                                     way.distance * 0.9998f, {choices.light.blockers, kDiffuseRay});
-    return asked & (largest_component(seen) > 0.0f);
+    return requested & (largest_component(seen) > 0.0f);
 }
 
 // Segments whose ends differ, until they fill a packet: few of a packet's do, and each takes many chains.
-struct CrossedSegments {
+struct IntersectedSegments {
     PicturePoint chosen, end;
     UInt stream;
     Mask horizontal;
@@ -254,7 +256,7 @@ struct CrossedSegments {
 // Appends the crossings of the waiting segments, which wait no longer. Returns the number of all that are
 // found.
 EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                              int32_t max_depth, CrossedSegments& s, ChainCrossings& out, int found) {
+                              int32_t max_depth, IntersectedSegments& s, ChainCrossings& out, int found) {
     const int count = s.waiting;
     s.waiting = 0;
     Mask active = first_lanes(count);
@@ -296,7 +298,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
         // Seen directly, or through transparent surfaces alone: that is the primary boundary.
         const int seen = parted ? k - 1 : k;
         bool bent = false;
-        for (int j = 0; j < seen; ++j) bent |= choices.fate[j][i] != kFatePasses;
+        for (int j = 0; j < seen; ++j) bent |= choices.event[j][i] != kEventPasses;
         if (!bent || chain_p.key[k][i] == kDead || chain_q.key[k][i] == kDead) continue;
         if (k <= choices.lit[i] && !task.edges) continue;
         TouchedEdge edge;
@@ -304,18 +306,19 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
         if (edge.edge < 0 && (!horizon || parted)) continue;
         out.parted[found] = parted ? -1 : 0;
         const bool twice = s.common[i] <= k || (s.lone[i] && k > choices.lit[i]);
-        append_crossing(out, found++, i, s.number[i], s.horizontal, below ? q : p, choices,
-                        below ? chain_q : chain_p, k, edge, s.share[i] * weight[i] * (twice ? 2.0f : 1.0f));
+        append_intersection(out, found++, i, s.number[i], s.horizontal, below ? q : p, choices,
+                            below ? chain_q : chain_p, k, edge,
+                            s.share[i] * weight[i] * (twice ? 2.0f : 1.0f));
     }
     return found;
 }
 
 // Of the segments from `at` on those that end at end[half] and have different chains there: appends them to
 // the waiting ones, and the crossings of these whenever they fill a packet. Returns the number of crossings.
-EG_OUTLINE int sort_out_crossed(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                                int32_t max_depth, int64_t at, int half, const SegmentPair& s, Mask active,
-                                ChainChoices& choices, const SpecularChain& chosen, CrossedSegments& crossed,
-                                ChainCrossings& out, int found) {
+EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
+                                    int32_t max_depth, int64_t at, int half, const SegmentPair& s,
+                                    Mask active, ChainChoices& choices, const SpecularChain& chosen,
+                                    IntersectedSegments& crossed, ChainCrossings& out, int found) {
     SpecularChain end;
     trace_chain<false>(scene, task, limits, max_depth, active, s.end[half], s.stream, choices, end);
     active &= first_difference(chosen, end, active) >= 0;
@@ -344,7 +347,7 @@ EG_OUTLINE int sort_out_crossed(const SceneView& scene, const ScanTask& task, co
 static int scan_kernel(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
                        int32_t max_depth, ChainCrossings& out) {
     int found = 0;
-    CrossedSegments crossed{};
+    IntersectedSegments crossed{};
     for (int64_t at = 0; at < task.count; at += 2 * W) {
         const SegmentPair s = scan_segments(task, at);
         ChainChoices choices;
@@ -354,8 +357,8 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
         const Mask active = s.active & (chosen.count > 1);
         if (!any(active)) continue;
         for (int half = 0; half < 2; ++half)
-            found = sort_out_crossed(scene, task, limits, max_depth, at, half, s, active, choices, chosen,
-                                     crossed, out, found);
+            found = sort_out_intersected(scene, task, limits, max_depth, at, half, s, active, choices, chosen,
+                                         crossed, out, found);
     }
     return crossed.waiting > 0 ? cross_segments(scene, task, limits, max_depth, crossed, out, found) : found;
 }

@@ -22,10 +22,11 @@ constexpr double kAlike = 0.5, kLargest = 16.0, kOwn = 4.0;
 
 // A number of lines near `wanted` that pixels share evenly: with 13 lines in 4 pixels instead of 12 or 16 the
 // variance along a sharp edge is 3.5 times as large.
-int32_t whole_lines(double wanted) {
+int32_t whole_lines(double requested) {
     constexpr double kPixels = kScanTile;
-    if (wanted < 0.75 * kPixels) return std::max(1, static_cast<int32_t>(std::lround(std::min(wanted, 2.0))));
-    return static_cast<int32_t>(kPixels * std::max(1.0, std::round(wanted / kPixels)));
+    if (requested < 0.75 * kPixels)
+        return std::max(1, static_cast<int32_t>(std::lround(std::min(requested, 2.0))));
+    return static_cast<int32_t>(kPixels * std::max(1.0, std::round(requested / kPixels)));
 }
 
 }  // namespace
@@ -45,23 +46,24 @@ ScanPlan::ScanPlan(const FilmRectangle& film, double lines, bool guided, uint32_
     set_lines(1, std::vector<double>(even.size(), second_));
 }
 
-void ScanPlan::set_lines(int pass, const std::vector<double>& wanted) {
+void ScanPlan::set_lines(int pass, const std::vector<double>& requested) {
     Pass& p = pass_[pass];
-    p.lines.resize(wanted.size());
+    p.lines.resize(requested.size());
     p.first.assign(1, 0);
-    for (size_t k = 0; k < wanted.size(); ++k) {
-        p.lines[k] = whole_lines(wanted[k]);
+    for (size_t k = 0; k < requested.size(); ++k) {
+        p.lines[k] = whole_lines(requested[k]);
         p.first.push_back(p.first.back() + 2 * int64_t{kScanLine} * p.lines[k]);
     }
 }
 
 int64_t ScanPlan::total(int pass) const { return pass_[pass].first.back(); }
 
-void ScanPlan::guide(const std::vector<std::vector<CrossingSize>>& sizes) {
+void ScanPlan::guide(const std::vector<std::vector<IntersectionSize>>& sizes) {
     // A line's sum is what a tile's estimate is made of.
     std::vector<double> sums(static_cast<size_t>(total(0) / kScanLine), 0.0);
     for (const auto& part : sizes)
-        for (const CrossingSize& c : part) sums[static_cast<size_t>(c.line)] += static_cast<double>(c.size);
+        for (const IntersectionSize& c : part)
+            sums[static_cast<size_t>(c.line)] += static_cast<double>(c.size);
     std::vector<double> squares(static_cast<size_t>(tiles()), 0.0);
     size_t line = 0;
     for (size_t tile = 0; tile < squares.size(); ++tile)
@@ -69,7 +71,7 @@ void ScanPlan::guide(const std::vector<std::vector<CrossingSize>>& sizes) {
             squares[tile] += sums[line] * sums[line];
     // The best number of lines is in proportion to the root of their mean square, here that of the tile and
     // those around it.
-    std::vector<double> worth(squares.size());
+    std::vector<double> contribution(squares.size());
     double mean = 0.0;
     for (int32_t row = 0; row < rows_; ++row) {
         for (int32_t column = 0; column < columns_; ++column) {
@@ -82,16 +84,16 @@ void ScanPlan::guide(const std::vector<std::vector<CrossingSize>>& sizes) {
                     count += part;
                 }
             }
-            mean += worth[static_cast<size_t>(row) * static_cast<size_t>(columns_) +
-                          static_cast<size_t>(column)] = std::sqrt(sum / count);
+            mean += contribution[static_cast<size_t>(row) * static_cast<size_t>(columns_) +
+                                 static_cast<size_t>(column)] = std::sqrt(sum / count);
         }
     }
     mean /= static_cast<double>(tiles());
     double all = 0.0;
-    for (double& w : worth)
+    for (double& w : contribution)
         all += w = kAlike + (1.0 - kAlike) * (mean > 0.0 ? std::min(w / mean, kLargest) : 1.0);
-    for (double& w : worth) w *= second_ * static_cast<double>(tiles()) / all;
-    set_lines(1, worth);
+    for (double& w : contribution) w *= second_ * static_cast<double>(tiles()) / all;
+    set_lines(1, contribution);
 }
 
 ScanTask ScanPlan::task(int pass, int64_t first, int64_t count) const {

@@ -11,7 +11,7 @@ namespace edgegrad {
 
 // What a crossing is worth, whatever is asked for: its jump times what a motion of one unit across the edge
 // sweeps of its line.
-struct CrossingSize {
+struct IntersectionSize {
     int64_t line;  // of the pass
     float size;
 };
@@ -24,7 +24,7 @@ class ScanPlan {
     int passes() const { return guided_ ? 2 : 1; }
     int64_t total(int pass) const;  // segments
     // Between the passes, by the first one's crossings. About as many segments are left for the second.
-    void guide(const std::vector<std::vector<CrossingSize>>& sizes);
+    void guide(const std::vector<std::vector<IntersectionSize>>& sizes);
 
     // Segments [first, first + count) of a pass.
     ScanTask task(int pass, int64_t first, int64_t count) const;
@@ -35,7 +35,7 @@ class ScanPlan {
         std::vector<int32_t> lines;
         std::vector<int64_t> first;
     };
-    void set_lines(int pass, const std::vector<double>& wanted);
+    void set_lines(int pass, const std::vector<double>& requested);
     int64_t tiles() const { return static_cast<int64_t>(columns_) * rows_; }
 
     FilmRectangle film_;

@@ -10,8 +10,8 @@
 // to f |n_s . w| |t x w|/r^2 where it is a silhouette (resampled importance sampling, Talbot et al. 2005), so
 // that only edges that count cost a path.
 //
-// Each lobe that the camera sees is the one estimator's or the other's (aimed_kinds), by its alpha; which
-// lobes are behind it doesn't matter, since edge samples reach the camera's surface by those.
+// Each lobe that the camera sees is the one estimator's or the other's (camera_sampled_kinds), by its alpha;
+// which lobes are behind it doesn't matter, since edge samples reach the camera's surface by those.
 #pragma once
 
 #include "boundary/samples/edge_importance.h"
@@ -21,16 +21,21 @@
 #include "boundary/segment/occluder.h"
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/silhouette.h"
+#include "tasks/boundary_task.h"
+#include "tasks/edge_tree_view.h"
+#include "tasks/image_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Candidates that one is taken of.
-constexpr int kAimedCandidates = 8;
+constexpr int kCameraSampledCandidates = 8;
 // Where the random numbers of a walk's last surface begin: those of its aim, and of candidates.
 constexpr int kAimVertex = 1 << 20;
 
 // A place of the picture by a sample's cell, and the part of the picture that its sample stands for.
-EG_INLINE Float place_in_cell(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+EG_INLINE Float place_in_cell(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                               Float& sx, Float& sy) {
     const CameraView& c = scene.camera;
     const bool turn = c.kind == kEquirectangular && __builtin_fabsf(c.panorama[1] - c.panorama[0]) > 6.2831f;
@@ -47,14 +52,15 @@ EG_INLINE Float place_in_cell(const SceneView& scene, const BoundaryTask& task, 
 }
 
 // A surface that scatters a path, prepared to be asked for many directions.
-struct AimedSurface {
+struct CameraSampledSurface {
     const ScatteringPoint& at;
     Mask lambertian, others;
     Lambertian flat;
     ShadedSurface rest;
 
     // In lanes of `without` but for lobes that may be followed.
-    EG_INLINE AimedSurface(const SceneView& scene, const ScatteringPoint& s, Mask active, Mask without)
+    EG_INLINE CameraSampledSurface(const SceneView& scene, const ScatteringPoint& s, Mask active,
+                                   Mask without)
         : at(s),
           lambertian(active & has(s.shader, kLambertian)),
           others(active & ~lambertian),
@@ -95,7 +101,7 @@ struct AimedSurface {
 // A direction of x's lobes that scatter `kinds`: of some samples of one lobe the densest. The density of an
 // edge in the lobe's middle falls with the square of how far off it is looked for; of one sample alone its
 // inverse, the weight, would have no variance.
-EG_INLINE Aim aim_at_lobes(const AimedSurface& surface, Mask active, Int kinds, Float lobe_u,
+EG_INLINE Aim aim_at_lobes(const CameraSampledSurface& surface, Mask active, Int kinds, Float lobe_u,
                            const PathIndex& random) {
     Aim aim{surface.at.x.position, surface.at.x.normal, splat(1.0f)};
     Float densest = splat(0.0f);
@@ -117,7 +123,7 @@ EG_INLINE Aim aim_at_lobes(const AimedSurface& surface, Mask active, Int kinds, 
 }
 
 // A point of an edge, as seen from x.
-struct AimedPoint {
+struct CameraSampledPoint {
     Mask active;
     Int edge, instance;
     Vec3 a, t;
@@ -131,9 +137,10 @@ struct TopNodes {
     Float sum[kMostTopNodes];
 };
 
-EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSurface& surface, Mask active,
-                                        Int kinds, const Aim& aim, const PathIndex& random, int candidates) {
-    AimedPoint out;
+EG_OUTLINE CameraSampledPoint choose_edge_point(const EdgeTreeView& tree, const CameraSampledSurface& surface,
+                                                Mask active, Int kinds, const Aim& aim,
+                                                const PathIndex& random, int candidates) {
+    CameraSampledPoint out;
     out.active = splat(0);
     out.edge = splat(0), out.instance = splat(-1);
     out.a = out.t = out.color = zero3();
@@ -168,19 +175,20 @@ EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSur
         Mask here = active & (node >= 0);
         Float probability = share / max(all, 1e-38f);
         Float within = clamp((mark - low) / max(share, 1e-38f), splat(0.0f), splat(0.99999994f));
-        const Int leaf = walk_down(tree.nodes, select(here, node, splat(0)), here, within, probability,
-                                   [&](const NodePacket& n) EG_INLINE_LAMBDA { return weigh_node(n, aim); });
+        const Int closure =
+            walk_down(tree.nodes, select(here, node, splat(0)), here, within, probability,
+                      [&](const NodePacket& n) EG_INLINE_LAMBDA { return weigh_node(n, aim); });
         if (!any(here)) continue;
-        Float row[kPieceColumns];
-        gather_row(tree.pieces, kPieceColumns, select(here, -1 - leaf, splat(0)), row);
+        Float row[kSegmentColumns];
+        gather_row(tree.pieces, kSegmentColumns, select(here, -1 - closure, splat(0)), row);
         const auto vector = [&](int at) { return Vec3{row[at], row[at + 1], row[at + 2]}; };
-        const Vec3 a = vector(kPieceFrom), t = vector(kPieceAlong);
-        const PlaceOnEdge place = choose_place(aim, here, a, t, row[kPieceU0], row[kPieceU1], by_place);
+        const Vec3 a = vector(kSegmentFrom), t = vector(kSegmentAlong);
+        const PlaceOnEdge place = choose_place(aim, here, a, t, row[kSegmentU0], row[kSegmentU1], by_place);
         const Vec3 way = a + t * place.u - aim.position;
         const Float r2 = dot(way, way), r = sqrt(r2);
         const Vec3 towards = way * (1.0f / max(r, 1e-30f));
         // Silhouettes, and what rounding can't tell from them.
-        const Float side0 = dot(vector(kPieceNormal), way), side1 = dot(vector(kPieceNormal + 3), way);
+        const Float side0 = dot(vector(kSegmentNormal), way), side1 = dot(vector(kSegmentNormal + 3), way);
         const Float near = 1e-5f * r + rounding;
         here = place.active & (r2 > 0.0f) & ~((side0 > near) & (side1 > near)) &
                ~((side0 < -near) & (side1 < -near));
@@ -193,8 +201,8 @@ EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSur
         const Mask take = (target > 0.0f) & (by_weight * total < weight);
         taken = select(take, target, taken);
         out.active |= take;
-        out.edge = select(take, bits(float_bits(row[kPieceEdge])), out.edge);
-        out.instance = select(take, bits(float_bits(row[kPieceInstance])), out.instance);
+        out.edge = select(take, bits(float_bits(row[kSegmentEdge])), out.edge);
+        out.instance = select(take, bits(float_bits(row[kSegmentInstance])), out.instance);
         out.a = select(take, a, out.a), out.t = select(take, t, out.t);
         out.u = select(take, place.u, out.u), out.reach = select(take, r, out.reach);
         out.towards = select(take, towards, out.towards);
@@ -205,7 +213,7 @@ EG_OUTLINE AimedPoint choose_edge_point(const EdgeTreeView& tree, const AimedSur
 }
 
 // A task's samples as paths of the picture.
-EG_INLINE ImageTask aimed_paths(const BoundaryTask& task) {
+EG_INLINE ImageTask camera_sampled_paths(const BoundaryTask& task) {
     return sample_paths(task, 1, hash(task.seed ^ 0x1b873593u));
 }
 
@@ -224,7 +232,7 @@ EG_INLINE PathPacket start_walk(const SceneView& scene, const BoundaryTask& task
 
 // A path of the picture, by which a sample begins that starts at the camera.
 struct PicturePath {
-    PieceSample piece;
+    SegmentSample piece;
     Float weight;  // of the sample
     Int length;    // surfaces that scatter the path before x
     Closest hit;   // the first
@@ -234,9 +242,9 @@ struct PicturePath {
 
 // The path of samples at `at`, which `longest` surfaces may scatter. Begins their segments.
 EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                       PieceCursor& piece, int longest, BoundarySegment& s) {
+                                       SegmentCursor& piece, int longest, BoundarySegment& s) {
     PicturePath w;
-    w.piece = sample_piece(scene, task, at, piece);
+    w.piece = sample_edge_segment(scene, task, at, piece);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
     s.active = splat(0);
@@ -262,13 +270,14 @@ EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, 
 }
 
 // The edge that x's lobes see, one of `candidates`, as that of the segment and of its piece; its value.
-EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x, const AimedSurface& surface,
-                           Int kinds, const PathIndex& walk, Int vertex, int candidates, PieceSample& p,
-                           BoundarySegment& s) {
+EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x,
+                           const CameraSampledSurface& surface, Int kinds, const PathIndex& walk, Int vertex,
+                           int candidates, SegmentSample& p, BoundarySegment& s) {
     Float choice, lobe;
     sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
     const Aim aim = aim_at_lobes(surface, s.active, kinds, lobe, p.random);
-    const AimedPoint e = choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, candidates);
+    const CameraSampledPoint e =
+        choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, candidates);
     p.active = s.active &= e.active;
     p.edge = s.edge = e.edge;
     p.instance = s.instance = e.instance;
@@ -282,24 +291,26 @@ EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x, c
 }
 
 // A sample of the term but for L(y), whose path is appended to the queue of `queued`; its new length.
-EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
-                            int at, PieceCursor& piece, Workspace& work, int queued, BoundarySegment& s) {
+EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& task,
+                                  const DerivativeView& requested, int at, SegmentCursor& piece,
+                                  Workspace& work, int queued, BoundarySegment& s) {
     PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 3, s);
-    PieceSample& p = begun.piece;
+    SegmentSample& p = begun.piece;
     PathPacket& path = begun.path;
-    const ImageTask walks = aimed_paths(task);
-    if (scene.mesh_contact) begin_held_chain(scene, path.active, begun.length, s.held);
+    const ImageTask walks = camera_sampled_paths(task);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.held);
     Vec3 followed;
     walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.held, &followed);
     leave_followed(scene, s.slides, followed, path);
     if (!any(path.active)) return queued;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
-    const Int kinds = select(s.slides, aimed_kinds(x.shader, task.aimed), splat(kScatteredRays));
+    const Int kinds = select(s.slides, camera_sampled_kinds(x.shader, task.aimed), splat(kScatteredRays));
     s.active = x.x.active & (kinds != 0);
     if (!any(s.active)) return queued;
-    const AimedSurface surface(scene, x, s.active, s.slides);
+    const CameraSampledSurface surface(scene, x, s.active, s.slides);
     const PathIndex walk = path_index(walks, path.path);
-    const Vec3 value = aim_segment(task, x, surface, kinds, walk, path.vertex, kAimedCandidates, p, s);
+    const Vec3 value =
+        aim_segment(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);
     if (!any(s.active)) return queued;
 
     const Vec3 across = cross(s.towards, p.t);  // t x w
@@ -334,7 +345,7 @@ EG_OUTLINE int sample_aimed(const SceneView& scene, const BoundaryTask& task, co
     s.y.face = select(s.active, y.hit.face, splat(-1));
     s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
     hold_contact(scene, begun.length, s);
-    s.active &= segment_moves(scene, asked, s);
+    s.active &= segment_moves(scene, requested, s);
     if (!any(s.active)) return queued;
 
     s.color = path.throughput * value * seen * (x.shader.scale * begun.weight);

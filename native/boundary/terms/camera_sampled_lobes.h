@@ -9,7 +9,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Which lobes of a shader that the camera sees are the aimed estimator's (boundary/terms/camera_sampled.h),
 // as bits 1 << RayKind of what they scatter: all but the diffuse ones, where one of them is no wider than
 // `aimed`, for a gloss over a diffuse base than kWeakGloss of that.
-EG_INLINE Int aimed_kinds(const Shader& shader, float aimed) {
+EG_INLINE Int camera_sampled_kinds(const Shader& shader, float aimed) {
     if (!(aimed > 0.0f)) return splat(0);
     if (aimed >= kAimAtAll) return splat(kScatteredRays);
     const auto is = [&](ShaderKind kind) { return shader.kind == splat(static_cast<int>(kind)); };

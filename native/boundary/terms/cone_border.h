@@ -15,6 +15,8 @@
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/segment.h"
 #include "shading/lights/light_samples.h"
+#include "tasks/boundary_task.h"
+#include "tasks/splats.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -23,11 +25,11 @@ struct ConeSample : BoundarySegment {  // its sweep is N/r
 };
 
 EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                         PieceCursor& piece, const DerivativeView& asked, const float*) {
+                                         SegmentCursor& piece, const DerivativeView& motion, const float*) {
     constexpr float kTurn = 6.28318531f;
     ConeSample out;
     BoundarySegment& s = out;
-    const PieceSample p = sample_piece(scene, task, at, piece);
+    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
     const Int row = p.cell;
     s.active = p.active;
     s.edge = s.instance = splat(-1);
@@ -76,7 +78,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     const LightsWay way = {select(links.casts_shadow, links.blockers, splat(0)),
                            select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)), kShadowRay,
                            splat(0)};
-    const LitPoint lit = find_lit_point(scene, s.active, s.point, s.towards, ignore_nothing(), way, p.random);
+    const LitPoint lit = find_receiver(scene, s.active, s.point, s.towards, ignore_nothing(), way, p.random);
     s.active &= lit.found & (lit.hit.distance > 0.0f);
     if (!any(s.active)) return out;
     s.reach = select(s.active, lit.hit.distance, 1.0f);
@@ -93,8 +95,8 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
         s.reach = select(disk, way_to_disk, s.reach);
         s.active &= ~disk | (s.reach > 0.0f);
     }
-    Mask moves = lit_end_moves(scene, asked, s.active, s.x, s.slides);
-    if (asked.want_lights) moves |= s.active;
+    Mask moves = lit_end_moves(scene, motion, s.active, s.x, s.slides);
+    if (motion.lights_requested) moves |= s.active;
     s.active &= moves;
     if (!any(s.active)) return out;
     s.sweep = normal * (1.0f / max(s.reach, 1e-30f));
@@ -112,10 +114,10 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
 
 // dc + o . da/sin(c) - N . (dx - dy)/r, times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const ConeSample& s) {
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
-    if (asked.want_lights) {
+    if (motion.lights_requested) {
         Float row[kLightParams];
         for (Float& r : row) r = splat(0.0f);
         row[kLightEdge] = s.angle;
@@ -125,8 +127,8 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
         mode.light(s.active, select(s.active, s.y.row, splat(0)), row, color);
     }
     const Vec3 from =
-        far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards, s.reach, s.sweep, color);
-    lit_end_blocks(mode, scene, asked, s, from - s.sweep);
+        far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards, s.reach, s.sweep, color);
+    lit_end_blocks(mode, scene, motion, s, from - s.sweep);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -12,25 +12,27 @@
 #include "boundary/samples/direct_samples.h"
 #include "boundary/terms/camera_sampled.h"
 #include "boundary/terms/intersection.h"
+#include "tasks/boundary_task.h"
+#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-struct DiskSegment : PiercedSegment {};
+struct DiskSegment : IntersectionSegment {};
 
 // The task's samples as paths of the picture.
 EG_INLINE ImageTask disk_paths(const BoundaryTask& task) {
     return sample_paths(task, 1, hash(task.seed ^ 0x3ad8025fu));
 }
 
-EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                           PieceCursor& piece, const DerivativeView& asked,
-                                           const float* adjoint) {
+EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const BoundaryTask& task, int64_t at,
+                                                SegmentCursor& piece, const DerivativeView& motion,
+                                                const float* adjoint) {
     DiskSegment s;
     PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
-    const PieceSample& p = begun.piece;
+    const SegmentSample& p = begun.piece;
     PathPacket& path = begun.path;
     const ImageTask walks = disk_paths(task);
-    if (scene.mesh_contact) begin_held_chain(scene, path.active, begun.length, s.held);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.held);
     walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, &s.held);
     // What is seen in perfect mirrors and through smooth glass alone is another term's (chain_shadow.h).
     path.active &= s.slides | (path.pdf > 0.0f);
@@ -38,7 +40,7 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     s.active = x.x.active;
     s.x = x.x;
-    PiercedPair& pair = s.pair;
+    IntersectingPair& pair = s.pair;
     faces_of_line(scene, p.active, p.edge, pair.hider, pair.hider_instance, pair.row);
     pair.face = pair.instance = splat(-1);
     s.y.row = pair.row;
@@ -67,14 +69,14 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
     s.active &= links.casts_shadow & ((hider_mask & links.blockers) != 0);
     s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
-    Mask moves = lit_end_moves(scene, asked, s.active, s.x, s.slides) |
-                 face_point_moves(scene, asked, s.active, pair.hider, pair.hider_instance);
-    if (asked.want_lights) moves |= s.active;
+    Mask moves = lit_end_moves(scene, motion, s.active, s.x, s.slides) |
+                 face_point_moves(scene, motion, s.active, pair.hider, pair.hider_instance);
+    if (motion.lights_requested) moves |= s.active;
     s.active &= moves;
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
-    const AimedSurface surface(scene, x, s.active, splat(0));
+    const CameraSampledSurface surface(scene, x, s.active, splat(0));
     const Int kinds = scene.lights.any_hidden ? links.visible_to : splat(kScatteredRays);
     const Vec3 value = surface.evaluate(s.active, s.towards, kinds) * (1.0f / max(r2, 1e-30f));
     const Vec3 light =
@@ -96,13 +98,13 @@ EG_OUTLINE DiskSegment sample_pierced_disk(const SceneView& scene, const Boundar
 
 // sweep . (dq - dy), times the color, for what `asked` names: q lies on the face and the disk.
 template <typename Mode>
-EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const DiskSegment& s) {
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
-    const Vec3 g = hider_blocks(mode, scene, asked, s, color) - s.sweep;
+    const Vec3 g = hider_blocks(mode, scene, motion, s, color) - s.sweep;
     const Vec3 from =
-        far_end_blocks(mode, scene, asked, s.active, s.y, s.x.position, s.towards, s.reach, g, color);
-    lit_end_blocks(mode, scene, asked, s, from);
+        far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards, s.reach, g, color);
+    lit_end_blocks(mode, scene, motion, s, from);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

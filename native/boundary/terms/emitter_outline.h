@@ -11,6 +11,8 @@
 
 #include "boundary/samples/direct_samples.h"
 #include "boundary/terms/camera_sampled.h"
+#include "tasks/boundary_task.h"
+#include "tasks/image_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -18,7 +20,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 constexpr int kOutlineCandidates = 16;
 
 // L- - L+ towards the point from which `towards` leads to the edge; `across` is t x w.
-EG_INLINE Vec3 emission_jump(const SceneView& scene, const PieceSample& p, Mask active, Vec3 across,
+EG_INLINE Vec3 emission_jump(const SceneView& scene, const SegmentSample& p, Mask active, Vec3 across,
                              Vec3 towards) {
     const Float tt = 1.0f / max(dot(p.t, p.t), 1e-37f);
     const Vec3 deep = towards - p.t * (dot(towards, p.t) * tt);  // across the edge, in the sheet
@@ -73,11 +75,11 @@ EG_INLINE ImageTask outline_paths(const BoundaryTask& task) {
 
 // A sample of the term (boundary/samples/direct_samples.h).
 EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const BoundaryTask& task,
-                                                  int64_t at, PieceCursor& piece, const DerivativeView& asked,
-                                                  const float* adjoint) {
+                                                  int64_t at, SegmentCursor& piece,
+                                                  const DerivativeView& requested, const float* adjoint) {
     BoundarySegment s;
     PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
-    PieceSample& p = begun.piece;
+    SegmentSample& p = begun.piece;
     PathPacket& path = begun.path;
     s.distance = splat(__builtin_inff());
     const ImageTask walks = outline_paths(task);
@@ -93,7 +95,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     s.active &= s.view.active;
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
-    const AimedSurface surface(scene, x, s.active, s.slides);
+    const CameraSampledSurface surface(scene, x, s.active, s.slides);
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value =
         aim_segment(task, x, surface, splat(kScatteredRays), walk, path.vertex, kOutlineCandidates, p, s);
@@ -105,7 +107,7 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
     s.active &= s.reach > 1e-5f * largest_component(s.point);
     divide_segment(s);
-    s.active &= segment_moves(scene, asked, s);
+    s.active &= segment_moves(scene, requested, s);
     if (!any(s.active)) return s;
 
     const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.normal, s.towards);

@@ -23,6 +23,10 @@
 #include "boundary/segment/segment.h"
 #include "boundary/terms/light_arc.h"
 #include "path/run.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/horizon_task.h"
+#include "tasks/image_task.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -130,7 +134,7 @@ EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, Horizon
 }
 
 // Light of the scene's lights.
-EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
+EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, const DerivativeView& motion,
                            const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
                            const HorizonSide& side, const PathIndex& random, HorizonCut& cut) {
     Float u, unused;
@@ -148,10 +152,10 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     cut.y.row = select(light.active, light.row, splat(-1)), cut.y.kind = light.kind;
     cut.rides = 1.0f - held_share(scene, cut.active, p.segment - 1, s.x, cut.y);
     const Mask turns = cut.active & (light.row >= 0) & turns_with_point(light.kind);
-    Mask moves = face_point_moves(scene, asked, cut.active, cut.face, cut.instance) |
-                 face_point_moves(scene, asked, cut.active & (cut.y.face >= 0), cut.y.face, cut.y.instance);
-    if (asked.want_lights) moves |= cut.active & (cut.y.row >= 0);
-    if (asked.want_camera) moves |= turns;
+    Mask moves = face_point_moves(scene, motion, cut.active, cut.face, cut.instance) |
+                 face_point_moves(scene, motion, cut.active & (cut.y.face >= 0), cut.y.face, cut.y.instance);
+    if (motion.lights_requested) moves |= cut.active & (cut.y.row >= 0);
+    if (motion.camera_requested) moves |= turns;
     cut.active &= moves;
     if (!any(cut.active)) return;
 
@@ -199,7 +203,7 @@ EG_INLINE ImageTask beyond_paths(const ImageTask& task) {
 
 // Light of the sky, and of surfaces but for what they give by themselves; the path that finds the latter is
 // appended to the queue of `queued`, whose new length is returned.
-EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
+EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const DerivativeView& motion,
                           const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
                           const HorizonSide& side, const PathIndex& random, Workspace& work, int queued,
                           HorizonCut& cut) {
@@ -216,9 +220,9 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     Mask met = splat(0), open = splat(0);
     if (task.surfaces) met = y.hit.hit & further;
     if (sky) open = y.escapes;
-    Mask moves = face_point_moves(scene, asked, met | open, cut.face, cut.instance) |
-                 face_point_moves(scene, asked, met, y.hit.face, y.hit.instance);
-    if (asked.want_rotation && scene.sky.pixels) moves |= open;
+    Mask moves = face_point_moves(scene, motion, met | open, cut.face, cut.instance) |
+                 face_point_moves(scene, motion, met, y.hit.face, y.hit.instance);
+    if (motion.rotation_requested && scene.sky.pixels) moves |= open;
     met &= moves;
     open &= moves;
     if (!any(met | open)) return queued;
@@ -256,7 +260,7 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
 }
 
 // The samples of a packet of paths from `at` on; the new length of the queue of paths behind them.
-EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, const DerivativeView& asked,
+EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, const DerivativeView& motion,
                               int at, int count, Workspace& work, int queued, HorizonSample& out) {
     PathPacket p = load_paths(work.paths, at, count);
     const Int face = load(work.hits.face + at);
@@ -277,8 +281,8 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     out.light = out.beyond = empty_cut(s.x);
     const HorizonSide side = pick_side(s, random);
     if (task.lights && scene.lights.count > 0)
-        cut_lights(scene, task, asked, p, followed, s, side, random, out.light);
-    queued = cut_beyond(scene, task, asked, p, followed, s, side, random, work, queued, out.beyond);
+        cut_lights(scene, task, motion, p, followed, s, side, random, out.light);
+    queued = cut_beyond(scene, task, motion, p, followed, s, side, random, work, queued, out.beyond);
     if (any(out.light.active)) keep_finite(task, p, out.light);
     if (any(out.beyond.active)) keep_finite(task, p, out.beyond);
     return queued;
@@ -286,13 +290,13 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
 
 // All samples of the task's paths.
 EG_OUTLINE HorizonSample* sample_horizons(const SceneView& scene, const HorizonTask& task,
-                                          const DerivativeView& asked, Workspace& work) {
+                                          const DerivativeView& motion, Workspace& work) {
     const int count = start_paths(scene, task.image, work);
     const size_t packets = static_cast<size_t>((count + W - 1) / W);
     auto* samples = static_cast<HorizonSample*>(work.segments->grow(packets * sizeof(HorizonSample), 0));
     int queued = 0;
     for (int at = 0; at < count; at += W)
-        queued = sample_horizon(scene, task, asked, at, count, work, queued, samples[at / W]);
+        queued = sample_horizon(scene, task, motion, at, count, work, queued, samples[at / W]);
     run_appended(scene, beyond_paths(task.image), work, queued, count);
     for (int at = 0; at < count; at += W) {
         HorizonCut& cut = samples[at / W].beyond;
@@ -306,32 +310,32 @@ EG_OUTLINE HorizonSample* sample_horizons(const SceneView& scene, const HorizonT
 
 // n . (dy - m_F(y))/r, times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                               const HorizonCut& cut) {
     if (!any(cut.active)) return;
     const Vec3 n = cut.normal;
     const Mask near = cut.distance < __builtin_inff();
     const Float inverse = select(near, cut.rides / max(cut.distance, 1e-30f), splat(0.0f));
-    face_turn_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2, cut.towards, -n,
+    face_turn_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, cut.towards, -n,
                      cut.color);
-    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2, n * -inverse,
+    face_point_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, n * -inverse,
                       cut.color);
     const Mask on_face = cut.active & (cut.y.face >= 0);
     if (any(on_face))
-        face_point_blocks(mode, scene, asked, on_face, cut.y.face, cut.y.instance, cut.y.b1, cut.y.b2,
+        face_point_blocks(mode, scene, motion, on_face, cut.y.face, cut.y.instance, cut.y.b1, cut.y.b2,
                           n * inverse, cut.color);
     const Vec3 g = select(is_distant(cut.y), n, n * inverse);
-    const Vec3 from = far_end_blocks(mode, scene, asked, cut.active, cut.y, cut.position, cut.towards,
+    const Vec3 from = far_end_blocks(mode, scene, motion, cut.active, cut.y, cut.position, cut.towards,
                                      cut.distance, g, cut.color);
     // A light that faces x: x slides along its pixel's ray, or rides on F.
     if (!any(cut.active & (largest_component(from) > 0.0f))) return;
     const Vec3 d = select(cut.slides, cut.view.across_of, n);
     const Float nd = dot(n, d);
     const Vec3 slide = n * (dot(from, d) / select(abs(nd) > 1e-12f, nd, 1e-12f));
-    face_point_blocks(mode, scene, asked, cut.active, cut.face, cut.instance, cut.b1, cut.b2,
+    face_point_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2,
                       select(cut.slides, slide, from), cut.color);
     const Mask seen = cut.active & cut.slides;
-    if (asked.want_camera && any(seen)) {
+    if (motion.camera_requested && any(seen)) {
         Float row[kCameraFloats];
         ray_velocity_row(scene.camera, cut.view, from - slide, row);
         mode.camera(seen, row, cut.color);

@@ -16,13 +16,17 @@
 #include "boundary/segment/occluder.h"
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/silhouette.h"
+#include "tasks/boundary_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // A sample of the term but for L(y), whose path is appended to the queue of `queued`; its new length.
-EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
-                               int at, PieceCursor& piece, Workspace& work, int queued, BoundarySegment& s) {
-    PieceSample p = sample_piece(scene, task, at, piece);
+EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
+                               const DerivativeView& requested, int at, SegmentCursor& piece, Workspace& work,
+                               int queued, BoundarySegment& s) {
+    SegmentSample p = sample_edge_segment(scene, task, at, piece);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
     s.active = p.active;
@@ -53,7 +57,7 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     const LightsWay way = {scattered, select(s.slides, splat(1 << kCameraRay), scattered), kDiffuseRay,
                            splat(0)};
     const LitPoint lit =
-        find_lit_point(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
+        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
     // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
     s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return queued;
@@ -69,7 +73,7 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     s.x.mesh = lit.hit.mesh;
     s.active = s.x.active;
     hold_contact(scene, length, s);
-    s.active &= segment_moves(scene, asked, s);
+    s.active &= segment_moves(scene, requested, s);
     if (!any(s.active)) return queued;
 
     const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, scattered, true, splat(0));

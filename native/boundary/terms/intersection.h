@@ -23,11 +23,15 @@
 #include "boundary/segment/scattering_chain.h"
 #include "boundary/segment/silhouette.h"
 #include "shading/lights/light_radiance.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/boundary_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // The two surfaces of a line, as the one that hides and the one that is hidden.
-struct PiercedPair {
+struct IntersectingPair {
     Int hider, face;               // face -1: a light
     Int hider_instance, instance;  // that place them
     Int row;                       // of the light table; -1: a face
@@ -35,13 +39,14 @@ struct PiercedPair {
     Float weight;  // by the probability of the choice
 };
 
-struct PiercedSegment : BoundarySegment {
-    PiercedPair pair;
+struct IntersectionSegment : BoundarySegment {
+    IntersectingPair pair;
 };
 
 // One of the surfaces that may be hidden: of the shadow term only what gives light is.
-EG_INLINE PiercedPair pick_pierced(const SceneView& scene, const BoundaryTask& task, const PieceSample& p) {
-    PiercedPair pair;
+EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const BoundaryTask& task,
+                                             const SegmentSample& p) {
+    IntersectingPair pair;
     Float choice, unused;
     sobol_pair(p.random.stream, p.random.sample, kPairLight, choice, unused);
     pair.row = splat(-1);
@@ -51,7 +56,7 @@ EG_INLINE PiercedPair pick_pierced(const SceneView& scene, const BoundaryTask& t
         bool counts[2] = {false, true};
         for (int k = 0; k < 2; ++k)
             if (!((faces[0] | faces[1]) & kLightOfTable))
-                counts[k] = task.kind == kPiercedSurface ||
+                counts[k] = task.kind == kSurfaceIntersection ||
                             (scene.lights.face_light && scene.lights.face_light[faces[k]] >= 0);
         const int k = counts[0] && (!counts[1] || choice[i] < 0.5f) ? 0 : 1;
         pair.weight[i] = counts[0] && counts[1] ? 2.0f : 1.0f;
@@ -69,7 +74,7 @@ EG_INLINE PiercedPair pick_pierced(const SceneView& scene, const BoundaryTask& t
 }
 
 // A direction, uniform about the line, in the piece's cell of directions.
-EG_INLINE Vec3 direction_about(const BoundaryTask& task, const PieceSample& p, Float& density) {
+EG_INLINE Vec3 direction_about(const BoundaryTask& task, const SegmentSample& p, Float& density) {
     Float u, v;
     density = splat(kInvFourPi * cell_numbers(task, p, u, v));
     const Vec3 axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
@@ -82,7 +87,7 @@ EG_INLINE Vec3 direction_about(const BoundaryTask& task, const PieceSample& p, F
 }
 
 // Where a line cuts a light of the table: its point, the light's normal there and, in `p`, its direction.
-EG_INLINE void cut_light_row(const SceneView& scene, PiercedSegment& s, PieceSample& p) {
+EG_INLINE void cut_light_row(const SceneView& scene, IntersectionSegment& s, SegmentSample& p) {
     const Mask on_row = s.active & (s.pair.row >= 0);
     if (!any(on_row)) return;
     const LightRow l = gather_light(scene.lights, select(on_row, s.pair.row, splat(0)));
@@ -94,7 +99,7 @@ EG_INLINE void cut_light_row(const SceneView& scene, PiercedSegment& s, PieceSam
 
 // A sphere shows its outside to those who are outside, its inside to those who are inside: lanes where x, at
 // s.reach from y, doesn't see y.
-EG_INLINE Mask sees_other_side(const SceneView& scene, const PiercedSegment& s, Vec3 w) {
+EG_INLINE Mask sees_other_side(const SceneView& scene, const IntersectionSegment& s, Vec3 w) {
     const Mask round = s.active & (s.y.kind == splat(static_cast<int>(kSphereLight)));
     if (!any(round)) return round;
     const LightRow l = gather_light(scene.lights, select(round, s.pair.row, splat(0)));
@@ -104,8 +109,8 @@ EG_INLINE Mask sees_other_side(const SceneView& scene, const PiercedSegment& s, 
 }
 
 // Light that y gives by itself along w, and what stops it.
-EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair, const BoundarySegment& s,
-                                Vec3 w) {
+EG_INLINE Vec3 light_of_intersection(const SceneView& scene, const IntersectingPair& pair,
+                                     const BoundarySegment& s, Vec3 w) {
     const Mask on_row = s.active & (pair.row >= 0), on_face = s.active & ~on_row;
     Vec3 light = zero3();
     if (any(on_row)) {
@@ -125,7 +130,7 @@ EG_INLINE Vec3 light_of_pierced(const SceneView& scene, const PiercedPair& pair,
 
 // Sets what moves across the segment of light along w: the light's side of the line is hidden that is behind
 // the hider's plane, to which what is returned points.
-EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, PiercedSegment& s) {
+EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, IntersectionSegment& s) {
     const Vec3 across = cross(t, w);
     const Float facing = dot(s.pair.hider_normal, w);
     Vec3 hidden = cross(s.pair.normal, t);
@@ -136,10 +141,11 @@ EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, PiercedSegment& s) {
 }
 
 // A sample but for the light that y scatters, whose path is appended to the queue; its new length.
-EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, const DerivativeView& asked,
-                              int at, PieceCursor& piece, Workspace& work, int queued, PiercedSegment& s) {
-    PieceSample p = sample_piece(scene, task, at, piece);
-    const bool scatters = task.kind == kPiercedSurface;
+EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& task,
+                                   const DerivativeView& motion, int at, SegmentCursor& piece,
+                                   Workspace& work, int queued, IntersectionSegment& s) {
+    SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    const bool scatters = task.kind == kSurfaceIntersection;
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
     s.active = p.active;
@@ -149,13 +155,13 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     s.point = p.a + p.t * s.u;
     s.distance = s.lambda = splat(0.0f);
     s.y = still_far_end();
-    const PiercedPair& pair = s.pair = pick_pierced(scene, task, p);
+    const IntersectingPair& pair = s.pair = pick_intersection(scene, task, p);
     s.y.face = pair.face, s.y.instance = pair.instance, s.y.row = pair.row;
     s.y.kind = kind_of_rows(scene.lights, pair.row);
     cut_light_row(scene, s, p);
-    Mask moves = face_point_moves(scene, asked, s.active, pair.hider, pair.hider_instance) |
-                 face_point_moves(scene, asked, s.active & (pair.face >= 0), pair.face, pair.instance);
-    if (asked.want_lights) moves |= s.active & (pair.row >= 0);
+    Mask moves = face_point_moves(scene, motion, s.active, pair.hider, pair.hider_instance) |
+                 face_point_moves(scene, motion, s.active & (pair.face >= 0), pair.face, pair.instance);
+    if (motion.lights_requested) moves |= s.active & (pair.row >= 0);
     // x may be what moves.
     if (scene.mesh_contact || (!scatters && scene.face_held)) moves = s.active;
     moves |= s.active & (pair.row >= 0) & turns_with_point(s.y.kind);
@@ -175,7 +181,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     if (scatters) {
         links.blockers = splat(kScatteredRays);
     } else {
-        light = light * light_of_pierced(scene, pair, s, w);
+        light = light * light_of_intersection(scene, pair, s, w);
         if (any(pair.row >= 0)) {
             const Int row = select(pair.row >= 0, pair.row, splat(0));
             take_links(scene.lights, pair.row >= 0, row, gather(scene.lights.flags, row), links);
@@ -194,7 +200,7 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
     const LightsWay way = {links.blockers, select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)),
                            scatters ? kDiffuseRay : kShadowRay, splat(0)};
     const LitPoint lit =
-        find_lit_point(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
+        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
     s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return queued;
     s.reach = select(s.active, lit.hit.distance, 1.0f);
@@ -227,12 +233,12 @@ EG_OUTLINE int sample_pierced(const SceneView& scene, const BoundaryTask& task, 
 
 // The part of sweep . dq by the surface that hides; what is returned is the adjoint of the other's point.
 template <typename Mode>
-EG_INLINE Vec3 hider_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                            const PiercedSegment& s, Vec3 color) {
-    const PiercedPair& pair = s.pair;
+EG_INLINE Vec3 hider_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                            const IntersectionSegment& s, Vec3 color) {
+    const IntersectingPair& pair = s.pair;
     Float mu, mu_y;
     part_normals(s.sweep, pair.hider_normal, pair.normal, mu, mu_y);
-    plane_point_blocks(mode, scene, asked, s.active, pair.hider, pair.hider_instance, s.point,
+    plane_point_blocks(mode, scene, motion, s.active, pair.hider, pair.hider_instance, s.point,
                        pair.hider_normal * mu, color);
     return pair.normal * mu_y;
 }
@@ -240,10 +246,10 @@ EG_INLINE Vec3 hider_blocks(Mode& mode, const SceneView& scene, const Derivative
 // Of lines through spheres, the part of q that the surface moves, along its normal, and that of y, which has
 // a place of the cone in which x sees the sphere: what is returned is the adjoint of x by that.
 template <typename Mode>
-EG_INLINE Vec3 sphere_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                                   Mask sphere, const PiercedSegment& s, Vec3 by_normal, Vec3 by_y,
+EG_INLINE Vec3 sphere_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                   Mask sphere, const IntersectionSegment& s, Vec3 by_normal, Vec3 by_y,
                                    Vec3 color) {
-    if (asked.want_lights) {
+    if (motion.lights_requested) {
         const Int light = select(sphere, s.y.row, splat(0));
         Float row[kLightParams];
         for (Float& r : row) r = splat(0.0f);
@@ -251,27 +257,27 @@ EG_INLINE Vec3 sphere_point_blocks(Mode& mode, const SceneView& scene, const Der
         mode.light(sphere, light, row, color);
     }
     const Vec3 from =
-        far_end_blocks(mode, scene, asked, sphere, s.y, s.x.position, s.towards, s.reach, by_y, color);
+        far_end_blocks(mode, scene, motion, sphere, s.y, s.x.position, s.towards, s.reach, by_y, color);
     return select(sphere, from, zero3());
 }
 
 // sweep . (dq - dy), times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                             const PiercedSegment& s) {
-    const PiercedPair& pair = s.pair;
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                             const IntersectionSegment& s) {
+    const IntersectingPair& pair = s.pair;
     const Vec3 color = select(s.slides, s.color * -dot(s.x.normal, s.view.across_of), s.color);
-    const Vec3 by_normal = hider_blocks(mode, scene, asked, s, color);
+    const Vec3 by_normal = hider_blocks(mode, scene, motion, s, color);
     const Vec3 by_y = s.sweep * (s.lambda - 1.0f), g = by_normal + by_y;
     const Mask sphere = s.active & (s.y.kind == splat(static_cast<int>(kSphereLight)));
     const Vec3 from =
-        any(sphere) ? sphere_point_blocks(mode, scene, asked, sphere, s, by_normal, by_y, color) : zero3();
+        any(sphere) ? sphere_point_blocks(mode, scene, motion, sphere, s, by_normal, by_y, color) : zero3();
     if (any(sphere | (s.active & (s.lambda > 0.0f))))
-        lit_end_blocks(mode, scene, asked, s, from - s.sweep * s.lambda);
+        lit_end_blocks(mode, scene, motion, s, from - s.sweep * s.lambda);
     const Mask on_face = s.active & (pair.face >= 0);
     if (any(on_face))
-        plane_point_blocks(mode, scene, asked, on_face, pair.face, pair.instance, s.point, g, color);
-    far_end_blocks(mode, scene, asked, s.active & ~sphere, s.y, s.point, s.towards, splat(0.0f), g, color);
+        plane_point_blocks(mode, scene, motion, on_face, pair.face, pair.instance, s.point, g, color);
+    far_end_blocks(mode, scene, motion, s.active & ~sphere, s.y, s.point, s.towards, splat(0.0f), g, color);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

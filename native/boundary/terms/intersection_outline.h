@@ -12,19 +12,21 @@
 
 #include "boundary/samples/light_cut.h"
 #include "boundary/terms/light_outline.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-struct PiercedOutline : OutlineSample {
+struct IntersectionOutline : OutlineSample {
     Int face, instance;  // that places it
     Vec3 by_face;        // mu_1 n_1
     Vec3 by_light;       // mu_2 n_2
 };
 
-EG_OUTLINE PiercedOutline sample_pierced_outline(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                                 PieceCursor& piece, const DerivativeView&, const float*) {
-    PiercedOutline s;
-    const PieceSample p = sample_piece(scene, task, at, piece);
+EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scene, const BoundaryTask& task,
+                                                           int64_t at, SegmentCursor& piece,
+                                                           const DerivativeView&, const float*) {
+    IntersectionOutline s;
+    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
     s.active = p.active;
     s.color = zero3();
     faces_of_line(scene, s.active, p.edge, s.face, s.instance, s.row);
@@ -80,11 +82,11 @@ EG_OUTLINE PiercedOutline sample_pierced_outline(const SceneView& scene, const B
 
 // weight N . (dq - c), times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                             const PiercedOutline& s) {
-    plane_point_blocks(mode, scene, asked, s.active, s.face, s.instance, s.point, s.by_face * s.weight,
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
+                             const IntersectionOutline& s) {
+    plane_point_blocks(mode, scene, requested, s.active, s.face, s.instance, s.point, s.by_face * s.weight,
                        s.color);
-    outline_blocks(mode, scene, asked, s, s.by_light * s.weight);
+    outline_blocks(mode, scene, requested, s, s.by_light * s.weight);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

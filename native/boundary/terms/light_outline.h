@@ -17,6 +17,7 @@
 #include "boundary/segment/light_motion.h"
 #include "path/lens_sample.h"
 #include "shading/transmittance.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -98,9 +99,9 @@ EG_INLINE OutlinePoint outline_point(const LightRow& l, Int kind, Float u, Vec3 
 }
 
 EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                        PieceCursor& piece, const DerivativeView& asked, const float*) {
+                                        SegmentCursor& piece, const DerivativeView& motion, const float*) {
     OutlineSample s;
-    const PieceSample p = sample_piece(scene, task, at, piece);
+    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
     const CameraView& camera = scene.camera;
     s.row = p.cell;
     s.color = zero3();
@@ -113,7 +114,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     const OutlinePoint at_u = outline_point(l, s.kind, u, middle.origin, middle.direction, parallel);
     s.active = p.active & at_u.active;
     s.point = at_u.y;
-    if (!asked.want_camera && !asked.want_lights) s.active = splat(0);
+    if (!motion.camera_requested && !motion.lights_requested) s.active = splat(0);
     s.view = project(camera, s.point, lens);
     s.active &= s.view.active & in_reach(camera, s.view.sx, s.view.sy);
     const Mask flat = (s.kind == splat(static_cast<int>(kRectangleLight))) |
@@ -179,7 +180,7 @@ EG_INLINE void add_depth(const SceneView& scene, const OutlineSample& s, Mask di
 
 // g . dy less weight N . c, times the color, for what `asked` names.
 template <typename Mode>
-EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                               const OutlineSample& s, Vec3 g) {
     const Vec3 origin = s.view.origin;
     const Mask disk = s.active & (s.kind == splat(static_cast<int>(kDiskLight))), sun = is_sun(s.kind);
@@ -193,8 +194,8 @@ EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const Derivati
     if (any(sphere)) sphere_surface_row(scene.lights, sphere, s.row, s.point, g, row);
     Vec3 by_depth = zero3();
     if (widens) by_depth = parallel_disk_row(scene, s, disk, g, row);
-    if (asked.want_lights) mode.light(s.active, s.row, row, s.color);
-    if (!asked.want_camera) return;
+    if (motion.lights_requested) mode.light(s.active, s.row, row, s.color);
+    if (!motion.camera_requested) return;
     Float ray[kCameraFloats];
     ray_velocity_row(scene.camera, s.view, s.normal * s.weight, ray);
     if (widens) add_depth(scene, s, disk, by_depth, ray);
@@ -208,9 +209,9 @@ EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const Derivati
 }
 
 template <typename Mode>
-EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const OutlineSample& s) {
-    outline_blocks(mode, scene, asked, s, s.normal * s.weight);
+    outline_blocks(mode, scene, motion, s, s.normal * s.weight);
 }
 
 // What a motion of the outline across the ray sweeps, per unit and color.

@@ -19,6 +19,10 @@
 #include "boundary/samples/visible_edge.h"
 #include "path/run.h"
 #include "path/start.h"
+#include "tasks/boundary_task.h"
+#include "tasks/image_task.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -53,7 +57,7 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
     face.face = select(is_near, near.face, splat(-1));
     Float b1, b2;
     const Vec3 step = near_point(scene, s, face, outwards, b1, b2);
-    aside = select(is_near, select(sides.narrow | touched | s.crossing, step, zero3()), aside);
+    aside = select(is_near, select(sides.narrow | touched | s.intersection, step, zero3()), aside);
     hit.hit |= is_near;
     hit.face = select(is_near, near.face, hit.face);
     hit.mesh = select(is_near, mesh, hit.mesh);
@@ -69,13 +73,14 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
 EG_INLINE Mask bent_lambertian(const SceneView& scene, const EdgeSample& s, const Sides& sides,
                                Mask touched) {
     if (scene.any_terminator) return splat(0);
-    Mask bends = ~s.crossing & ~touched & ~sides.narrow & (sides.plus.face >= 0) & (sides.minus.face >= 0);
+    Mask bends =
+        ~s.intersection & ~touched & ~sides.narrow & (sides.plus.face >= 0) & (sides.minus.face >= 0);
     if (!any(bends)) return bends;
     const Int material = gather(scene.face_material, select(bends, sides.plus.face, splat(0)));
     bends &= material == gather(scene.face_material, select(bends, sides.minus.face, splat(0)));
-    const Int leaf = gather(scene.material_first_leaf, material);
-    bends &= gather(scene.material_first_leaf + 1, material) == leaf + 1;
-    const Int flags = gather(scene.leaf_flags, select(bends, leaf, splat(0)));
+    const Int closure = gather(scene.material_first_closure, material);
+    bends &= gather(scene.material_first_closure + 1, material) == closure + 1;
+    const Int flags = gather(scene.closure_flags, select(bends, closure, splat(0)));
     constexpr int32_t kPlain = kLambertian, kOther = kHasEmission | kHasTransparency | kHasNormalMap;
     return bends & ((flags & kPlain) != 0) & ((flags & kOther) == 0);
 }
@@ -95,7 +100,7 @@ EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask&
     const int count = static_cast<int>(task.count);
     const auto packets = static_cast<size_t>((count + W - 1) / W);
     auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
-    PieceCursor piece = first_piece(task);
+    SegmentCursor piece = first_segment(task);
     int queued = 0;
     for (int at = 0; at < count; at += W) {
         TracedSample& kept = traced[at / W];
@@ -149,15 +154,16 @@ EG_INLINE Vec3 jump_of(const BoundaryTask& task, const Workspace& work, int at) 
 }
 
 // One of the two faces that pierce each other at lines.
-struct CrossingFace {
+struct IntersectionFace {
     Int face, instance;
     Vec3 normal;
 };
 
-EG_INLINE CrossingFace crossing_face(const SceneView& scene, const EdgeSample& s, Mask crossing, uint32_t k) {
-    CrossingFace f = {splat(0), splat(-1), zero3()};
+EG_INLINE IntersectionFace intersection_face(const SceneView& scene, const EdgeSample& s, Mask intersection,
+                                             uint32_t k) {
+    IntersectionFace f = {splat(0), splat(-1), zero3()};
     for (int i = 0; i < W; ++i) {
-        if (!crossing[i]) continue;
+        if (!intersection[i]) continue;
         f.face[i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
         f.instance[i] = face_instance(scene, s.edge[i], s.instance[i], k);
     }
@@ -167,31 +173,32 @@ EG_INLINE CrossingFace crossing_face(const SceneView& scene, const EdgeSample& s
 
 // The velocity of a line along which two faces pierce each other.
 template <typename Mode>
-EG_INLINE void crossing_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
-                               const EdgeSample& s, Mask crossing, Vec3 g, Vec3 color) {
-    const CrossingFace one = crossing_face(scene, s, crossing, 0),
-                       other = crossing_face(scene, s, crossing, 1);
+EG_INLINE void intersection_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                                   const EdgeSample& s, Mask intersection, Vec3 g, Vec3 color) {
+    const IntersectionFace one = intersection_face(scene, s, intersection, 0),
+                           other = intersection_face(scene, s, intersection, 1);
     Float mu, mu_other;
     part_normals(g, one.normal, other.normal, mu, mu_other);
-    plane_point_blocks(mode, scene, asked, crossing, one.face, one.instance, s.point, one.normal * mu, color);
-    plane_point_blocks(mode, scene, asked, crossing, other.face, other.instance, s.point,
+    plane_point_blocks(mode, scene, motion, intersection, one.face, one.instance, s.point, one.normal * mu,
+                       color);
+    plane_point_blocks(mode, scene, motion, intersection, other.face, other.instance, s.point,
                        other.normal * mu_other, color);
 }
 
 // weight N . (de - c), times `color`, for what `asked` names.
 template <typename Mode>
-EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeView& asked,
+EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                            const EdgeSample& s, Vec3 color) {
     const Vec3 g = s.normal * s.weight;
-    if (asked.want_camera) {
+    if (motion.camera_requested) {
         Float row[kCameraFloats];
         ray_velocity_row(scene.camera, s.view, g, row);
         mode.camera(s.active, row, -color);
     }
-    const Mask crossing = s.active & s.crossing;
-    if (any(crossing)) crossing_blocks(mode, scene, asked, s, crossing, g, color);
-    const Mask on_edge = s.active & ~s.crossing;
-    if (any(on_edge)) edge_point_blocks(mode, scene, asked, on_edge, s.edge, s.instance, s.u, g, color);
+    const Mask intersection = s.active & s.intersection;
+    if (any(intersection)) intersection_blocks(mode, scene, motion, s, intersection, g, color);
+    const Mask on_edge = s.active & ~s.intersection;
+    if (any(on_edge)) edge_point_blocks(mode, scene, motion, on_edge, s.edge, s.instance, s.u, g, color);
 }
 
 // Area of the picture that the edge sweeps per unit of the tangent.
@@ -242,7 +249,7 @@ static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& 
         weigh(task, at, s, jump);
         s.active &= largest_component(a) > 0.0f;
         if (!any(s.active)) continue;
-        record_worth(task, at, s.active, jump, a, s.weight * sqrt(dot(s.normal, s.normal)));
+        record_contribution(task, at, s.active, jump, a, s.weight * sqrt(dot(s.normal, s.normal)));
         Backward mode{scene, gradient, a};
         edge_blocks(mode, scene, gradient, s, jump);
     }

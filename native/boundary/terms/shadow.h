@@ -19,13 +19,15 @@
 #include "boundary/segment/silhouette.h"
 #include "shading/lights/environment_samples.h"
 #include "shading/lights/light_radiance.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/boundary_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Direction to the environment from a point of an edge: about the edge, where it is a silhouette. Half of the
 // directions to an image are its own samples; each sample is weighted by the mixture's density (the balance
 // heuristic).
-EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                              Mask parted, Float& density) {
     constexpr float kByImage = 0.5f;
     Vec3 towards = cell_direction(scene, task, p, parted, density);
@@ -43,7 +45,7 @@ EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, c
     return towards;
 }
 
-EG_OUTLINE LightSample sample_passing_light(const SceneView& scene, Mask active, const PassedEdge& edge,
+EG_OUTLINE LightSample sample_passing_light(const SceneView& scene, Mask active, const TransparentEdge& edge,
                                             Float u, Float v) {
     return sample_light_for(scene, active, edge, u, v);
 }
@@ -56,10 +58,10 @@ struct ShadowLight {
 };
 
 // Sets where the light comes from.
-EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& task, const PieceSample& p,
+EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                    Mask parted, BoundarySegment& s) {
     ShadowLight light;
-    if (task.kind == kSkyBoundary) {
+    if (task.kind == kEnvironmentShadow) {
         Float density;
         s.towards = sky_direction(scene, task, p, parted, density);
         s.distance = splat(__builtin_inff());
@@ -109,7 +111,7 @@ EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, c
     PassingRays rays{light.blockers};
     rays.ignored = {s.edge, s.instance};
     const Int camera_ray = splat(static_cast<int>(kCameraRay));
-    if (task.kind == kSkyBoundary)
+    if (task.kind == kEnvironmentShadow)
         return environment_radiance(scene, s.towards) * light.geometry *
                transmittance(scene, s.active, s.point, s.towards, splat(__builtin_inff()), rays);
     light.sample.active = s.active;
@@ -122,10 +124,10 @@ EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, c
 }
 
 EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                         PieceCursor& piece, const DerivativeView& asked,
+                                         SegmentCursor& piece, const DerivativeView& requested,
                                          const float* adjoint) {
     BoundarySegment s;
-    PieceSample p = sample_piece(scene, task, at, piece);
+    SegmentSample p = sample_edge_segment(scene, task, at, piece);
     s.active = p.active;
     s.edge = p.edge;
     s.instance = p.instance;
@@ -153,7 +155,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     const LightsWay way = {light.blockers, select(chained, splat(kScatteredRays), splat(1 << kCameraRay)),
                            kShadowRay, splat(0)};
     const LitPoint lit =
-        find_lit_point(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
+        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
     // Nearer than rounding the jump is the primary boundary's (derivations F3c).
     s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return s;
@@ -171,7 +173,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     divide_segment(s);
     hold_far_end(scene, s);
     hold_contact(scene, length, s);
-    s.active &= segment_moves(scene, asked, s);
+    s.active &= segment_moves(scene, requested, s);
     if (!task.score && any(s.active & s.slides))
         s.active &= ~s.slides | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
@@ -183,7 +185,8 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
                        color);
     s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return s;
-    const Int kinds = task.kind == kSkyBoundary ? splat(scene.environment_mask) : light.sample.visible_to;
+    const Int kinds =
+        task.kind == kEnvironmentShadow ? splat(scene.environment_mask) : light.sample.visible_to;
     const SeenLight seen =
         see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false, s.y.row >= 0);
     s.view = seen.view;

@@ -4,6 +4,8 @@
 
 #include "engine/terms/curve_terms.h"
 #include "scene/sharp_lobes.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/boundary_task.h"
 #include "util/parallel.h"
 
 namespace edgegrad {
@@ -17,11 +19,11 @@ namespace {
 constexpr double kShadowShare = 2.0;
 // Indirect ones, each of which costs a path: 1.5 instead of 1 take 1.08 times the seconds and 0.79 times
 // seconds x variance in the mean of 23 scenes. And pieces of edges with cells of directions, by sample.
-constexpr double kIndirectShare = 1.5, kDirectionPieces = 0.03;
+constexpr double kIndirectShare = 1.5, kDirectionSegments = 0.03;
 // Of outlines of emissive meshes.
 constexpr double kOutlineShare = 1.0;
 // Cells of the picture, by sample that starts at the camera.
-constexpr double kPicturePieces = 0.1;
+constexpr double kPictureSegments = 0.1;
 
 // Cells that samples are learned of, by sample, and most.
 double learned_cells(double samples) { return std::min(0.06 * samples, 262'144.0); }
@@ -49,13 +51,13 @@ using SharedCandidates = std::shared_ptr<const Candidates>;
 SharedCandidates shared(SharedCandidates known) { return known; }
 SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
 
-// Whether a surface may have lobes that the aimed estimator takes (aimed_kinds of
+// Whether a surface may have lobes that the aimed estimator takes (camera_sampled_kinds of
 // boundary/terms/camera_sampled_lobes.h).
-bool any_aimed(const SceneView& scene, const SceneTables& tables, float aimed) {
+bool any_camera_sampled(const SceneView& scene, const SceneTables& tables, float aimed) {
     if (aimed >= kAimAtAll) return true;
-    for (size_t k = 0; k < tables.leaf_kind.size(); ++k) {
-        const bool glossy = tables.leaf_flags[k] & (kHasGlossy | kHasRefraction);
-        if (glossy && tables.leaf_kind[k] != kSheen && scene.textures.leaf_program) return aimed > 0.0f;
+    for (size_t k = 0; k < tables.closure_kind.size(); ++k) {
+        const bool glossy = tables.closure_flags[k] & (kHasGlossy | kHasRefraction);
+        if (glossy && tables.closure_kind[k] != kSheen && scene.textures.closure_program) return aimed > 0.0f;
         if (has_sharp_lobe(tables, k, aimed)) return true;
     }
     return false;
@@ -64,42 +66,43 @@ bool any_aimed(const SceneView& scene, const SceneTables& tables, float aimed) {
 }  // namespace
 
 std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
-                                         const RenderOptions& options, const Asked& asked, bool guided,
-                                         float aimed, LearnedSampling* learned) {
+                                         const RenderOptions& options, const RequestedMotion& motion,
+                                         bool guided, float aimed, LearnedSampling* learned) {
     std::vector<BoundaryTerm> terms;
     const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
     const double picture = static_cast<double>(pixels) * options.samples;
     // Samples of candidates by what is known of them, or of `pieces`, from which about `cells` are learned.
     const auto add = [&](BoundaryKind kind, const Candidates& found, const auto& pieces, bool chains,
                          double cells, double samples, double most,
-                         std::shared_ptr<const EdgesAndCrossings> lines = nullptr,
+                         std::shared_ptr<const EdgesAndIntersections> lines = nullptr,
                          std::shared_ptr<const EdgeTree> tree = nullptr) {
-        LearnedMasses* masses = learned ? &learned->masses[kind] : nullptr;
+        LearnedWeights* masses = learned ? &learned->masses[kind] : nullptr;
         const bool known = masses && masses->knows(edges, found);
         auto sampled = known ? shared(masses->pieces(found)) : shared(pieces());
         if (masses && !known) masses->begin(edges, found, sampled->direction_cells, chains, cells);
         const double share = learned ? learned->share[kTermOf[kind]] : 1.0;
-        BoundaryPlan plan(std::move(sampled), share * samples, share * most * picture, options, kind,
-                          guided && !known);
+        SamplePlan plan(std::move(sampled), share * samples, share * most * picture, options, kind,
+                        guided && !known);
         if (plan.total(0) > 0)
             terms.push_back({std::move(plan), std::move(lines), std::make_unique<DropCount>(),
                              std::move(tree), aimed, masses});
     };
-    std::shared_ptr<const Crossings> seen;
-    const KeptEdges::Sides sides(edges.solid_side, edges.solid_side + edges.tables.visible_meshes);
+    std::shared_ptr<const Intersections> seen;
+    const EdgeCache::Sides sides(edges.solid_side, edges.solid_side + edges.tables.visible_meshes);
     const auto silhouettes = [&] {
         return edges.kept.silhouettes.get(sides, [&] { return shadow_candidates(scene, edges, true); });
     };
     if (options.primary) {
         // Where light is held (scene/contact.h) it moves over all of them: they are searched once for both.
-        Asked wider = asked;
+        RequestedMotion wider = motion;
         wider.camera |= scene.mesh_contact != nullptr;
-        seen = edges.kept.crossings.get({wider.camera, wider.instances, wider.moving},
-                                        [&] { return find_crossings(edges, wider, 1 << kCameraRay); });
-        auto lines =
-            std::make_shared<EdgesAndCrossings>(edges.tables, moving_crossings(edges.tables, asked, *seen));
-        const auto found = edges.kept.primary.get({{scene.camera}, asked}, [&] {
-            Candidates all = primary_candidates(scene, edges, asked);
+        seen = edges.kept.intersections.get({wider.camera, wider.instances, wider.moving}, [&] {
+            return find_intersections(edges, wider, 1 << kCameraRay);
+        });
+        auto lines = std::make_shared<EdgesAndIntersections>(
+            edges.tables, moving_intersections(edges.tables, motion, *seen));
+        const auto found = edges.kept.primary.get({{scene.camera}, motion}, [&] {
+            Candidates all = primary_candidates(scene, edges, motion);
             lines->add_candidates(scene.camera, all);
             return all;
         });
@@ -117,10 +120,10 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         const bool chains = options.max_depth > 2;
         // Along edges, `directions` of them in cells of their own.
         const auto add_shadows = [&](BoundaryKind kind, double directions) {
-            const auto kept =
-                kind == kSkyBoundary ? silhouettes() : edges.kept.shadow.get({edges.lights, sides}, [&] {
-                    return shadow_candidates(scene, edges, false);
-                });
+            const auto kept = kind == kEnvironmentShadow ? silhouettes()
+                                                         : edges.kept.shadow.get({edges.lights, sides}, [&] {
+                                                               return shadow_candidates(scene, edges, false);
+                                                           });
             const Candidates& found = *kept;
             const double part = scattered(found, kSamplesTowardsLight, samples);
             add(
@@ -130,7 +133,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         if (scene.lights.count > 0) add_shadows(kShadowBoundary, 0.0);
         // Directions to an image are its own samples', in no cell.
         if (scene.has_environment)
-            add_shadows(kSkyBoundary, scene.sky.sampled ? 0.0 : kDirectionPieces * samples);
+            add_shadows(kEnvironmentShadow, scene.sky.sampled ? 0.0 : kDirectionSegments * samples);
     }
     if (options.shadow && options.max_depth >= 2 && scene.face_held) {
         const double samples = kOutlineShare * picture;
@@ -139,7 +142,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         if (outlines.size() > 0)
             add(
                 kEmitterOutline, whole_picture(),
-                [&] { return over_picture(kPicturePieces * samples, chains); }, chains, 0.0, samples,
+                [&] { return over_picture(kPictureSegments * samples, chains); }, chains, 0.0, samples,
                 kOutlineShare, nullptr, std::make_shared<EdgeTree>(scene, edges.tables, outlines, true));
     }
     if (options.indirect && options.max_depth >= 3) {
@@ -147,23 +150,23 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         const bool chains = options.max_depth > 3;
         const auto kept = silhouettes();
         const Candidates& found = *kept;
-        if (found.size() > 0 && any_aimed(scene, edges.tables, aimed))
+        if (found.size() > 0 && any_camera_sampled(scene, edges.tables, aimed))
             add(
-                kAimedBoundary, whole_picture(),
-                [&] { return over_picture(kPicturePieces * samples, chains); }, chains, 0.0, samples,
+                kCameraSampledIndirect, whole_picture(),
+                [&] { return over_picture(kPictureSegments * samples, chains); }, chains, 0.0, samples,
                 kIndirectShare, nullptr,
                 edges.kept.tree.get(sides, [&] { return EdgeTree(scene, edges.tables, found); }));
         if (aimed < kAimAtAll)
             add(
                 kIndirectBoundary, found,
-                [&] { return over_directions(found, kDirectionPieces * samples, chains); }, chains,
+                [&] { return over_directions(found, kDirectionSegments * samples, chains); }, chains,
                 learned_cells(samples), samples, kIndirectShare);
     }
-    for (CurveTerm& curve : curve_terms(scene, edges, options, asked, seen.get())) {
+    for (CurveTerm& curve : curve_terms(scene, edges, options, motion, seen.get())) {
         const double samples = (learned ? learned->share[kTermOf[curve.kind]] : 1.0) * curve.share * picture;
-        BoundaryPlan plan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind, guided);
+        SamplePlan plan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind, guided);
         // What surfaces hide of others by passing through them has no aimed estimator.
-        const float lobes = curve.kind == kPiercedSurface ? 0.0f : aimed;
+        const float lobes = curve.kind == kSurfaceIntersection ? 0.0f : aimed;
         if (plan.total(0) > 0)
             terms.push_back({std::move(plan), std::move(curve.lines), std::make_unique<DropCount>(), nullptr,
                              lobes, nullptr});
@@ -193,8 +196,8 @@ double guide_second_passes(std::vector<BoundaryTerm>& terms) {
     for (BoundaryTerm& term : terms) {
         if (term.plan.passes() < 2) continue;
         const double sample = noise[k++];
-        const double wanted = sample / static_cast<double>(term.plan.total(1));
-        term.plan.thin(std::clamp(kSlack * wanted / most, kLeast, 1.0));
+        const double requested = sample / static_cast<double>(term.plan.total(1));
+        term.plan.thin(std::clamp(kSlack * requested / most, kLeast, 1.0));
         variance += sample * sample / static_cast<double>(term.plan.total(1));
     }
     return variance;

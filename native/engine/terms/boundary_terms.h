@@ -10,16 +10,18 @@
 #include "boundary/curves/learned_weights.h"
 #include "boundary/samples/sample_plan.h"
 #include "engine/drop_count.h"
+#include "tasks/boundary_task.h"
+#include "tasks/dropped_samples.h"
 
 namespace edgegrad {
 
 struct BoundaryTerm {
-    BoundaryPlan plan;
-    std::shared_ptr<const EdgesAndCrossings> lines;  // besides edges; null: none
+    SamplePlan plan;
+    std::shared_ptr<const EdgesAndIntersections> lines;  // besides edges; null: none
     std::unique_ptr<DropCount> dropped;
     std::shared_ptr<const EdgeTree> tree;  // of the aimed estimator; else null
     float aimed;                           // which lobes are that one's (tasks/kernel_table.h)
-    LearnedMasses* masses;                 // null: the call neither uses nor learns any
+    LearnedWeights* masses;                // null: the call neither uses nor learns any
 
     SceneView view(const SceneView& scene) const { return lines ? lines->view(scene) : scene; }
     BoundaryTask task(int pass, int64_t first, int64_t count, DroppedSamples& lost) {
@@ -34,8 +36,8 @@ struct BoundaryTerm {
 // Those that the options ask for and that may not be zero; `learned`: with what earlier calls have learned,
 // or null.
 std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
-                                         const RenderOptions& options, const Asked& asked, bool guided,
-                                         float aimed, LearnedSampling* learned);
+                                         const RenderOptions& options, const RequestedMotion& motion,
+                                         bool guided, float aimed, LearnedSampling* learned);
 
 // Between the two passes over the terms' samples: the second ones' numbers. Returns the variance that is
 // left, by what the first ones say; 0 if there are no second ones.

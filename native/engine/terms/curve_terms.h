@@ -8,19 +8,21 @@
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/intersections.h"
 #include "engine/engine.h"
+#include "tasks/boundary_kind.h"
 
 namespace edgegrad {
 
 struct CurveTerm {
     BoundaryKind kind;
     Candidates candidates;
-    std::shared_ptr<const EdgesAndCrossings> lines;  // null: about lights
-    double share;                                    // samples per pixel and sample of the picture
+    std::shared_ptr<const EdgesAndIntersections> lines;  // null: about lights
+    double share;                                        // samples per pixel and sample of the picture
 };
 
 // Those that the options ask for and that may not be zero. `seen`: the crossings that the camera sees, where
 // they have been looked for.
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
-                                   const RenderOptions& options, const Asked& asked, const Crossings* seen);
+                                   const RenderOptions& options, const RequestedMotion& motion,
+                                   const Intersections* seen);
 
 }  // namespace edgegrad

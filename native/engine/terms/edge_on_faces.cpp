@@ -108,7 +108,7 @@ class FramePlanes {
     PictureFrame frame_;
 };
 
-struct Piece {
+struct EdgeSegment {
     Vector corner[3];
     double mass;  // samples by area for each of a pixel's
 };
@@ -118,11 +118,11 @@ struct Entry {
     int pieces;
     double mass, area;
     uint32_t place;
-    const Piece* first;
+    const EdgeSegment* first;
 };
 struct Part {
     std::vector<Entry> entries;
-    std::vector<Piece> pieces;
+    std::vector<EdgeSegment> pieces;
 };
 
 // Adds a face, if it is such.
@@ -149,7 +149,7 @@ void add_face(const FramePlanes& frame, const SceneView& scene, const Placement&
         if (!edge_on(polygon[k])) return;
     Entry entry{face, instance, 0, 0.0, 0.0, frame.place_of(polygon[0]), nullptr};
     for (int k = 2; k < corners; ++k) {
-        Piece piece{{polygon[0], polygon[k - 1], polygon[k]}, 0.0};
+        EdgeSegment piece{{polygon[0], polygon[k - 1], polygon[k]}, 0.0};
         piece.mass =
             0.5 * length(cross(piece.corner[1] - piece.corner[0], piece.corner[2] - piece.corner[0]));
         if (!(piece.mass > 0.0)) continue;
@@ -173,14 +173,14 @@ void add_face(const FramePlanes& frame, const SceneView& scene, const Placement&
 // sky, light that comes straight to a flat surface doesn't depend on where that is.
 bool varies_over_faces(const SceneView& scene, const RenderOptions& options) {
     return scene.lights.count > 0 || options.max_depth > 2 || scene.corner_normal ||
-           scene.textures.leaf_program || scene.textures.leaf_weight_program ||
+           scene.textures.closure_program || scene.textures.closure_weight_program ||
            (scene.all_flags & kHasNormalMap);
 }
 
 }  // namespace
 
 EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
-                         const RenderOptions& options, const Asked& asked, int threads) {
+                         const RenderOptions& options, const RequestedMotion& motion, int threads) {
     EdgeOnList out;
     const CameraView& camera = scene.camera;
     if (camera.kind == kEquirectangular || !varies_over_faces(scene, options)) return out;
@@ -193,7 +193,7 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
     std::vector<Run> runs;
     for (size_t mesh = 0; mesh < instances.size(); ++mesh) {
         const bool moves =
-            asked.camera || asked.moving[mesh] || (asked.instances && is_placed(instances[mesh]));
+            motion.camera || motion.moving[mesh] || (motion.instances && is_placed(instances[mesh]));
         if (!moves || !(tables.mesh_mask[mesh] & (1 << kCameraRay))) continue;
         const int64_t end = tables.mesh_first_face[mesh + 1];
         for (int32_t instance : instances[mesh])
@@ -213,7 +213,7 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
     std::vector<Entry> entries;
     out.cumulative.push_back(0.0);
     for (const Part& part : parts) {
-        const Piece* piece = part.pieces.data();
+        const EdgeSegment* piece = part.pieces.data();
         for (const Entry& entry : part.entries) {
             entries.push_back(entry);
             entries.back().first = piece;
@@ -224,9 +224,9 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
                      [](const Entry& a, const Entry& b) { return a.place < b.place; });
     for (const Entry& entry : entries) {
         for (int k = 0; k < entry.pieces; ++k) {
-            const Piece& piece = entry.first[k];
-            out.piece_face.push_back(entry.face);
-            out.piece_instance.push_back(entry.instance);
+            const EdgeSegment& piece = entry.first[k];
+            out.segment_face.push_back(entry.face);
+            out.segment_instance.push_back(entry.instance);
             for (const Vector& p : piece.corner)
                 for (double x : {p.x, p.y, p.z}) out.corners.push_back(static_cast<float>(x));
             out.cumulative.push_back(out.cumulative.back() + piece.mass);

@@ -12,7 +12,7 @@ struct EdgeOnList {
     std::vector<int32_t> face_first, entry_instance;
     std::vector<float> entry_density;
     // Pieces, as in EdgeOnTask: what is in the frame of those faces, as triangles, by place in the picture.
-    std::vector<int32_t> piece_face, piece_instance;
+    std::vector<int32_t> segment_face, segment_instance;
     std::vector<float> corners;
     std::vector<double> cumulative;
 };
@@ -20,6 +20,6 @@ struct EdgeOnList {
 // Those on which the camera's rays slide along what looks different from place to place. `sides`:
 // boundary/meshes/solids.h; `options`: of the interior term.
 EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
-                         const RenderOptions& options, const Asked& asked, int threads);
+                         const RenderOptions& options, const RequestedMotion& motion, int threads);
 
 }  // namespace edgegrad

@@ -1,4 +1,9 @@
 #include "engine/terms/edge_on_term.h"
+#include "tasks/adjoint_task.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/kernel_table.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,8 +26,8 @@ void tell_pixel(const CameraView& c, const AdjointTask& sweep) {
 
 std::optional<EdgeOnTerm> EdgeOnTerm::of(const SceneView& scene, const SceneTables& tables,
                                          const std::vector<int8_t>& sides, const RenderOptions& options,
-                                         const Asked& asked, int threads) {
-    EdgeOnList list = edge_on_faces(scene, tables, sides, options, asked, threads);
+                                         const RequestedMotion& motion, int threads) {
+    EdgeOnList list = edge_on_faces(scene, tables, sides, options, motion, threads);
     if (list.total == 0) return std::nullopt;
     return EdgeOnTerm(std::move(list), options);
 }
@@ -31,10 +36,10 @@ void EdgeOnTerm::record(const KernelTable& kernels, const SceneView& scene, int6
                         Workspace& work, const float* picture_adjoint, float* seen_adjoint) const {
     EdgeOnTask task{};
     task.faces = faces();
-    task.face = list_.piece_face.data(), task.instance = list_.piece_instance.data();
+    task.face = list_.segment_face.data(), task.instance = list_.segment_instance.data();
     task.corners = list_.corners.data();
     task.cumulative = list_.cumulative.data();
-    task.pieces = static_cast<int64_t>(list_.piece_face.size());
+    task.pieces = static_cast<int64_t>(list_.segment_face.size());
     task.first = first, task.count = count, task.total = list_.total;
     task.paths.pixel_count = task.paths.width = 1;
     task.paths.first_sample = static_cast<int32_t>(first);

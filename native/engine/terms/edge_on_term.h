@@ -8,7 +8,12 @@
 #include "engine/derivative_tables.h"
 #include "engine/terms/edge_on_faces.h"
 #include "engine/workspace.h"
+#include "tasks/adjoint_task.h"
 #include "tasks/edge_on_task.h"
+#include "tasks/image_task.h"
+#include "tasks/kernel_table.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad {
 
@@ -18,7 +23,7 @@ class EdgeOnTerm {
     // `options`: those of the interior term.
     static std::optional<EdgeOnTerm> of(const SceneView& scene, const SceneTables& tables,
                                         const std::vector<int8_t>& sides, const RenderOptions& options,
-                                        const Asked& asked, int threads);
+                                        const RequestedMotion& motion, int threads);
 
     int64_t total() const { return list_.total; }
     int64_t chunks() const { return (list_.total + kBoundaryChunk - 1) / kBoundaryChunk; }

@@ -5,6 +5,11 @@
 
 #include "scene/camera_row.h"
 #include "scene/sharp_lobes.h"
+#include "tasks/boundary_task.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/kernel_table.h"
+#include "tasks/splats.h"
+#include "tasks/workspace_view.h"
 
 namespace edgegrad {
 namespace {
@@ -27,36 +32,37 @@ constexpr float kRounding = 1e-5f;
 
 }  // namespace
 
-bool moves_chains(const SceneTables& t, const Wanted& wanted) {
-    if (wanted.any("vertices") || wanted.any("normals") || wanted.any("camera") ||
-        wanted.any("instance_to_world"))
+bool moves_chains(const SceneTables& t, const Requested& requested) {
+    if (requested.any("vertices") || requested.any("normals") || requested.any("camera") ||
+        requested.any("instance_to_world"))
         return true;
     // Of a shader's floats, its index and its normal map are what rays are bent by.
     constexpr uint64_t bending =
-        Wanted::columns(kIor, kIor + 1) | Wanted::columns(kNormalMap, kNormalStrength + 1);
-    const Wanted::Span rows = wanted.span("leaf_params");
+        Requested::columns(kIor, kIor + 1) | Requested::columns(kNormalMap, kNormalStrength + 1);
+    const Requested::Span rows = requested.span("closure_params");
     const bool bends = (rows.columns & bending) != 0;
-    const bool textures = wanted.any("texture_pixels") || wanted.any("texture_attributes") ||
-                          wanted.any("texture_lookups") || wanted.any("texture_constants");
-    for (size_t leaf = 0; leaf < t.leaf_flags.size(); ++leaf) {
-        if (!may_be_specular(t, leaf)) continue;
-        if (bends && rows.first < (leaf + 1) * kMaterialParams && rows.last > leaf * kMaterialParams)
+    const bool textures = requested.any("texture_pixels") || requested.any("texture_attributes") ||
+                          requested.any("texture_lookups") || requested.any("texture_constants");
+    for (size_t closure = 0; closure < t.closure_flags.size(); ++closure) {
+        if (!may_be_specular(t, closure)) continue;
+        if (bends && rows.first < (closure + 1) * kMaterialParams && rows.last > closure * kMaterialParams)
             return true;
-        if (textures && leaf < t.textures.leaf_program.size() && t.textures.leaf_program[leaf] >= 0)
+        if (textures && closure < t.textures.closure_program.size() &&
+            t.textures.closure_program[closure] >= 0)
             return true;
     }
     return false;
 }
 
 std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
-                                             const RenderOptions& options, const Wanted& wanted, bool guided,
-                                             KeptEdges& kept) {
-    const bool moves = moves_chains(tables, wanted);
+                                             const RenderOptions& options, const Requested& requested,
+                                             bool guided, EdgeCache& kept) {
+    const bool moves = moves_chains(tables, requested);
     const bool edges = options.primary && options.max_depth >= 2 && moves;
     // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
     const bool lights = options.shadow && options.max_depth >= 3 && !scene.convex &&
                         (scene.lights.count > 0 || scene.has_environment) &&
-                        (moves || wanted.moves_lights() || wanted.any("environment_rotation"));
+                        (moves || requested.moves_lights() || requested.any("environment_rotation"));
     // One that a surface lights by another takes one more.
     const bool surfaces = options.indirect && options.max_depth >= 4 && moves;
     if (!(edges || lights || surfaces) || !may_be_specular(tables, scene.followed_alpha)) return std::nullopt;
@@ -124,7 +130,7 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int 
     }
     kernels.chain_sweeps(sides, c, found.count);
     if (pass > 0 || plan_.passes() == 1) return;
-    std::vector<CrossingSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
+    std::vector<IntersectionSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
     for (int i = 0; i < found.count; ++i) {
         if (const float size = length(c.jump, i) * length(c.by_point, i); size > 0.0f)
             sizes.push_back({(first + c.segment[i]) / kScanLine, size});
@@ -145,7 +151,7 @@ void SpecularTerm::forward(const KernelTable& kernels, const SceneView& scene, i
     for (int i = 0; i < found.count; ++i)
         work.radiance[0][i] =
             column(c.by_point, found.sweep.position, i) + column(c.by_direction, found.sweep.direction, i);
-    tangent.want_camera = false;  // the camera's part is in the chain's
+    tangent.camera_requested = false;  // the camera's part is in the chain's
     kernels.chain_forward(scene, c, found.count, work, tangent, splats);
 }
 
@@ -156,7 +162,7 @@ void SpecularTerm::backward(const KernelTable& kernels, const SceneView& scene, 
     find(kernels, scene, pass, first, count, memory, found, dropped);
     if (found.count == 0) return;
     const ChainCrossings& c = memory.chains.view(found.sweep.camera);
-    gradient.want_camera = false;
+    gradient.camera_requested = false;
     float* seeds = memory.paths().radiance[0];
     kernels.chain_backward(scene, c, found.count, picture_adjoint, gradient, seeds);
     for (int i = 0; i < found.count; ++i) {

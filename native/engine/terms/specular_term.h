@@ -8,18 +8,23 @@
 #include "boundary/specular/scan_plan.h"
 #include "engine/derivative_tables.h"
 #include "engine/workspace.h"
+#include "tasks/adjoint_task.h"
+#include "tasks/dropped_samples.h"
+#include "tasks/image_task.h"
+#include "tasks/kernel_table.h"
+#include "tasks/splats.h"
 
 namespace edgegrad {
 
 // Whether what is asked for moves edges, or bends rays on their way.
-bool moves_chains(const SceneTables& tables, const Wanted& wanted);
+bool moves_chains(const SceneTables& tables, const Requested& requested);
 
 class SpecularTerm {
  public:
     // None where no surface is a mirror or smooth glass, or nothing asked for moves rays or edges.
     static std::optional<SpecularTerm> of(const SceneView& scene, const SceneTables& tables,
-                                          const RenderOptions& options, const Wanted& wanted, bool guided,
-                                          KeptEdges& kept);
+                                          const RenderOptions& options, const Requested& requested,
+                                          bool guided, EdgeCache& kept);
 
     int passes() const { return plan_.passes(); }
     int64_t total(int pass) const { return plan_.total(pass); }
@@ -60,8 +65,8 @@ class SpecularTerm {
     std::shared_ptr<const SurfaceRegions> regions_;
     Parts parts_;
     ScanPlan plan_;
-    std::vector<std::vector<CrossingSize>> sizes_;  // by chunk of the first pass
-    double shift_[2][kCameraFloats] = {};           // of the camera's floats: that of the picture by a pixel
+    std::vector<std::vector<IntersectionSize>> sizes_;  // by chunk of the first pass
+    double shift_[2][kCameraFloats] = {};  // of the camera's floats: that of the picture by a pixel
 };
 
 }  // namespace edgegrad

@@ -1,9 +1,9 @@
 // Kernels of the light probes (tasks/light_probe_task.h at the top).
 #pragma once
 
-#include "../light_probes.h"
 #include "shading/lights/environment_samples.h"
 #include "shading/lights/lights.h"
+#include "tasks/light_probe_task.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -61,7 +61,7 @@ static void light_directions_kernel(const SceneView& scene, const DirectionProbe
     }
 }
 
-static void sky_kernel(const SceneView& scene, const SkyProbes& probes) {
+static void environment_kernel(const SceneView& scene, const EnvironmentProbes& probes) {
     for (int64_t at = 0; at < probes.count; at += W) {
         const Mask active = first_lanes(static_cast<int>(probes.count - at < W ? probes.count - at : W));
         const Int row = probe_rows(at, active);

@@ -29,7 +29,7 @@ struct LightSample {
 
 // A point of a surface, for samples of lights: only what is in front of it may light it, unless its
 // `both_sides` say that light which falls on the back matters too.
-struct LitSurface : Receiver {
+struct SurfaceReceiver : Receiver {
     Int face;
 
     static constexpr bool kOnSurface = true;
@@ -39,7 +39,7 @@ struct LitSurface : Receiver {
 
 // A point of an edge, past which surfaces on all sides may be lit. A disk that faces what it lights is found
 // as the sphere around it: it faces the surface, which isn't known yet.
-struct PassedEdge {
+struct TransparentEdge {
     Vec3 position;
     Int edge;
 

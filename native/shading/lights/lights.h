@@ -11,7 +11,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 // `both_sides`, which say where light that falls on the back matters too.
 EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
                                     Mask both_sides, Float u, Float v) {
-    const LitSurface point{{x.position, x.normal, both_sides}, x.face};
+    const SurfaceReceiver point{{x.position, x.normal, both_sides}, x.face};
     LightSample s = sample_light_for(scene, active, point, u, v);
     s.active &= shines_on(scene, s.row, x.mesh);
     return s;

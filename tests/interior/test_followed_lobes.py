@@ -27,7 +27,7 @@ def roughened(make: Make, roughness: float = ROUGHNESS) -> Make:
 
     def nearly(theta: float) -> edgegrad.Scene:
         made = make(theta)
-        rough = {name: replace(made.leaves(name)[0], roughness=roughness) for name in ("mirror", "glass")
+        rough = {name: replace(made.closures(name)[0], roughness=roughness) for name in ("mirror", "glass")
                  if name in made.materials}
         return replace(made, materials={**made.materials, **rough})
 

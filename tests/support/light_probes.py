@@ -54,7 +54,7 @@ class Probe:
 
     def sky(self, uv: Floats) -> dict[str, Any]:
         """Samples of the environment's image: w, radiance, pdf."""
-        return dict(self._scene.sample_sky(_column(uv[:, 0]), _column(uv[:, 1])))
+        return dict(self._scene.sample_environment_light(_column(uv[:, 0]), _column(uv[:, 1])))
 
     def look(self, w: Floats) -> dict[str, Any]:
         """Radiance and density of the environment along (n, 3) directions."""

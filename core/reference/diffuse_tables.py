@@ -75,7 +75,7 @@ def check(wrt: Iterable[str]) -> None:
 
 
 def asked(tables: Tables, wanted: Requested) -> Asked:
-    """What is asked for by `wanted` rows of the tables of `table_derivatives.asked_tables`."""
+    """What is asked for by `wanted` rows of the tables of `table_derivatives.with_requested`."""
     rows = {name: _inside(shape[0], wanted.get(name)) for name, shape in shapes(tables).items()}
     moving = [rows["vertices"][a:b].any() for a, b in zip(tables.mesh_first_vertex, tables.mesh_first_vertex[1:],
                                                           strict=False)]

@@ -163,16 +163,19 @@ def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]
     }
 
 
-def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
+def flatten(
+    scene: Scene, origin: NDArray[np.float64] | None = None, earlier: TextureTables | None = None
+) -> Tables:
     """Tables of a scene, relative to `origin` (None: the centre of its bounding box).
 
+    `earlier` textures lend their arrays if images and attributes have not changed since (`compile_textures`).
     Raises ``ValueError`` as `Scene.validate` does.
     """
     validated(scene)
     meshes = placed_meshes(scene)
     placed = geometry(scene, meshes, origin)
     origin = placed["origin"]
-    textures = compile_textures(scene, origin, meshes) if _needs_textures(scene) else None
+    textures = compile_textures(scene, origin, meshes, earlier=earlier) if _needs_textures(scene) else None
     return Tables(**placed, **_values(scene, origin), textures=textures,
                   environment_pixels=environment_pixels(scene) if shows_image(scene) else None)
 

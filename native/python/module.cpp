@@ -143,12 +143,12 @@ std::shared_ptr<const edgegrad::EnvironmentMap> read_environment_map(nb::handle 
                                                       static_cast<int32_t>(array.shape(0)));
 }
 
-SceneTables read_tables(nb::handle t) {
+SceneTables read_tables(nb::handle t, edgegrad::SharedColumns& columns) {
     SceneTables s;
     read_geometry(t, s);
     read_values(t, s);
     const nb::object textures = t.attr("textures");
-    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
+    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures, columns);
     s.environment_map = read_environment_map(t);
     check_indices(s.face_material, s.emission.size() / 3, "face materials");
     return s;
@@ -194,7 +194,7 @@ class Scene {
  public:
     Scene(nb::handle tables, int threads, nb::handle instruction_set, nb::handle embree)
         : kernels_(edgegrad::kernels(text(instruction_set))) {
-        SceneTables s = read_tables(tables);
+        SceneTables s = read_tables(tables, columns_);
         const edgegrad::embree::Api& api = edgegrad::embree::load(text(embree));
         const WithoutInterpreter without;
         engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
@@ -210,7 +210,7 @@ class Scene {
     }
 
     void update(nb::handle tables) {
-        SceneTables s = read_tables(tables);
+        SceneTables s = read_tables(tables, columns_);
         const WithoutInterpreter without;
         engine_->update(std::move(s));
     }
@@ -304,6 +304,7 @@ class Scene {
     }
 
     const edgegrad::KernelTable& kernels_;
+    edgegrad::SharedColumns columns_;
     std::unique_ptr<Engine> engine_;
 };
 

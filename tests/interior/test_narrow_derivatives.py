@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad import AreaLight, Material, Mesh, PointLight, Scene, SunLight, World
-from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, requested_tables, shapes
+from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, shapes, with_requested
 from edgegrad.reference import diffuse_tables
 from edgegrad.scene import parameters
 from edgegrad.tables import tables
@@ -78,7 +78,7 @@ def test_what_is_asked_for() -> None:
     flat = tables.flatten(scene)
 
     def asked(*wrt: str) -> diffuse_tables.Asked:
-        made = asked_tables(scene, flat, wrt)
+        made = with_requested(scene, flat, wrt)
         return diffuse_tables.asked(made, requested_tables(scene, made, wrt))
 
     moving = asked("meshes.b.vertices")

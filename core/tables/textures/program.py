@@ -21,6 +21,7 @@ from ...scene.image import Image
 from ...scene.light import AreaLight
 from ...scene.material import Material, Mixture
 from ...scene.mesh import Mesh
+from ...scene.placement import has_tangent_frame
 from ...scene.scene import Scene
 from ..materials import COLUMNS
 from . import lower_color, lower_image, lower_math, lower_procedural  # noqa: F401  (their rules are registered)
@@ -156,7 +157,7 @@ def compile_textures(
             closure_program.append(programs.of_closure(part, closure))
             weight = material.textures.get(str(k)) if isinstance(material, Mixture) else None
             closure_weight_program.append(-1 if weight is None else programs.of_weight(name, k, weight))
-            has_tangents = part in with_tangents or _has_tangents(closure)
+            has_tangents = part in with_tangents or has_tangent_frame(closure)
             uv, tangent = _tangent_attributes(closure, resources) if has_tangents else (-1, -1)
             closure_uv.append(uv)
             closure_tangent.append(tangent)
@@ -204,10 +205,6 @@ def _places(own: list[Number], programs: _Programs, resources: Resources) -> Num
             end += len(row)
     found = [[(k, at[id(value)]) for k, value in enumerate(own) if id(value) in at] for at in (place, in_table)]
     return NumberPlaces(len(own), *(np.array(pairs, np.int64).reshape(-1, 2) for pairs in found))
-
-
-def _has_tangents(closure: Material) -> bool:
-    return "normal" in closure.textures or "anisotropy" in closure.textures or closure.anisotropy != 0.0
 
 
 def _tangent_attributes(closure: Material, resources: Resources) -> tuple[int, int]:

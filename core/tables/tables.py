@@ -15,7 +15,7 @@ from ..geometry import topology
 from ..geometry.mesh_batches import batches
 from ..scene.camera import FILTERS, Camera
 from ..scene.camera import KINDS as CAMERA_KINDS
-from ..scene.light import AreaLight, PointLight, SunLight
+from ..scene.light import AreaLight
 from ..scene.material import Material, Mixture
 from ..scene.parameters import split
 from ..scene.placement import placed_meshes
@@ -23,7 +23,7 @@ from ..scene.scene import Scene, validated
 from .camera import PLACES, camera_row
 from .geometry import geometry, ray_bits
 from .lights import LightTable, light_table
-from .materials import MaterialTable, material_table
+from .materials import TWO_SIDED, MaterialTable, material_table
 from .mean_color import mean_expression
 from .textures.program import TextureTables, compile_textures
 
@@ -69,13 +69,7 @@ class Tables:
     lights: LightTable  # every light that is no mesh, for pictures
     environment_rotation: F32  # (3, 3) from world space to the image's
     environment_mask: int  # bits of the kinds of rays that see it
-    albedo: F32  # (M, 3)
-    emission: F32  # (M, 3)
-    emission_two_sided: NDArray[np.uint8]  # (M,)
-    point_position: F32  # (P, 3) relative to origin
-    point_intensity: F32  # (P, 3) W/sr
-    sun_direction: F32  # (D, 3) unit, direction of travel
-    sun_irradiance: F32  # (D, 3)
+    emission: F32  # (M, 3) mean over textures and parts, by which lights are sampled
     environment: F32  # (3,) radiance
     camera_position: F32  # (3,) relative to origin
     camera_axes: F32  # (3, 3) rows: right X, up Y, backwards Z
@@ -100,6 +94,11 @@ class Tables:
     def mesh_number(self) -> dict[str, int]:
         """By name, each mesh's place in `mesh_names`."""
         return {name: k for k, name in enumerate(self.mesh_names)}
+
+    @property
+    def emission_two_sided(self) -> NDArray[np.uint8]:
+        """(M,) 1: the backs of the material's faces emit, too."""
+        return ((self.materials.flags[self.materials.first_closure[:-1]] & TWO_SIDED) != 0).astype(np.uint8)
 
     @property
     def camera(self) -> F32:
@@ -227,7 +226,7 @@ def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[s
     if "materials" in collections:
         out |= _material_values(scene)
     if "lights" in collections:
-        out |= _light_values(scene, origin)
+        out["lights"] = light_table(scene, origin)
     if "world" in collections:
         out |= {
             "environment_rotation": scene.world.rotation.astype(np.float32),
@@ -241,25 +240,9 @@ def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[s
 
 def _material_values(scene: Scene) -> dict[str, Any]:
     radiances = [_area_radiance(light) for light in scene.lights.values() if isinstance(light, AreaLight)]
-    first_closures = [scene.closures(name)[0] for name in scene.materials]
-    two_sided = [closure.emission_two_sided for closure in first_closures]
     return {
         "materials": material_table(scene, radiances),
-        "albedo": _rows([closure.base_color for closure in first_closures] + [np.zeros(3)] * len(radiances)),
         "emission": _rows([mean_emission(scene, name) for name in scene.materials] + radiances),
-        "emission_two_sided": np.array(two_sided + [False] * len(radiances), np.uint8),
-    }
-
-
-def _light_values(scene: Scene, origin: NDArray[np.float64]) -> dict[str, Any]:
-    points = [light for light in scene.lights.values() if isinstance(light, PointLight)]
-    suns = [light for light in scene.lights.values() if isinstance(light, SunLight)]
-    return {
-        "lights": light_table(scene, origin),
-        "point_position": _rows([p.position - origin for p in points]),
-        "point_intensity": _rows([p.power * p.color / (4.0 * np.pi) for p in points]),
-        "sun_direction": _rows([s.direction / np.linalg.norm(s.direction) for s in suns]),
-        "sun_irradiance": _rows([s.strength * s.color for s in suns]),
     }
 
 

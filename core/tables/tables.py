@@ -20,7 +20,7 @@ from ..scene.material import Material, Mixture
 from ..scene.parameters import split
 from ..scene.placement import placed_meshes
 from ..scene.scene import Scene, validated
-from .camera import PLACES, camera_row
+from .camera import camera_row
 from .geometry import geometry, ray_bits
 from .lights import LightTable, light_table
 from .materials import TWO_SIDED, MaterialTable, material_table
@@ -71,16 +71,11 @@ class Tables:
     environment_mask: int  # bits of the kinds of rays that see it
     emission: F32  # (M, 3) mean over textures and parts, by which lights are sampled
     environment: F32  # (3,) radiance
-    camera_position: F32  # (3,) relative to origin
-    camera_axes: F32  # (3, 3) rows: right X, up Y, backwards Z
+    camera: F32  # (24,) the camera's floats in one row (`camera.PLACES`)
     camera_kind: int  # place in camera.KINDS
-    focal: float  # pixels; orthographic: pixels per metre
-    pixel_aspect: float
-    principal_point: F32  # (2,) pixels of the rendered window
-    panorama: F32  # (4,) longitude and latitude of the full picture's left, right, lower and upper edge
+    aperture_blades: int
     full_size: NDArray[np.int32]  # (2,) width and height of the full picture
     window: NDArray[np.int32]  # (2,) the rendered window's first pixel
-    aperture: F32  # (5,) radius, focus distance, blades, rotation, ratio
     filter_kind: int  # place in camera.FILTERS
     filter_width: float  # pixels
     width: int  # of the rendered window
@@ -99,14 +94,6 @@ class Tables:
     def emission_two_sided(self) -> NDArray[np.uint8]:
         """(M,) 1: the backs of the material's faces emit, too."""
         return ((self.materials.flags[self.materials.first_closure[:-1]] & TWO_SIDED) != 0).astype(np.uint8)
-
-    @property
-    def camera(self) -> F32:
-        """(24,) the camera's floats in one row (`camera_row.PLACES`)."""
-        lens = self.aperture[[0, 1, 3, 4]]  # radius, focus distance, rotation, ratio
-        parts = [self.camera_position, self.camera_axes.ravel(), [self.focal, self.pixel_aspect], self.principal_point,
-                 self.panorama, lens]
-        return np.concatenate([np.asarray(part, np.float32) for part in parts])
 
     def same_geometry(self, other: Tables) -> bool:
         """Whether meshes, their vertices and what engines build of them are the same as in other tables."""
@@ -139,20 +126,12 @@ def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]
     """The fields of `Tables` that depend on the camera."""
     x0, y0, _, _ = camera.window
     height, width = camera.size
-    row = camera_row(camera, origin)
-    part = {name: row[place] for name, place in PLACES.items()}
     return {
-        "camera_position": part["camera_position"].astype(np.float32),
-        "camera_axes": part["camera_axes"].reshape(3, 3).astype(np.float32),
+        "camera": camera_row(camera, origin).astype(np.float32),
         "camera_kind": CAMERA_KINDS.index(camera.kind),
-        "focal": float(part["focal"][0]),
-        "pixel_aspect": float(part["pixel_aspect"][0]),
-        "principal_point": part["principal_point"].astype(np.float32),
-        "panorama": part["panorama"].astype(np.float32),
+        "aperture_blades": camera.aperture_blades,
         "full_size": np.array([camera.width, camera.height], np.int32),
         "window": np.array([x0, y0], np.int32),
-        "aperture": np.array([camera.aperture_radius, camera.focus_distance, camera.aperture_blades,
-                              camera.aperture_rotation, camera.aperture_ratio], np.float32),
         "filter_kind": FILTERS.index(camera.filter),
         "filter_width": camera.filter_width,
         "width": width,

@@ -8,14 +8,14 @@
 namespace edgegrad {
 namespace {
 
-// Nodes of a tree over so many faces.
+// The number of nodes of a tree over `faces` faces with at most `most` faces per leaf.
 size_t node_count(size_t faces, size_t most) {
     return faces <= most ? 1 : 1 + node_count(faces / 2, most) + node_count(faces - faces / 2, most);
 }
 
-// A number's bits, as a whole number in the order of numbers.
+// Maps a float to an integer so that integers compare as the floats do.
 uint32_t ordered(float x) {
-    const auto bits = std::bit_cast<uint32_t>(x + 0.0f);  // there is one zero
+    const auto bits = std::bit_cast<uint32_t>(x + 0.0f);  // maps -0 to +0
     return bits >> 31 ? ~bits : bits | 0x80000000u;
 }
 
@@ -59,7 +59,7 @@ Cone::Cone(Vector to, double angle) : axis(to), cosine(-2.0), sine(0.0) {
     if (left > 0.0) cosine = std::cos(left), sine = std::sin(left);
 }
 
-// In loops of their own, of which compilers make vectors.
+// The loops compare all faces of a leaf without branches, so that the compiler vectorises them.
 uint32_t FaceTree::Leaf::meets(const Box& b) const {
     int32_t is[kLeaf];
     for (size_t k = 0; k < kLeaf; ++k)
@@ -97,7 +97,7 @@ FaceTree::FaceTree(const SceneTables& tables, std::vector<int32_t> faces, int th
     make(0, 0, static_cast<uint32_t>(count), 0);
 }
 
-// All nodes that may cross themselves, of subtrees at once.
+// Splits all nodes that may intersect themselves, one subtree per item of parallel work.
 void FaceTree::split_wide() const {
     std::vector<size_t> subtrees;
     if (nodes_) subtrees.push_back(0);
@@ -153,7 +153,7 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_clo
         sum = sum + normal;
     }
     const Vector axis = sum * (1.0 / std::max(length(sum), 1e-300));
-    // Of wider cones nothing is left, however wide they are.
+    // A wider cone is stored as "all directions": it can never be narrow together with another cone.
     constexpr double kWide = 0.89;
     static_assert(kWide < 1.0 - 0.125 * kOneDirection * kOneDirection, "the cosine of half of it is larger");
     double least = 1.0;

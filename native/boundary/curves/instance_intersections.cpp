@@ -11,7 +11,7 @@
 namespace edgegrad {
 namespace {
 
-// Boxes are in single precision: so much of the largest coordinate is added on all sides.
+// Boxes are in single precision. They are padded on all sides by this fraction of the largest coordinate.
 constexpr float kRounding = 1e-6f;
 
 Box padded(Box box) {
@@ -26,7 +26,7 @@ void add(Box& box, Vector p) {
     box.add(at);
 }
 
-// The box around what a map makes of the corners of another.
+// The bounding box of a box's corners after a map.
 template <typename Map>
 Box mapped(const Box& box, const Map& map) {
     Box out;
@@ -43,8 +43,8 @@ Box common_box(const Box& a, const Box& b) {
     return out;
 }
 
-// The pairs of copies whose boxes meet and that wanted(one, other), in the order in which they begin along
-// the axis on which they are spread most.
+// The pairs of instances whose boxes overlap and for which requested(one, other) holds, sorted by their lower
+// bounds along the axis of largest spread.
 template <typename Requested>
 std::vector<BoxPair> meeting_pairs(const std::vector<MeshCopy>& copies, const Requested& requested) {
     Box middles;
@@ -64,7 +64,8 @@ std::vector<BoxPair> meeting_pairs(const std::vector<MeshCopy>& copies, const Re
     return out;
 }
 
-// The crossings of two copies. Boxes of the one's faces are looked for in the other's tree in its own space.
+// Finds the intersections of two instances. The boxes of one's faces are looked up in the tree of the other's
+// mesh, in that mesh's space.
 void search_copy_pair(const SceneTables& tables, const std::vector<FaceTree>& trees, const MeshCopy* one,
                       const MeshCopy* other, Intersections& out) {
     const Box common = padded(common_box(one->box, other->box));
@@ -103,7 +104,7 @@ MeshCopy::MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instan
     if (!place.matrix) return;
     box = mapped(box, place);
     const Vector x = vertex(place.matrix), y = vertex(place.matrix + 4), z = vertex(place.matrix + 8);
-    // Scene.validate has seen to it that none flattens its mesh.
+    // Scene.validate rejects singular transforms.
     const double inverse = 1.0 / dot(x, cross(y, z));
     const Vector column[3] = {cross(y, z) * inverse, cross(z, x) * inverse, cross(x, y) * inverse};
     back[0] = {column[0].x, column[1].x, column[2].x};
@@ -139,6 +140,7 @@ void place_intersections(const SceneTables& tables, const Intersections& own,
 void search_copies(const SceneTables& tables, const RequestedMotion& motion, int32_t seers, int threads,
                    Intersections& out) {
     const auto instances = mesh_instances(tables);
+    // List all meshes and instances that the rays see
     std::vector<MeshCopy> copies;
     for (size_t m = 0; m < instances.size(); ++m) {
         if (!(tables.mesh_mask[m] & seers)) continue;
@@ -146,13 +148,15 @@ void search_copies(const SceneTables& tables, const RequestedMotion& motion, int
         for (int32_t instance : instances[m])
             copies.emplace_back(tables, static_cast<int32_t>(m), instance, box);
     }
+    // Select the pairs that may move and whose boxes overlap
     const auto requested = [&](const MeshCopy& one, const MeshCopy& other) {
         if (one.instance < 0 && other.instance < 0)
-            return false;  // boundary/curves/intersections.cpp has them
+            return false;  // boundary/curves/intersections.cpp covers these
         return motion.camera || motion.instances || motion.moving[static_cast<size_t>(one.mesh)] ||
                motion.moving[static_cast<size_t>(other.mesh)];
     };
     const std::vector<BoxPair> pairs = meeting_pairs(copies, requested);
+    // Build a tree of faces for each mesh of these pairs
     std::vector<uint8_t> met(instances.size(), 0);
     for (const BoxPair& pair : pairs)
         for (size_t k : pair) met[static_cast<size_t>(copies[k].mesh)] = 1;
@@ -164,6 +168,7 @@ void search_copies(const SceneTables& tables, const RequestedMotion& motion, int
         std::iota(faces.begin(), faces.end(), tables.mesh_first_face[m]);
         trees.emplace_back(tables, std::move(faces), threads);
     }
+    // Intersect the pairs in parallel
     constexpr size_t kBlock = 16;
     std::vector<Intersections> parts((pairs.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {

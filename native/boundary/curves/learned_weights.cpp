@@ -7,29 +7,31 @@
 namespace edgegrad {
 namespace {
 
-// What is left of a cell's samples after one more gradient.
+// The fraction of a cell's samples, and of the squared errors of guesses, that one more gradient keeps. A
+// larger fraction averages over more gradients, but adapts more slowly.
 constexpr float kKept = 0.8f;
 constexpr double kKeptSquare = 0.9;
-// Guesses of a piece's samples: its own cell's, drawn to the mean of so many pieces to each side with the
-// weight of so many samples. Where events are rare the wide one is the better.
+// A guess is the mean over a segment's own cell, blended with the mean over `reach` segments to each side.
+// The latter has the weight of `weight` samples. The wide guess is better where contributions are rare.
 struct Neighbours {
     int64_t reach;
     double weight;
 };
 constexpr Neighbours kNeighbours[] = {{4, 2.0}, {32, 1e6}};
-// Parts of the samples that may go to all mass alike: what a guess calls worthless is sampled that much.
+// The candidate fractions of the samples that follow the unlearned weights. They keep segments sampled whose
+// guess is too low.
 constexpr double kAlike[] = {0.15, 0.35, 0.6, 1.0};
 double mixed(int mixture, float size) {
     return kAlike[mixture] + (1.0 - kAlike[mixture]) * static_cast<double>(size);
 }
-// A piece counts at most for so many of mean size.
+// Upper bound of a guess relative to the mean. It limits the harm of single outliers.
 constexpr float kLargest = 16.0f;
-// Where more of the mass than this part has no cells, all is begun anew.
+// If cells are missing for more than this fraction of the weight, learning starts again.
 constexpr double kMostUnknown = 0.25;
-// Cells, about, beyond which directions have fewer than the samples' own.
+// About the number of cells beyond which an edge gets fewer direction cells.
 constexpr double kMostCells = 1 << 20;
 
-// The cell among n x n in which a cell among others x others begins.
+// The cell of an n x n grid that contains the first corner of a cell of an others x others grid.
 int32_t cell_among(int32_t cell, int32_t others, int32_t n) {
     if (n == others) return cell;
     const int32_t place = cell & ~kChained;
@@ -52,7 +54,7 @@ bool LearnedWeights::knows(const EdgeList& edges, const Candidates& candidates) 
 void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells,
                            bool chains, double requested) {
     const SceneTables& tables = edges.tables;
-    // Every edge has all cells of directions: where there are many edges, there are fewer cells.
+    // Every edge has all cells of directions, so many edges require few cells each.
     const double lists = static_cast<double>(std::max<int64_t>(1, candidates.size())) * (chains ? 2 : 1);
     direction_cells = std::clamp(static_cast<int32_t>(std::sqrt(std::max(requested, kMostCells) / lists)), 1,
                                  direction_cells);
@@ -63,6 +65,7 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
     for (int32_t mesh : tables.instance_mesh) copy_.push_back(copies[static_cast<size_t>(mesh)]++);
     for (int32_t mesh : tables.instance_mesh) copies_.push_back(copies[static_cast<size_t>(mesh)]);
 
+    // Choose the number of parts of each edge in proportion to its weight
     const auto count = static_cast<size_t>(edges.count());
     first_.assign(count + 1, 0);
     const int32_t all = direction_cells * direction_cells * (chains ? 2 : 1);  // cells of a part
@@ -75,6 +78,7 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
         const double parts = std::round(each * std::min(1.0, mass / (candidates.mass() * length)));
         first_[edge] = std::max(first_[edge], static_cast<uint32_t>(std::clamp(parts, 1.0, 65536.0)));
     }
+    // Assign consecutive parts to edges and their instances
     int64_t mesh = 0;
     uint32_t next = 0;
     for (size_t edge = 0; edge < count; ++edge) {
@@ -121,6 +125,7 @@ Candidates LearnedWeights::pieces(const Candidates& candidates) const {
             if (const float at = static_cast<float>(k) / size; at > low && at < high) u.push_back(at);
         u.push_back(high);
     });
+    // Look up the cell of each segment and guess the size of its samples
     std::vector<int64_t> cells;
     for (size_t i = 0; i < out.edge.size(); ++i) {
         cells.push_back(cell(out.edge[i], instance(out, i), 0.5f * (out.u0[i] + out.u1[i]), out.cell[i]));
@@ -147,13 +152,14 @@ std::vector<float> LearnedWeights::guess(const std::vector<int64_t>& cells, cons
         samples.push_back(samples.back() + value(samples_, c));
     }
     std::vector<float> out(cells.size());
+    // Blend each segment's own mean square with that of its neighbours
     double sum = 0.0, mass = 0.0;
     for (int64_t k = 0; k < count; ++k) {
         const auto i = static_cast<size_t>(k);
         const auto low = static_cast<size_t>(std::max<int64_t>(0, k - reach));
         const auto high = static_cast<size_t>(std::min(count, k + reach + 1));
         const double seen = samples[high] - samples[low];
-        out[i] = -1.0f;  // nothing is known here
+        out[i] = -1.0f;  // unknown
         if (seen <= 0.0) continue;
         const double around = std::max(0.0, moments[high] - moments[low]) / seen;
         const double square =
@@ -161,6 +167,7 @@ std::vector<float> LearnedWeights::guess(const std::vector<int64_t>& cells, cons
         out[i] = static_cast<float>(std::sqrt(square));
         sum += static_cast<double>(out[i]) * masses[i], mass += masses[i];
     }
+    // Normalise by the weighted mean
     const auto mean = static_cast<float>(mass > 0.0 ? sum / mass : 0.0);
     for (float& size : out) size = mean > 0.0f && size >= 0.0f ? std::min(size / mean, kLargest) : 1.0f;
     return out;
@@ -176,6 +183,7 @@ void LearnedWeights::learn(const Candidates& pieces, const SampleRecord& record,
     learned_ = true;
     const double relative = total > 0.0 ? 1.0 / (scale * total) : 0.0;
     const bool guessed = !pieces.unlearned.empty();
+    // Add the samples to their cells and score each guess
     double square[kGuesses][kMixtures] = {};
     for (int64_t k = 0; k < count; ++k) {
         const auto i = static_cast<size_t>(record.entry[k]);
@@ -190,12 +198,13 @@ void LearnedWeights::learn(const Candidates& pieces, const SampleRecord& record,
             moment_[static_cast<size_t>(at)] += static_cast<float>(std::min(each * each, 1e30));
         }
         if (!guessed || size == 0.0) continue;
-        // Of n samples by another density d', sum F^2/(d d') estimates the sum of squares.
+        // With n samples of density d' instead of d, sum F^2/(d d') estimates the mean square under d'.
         const double now = (pieces.cumulative[i + 1] - pieces.cumulative[i]) / mass * size * size;
         for (int g = 0; g < kGuesses; ++g)
             for (int m = 0; m < kMixtures; ++m) square[g][m] += now / mixed(m, pieces.guess[g][i]);
     }
     if (!guessed) return;
+    // Update the mean square of each guess and mixture
     for (int g = 0; g < kGuesses; ++g) {
         for (int m = 0; m < kMixtures; ++m) {
             double all = 0.0;
@@ -204,6 +213,7 @@ void LearnedWeights::learn(const Candidates& pieces, const SampleRecord& record,
             square_[g][m] = kKeptSquare * square_[g][m] + square[g][m] * all / pieces.mass();
         }
     }
+    // Select the best one
     for (int g = 0; g < kGuesses; ++g)
         for (int m = 0; m < kMixtures; ++m)
             if (square_[g][m] < square_[guess_][mixture_]) guess_ = g, mixture_ = m;

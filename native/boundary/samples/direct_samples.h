@@ -1,10 +1,11 @@
-// Both modes of boundary samples, once they are known: moving_blocks(mode, scene, asked, samples) is what
-// moves, times their color; weigh(task, at, samples) leaves out those without a finite size, and
-// sweep_of(samples) is what a unit of motion sweeps.
+// Forward and reverse mode of boundary terms whose samples need no further paths, because the importance and
+// the jump of radiance are known at once.
 //
-// Most need no paths, since what they are seen by and what jumps there is known: sample(scene, task, at,
-// piece, asked, adjoint) gives a packet of those. `adjoint`: of the picture; samples where it is zero needn't
-// be found. Null: all are.
+// A term defines sample(scene, task, at, segment, requested, adjoint), which returns a packet of samples.
+// `adjoint` is the adjoint of the picture: samples whose pixel has adjoint zero may be skipped. It is null in
+// forward mode. For its sample type a term defines moving_blocks(mode, scene, requested, samples), the
+// velocities times the color; weigh(task, at, samples), which drops samples of infinite size; and
+// sweep_of(samples), the swept area per unit of motion.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"
@@ -16,7 +17,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Lanes whose place in the picture has an adjoint.
+// Lanes whose place in the picture has a nonzero adjoint.
 EG_INLINE Mask has_adjoint(const SceneView& scene, Mask active, Float x, Float y, const float* adjoint) {
     if (!adjoint) return splat(-1);
     return largest_component(adjoint_at(scene.camera, active, x, y, adjoint)) > 0.0f;

@@ -1,11 +1,12 @@
-// Forward and reverse mode of boundary terms whose samples need no further paths, because the importance and
-// the jump of radiance are known at once.
-//
-// A term defines sample(scene, task, at, segment, requested, adjoint), which returns a packet of samples.
-// `adjoint` is the adjoint of the picture: samples whose pixel has adjoint zero may be skipped. It is null in
-// forward mode. For its sample type a term defines moving_blocks(mode, scene, requested, samples), the
+// Forward and reverse mode of boundary samples. add_to_picture and add_to_gradient take samples whose
+// radiance is known. For its sample type a term defines moving_blocks(mode, scene, requested, samples), the
 // velocities times the color; weigh(task, at, samples), which drops samples of infinite size; and
 // sweep_of(samples), the swept area per unit of motion.
+//
+// direct_forward and direct_backward are the kernels of terms whose samples need no further paths. Such a
+// term defines sample(scene, task, at, segment, requested, adjoint), which returns a packet of samples.
+// `adjoint` is the adjoint of the picture: samples whose pixel has adjoint zero may be skipped. It is null in
+// forward mode.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"

@@ -1,4 +1,4 @@
-// The surface that light which passes an edge falls on.
+// The receiver: the surface that light hits after it passes an edge.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"
@@ -10,19 +10,20 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct LitPoint {
     Mask found;
     Closest hit;
-    Vec3 through;  // what surfaces on the way let pass, by the probability of having gone on
+    Vec3 through;  // transmittance on the way over the probability of the choice
 };
 
-// What light meets on its way: it is stopped by the meshes with a bit of `blockers`, and seen on those with
-// one of `seers`, by rays of `kind`. Random numbers are those of vertices from `first` on.
+// The meshes that light meets on its way. Meshes with a bit of `blockers` stop it, and meshes with a bit of
+// `seers` can be the receiver. `kind` is the kind of the rays. The random numbers are those of path vertices
+// from `first` on.
 struct LightsWay {
     Int blockers, seers;
     RayKind kind;
     Int first;
 };
 
-// The first surface behind e along -towards that is seen. Light also goes on behind surfaces that don't stop
-// it, or not all of it: one of all that it falls on is picked.
+// Finds the receiver along -towards from a point of an edge. If surfaces on the way are transparent or do not
+// stop the light, several receivers are possible, and one of them is chosen at random.
 EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
                                   const Ignored& ignored, const LightsWay& way, const PathIndex& random) {
     constexpr float kStay = 0.5f;
@@ -32,6 +33,7 @@ EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 poin
     r.hit.b1 = r.hit.b2 = r.hit.distance = splat(0.0f);
     r.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
     r.found = splat(0);
+    // Handle the common case: the first hit stops the light
     const bool clear = scene.all_flags & kHasTransparency;
     const bool differ = clear || scene.rays_differ || scene.lights.any_linked;
     Float near = splat(0.0f);
@@ -46,12 +48,13 @@ EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 poin
             r.found = looking;
             return r;
         }
+        // Evaluate what the hit surface transmits
         const Int mask = gather(scene.mesh_mask, hit.mesh);
         const Mask sees = (mask & way.seers) != 0, stops = looking & ((mask & way.blockers) != 0);
         Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
         Float offset = splat(0.0f);
         if (any(looking)) {
-            // Shadow rays come from the other side.
+            // Shadow rays would meet the surface from the other side.
             const SurfacePoint x =
                 surface_point(scene, looking, hit.face, hit.b1, hit.b2, towards, hit.instance);
             offset = x.offset;
@@ -61,6 +64,7 @@ EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 poin
                     scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(way.kind))));
             through = select(stops, passing, through);
         }
+        // Stop here or continue, at random
         Float chance, unused;
         sobol_pair(random.stream, random.sample, vertex_pair(way.first + passed, kVertexSurvival), chance,
                    unused);
@@ -69,6 +73,7 @@ EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 poin
         r.through = select(stays & open, r.through * splat(1.0f / kStay), r.through);
         r.through =
             select(goes, r.through * through * select(sees, splat(1.0f / (1.0f - kStay)), 1.0f), r.through);
+        // Keep the hits of lanes that stop
         if (!any(r.found)) {
             r.hit = hit;
         } else {

@@ -7,12 +7,12 @@
 //
 // The motion of the ends:
 // - If the camera sees x, x slides: it is the point where its pixel's ray meets the moving surface. With c
-// the velocity of
-//   that ray, D its direction and m(x) the surface's velocity, dx = c + D n . (m - c)/(n . D). A later vertex
-//   moves with its surface, dx = m(x). Near contact it slides partly along the ray from the vertex before it
-//   (boundary/segment/fixed_direction_chain.h).
+// the
+//   velocity of that ray, D its direction and m(x) the surface's velocity, dx = c + D n . (m - c)/(n . D).
+//   A later vertex moves with its surface, dx = m(x). Near contact it also slides partly along the ray from
+//   the vertex before it (boundary/segment/fixed_direction_chain.h).
 // - y moves with its surface or its light, or turns with the environment. Light of a fixed direction moves
-// with x: lambda = 1.
+//   with x: lambda = 1.
 #pragma once
 
 #include "boundary/samples/moving_points.h"

@@ -8,9 +8,9 @@
 // that
 //   dI = int dl T (L- - L+) (-dg/dtheta) / |grad_s g|.
 // T is the chain's throughput. L+ and L- are the radiance on the sides where g > 0 and g < 0; N = (e - p) x t
-// points to the plus side. The integral is sampled by horizontal and vertical scan lines. Per unit of
-// distance between horizontal lines, |n_x| dl of the curve crosses a line. With the weights n_x^2 + n_y^2 = 1
-// for the two directions
+// points to the plus side. The integral is sampled by horizontal and vertical scan lines. A curve element dl
+// crosses |n_x| dl horizontal lines, if these are one unit apart. With the weights n_x^2 + n_y^2 = 1 for the
+// two directions
 //   dI = sum over crossings of T (L- - L+) (-dg/dtheta) |g_k| / (g_x^2 + g_y^2),
 // where k = x on horizontal and k = y on vertical lines. The factor |g_k| / |grad_s g| is bounded for all
 // directions of the curve.

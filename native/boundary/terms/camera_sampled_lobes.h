@@ -1,4 +1,4 @@
-// Which of the camera's surfaces show boundaries behind them by samples that start at the camera.
+// Selects the lobes at the camera's first vertex whose boundary samples start at the camera.
 #pragma once
 
 #include "shading/surface_shader.h"
@@ -6,9 +6,9 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Which lobes of a shader that the camera sees are the aimed estimator's (boundary/terms/camera_sampled.h),
-// as bits 1 << RayKind of what they scatter: all but the diffuse ones, where one of them is no wider than
-// `aimed`, for a gloss over a diffuse base than kWeakGloss of that.
+// The camera-sampled lobes of a shader that the camera sees (boundary/terms/camera_sampled.h), as bits 1 <<
+// RayKind of their scattering. If one lobe's alpha is at most `aimed`, these are all lobes but the diffuse
+// ones. For a gloss over a diffuse base the limit is kWeakGloss * aimed.
 EG_INLINE Int camera_sampled_kinds(const Shader& shader, float aimed) {
     if (!(aimed > 0.0f)) return splat(0);
     if (aimed >= kAimAtAll) return splat(kScatteredRays);

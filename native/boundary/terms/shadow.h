@@ -1,13 +1,17 @@
-// Shadow boundary term: what changes where an edge passes between a lit surface and its light.
+// Shadow boundary term: an edge between a receiver and its light.
 //
-// Formula (S), sampled from the edge outwards: a point e of an edge, light that arrives there as it does at a
-// surface (shading/lights/lights.h), and x, the first surface behind:
-//   dI = int du int dw  kappa |n . D| f_r L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
-// f_r the BSDF of x towards the camera (times |n_s . w|/|n . w| where its shading normal is another). What
-// the camera sees by way of other surfaces counts by what a chain of them brings (scattering_chain.h). sigma
-// is the side of the edge's faces: where they are on both sides, light doesn't pass there. Of lights without
-// size L dw is I/|e - y|^2, or a sun's irradiance. The picture's own samples of lights are per solid angle,
-// and so is this integral.
+// Formula (S) of the derivations (boundary/segment/segment.h), sampled from the edge outwards (derivations,
+// C2, D and E). e(u) is a point of an edge, y a point of a light, and x the first surface behind e along w,
+// the direction of light from y:
+//   dI = int du int dw  W(x) L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy).
+// If the camera sees x, W(x) = kappa |n . D| f, with f the BSDF of x towards the camera (times |n_s . w|/|n .
+// w| for another shading normal). Otherwise W(x) is estimated by a chain of surfaces to the camera
+// (boundary/segment/scattering_chain.h). sigma is the side of the edge's faces. If they are on both sides, no
+// light passes the edge. For lights without size, L dw is I/|e - y|^2, or a sun's irradiance.
+//
+// u is uniform on the sampled segment. The picture's light samplers choose y as they would at a surface in e,
+// with densities per solid angle dw (shading/lights/lights.h). Directions to the environment are sampled
+// about the edge and by the environment's image.
 #pragma once
 
 #include "boundary/samples/direct_samples.h"
@@ -24,9 +28,9 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Direction to the environment from a point of an edge: about the edge, where it is a silhouette. Half of the
-// directions to an image are its own samples; each sample is weighted by the mixture's density (the balance
-// heuristic).
+// Samples a direction to the environment from a point of an edge: in the wedges where the edge is a
+// silhouette or, half of the time, by the environment's image. The weight uses the density of the mixture
+// (balance heuristic).
 EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                              Mask parted, Float& density) {
     constexpr float kByImage = 0.5f;
@@ -50,14 +54,14 @@ EG_OUTLINE LightSample sample_passing_light(const SceneView& scene, Mask active,
     return sample_light_for(scene, active, edge, u, v);
 }
 
-// What a shadow sample's light is, once it is known to pass the edge.
+// The light of a shadow sample. Its radiance is evaluated only after the sample is known to contribute.
 struct ShadowLight {
     LightSample sample;
     Float geometry;  // 1/density
     Int blockers;
 };
 
-// Sets where the light comes from.
+// Samples the light and sets y.
 EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                    Mask parted, BoundarySegment& s) {
     ShadowLight light;
@@ -84,8 +88,8 @@ EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& t
     return light;
 }
 
-// Where the segment from x meets a disk, which faces x. Of a sphere an edge inside sees the inside, which x
-// sees only if it is inside, too.
+// Moves y to where the segment from x meets a disk, which faces x. For spheres, drops samples of which only
+// one of e and x is inside: the edge would see another side of the surface than x does.
 EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
     const Mask on_row = s.active & (s.y.row >= 0);
     const Mask disk = on_row & (s.y.kind == splat(static_cast<int>(kDiskLight)));
@@ -105,7 +109,7 @@ EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
     s.active &= ~sphere | (within(s.point) == within(s.x.position));
 }
 
-// Light that arrives at the edge from y, divided by the density of the sample.
+// The light that arrives at the edge from y, over the density of the sample.
 EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
                              ShadowLight& light) {
     PassingRays rays{light.blockers};
@@ -127,6 +131,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
                                          SegmentCursor& piece, const DerivativeView& requested,
                                          const float* adjoint) {
     BoundarySegment s;
+    // Sample a point of an edge and a light
     SegmentSample p = sample_edge_segment(scene, task, at, piece);
     s.active = p.active;
     s.edge = p.edge;
@@ -135,13 +140,14 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.point = p.a + p.t * s.u;
     s.y = still_far_end();
     s.view.sx = s.view.sy = splat(0.0f);
-    // Of faces that let light pass the jump takes the place of the side.
+    // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
     const Mask clear = transparent_occluder(scene, s.active, s.edge);
     ShadowLight light = aim_at_light(scene, task, p, parts_light(scene, clear, s.edge), s);
     if (scene.rays_differ || scene.lights.any_linked) {
         Int mesh = mesh_of(scene, edge_face(scene, s.edge));
         s.active &= (gather(scene.mesh_mask, mesh) & light.blockers) != 0;
     }
+    // Skip edges that are no silhouette in this direction
     const Vec3 across = cross(p.t, -s.towards);
     p.active = s.active;
     const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
@@ -149,6 +155,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.active &= sigma != 0.0f;
     if (!any(s.active)) return s;
 
+    // Find the receiver
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     const Mask chained = length > 0;
@@ -156,7 +163,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
                            kShadowRay, splat(0)};
     const LitPoint lit =
         find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
-    // Nearer than rounding the jump is the primary boundary's (derivations F3c).
+    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
     s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return s;
     s.reach = lit.hit.distance;
@@ -169,6 +176,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.x.mesh = lit.hit.mesh;
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
     s.slides = s.active & ~chained;
+    // Divide the segment, and skip samples that do not move
     meet_round_light(scene, s);
     divide_segment(s);
     hold_far_end(scene, s);
@@ -178,6 +186,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
         s.active &= ~s.slides | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
+    // Evaluate the light
     Vec3 color = lit.through * light_at_edge(scene, task, s, light) *
                  ((p.u1 - p.u0) * task.scale / (p.density * probability));
     if (any(clear))
@@ -185,6 +194,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
                        color);
     s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return s;
+    // Follow the light to the camera
     const Int kinds =
         task.kind == kEnvironmentShadow ? splat(scene.environment_mask) : light.sample.visible_to;
     const SeenLight seen =

@@ -143,6 +143,7 @@ std::vector<FaceTree::Pair> FaceTree::pairs(size_t requested) const {
 void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_closure) const {
     Node& node = nodes_[at];
     node.first = first, node.last = last, node.first_closure = first_closure;
+    // Bound the faces and their centres
     Box box, centres;
     Vector sum{0, 0, 0};
     for (size_t k = first; k < last; ++k) {
@@ -152,6 +153,7 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_clo
         centres.add(c);
         sum = sum + normal;
     }
+    // Bound the normals by a cone
     const Vector axis = sum * (1.0 / std::max(length(sum), 1e-300));
     // A wider cone is stored as "all directions": it can never be narrow together with another cone.
     constexpr double kWide = 0.89;
@@ -161,6 +163,7 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_clo
         least = std::min(least, dot(axis, shapes_[order_[k]].normal));
     node.box = box;
     node.cone = Cone(axis, least > kWide ? std::acos(std::min(least, 1.0)) : kOneDirection);
+    // Choose the axis along which the node would be split
     for (uint32_t c = 1; c < 3; ++c)
         if (centres.high[c] - centres.low[c] > centres.high[node.axis] - centres.low[node.axis])
             node.axis = c;
@@ -169,6 +172,7 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_clo
         node.right = static_cast<uint32_t>(at + 1 + node_count(half, kLeaf));
         return;
     }
+    // Fill the leaf
     Leaf& leaf = leaves_[first_closure];
     for (size_t k = 0; k < kLeaf; ++k) {
         const bool any = k < node.count();

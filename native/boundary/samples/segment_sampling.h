@@ -119,6 +119,7 @@ EG_INLINE EntrySegment segment_of_entry(const BoundaryTask& task, int64_t entry,
 EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const BoundaryTask& task, int64_t at,
                                             SegmentCursor& cursor) {
     SegmentSample s;
+    // Measure the steps between samples and the shares of the guide
     const double mass = task.cumulative[task.entries];
     const double guided = task.guide ? task.guide[task.shares] : mass;
     const double step = guided / static_cast<double>(task.total);

@@ -31,6 +31,7 @@ EG_OUTLINE LightSource meet_source(const SceneView& scene, Mask active, Vec3 ori
     y.escapes = splat(0);
     Float near = splat(0.0f);
     while (true) {
+        // Find the next surface along each ray
         Closest hit = intersect(scene, looking, origin, direction, near, splat(__builtin_inff()), ignored,
                                 embree::kIncoherent, splat(kScatteredRays));
         Mask pass = splat(0);

@@ -70,6 +70,7 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     const Mask on_row = active & (light.row >= 0);
     if (any(on_row)) l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
     Vec3 y = light.place, normal = zero3();
+    // Find the point and the light's normal
     const Mask disk = on_row & light.is(kDiskLight);
     if (any(disk)) {
         const Vec3 way = l.position - x;
@@ -87,6 +88,7 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
             area_normal(placed_triangle(scene, face, select(on_face, light.instance, splat(-1))).triangle);
         normal = select(on_face, m * (1.0f / max(sqrt(dot(m, m)), 1e-37f)), normal);
     }
+    // Measure the ray to it
     const Mask distant = light.distant();
     const Vec3 way = select(distant, light.place, y - x);
     const Float r2 = max(dot(way, way), 1e-30f), r = sqrt(r2);

@@ -29,6 +29,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
                                const DerivativeView& requested, int at, SegmentCursor& piece, Workspace& work,
                                int queued, BoundarySegment& s) {
+    // Sample a point of an edge
     SegmentSample p = sample_edge_segment(scene, task, at, piece);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);

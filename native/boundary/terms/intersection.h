@@ -149,6 +149,7 @@ EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, IntersectionSegment& s) {
 EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& task,
                                    const DerivativeView& motion, int at, SegmentCursor& piece,
                                    Workspace& work, int queued, IntersectionSegment& s) {
+    // Sample a point of the line and choose the occluded surface
     SegmentSample p = sample_edge_segment(scene, task, at, piece);
     const bool scatters = task.kind == kSurfaceIntersection;
     s.color = zero3();

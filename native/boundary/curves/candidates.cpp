@@ -51,10 +51,10 @@ std::vector<Run> runs_of(const EdgeList& edges, const Requested& requested) {
     const auto instances = mesh_instances(t);
     std::vector<Run> runs;
     for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
-        const std::vector<int32_t>& copies = instances[static_cast<size_t>(mesh)];
-        if (!requested(mesh, is_placed(copies))) continue;
+        const std::vector<int32_t>& of_mesh = instances[static_cast<size_t>(mesh)];
+        if (!requested(mesh, is_placed(of_mesh))) continue;
         const auto [first, last] = mesh_edges(t, static_cast<size_t>(mesh));
-        for (int32_t instance : copies)
+        for (int32_t instance : of_mesh)
             for (int64_t k = first; k < last; k += kEdgeBlock)
                 runs.push_back({mesh, instance, k, std::min(kEdgeBlock, last - k)});
     }
@@ -223,15 +223,15 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
                     place_of(static_cast<uint32_t>(task.tile[k]), weight));
                 continue;
             }
-            frame.pieces(place(vertex(scene, scene.edge_vertices[2 * edge])),
-                         place(vertex(scene, scene.edge_vertices[2 * edge + 1])),
-                         [&](const PictureFrame::EdgeSegment& piece) {
-                             const uint32_t tile =
-                                 z_order(piece.x / camera.width, piece.y / camera.height, kTileBits);
-                             add(edge, static_cast<float>(piece.u0), static_cast<float>(piece.u1),
-                                 static_cast<float>(piece.pixels * static_cast<double>(weight)),
-                                 place_of(tile, weight));
-                         });
+            frame.visit_segments(place(vertex(scene, scene.edge_vertices[2 * edge])),
+                                 place(vertex(scene, scene.edge_vertices[2 * edge + 1])),
+                                 [&](const PictureFrame::EdgeSegment& segment) {
+                                     const uint32_t tile = z_order(segment.x / camera.width,
+                                                                   segment.y / camera.height, kTileBits);
+                                     add(edge, static_cast<float>(segment.u0), static_cast<float>(segment.u1),
+                                         static_cast<float>(segment.pixels * static_cast<double>(weight)),
+                                         place_of(tile, weight));
+                                 });
         }
     });
 }
@@ -253,7 +253,7 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
     });
 }
 
-bool any_held(const SceneView& scene, int64_t edge) {
+bool any_fixed_direction(const SceneView& scene, int64_t edge) {
     const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
     return scene.face_held && std::any_of(scene.edge_faces + first, scene.edge_faces + last,
                                           [&](uint32_t face) { return scene.face_held[face] != 0; });
@@ -264,9 +264,10 @@ Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
     const SceneTables& tables = edges.tables;
     const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
         const auto m = static_cast<size_t>(mesh);
-        const int32_t* held = scene.face_held;
-        return !placed && std::any_of(held + tables.mesh_first_face[m], held + tables.mesh_first_face[m + 1],
-                                      [](int32_t h) { return h != 0; });
+        const int32_t* fixed = scene.face_held;
+        return !placed &&
+               std::any_of(fixed + tables.mesh_first_face[m], fixed + tables.mesh_first_face[m + 1],
+                           [](int32_t f) { return f != 0; });
     });
     return collect(edges, runs, [&](const Run& run, RunWeights& memory, const auto& add) {
         // Compute the weights of the run's edges
@@ -274,7 +275,7 @@ Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
         edges.kernels.edge_weights(scene, task);
         for (int64_t k = 0; k < run.count; ++k) {
             const int64_t edge = run.first + k;
-            if (task.flat[k] || !any_held(scene, edge)) continue;
+            if (task.flat[k] || !any_fixed_direction(scene, edge)) continue;
             // An edge between two materials bounds an emitter from all viewpoints.
             float mass = task.mass[k];
             const uint32_t first = scene.edge_face_first[edge];
@@ -371,11 +372,11 @@ Candidates over_directions(const Candidates& edges, double requested, bool chain
     // Prefer many direction cells: occlusion at an edge varies more with direction than along the edge.
     const double each = std::max(1.0, requested / static_cast<double>(edges.size()));
     const auto n = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
-    const double pieces = std::max(1.0, requested / (n * n));
+    const double segments = std::max(1.0, requested / (n * n));
     return with_cells(edges, n, chains, [&](size_t i) {
         const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
         return static_cast<int32_t>(
-            std::min(std::max(1.0, std::round(pieces * mass / edges.mass())), kMostParts));
+            std::min(std::max(1.0, std::round(segments * mass / edges.mass())), kMostParts));
     });
 }
 

@@ -75,7 +75,7 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
 // (shading/lights/fixed_direction_light.h), except flat ones.
 Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges);
 // Whether a face of the edge emits such light.
-bool any_held(const SceneView& scene, int64_t edge);
+bool any_fixed_direction(const SceneView& scene, int64_t edge);
 
 // Cuts the candidates into segments at the positions borders(k, u) of candidate k, each with
 // `direction_cells`^2 cells of directions. `chains` adds segments whose receiver the camera sees through

@@ -111,7 +111,7 @@ EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Cand
             leaf.child = -1 - static_cast<int32_t>(leaves.size());
             leaves.push_back(leaf);
             row[kSegmentU0] = static_cast<float>(u0), row[kSegmentU1] = static_cast<float>(u1);
-            pieces_.insert(pieces_.end(), row, row + kSegmentColumns);
+            segments_.insert(segments_.end(), row, row + kSegmentColumns);
         }
     }
     // Build the tree

@@ -14,13 +14,13 @@ class EdgeTree {
              bool emitters = false);
 
     EdgeTreeView view() const {
-        return {nodes_.data(), top_.data(), static_cast<int32_t>(top_.size()), pieces_.data()};
+        return {nodes_.data(), top_.data(), static_cast<int32_t>(top_.size()), segments_.data()};
     }
 
  private:
     std::vector<LightNode> nodes_;
     std::vector<int32_t> top_;
-    std::vector<float> pieces_;
+    std::vector<float> segments_;
 };
 
 }  // namespace edgegrad

@@ -116,7 +116,7 @@ Intersections find_intersections(const EdgeList& edges, const RequestedMotion& m
         search_self(edges, static_cast<int32_t>(m), own);
         place_intersections(tables, own, instances[m], out);
     }
-    search_copies(tables, motion, seers, threads, out);
+    search_instances(tables, motion, seers, threads, out);
     return out;
 }
 
@@ -175,15 +175,16 @@ void EdgesAndIntersections::add_candidates(const CameraView& camera, Candidates&
     for (int64_t k = 0; k < intersections_.size(); ++k) {
         may_cancel();
         const float* p = &intersections_.ends[6 * static_cast<size_t>(k)];
-        frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::EdgeSegment& piece) {
-            if (!(piece.pixels > 0.0)) return;
-            candidates.instance.resize(candidates.edge.size(), -1);
-            candidates.edge.push_back(edge_count_ + static_cast<int32_t>(k));
-            candidates.instance.push_back(-1);
-            candidates.u0.push_back(static_cast<float>(piece.u0));
-            candidates.u1.push_back(static_cast<float>(piece.u1));
-            candidates.cumulative.push_back(candidates.cumulative.back() + piece.pixels);
-        });
+        frame.visit_segments(
+            {p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::EdgeSegment& segment) {
+                if (!(segment.pixels > 0.0)) return;
+                candidates.instance.resize(candidates.edge.size(), -1);
+                candidates.edge.push_back(edge_count_ + static_cast<int32_t>(k));
+                candidates.instance.push_back(-1);
+                candidates.u0.push_back(static_cast<float>(segment.u0));
+                candidates.u1.push_back(static_cast<float>(segment.u1));
+                candidates.cumulative.push_back(candidates.cumulative.back() + segment.pixels);
+            });
     }
 }
 

@@ -42,7 +42,7 @@ int32_t cell_among(int32_t cell, int32_t others, int32_t n) {
 
 bool LearnedWeights::knows(const EdgeList& edges, const Candidates& candidates) const {
     if (!learned_ || first_.size() != static_cast<size_t>(edges.count()) + 1 ||
-        copy_.size() != edges.tables.instance_mesh.size())
+        instance_number_.size() != edges.tables.instance_mesh.size())
         return false;
     double unknown = 0.0;
     for (size_t i = 0; i < candidates.edge.size(); ++i)
@@ -60,10 +60,11 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
                                  direction_cells);
     direction_cells_ = direction_cells, chains_ = chains, learned_ = false;
     guess_ = 1, mixture_ = 2, std::fill_n(&square_[0][0], kGuesses * kMixtures, 0.0);
-    std::vector<int32_t> copies(static_cast<size_t>(tables.visible_meshes), 0);
-    copy_.clear(), copies_.clear();
-    for (int32_t mesh : tables.instance_mesh) copy_.push_back(copies[static_cast<size_t>(mesh)]++);
-    for (int32_t mesh : tables.instance_mesh) copies_.push_back(copies[static_cast<size_t>(mesh)]);
+    std::vector<int32_t> instances(static_cast<size_t>(tables.visible_meshes), 0);
+    instance_number_.clear(), instance_count_.clear();
+    for (int32_t mesh : tables.instance_mesh)
+        instance_number_.push_back(instances[static_cast<size_t>(mesh)]++);
+    for (int32_t mesh : tables.instance_mesh) instance_count_.push_back(instances[static_cast<size_t>(mesh)]);
 
     // Choose the number of parts of each edge in proportion to its weight
     const auto count = static_cast<size_t>(edges.count());
@@ -86,7 +87,7 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
         if (!candidates.instance.empty()) {
             const auto face = static_cast<int32_t>(tables.edge_faces[tables.edge_face_first[edge]]);
             while (face >= tables.mesh_first_face[static_cast<size_t>(mesh) + 1]) ++mesh;
-            n *= static_cast<uint32_t>(std::max(1, copies[static_cast<size_t>(mesh)]));
+            n *= static_cast<uint32_t>(std::max(1, instances[static_cast<size_t>(mesh)]));
         }
         first_[edge] = next;
         next += n;
@@ -99,15 +100,15 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
 int32_t LearnedWeights::parts(int32_t edge, int32_t instance) const {
     const auto e = static_cast<size_t>(edge);
     if (e + 1 >= first_.size()) return 0;
-    const int32_t copies = instance < 0 ? 1 : copies_[static_cast<size_t>(instance)];
-    return static_cast<int32_t>(first_[e + 1] - first_[e]) / copies;
+    const int32_t instances = instance < 0 ? 1 : instance_count_[static_cast<size_t>(instance)];
+    return static_cast<int32_t>(first_[e + 1] - first_[e]) / instances;
 }
 
 int64_t LearnedWeights::cell(int32_t edge, int32_t instance, float u, int32_t direction) const {
     const int32_t n = parts(edge, instance);
     if (n == 0) return -1;
     int64_t part = first_[static_cast<size_t>(edge)];
-    if (instance >= 0) part += static_cast<int64_t>(copy_[static_cast<size_t>(instance)]) * n;
+    if (instance >= 0) part += static_cast<int64_t>(instance_number_[static_cast<size_t>(instance)]) * n;
     part += std::clamp(static_cast<int32_t>(u * static_cast<float>(n)), 0, n - 1);
     const int32_t kind = direction & kChained ? 1 : 0;
     return (part * (chains_ ? 2 : 1) + kind) * direction_cells_ * direction_cells_ + (direction & ~kChained);
@@ -178,20 +179,20 @@ void LearnedWeights::age() {
     for (float& n : samples_) n *= kKept;
 }
 
-void LearnedWeights::learn(const Candidates& pieces, const SampleRecord& record, int64_t count, double scale,
-                           double total) {
+void LearnedWeights::learn(const Candidates& segments, const SampleRecord& record, int64_t count,
+                           double scale, double total) {
     learned_ = true;
     const double relative = total > 0.0 ? 1.0 / (scale * total) : 0.0;
-    const bool guessed = !pieces.unlearned.empty();
+    const bool guessed = !segments.unlearned.empty();
     // Add the samples to their cells and score each guess
     double square[kGuesses][kMixtures] = {};
     for (int64_t k = 0; k < count; ++k) {
         const auto i = static_cast<size_t>(record.entry[k]);
-        const double mass = guessed ? pieces.unlearned[i] : pieces.segment_mass(i);
+        const double mass = guessed ? segments.unlearned[i] : segments.segment_mass(i);
         const double size = static_cast<double>(record.contribution[k]) * relative;
         const int64_t at =
-            cell(pieces.edge[i], pieces.instance.empty() ? -1 : pieces.instance[i], record.u[k],
-                 cell_among(record.cell[k], pieces.direction_cells, direction_cells_));
+            cell(segments.edge[i], segments.instance.empty() ? -1 : segments.instance[i], record.u[k],
+                 cell_among(record.cell[k], segments.direction_cells, direction_cells_));
         if (at >= 0) {
             const double each = size * static_cast<double>(record.density[k]) / mass;
             samples_[static_cast<size_t>(at)] += 1.0f;
@@ -199,18 +200,18 @@ void LearnedWeights::learn(const Candidates& pieces, const SampleRecord& record,
         }
         if (!guessed || size == 0.0) continue;
         // With n samples of density d' instead of d, sum F^2/(d d') estimates the mean square under d'.
-        const double now = (pieces.cumulative[i + 1] - pieces.cumulative[i]) / mass * size * size;
+        const double now = (segments.cumulative[i + 1] - segments.cumulative[i]) / mass * size * size;
         for (int g = 0; g < kGuesses; ++g)
-            for (int m = 0; m < kMixtures; ++m) square[g][m] += now / mixed(m, pieces.guess[g][i]);
+            for (int m = 0; m < kMixtures; ++m) square[g][m] += now / mixed(m, segments.guess[g][i]);
     }
     if (!guessed) return;
     // Update the mean square of each guess and mixture
     for (int g = 0; g < kGuesses; ++g) {
         for (int m = 0; m < kMixtures; ++m) {
             double all = 0.0;
-            for (size_t i = 0; i < pieces.unlearned.size(); ++i)
-                all += pieces.unlearned[i] * mixed(m, pieces.guess[g][i]);
-            square_[g][m] = kKeptSquare * square_[g][m] + square[g][m] * all / pieces.mass();
+            for (size_t i = 0; i < segments.unlearned.size(); ++i)
+                all += segments.unlearned[i] * mixed(m, segments.guess[g][i]);
+            square_[g][m] = kKeptSquare * square_[g][m] + square[g][m] * all / segments.mass();
         }
     }
     // Select the best one

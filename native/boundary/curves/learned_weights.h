@@ -27,7 +27,7 @@ class LearnedWeights {
     Candidates pieces(const Candidates& candidates) const;
     // Learns from `count` samples on some segments. Their contributions are multiplied by `scale`. `total` is
     // the sum of all contributions.
-    void learn(const Candidates& pieces, const SampleRecord& record, int64_t count, double scale,
+    void learn(const Candidates& segments, const SampleRecord& record, int64_t count, double scale,
                double total);
     // Decays the stored samples; call before those of the next gradient.
     void age();
@@ -41,8 +41,8 @@ class LearnedWeights {
     // By edge: its first part. The parts of an edge's instances are consecutive. Edges that were no
     // candidates at the start have no parts. Neither have intersections of surfaces.
     std::vector<uint32_t> first_;
-    std::vector<int32_t> copy_,
-        copies_;  // by instance: its number among its mesh's instances, and their count
+    std::vector<int32_t> instance_number_,
+        instance_count_;  // by instance: its number among its mesh's instances, and their count
     int32_t direction_cells_ = 1;
     bool chains_ = false;
     // By cell: the sum of squared samples, and the number of samples.

@@ -152,9 +152,9 @@ struct RoundLight {
                 return side_k[0] + side_k[1] * std::cos(half) + side_k[2] * std::sin(half) > 0.0;
             };
             if (!inside(across[0]) || !inside(across[1]) || !inside(across[2])) continue;
-            const int pieces = static_cast<int>(std::ceil(angle / kArcSegment));
-            for (int j = 0; j < pieces; ++j)
-                visit(at(turns[k] + angle * j / pieces), at(turns[k] + angle * (j + 1) / pieces));
+            const int chords = static_cast<int>(std::ceil(angle / kArcSegment));
+            for (int j = 0; j < chords; ++j)
+                visit(at(turns[k] + angle * j / chords), at(turns[k] + angle * (j + 1) / chords));
         }
     }
 };
@@ -195,21 +195,21 @@ Intersections lines_through_lights(const SceneTables& tables, const RequestedPai
     for (size_t m = 0; m < instances.size(); ++m) {
         may_cancel();
         const auto mesh = static_cast<int32_t>(m);
-        std::vector<Search*> motion;
+        std::vector<Search*> searched;
         for (Search& s : searches)
-            if (requested(s.row, m)) motion.push_back(&s);
-        if (motion.empty()) continue;
+            if (requested(s.row, m)) searched.push_back(&s);
+        if (searched.empty()) continue;
         const Box own = mesh_box(tables, m);
         // The lights near each instance, with their bounds in the mesh's space.
         std::vector<std::pair<Search*, int32_t>> near;
         std::vector<Box> boxes;
         for (int32_t instance : instances[m]) {
-            const MeshCopy copy(tables, mesh, instance, own);
-            for (Search* s : motion) {
+            const PlacedMesh placed(tables, mesh, instance, own);
+            for (Search* s : searched) {
                 const Box box = box_of_light(*s);
-                if (!copy.box.meets(box)) continue;
+                if (!placed.box.meets(box)) continue;
                 near.emplace_back(s, instance);
-                boxes.push_back(copy.local(box));
+                boxes.push_back(placed.local(box));
             }
         }
         if (near.empty()) continue;

@@ -23,10 +23,10 @@ class PictureFrame {
     // Calls visit(segment) for the visible parts of the segment from a to b. There is at most one, except for
     // equirectangular cameras, whose pictures bend lines.
     template <typename Visit>
-    void pieces(Vector a, Vector b, const Visit& visit) const {
+    void visit_segments(Vector a, Vector b, const Visit& visit) const {
         if (camera_.kind == kEquirectangular) return panorama_segments(a, b, visit);
-        const EdgeSegment piece = flat_segment(a, b);
-        if (piece.u0 < piece.u1) visit(piece);
+        const EdgeSegment segment = flat_segment(a, b);
+        if (segment.u0 < segment.u1) visit(segment);
     }
 
     // Bounds in pixels of where a point may be seen. None if it may be seen anywhere.

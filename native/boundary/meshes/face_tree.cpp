@@ -140,9 +140,9 @@ std::vector<FaceTree::Pair> FaceTree::pairs(size_t requested) const {
     return found;
 }
 
-void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_closure) const {
+void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_leaf) const {
     Node& node = nodes_[at];
-    node.first = first, node.last = last, node.first_closure = first_closure;
+    node.first = first, node.last = last, node.first_leaf = first_leaf;
     // Bound the faces and their centres
     Box box, centres;
     Vector sum{0, 0, 0};
@@ -173,7 +173,7 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_clo
         return;
     }
     // Fill the leaf
-    Leaf& leaf = leaves_[first_closure];
+    Leaf& leaf = leaves_[first_leaf];
     for (size_t k = 0; k < kLeaf; ++k) {
         const bool any = k < node.count();
         const size_t at_face = any ? order_[first + k] : 0;
@@ -208,10 +208,10 @@ void FaceTree::make_children(size_t at) const {
     const auto place = [&](uint32_t k) { return sorted_.begin() + static_cast<ptrdiff_t>(k); };
     std::nth_element(place(first), place(middle), place(last));
     for (size_t k = first; k < last; ++k) order_[k] = static_cast<uint32_t>(sorted_[k]);
-    make(at + 1, first, middle, node.first_closure);
+    make(at + 1, first, middle, node.first_leaf);
     // A tree of n nodes has (n + 1)/2 leaves.
     const auto left_leaves = static_cast<uint32_t>((node.right - at) / 2);
-    make(node.right, middle, last, node.first_closure + left_leaves);
+    make(node.right, middle, last, node.first_leaf + left_leaves);
 }
 
 std::vector<std::vector<int32_t>> faces_in(const SceneTables& t, int32_t mesh, std::span<const Box> boxes,

@@ -79,7 +79,7 @@ class FaceTree {
             const Node& node = nodes_[at];
             if (!node.box.meets(box)) continue;
             if (node.leaf()) {
-                const Leaf& leaf = leaves_[node.first_closure];
+                const Leaf& leaf = leaves_[node.first_leaf];
                 for_each_bit(leaf.meets(box), [&](size_t k) { visit_face(leaf.face[k]); });
             } else {
                 split(at);
@@ -109,7 +109,7 @@ class FaceTree {
             const Pair pair = stack.back();
             stack.pop_back();
             if (both_leaves(pair))
-                visit_closures(pair, visit_pair);
+                visit_leaves(pair, visit_pair);
             else
                 divide(pair, add);
         }
@@ -126,7 +126,7 @@ class FaceTree {
         Cone cone;
         uint32_t first = 0, last = 0;  // faces order_[first] to order_[last - 1]
         uint32_t right = 0;            // 0 for a leaf; the left child is the next node
-        uint32_t first_closure = 0;
+        uint32_t first_leaf = 0;
         uint32_t axis = 0;  // along which the faces' centres spread most
         std::atomic<uint8_t> state = kWhole;
 
@@ -185,8 +185,8 @@ class FaceTree {
     }
 
     template <typename Visit>
-    void visit_closures(const Pair& pair, const Visit& visit_pair) const {
-        const Leaf &s = leaves_[nodes_[pair[0]].first_closure], &t = leaves_[nodes_[pair[1]].first_closure];
+    void visit_leaves(const Pair& pair, const Visit& visit_pair) const {
+        const Leaf &s = leaves_[nodes_[pair[0]].first_leaf], &t = leaves_[nodes_[pair[1]].first_leaf];
         const bool one = pair[0] == pair[1];
         for_each_bit(s.meets(nodes_[pair[1]].box), [&](size_t j) {
             uint32_t others = t.meets(s.box(j));
@@ -197,7 +197,7 @@ class FaceTree {
     }
 
     // Fills a node from its range of faces, without its children. A leaf gets its faces.
-    void make(size_t at, uint32_t first, uint32_t last, uint32_t first_closure) const;
+    void make(size_t at, uint32_t first, uint32_t last, uint32_t first_leaf) const;
     // Makes the node's children, or waits if another thread is making them.
     void split(size_t at) const {
         if (nodes_[at].state.load(std::memory_order_acquire) != kSplit) split_once(at);

@@ -47,9 +47,9 @@ EG_INLINE void add_to_gradient(const SceneView& scene, const BoundaryTask& task,
 template <auto sample>
 static void direct_forward(const SceneView& scene, const BoundaryTask& task, Workspace&,
                            const DerivativeView& tangent, Splats& splats) {
-    SegmentCursor piece = first_segment(task);
+    SegmentCursor cursor = first_segment(task);
     for (int64_t at = 0; at < task.count; at += W) {
-        auto s = sample(scene, task, at, piece, tangent, nullptr);
+        auto s = sample(scene, task, at, cursor, tangent, nullptr);
         add_to_picture(scene, task, at, tangent, s, splats);
     }
 }
@@ -57,9 +57,9 @@ static void direct_forward(const SceneView& scene, const BoundaryTask& task, Wor
 template <auto sample>
 static void direct_backward(const SceneView& scene, const BoundaryTask& task, Workspace&,
                             const float* adjoint, DerivativeView& gradient) {
-    SegmentCursor piece = first_segment(task);
+    SegmentCursor cursor = first_segment(task);
     for (int64_t at = 0; at < task.count; at += W) {
-        auto s = sample(scene, task, at, piece, gradient, adjoint);
+        auto s = sample(scene, task, at, cursor, gradient, adjoint);
         add_to_gradient(scene, task, at, adjoint, s, gradient);
     }
 }

@@ -16,7 +16,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-struct Aim {
+struct LobeDirection {
     Vec3 position;  // x
     Vec3 towards;   // a
     Float width2;   // s^2
@@ -27,11 +27,11 @@ struct Aim {
 // silhouette only if a normal in its cone (half angle o) can be perpendicular to a direction in its cone of
 // directions (half angle b): |d . axis|/|d| <= sin(o + b). The test uses the upper bound sin o + cos o
 // radius/|d| of the right side.
-EG_INLINE Float weigh_node(const NodePacket& n, const Aim& aim) {
-    const Vec3 d = n.center - aim.position;
-    const Float d2 = max(dot(d, d), 1e-30f), along = dot(d, aim.towards), r2 = n.radius * n.radius;
+EG_INLINE Float weigh_node(const NodePacket& n, const LobeDirection& around) {
+    const Vec3 d = n.center - around.position;
+    const Float d2 = max(dot(d, d), 1e-30f), along = dot(d, around.towards), r2 = n.radius * n.radius;
     const Float h2 = max(d2 - select(along < 0.0f, -along, along) * along, 0.0f);
-    const Float inner = d2 * aim.width2 + r2, outer = inner + h2;
+    const Float inner = d2 * around.width2 + r2, outer = inner + h2;
     const Float over = abs(dot(d, n.axis)) - n.cos_o * n.radius, sine = n.sin_o + 1e-5f;
     const Mask possible = (n.cos_o <= 0.0f) | (d2 <= r2) | (over <= 0.0f) | (over * over <= sine * sine * d2);
     const Float k = inner / outer;
@@ -45,11 +45,11 @@ struct PlaceOnEdge {
     Float u, density;
 };
 
-EG_INLINE PlaceOnEdge choose_place(const Aim& aim, Mask active, Vec3 a, Vec3 t, Float u0, Float u1,
-                                   Float random) {
+EG_INLINE PlaceOnEdge choose_place(const LobeDirection& around, Mask active, Vec3 a, Vec3 t, Float u0,
+                                   Float u1, Float random) {
     // Measure the line in angles from its foot
     const Float length = max(sqrt(dot(t, t)), 1e-30f);
-    const Vec3 along = t * (1.0f / length), from = a - aim.position;
+    const Vec3 along = t * (1.0f / length), from = a - around.position;
     const Float start = dot(from, along);
     const Vec3 foot = from - along * start;
     const Float height = sqrt(dot(foot, foot));
@@ -57,9 +57,9 @@ EG_INLINE PlaceOnEdge choose_place(const Aim& aim, Mask active, Vec3 a, Vec3 t, 
     const Float phi_low = atan2(low, height), range = atan2(high, height) - phi_low;
     const Vec3 away = foot * (1.0f / max(height, 1e-30f));
     // Invert the integral of the density
-    const Float middle = atan2(dot(aim.towards, along), dot(aim.towards, away));
-    const Float off = dot(aim.towards, cross(along, away));
-    const Float s2 = aim.width2 + off * off;
+    const Float middle = atan2(dot(around.towards, along), dot(around.towards, away));
+    const Float off = dot(around.towards, cross(along, away));
+    const Float s2 = around.width2 + off * off;
     const auto share = [&](Float phi) { return phi / sqrt(s2 + phi * phi); };
     const Float q0 = share(phi_low - middle), q1 = share(phi_low + range - middle);
     const Float q = q0 + random * (q1 - q0);

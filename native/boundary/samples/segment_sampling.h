@@ -104,14 +104,15 @@ struct EntrySegment {
     double count;  // segments of the entry
 };
 EG_INLINE EntrySegment segment_of_entry(const BoundaryTask& task, int64_t entry, double place) {
-    const int32_t n = task.direction_cells, cells = n * n, parts = task.parts[entry], pieces = parts * cells;
-    place *= pieces;
-    const int32_t last = pieces - 1;
+    const int32_t n = task.direction_cells, cells = n * n, parts = task.parts[entry],
+                  segments = parts * cells;
+    place *= segments;
+    const int32_t last = segments - 1;
     const int32_t k = !(place > 0.0) ? 0 : place < last ? static_cast<int32_t>(place) : last;
     const int32_t part = k / cells, row = k % cells / n, column = k % n;
     const float from = task.u0[entry], width = (task.u1[entry] - from) / static_cast<float>(parts);
     return {row * n + (row % 2 ? n - 1 - column : column), from + width * static_cast<float>(part),
-            from + width * static_cast<float>(part + 1), place - k, static_cast<double>(pieces)};
+            from + width * static_cast<float>(part + 1), place - k, static_cast<double>(segments)};
 }
 
 // Samples [task.first + at, ...). Sample k lies in the k-th of `total` equal parts of the weight. With a
@@ -157,11 +158,11 @@ EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const Bounda
         }
         // Select the segment and the cell of an entry that has many
         if (task.parts) {
-            const EntrySegment piece = segment_of_entry(task, entry, tau);
-            s.cell[i] = piece.cell;
-            s.u0[i] = piece.u0, s.u1[i] = piece.u1;
-            tau = piece.place;
-            length /= piece.count;
+            const EntrySegment segment = segment_of_entry(task, entry, tau);
+            s.cell[i] = segment.cell;
+            s.u0[i] = segment.u0, s.u1[i] = segment.u1;
+            tau = segment.place;
+            length /= segment.count;
         }
         s.tau[i] = static_cast<float>(tau < 0.0 ? 0.0 : tau > 1.0 ? 1.0 : tau);
         s.density[i] = static_cast<float>(length * density);

@@ -27,8 +27,8 @@ struct EdgeSample {
 
 // Samples [task.first + at, ...) of the segments, each seen through its own point of the lens.
 EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                 SegmentCursor& piece) {
-    const SegmentSample place = sample_edge_segment(scene, task, at, piece);
+                                 SegmentCursor& cursor) {
+    const SegmentSample place = sample_edge_segment(scene, task, at, cursor);
     const CameraView& c = scene.camera;
     EdgeSample s;
     s.active = place.active;

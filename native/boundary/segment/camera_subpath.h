@@ -99,12 +99,13 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
 
 // Continues paths from their first hits to the surfaces at which their segments number `target` end. Paths
 // that end earlier, or cannot scatter there, become inactive. Transparent surfaces are passed at random. If
-// `camera_sampled` > 0, paths leave the first surface only by camera-sampled lobes (camera_sampled_kinds).
-// Fills `held`, if not null, with the surfaces of the path for fixed directions near contact. Sets
-// `followed`, if not null, to the part of the throughput that perfect and followed lobes alone contribute.
+// `camera_sampled_alpha` > 0, paths leave the first surface only by camera-sampled lobes
+// (camera_sampled_kinds). Fills `fixed`, if not null, with the surfaces of the path for fixed directions near
+// contact. Sets `followed`, if not null, to the part of the throughput that perfect and followed lobes alone
+// contribute.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
-                                  Int target, float aimed = 0.0f, FixedDirectionChain* held = nullptr,
-                                  Vec3* followed = nullptr) {
+                                  Int target, float camera_sampled_alpha = 0.0f,
+                                  FixedDirectionChain* fixed = nullptr, Vec3* followed = nullptr) {
     if (followed) *followed = p.throughput;
     const bool follows = followed && scene.followed_alpha > 0.0f;
     const bool clear = scene.all_flags & kHasTransparency;
@@ -148,8 +149,8 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             walking &= pass | goes;
             Vec3 weight = next.weight;
             Int kinds = splat(kScatteredRays);
-            if (aimed > 0.0f) {
-                kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, aimed), kinds);
+            if (camera_sampled_alpha > 0.0f) {
+                kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, camera_sampled_alpha), kinds);
                 weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
             }
             if (follows) {
@@ -174,12 +175,12 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             intersect(scene, walking, p.origin, p.direction, splat(0.0f), splat(__builtin_inff()),
                       ignore_nothing(), embree::kIncoherent, ray_mask(p.kind));
         walking &= met.hit;
-        if (held && scene.mesh_contact && any(walking & (held->length > 0))) {
+        if (fixed && scene.mesh_contact && any(walking & (fixed->length > 0))) {
             // Contact requires an opaque scene, so all lanes have met the same number of surfaces.
             SurfacePoint next = surface_point(scene, walking, met.face, met.b1, met.b2, p.direction,
                                               select(walking, met.instance, splat(-1)));
             next.mesh = select(walking, met.mesh, splat(0));
-            hold_next(scene, walking & (held->length > 0), p.segment - 2, s.x, next, *held);
+            set_chain_surface(scene, walking & (fixed->length > 0), p.segment - 2, s.x, next, *fixed);
         }
         hit.face = select(walking, met.face, hit.face), hit.mesh = select(walking, met.mesh, hit.mesh);
         hit.instance = select(walking, met.instance, hit.instance);

@@ -50,10 +50,10 @@ EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& ta
     const int count = static_cast<int>(task.count);
     const size_t packets = static_cast<size_t>((count + W - 1) / W);
     auto* segments = static_cast<Segment*>(work.segments->grow(packets * sizeof(Segment), 0));
-    SegmentCursor piece = first_segment(task);
+    SegmentCursor cursor = first_segment(task);
     int queued = 0;
     for (int at = 0; at < count; at += W)
-        queued = sample(scene, task, requested, at, piece, work, queued, segments[at / W]);
+        queued = sample(scene, task, requested, at, cursor, work, queued, segments[at / W]);
     if (task.kind == kLightIntersection) return segments;  // the radiance of lights is known
     run_appended(scene, light_paths(task), work, queued, count);
     for (int at = 0; at < count; at += W) {

@@ -29,8 +29,8 @@ struct FixedDirectionChain {
 };
 
 // Sets surface number k (from 0) of the chain in some lanes. `next` is the next vertex towards x.
-EG_INLINE void hold_next(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
-                         const SurfacePoint& next, FixedDirectionChain& chain) {
+EG_INLINE void set_chain_surface(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
+                                 const SurfacePoint& next, FixedDirectionChain& chain) {
     const Float share =
         contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.triangle, next.position)
             .share;
@@ -71,11 +71,11 @@ EG_INLINE Vec3 fixed_direction_blocks(Mode& mode, const SceneView& scene, const 
         const Vec3 n = select(starts, x.normal, own.normal);
         const Vec3 of_ray =
             select(here, (g - n * (dot(g, by.w) / select(here, dot(n, by.w), 1.0f))) * by.share, zero3());
-        const Vec3 rides = g - of_ray;
-        to_x = select(starts, rides, to_x);
+        const Vec3 of_material = g - of_ray;
+        to_x = select(starts, of_material, to_x);
         if (any(carried))
-            face_point_blocks(mode, scene, motion, carried, own.face, own.instance, own.b1, own.b2, rides,
-                              color);
+            face_point_blocks(mode, scene, motion, carried, own.face, own.instance, own.b1, own.b2,
+                              of_material, color);
         g = select(starts | carried, of_ray, g);
         carried = here;
     }

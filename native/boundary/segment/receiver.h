@@ -7,7 +7,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-struct LitPoint {
+struct ReceiverHit {
     Mask found;
     Closest hit;
     Vec3 through;  // transmittance on the way over the probability of the choice
@@ -16,7 +16,7 @@ struct LitPoint {
 // The meshes that light meets on its way. Meshes with a bit of `blockers` stop it, and meshes with a bit of
 // `seers` can be the receiver. `kind` is the kind of the rays. The random numbers are those of path vertices
 // from `first` on.
-struct LightsWay {
+struct ReceiverRays {
     Int blockers, seers;
     RayKind kind;
     Int first;
@@ -24,10 +24,11 @@ struct LightsWay {
 
 // Finds the receiver along -towards from a point of an edge. If surfaces on the way are transparent or do not
 // stop the light, several receivers are possible, and one of them is chosen at random.
-EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
-                                  const Ignored& ignored, const LightsWay& way, const PathIndex& random) {
+EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
+                                     const Ignored& ignored, const ReceiverRays& rays,
+                                     const PathIndex& random) {
     constexpr float kStay = 0.5f;
-    LitPoint r;
+    ReceiverHit r;
     r.hit.hit = r.hit.face = r.hit.mesh = splat(0);
     r.hit.instance = splat(-1);
     r.hit.b1 = r.hit.b2 = r.hit.distance = splat(0.0f);
@@ -41,7 +42,7 @@ EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 poin
     Mask looking = active;
     while (any(looking)) {
         const Closest hit = intersect(scene, looking, point, -towards, near, splat(__builtin_inff()), ignored,
-                                      embree::kIncoherent, way.blockers | way.seers);
+                                      embree::kIncoherent, rays.blockers | rays.seers);
         looking &= hit.hit;
         if (!differ) {
             r.hit = hit;
@@ -50,7 +51,7 @@ EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 poin
         }
         // Evaluate what the hit surface transmits
         const Int mask = gather(scene.mesh_mask, hit.mesh);
-        const Mask sees = (mask & way.seers) != 0, stops = looking & ((mask & way.blockers) != 0);
+        const Mask sees = (mask & rays.seers) != 0, stops = looking & ((mask & rays.blockers) != 0);
         Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
         Float offset = splat(0.0f);
         if (any(looking)) {
@@ -61,12 +62,12 @@ EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 poin
             Vec3 passing = zero3();
             if (clear)
                 passing = surface_transmittance(
-                    scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(way.kind))));
+                    scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(rays.kind))));
             through = select(stops, passing, through);
         }
         // Stop here or continue, at random
         Float chance, unused;
-        sobol_pair(random.stream, random.sample, vertex_pair(way.first + passed, kVertexSurvival), chance,
+        sobol_pair(random.stream, random.sample, vertex_pair(rays.first + passed, kVertexSurvival), chance,
                    unused);
         const Mask open = largest_component(through) > 0.0f;
         const Mask stays = looking & sees & (~open | (chance < kStay)), goes = looking & open & ~stays;

@@ -123,9 +123,9 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         c.bounces = add_bounce(c.bounces, active, bounce_kind(seen, wi, f, diffuse, chance));
     }
     // Find the next surface
-    const LightsWay way = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};
-    const LitPoint next =
-        find_receiver(scene, active, leave_surface(seen), -wo, ignore_nothing(), way, random);
+    const ReceiverRays rays = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};
+    const ReceiverHit next =
+        find_receiver(scene, active, leave_surface(seen), -wo, ignore_nothing(), rays, random);
     const Closest& hit = next.hit;
     c.at.hit = select(walking, next.found, c.at.hit);
     c.at.face = select(walking, hit.face, c.at.face);
@@ -186,9 +186,9 @@ EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, con
 struct SeenLight {
     Mask active;
     Projection view;
-    Vec3 weight;               // W(x); without |n . D| where the camera sees x
-    Int bounces;               // of x and of the surfaces before it, counters by kind
-    FixedDirectionChain held;  // near contact
+    Vec3 weight;                // W(x); without |n . D| where the camera sees x
+    Int bounces;                // of x and of the surfaces before it, counters by kind
+    FixedDirectionChain fixed;  // near contact
 };
 
 // Follows light of the scattering kinds `light_kinds`, which arrives at x along w, over `length` more
@@ -204,20 +204,21 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     Chain chain{x, w, one, one, splat(0)};
     chain.at.hit = active;
     SeenLight seen;
-    if (scene.mesh_contact) begin_fixed_direction_chain(scene, active, length, seen.held);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, active, length, seen.fixed);
     // Extend the chain to a surface that the camera sees
     for (int k = 0;; ++k) {
         const Mask walking = chain.at.hit & (length > k);
         if (!any(walking)) break;
-        const bool holds = scene.mesh_contact && any(walking & (seen.held.length > k));
+        const bool fixes = scene.mesh_contact && any(walking & (seen.fixed.length > k));
         SurfacePoint before;
-        if (holds) before = chain_point(scene, walking, chain);
+        if (fixes) before = chain_point(scene, walking, chain);
         const Int seers = select(length == k + 1, splat(1 << kCameraRay), splat(kScatteredRays));
         extend(scene, walking, chain, p.random, splat((k + 1) * kChainVertex),
                k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on), k == 0);
-        if (holds) {
-            const Mask held = walking & chain.at.hit & (seen.held.length > k);
-            hold_next(scene, held, length - (k + 1), chain_point(scene, held, chain), before, seen.held);
+        if (fixes) {
+            const Mask fixed = walking & chain.at.hit & (seen.fixed.length > k);
+            set_chain_surface(scene, fixed, length - (k + 1), chain_point(scene, fixed, chain), before,
+                              seen.fixed);
         }
     }
     // Connect the last surface to the camera

@@ -30,8 +30,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct FarEnd {
     Int face, instance;  // a surface, at (b1, b2); face -1: none
     Float b1, b2;
-    Int row, kind;  // a row of the light table and its LightKind; row -1: none
-    Mask sky;       // the image of the environment
+    Int row, kind;     // a row of the light table and its LightKind; row -1: none
+    Mask environment;  // the image of the environment
 };
 
 EG_INLINE FarEnd still_far_end() {
@@ -39,7 +39,7 @@ EG_INLINE FarEnd still_far_end() {
 }
 
 EG_INLINE Mask is_distant(const FarEnd& y) {
-    return y.sky | (y.kind >= splat(static_cast<int>(kDirectionLight)));
+    return y.environment | (y.kind >= splat(static_cast<int>(kDirectionLight)));
 }
 
 struct BoundarySegment {
@@ -55,7 +55,7 @@ struct BoundarySegment {
     SurfacePoint x;  // its normal on the side of the viewer
     Mask slides;     // the camera sees x, as in `view`; else x moves with its surface
     Projection view;
-    FixedDirectionChain held;  // near contact
+    FixedDirectionChain fixed;  // near contact
     FarEnd y;
     // The integrand without sweep and velocities. Where x slides it is divided by |n . D|, which cancels the
     // divisor of the slide.
@@ -70,30 +70,30 @@ EG_INLINE void divide_segment(BoundarySegment& s) {
 
 // If the light of y has a fixed direction (shading/lights/fixed_direction_light.h), the segment moves with x
 // alone.
-EG_INLINE void hold_far_end(const SceneView& scene, BoundarySegment& s) {
-    const Mask held = holds_direction(scene, s.active, s.y.face, s.x.material);
-    s.y.face = select(held, splat(-1), s.y.face);
-    s.lambda = select(held, splat(1.0f), s.lambda);
+EG_INLINE void fix_light_direction(const SceneView& scene, BoundarySegment& s) {
+    const Mask fixed = holds_direction(scene, s.active, s.y.face, s.x.material);
+    s.y.face = select(fixed, splat(-1), s.y.face);
+    s.lambda = select(fixed, splat(1.0f), s.lambda);
 }
 
 // The blending weight b of y (scene/contact.h), if `length` surfaces lie between the camera and x.
-EG_INLINE Float held_share(const SceneView& scene, Mask active, Int length, const SurfacePoint& x,
-                           const FarEnd& y) {
-    const Mask held = active & (length < scene.fixed_direction_surfaces) & (y.face >= 0);
-    return contact_with_face(scene, held, x, y.face, y.instance, y.b1, y.b2).share;
+EG_INLINE Float fixed_direction_weight(const SceneView& scene, Mask active, Int length, const SurfacePoint& x,
+                                       const FarEnd& y) {
+    const Mask fixed = active & (length < scene.fixed_direction_surfaces) & (y.face >= 0);
+    return contact_with_face(scene, fixed, x, y.face, y.instance, y.b1, y.b2).share;
 }
 
 // Blends the segment's motion towards a fixed direction if y is close to x (scene/contact.h). This applies to
 // the first few surfaces of a path.
-EG_INLINE void hold_contact(const SceneView& scene, Int length, BoundarySegment& s) {
+EG_INLINE void blend_near_contact(const SceneView& scene, Int length, BoundarySegment& s) {
     if (!scene.mesh_contact) return;
-    s.lambda = s.lambda + (1.0f - s.lambda) * held_share(scene, s.active, length, s.x, s.y);
+    s.lambda = s.lambda + (1.0f - s.lambda) * fixed_direction_weight(scene, s.active, length, s.x, s.y);
 }
 
 // Whether x may move: with its surface, with the camera that sees it, or with the vertex before it near
 // contact.
-EG_INLINE Mask lit_end_moves(const SceneView& scene, const DerivativeView& motion, Mask active,
-                             const SurfacePoint& x, Mask slides) {
+EG_INLINE Mask receiver_moves(const SceneView& scene, const DerivativeView& motion, Mask active,
+                              const SurfacePoint& x, Mask slides) {
     Mask moves = face_point_moves(scene, motion, active, x.face, x.instance);
     if (motion.camera_requested) moves |= active & slides;
     if (scene.mesh_contact)
@@ -105,10 +105,10 @@ EG_INLINE Mask lit_end_moves(const SceneView& scene, const DerivativeView& motio
 // Whether any part of the segment may move.
 EG_INLINE Mask segment_moves(const SceneView& scene, const DerivativeView& motion, const BoundarySegment& s) {
     Mask moves = edge_point_moves(scene, motion, s.active, s.edge, s.instance) |
-                 lit_end_moves(scene, motion, s.active, s.x, s.slides) |
+                 receiver_moves(scene, motion, s.active, s.x, s.slides) |
                  face_point_moves(scene, motion, s.active & (s.y.face >= 0), s.y.face, s.y.instance);
     if (motion.lights_requested) moves |= s.active & (s.y.row >= 0);
-    if (motion.rotation_requested) moves |= s.active & s.y.sky;
+    if (motion.rotation_requested) moves |= s.active & s.y.environment;
     return moves;
 }
 
@@ -126,12 +126,12 @@ EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const Derivati
         from = select(on_row, light_motion_row(scene.lights, light, y.kind, x, towards * way, g, row), from);
         if (motion.lights_requested) mode.light(on_row, light, row, color);
     }
-    const Mask sky = active & y.sky;
-    if (motion.rotation_requested && any(sky)) {
+    const Mask environment = active & y.environment;
+    if (motion.rotation_requested && any(environment)) {
         const Vec3 d = rotated(scene.environment_rotation, towards);
         const Float row[9] = {d.x * g.x, d.x * g.y, d.x * g.z, d.y * g.x, d.y * g.y,
                               d.y * g.z, d.z * g.x, d.z * g.y, d.z * g.z};
-        mode.rotation(sky, row, color);
+        mode.rotation(environment, row, color);
     }
     return from;
 }
@@ -139,14 +139,14 @@ EG_INLINE Vec3 far_end_blocks(Mode& mode, const SceneView& scene, const Derivati
 // Adds the velocity of x, with g its adjoint. For a slide, n (g . D)/(n . D) is the surface's part of g, and
 // the rest is the ray's. Cancelling n . D with the |n . D| of the color keeps both bounded at grazing views.
 template <typename Mode>
-EG_INLINE void lit_end_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
-                              const BoundarySegment& s, Vec3 g) {
+EG_INLINE void receiver_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
+                               const BoundarySegment& s, Vec3 g) {
     const Float nd = dot(s.x.normal, s.view.across_of);  // negative
     const Vec3 along = s.x.normal * -dot(g, s.view.across_of);
     Vec3 to_face = select(s.slides, along, g);
-    if (scene.mesh_contact && any(s.active & (s.held.length > 0)))
+    if (scene.mesh_contact && any(s.active & (s.fixed.length > 0)))
         to_face =
-            fixed_direction_blocks(mode, scene, motion, s.active, s.held, s.x, s.view, g, to_face, s.color);
+            fixed_direction_blocks(mode, scene, motion, s.active, s.fixed, s.x, s.view, g, to_face, s.color);
     face_point_blocks(mode, scene, motion, s.active, s.x.face, s.x.instance, s.x.b1, s.x.b2, to_face,
                       s.color);
     const Mask seen = s.active & s.slides;
@@ -172,7 +172,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 by_y = s.sweep * select(is_distant(s.y), -s.reach, s.lambda - 1.0f);
     const Vec3 from = far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards,
                                      s.reach + s.distance, by_y, color);
-    lit_end_blocks(mode, scene, motion, s, from - s.sweep * s.lambda);
+    receiver_blocks(mode, scene, motion, s, from - s.sweep * s.lambda);
 }
 
 // The swept area per unit of color, if the edge moves across the segment by one unit.

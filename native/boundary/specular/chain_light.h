@@ -32,9 +32,9 @@ struct ChainLight {
     Float density;  // of y with respect to dM
 
     EG_INLINE Mask is(LightKind k) const { return (row >= 0) & (kind == splat(static_cast<int>(k))); }
-    EG_INLINE Mask sky() const { return (row < 0) & (face < 0); }
+    EG_INLINE Mask environment() const { return (row < 0) & (face < 0); }
     EG_INLINE Mask distant() const {
-        return sky() | ((row >= 0) & (kind >= splat(static_cast<int>(kDirectionLight))));
+        return environment() | ((row >= 0) & (kind >= splat(static_cast<int>(kDirectionLight))));
     }
 };
 
@@ -121,8 +121,8 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
 EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
                            const ChainLightRay& seen, Int mesh, Int kind) {
     Vec3 radiance = select(active & light.scatters, gray(splat(1.0f)), zero3());
-    const Mask sky = active & light.sky();
-    if (any(sky)) radiance = select(sky, environment_radiance(scene, seen.w), radiance);
+    const Mask environment = active & light.environment();
+    if (any(environment)) radiance = select(environment, environment_radiance(scene, seen.w), radiance);
     const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh);
     if (any(on_row)) {
         const LightRow l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
@@ -191,7 +191,7 @@ EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x,
     index.sample = bits(splat(0));
     index.stream = hash(stream ^ splat(0x3c6ef372u));
     const Int all = splat(kScatteredRays);
-    const LitPoint y =
+    const ReceiverHit y =
         find_receiver(scene, found, start, -s.wi, ignore_nothing(), {all, all, kDiffuseRay, splat(0)}, index);
     found &= y.found;
     Float density = s.pdf;
@@ -224,14 +224,14 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
                                    Mask by_surfaces, UInt stream, const Float (&random)[4], Float pick,
                                    ChainLight& light) {
     light = no_chain_light();
-    const bool lights = scene.lights.count > 0, sky = scene.has_environment;
+    const bool lights = scene.lights.count > 0, environment = scene.has_environment;
     // Choose the kind of light
     const Float of_lights = select(by_lights, splat(lights ? kLightShare : 0.0f), 0.0f);
-    const Float of_sky = select(by_lights, splat(sky ? kEnvironmentShare : 0.0f), 0.0f);
+    const Float of_environment = select(by_lights, splat(environment ? kEnvironmentShare : 0.0f), 0.0f);
     const Float of_surfaces = select(by_surfaces, splat(kSurfaceShare), 0.0f);
-    const Float all = of_lights + of_sky + of_surfaces, mark = pick * all;
-    const Mask by_light = mark < of_lights, by_sky = ~by_light & (mark < of_lights + of_sky);
-    const Mask by_surface = ~by_light & ~by_sky & (of_surfaces > 0.0f);
+    const Float all = of_lights + of_environment + of_surfaces, mark = pick * all;
+    const Mask by_light = mark < of_lights, by_environment = ~by_light & (mark < of_lights + of_environment);
+    const Mask by_surface = ~by_light & ~by_environment & (of_surfaces > 0.0f);
     Mask found = splat(0);
     // Sample a light and express the point in the light's frame
     if (any(by_light)) {
@@ -268,9 +268,9 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
         found |= at & (light.density > 0.0f);
     }
     // Sample the environment or a surface
-    if (any(by_sky)) found |= choose_environment(scene, x, by_sky, random, light);
+    if (any(by_environment)) found |= choose_environment(scene, x, by_environment, random, light);
     if (any(by_surface)) found |= choose_surface(scene, x, by_surface, stream, random, light);
-    const Float share = select(by_light, of_lights, select(by_sky, of_sky, of_surfaces));
+    const Float share = select(by_light, of_lights, select(by_environment, of_environment, of_surfaces));
     light.density = light.density * (share / max(all, 1e-30f));
     return found;
 }
@@ -280,7 +280,7 @@ EG_INLINE FarEnd far_end(const SceneView& scene, const ChainLight& light) {
     FarEnd y = still_far_end();
     y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
     y.row = light.row, y.kind = light.kind;
-    y.sky = light.sky() & splat(scene.sky.pixels ? -1 : 0);
+    y.environment = light.environment() & splat(scene.sky.pixels ? -1 : 0);
     return y;
 }
 

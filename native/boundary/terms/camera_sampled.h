@@ -34,7 +34,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 constexpr int kCameraSampledCandidates = 8;
 // The first vertex number for the random numbers of the last vertex: those of its lobe direction, then those
 // of the candidates.
-constexpr int kAimVertex = 1 << 20;
+constexpr int kLobeVertex = 1 << 20;
 
 // Samples a place of the picture in the sample's cell. Returns the area of the picture that the sample
 // represents.
@@ -104,25 +104,25 @@ struct CameraSampledSurface {
 // Samples a direction of x's lobes that scatter `kinds`: the one of largest density among several samples of
 // one lobe. The density of an edge in the centre of the lobe decreases with the square of the distance of
 // that direction. With a single sample the weight, which is the reciprocal, would have infinite variance.
-EG_INLINE Aim aim_at_lobes(const CameraSampledSurface& surface, Mask active, Int kinds, Float lobe_u,
-                           const PathIndex& random) {
-    Aim aim{surface.at.x.position, surface.at.x.normal, splat(1.0f)};
+EG_INLINE LobeDirection sample_lobe_direction(const CameraSampledSurface& surface, Mask active, Int kinds,
+                                              Float lobe_u, const PathIndex& random) {
+    LobeDirection around{surface.at.x.position, surface.at.x.normal, splat(1.0f)};
     Float densest = splat(0.0f);
     Int lobe = splat(-1);
     for (int k = 0; k < 6; ++k) {
         Float u, v;
-        sobol_pair(random.stream, random.sample, vertex_pair(splat(kAimVertex + k), kVertexDirection), u, v);
+        sobol_pair(random.stream, random.sample, vertex_pair(splat(kLobeVertex + k), kVertexDirection), u, v);
         const BsdfSample s = surface.sample(active, lobe_u, u, v);
         const Mask found = active & s.active & ((kinds & ray_mask(s.ray_kind)) != 0) & (s.pdf > densest) &
                            ((lobe < 0) | ((s.lobe + 64 * s.ray_kind) == lobe));
         lobe = select(found, s.lobe + 64 * s.ray_kind, lobe);
         densest = select(found, s.pdf, densest);
-        aim.towards = select(found, s.wi, aim.towards);
+        around.towards = select(found, s.wi, around.towards);
     }
     // A kernel wider than a quarter of the sphere is nearly uniform.
-    aim.width2 =
-        select(lobe >= 0, clamp(0.318309886f / max(densest, 1e-6f), splat(1e-6f), splat(1.0f)), aim.width2);
-    return aim;
+    around.width2 = select(lobe >= 0, clamp(0.318309886f / max(densest, 1e-6f), splat(1e-6f), splat(1.0f)),
+                           around.width2);
+    return around;
 }
 
 // A point of an edge, as seen from x.
@@ -141,27 +141,27 @@ struct TopNodes {
 };
 
 EG_OUTLINE CameraSampledPoint choose_edge_point(const EdgeTreeView& tree, const CameraSampledSurface& surface,
-                                                Mask active, Int kinds, const Aim& aim,
+                                                Mask active, Int kinds, const LobeDirection& around,
                                                 const PathIndex& random, int candidates) {
     CameraSampledPoint out;
     out.active = splat(0);
     out.edge = splat(0), out.instance = splat(-1);
     out.a = out.t = out.color = zero3();
-    out.towards = aim.towards;
+    out.towards = around.towards;
     out.u = out.reach = splat(0.0f);
     // Weight the top nodes of the tree
     TopNodes top;
     Float all = splat(0.0f);
     for (int k = 0; k < tree.top_count; ++k) {
-        all = all + weigh_node(broadcast_node(tree.nodes[tree.top[k]]), aim);
+        all = all + weigh_node(broadcast_node(tree.nodes[tree.top[k]]), around);
         top.sum[k] = all;
     }
     active &= all > 0.0f;
-    const Float rounding = 1e-6f * largest_component(aim.position);
+    const Float rounding = 1e-6f * largest_component(around.position);
     Float total = splat(0.0f), taken = total;
     for (int k = 0; k < candidates && any(active); ++k) {
         Float by_tree, by_place, by_weight, unused;
-        const Int vertex = splat(kAimVertex + 8 + k);
+        const Int vertex = splat(kLobeVertex + 8 + k);
         sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexDirection), by_tree, by_place);
         sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexChoice), by_weight, unused);
         // Stratify the candidates' places in the tree.
@@ -180,16 +180,17 @@ EG_OUTLINE CameraSampledPoint choose_edge_point(const EdgeTreeView& tree, const 
         Mask here = active & (node >= 0);
         Float probability = share / max(all, 1e-38f);
         Float within = clamp((mark - low) / max(share, 1e-38f), splat(0.0f), splat(0.99999994f));
-        const Int closure =
+        const Int leaf =
             walk_down(tree.nodes, select(here, node, splat(0)), here, within, probability,
-                      [&](const NodePacket& n) EG_INLINE_LAMBDA { return weigh_node(n, aim); });
+                      [&](const NodePacket& n) EG_INLINE_LAMBDA { return weigh_node(n, around); });
         if (!any(here)) continue;
         Float row[kSegmentColumns];
-        gather_row(tree.pieces, kSegmentColumns, select(here, -1 - closure, splat(0)), row);
+        gather_row(tree.pieces, kSegmentColumns, select(here, -1 - leaf, splat(0)), row);
         const auto vector = [&](int at) { return Vec3{row[at], row[at + 1], row[at + 2]}; };
         const Vec3 a = vector(kSegmentFrom), t = vector(kSegmentAlong);
-        const PlaceOnEdge place = choose_place(aim, here, a, t, row[kSegmentU0], row[kSegmentU1], by_place);
-        const Vec3 way = a + t * place.u - aim.position;
+        const PlaceOnEdge place =
+            choose_place(around, here, a, t, row[kSegmentU0], row[kSegmentU1], by_place);
+        const Vec3 way = a + t * place.u - around.position;
         const Float r2 = dot(way, way), r = sqrt(r2);
         const Vec3 towards = way * (1.0f / max(r, 1e-30f));
         // Keep silhouettes, including edges that rounding cannot tell from silhouettes.
@@ -238,7 +239,7 @@ EG_INLINE PathPacket start_walk(const SceneView& scene, const BoundaryTask& task
 
 // A path of the picture, with which a camera-sampled sample starts.
 struct PicturePath {
-    SegmentSample piece;
+    SegmentSample segment;
     Float weight;  // of the sample
     Int length;    // vertices before x
     Closest hit;   // the first
@@ -248,21 +249,21 @@ struct PicturePath {
 
 // Starts the paths of samples at `at`, with at most `longest` vertices before x. Initialises their segments.
 EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                       SegmentCursor& piece, int longest, BoundarySegment& s) {
+                                       SegmentCursor& cursor, int longest, BoundarySegment& s) {
     PicturePath w;
-    w.piece = sample_edge_segment(scene, task, at, piece);
+    w.segment = sample_edge_segment(scene, task, at, cursor);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
     s.active = splat(0);
-    s.edge = w.piece.edge, s.instance = w.piece.instance;
+    s.edge = w.segment.edge, s.instance = w.segment.instance;
     s.y = still_far_end();
-    s.held.length = splat(0);
+    s.fixed.length = splat(0);
     Float probability, sx, sy;
-    w.length = chain_length(w.piece, longest, probability);
+    w.length = chain_length(w.segment, longest, probability);
     s.slides = w.length == 0;
-    w.weight = place_in_cell(scene, task, w.piece, sx, sy) * task.scale / probability;
-    w.path = start_walk(scene, task, w.piece.active, lane_index() + static_cast<int32_t>(at), sx, sy,
-                        w.piece.random, w.hit);
+    w.weight = place_in_cell(scene, task, w.segment, sx, sy) * task.scale / probability;
+    w.path = start_walk(scene, task, w.segment.active, lane_index() + static_cast<int32_t>(at), sx, sy,
+                        w.segment.random, w.hit);
     w.first = w.path.origin + w.path.direction * w.hit.distance;
     return w;
 }
@@ -277,14 +278,14 @@ EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, 
 
 // Samples an edge in the lobes of x, one of `candidates`, and sets it in the segment and in `p`. Returns f
 // |n_s . w|/r^2 over the density of the point.
-EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x,
-                           const CameraSampledSurface& surface, Int kinds, const PathIndex& walk, Int vertex,
-                           int candidates, SegmentSample& p, BoundarySegment& s) {
+EG_INLINE Vec3 sample_edge_in_lobes(const BoundaryTask& task, const ScatteringPoint& x,
+                                    const CameraSampledSurface& surface, Int kinds, const PathIndex& walk,
+                                    Int vertex, int candidates, SegmentSample& p, BoundarySegment& s) {
     Float choice, lobe;
     sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
-    const Aim aim = aim_at_lobes(surface, s.active, kinds, lobe, p.random);
+    const LobeDirection around = sample_lobe_direction(surface, s.active, kinds, lobe, p.random);
     const CameraSampledPoint e =
-        choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, candidates);
+        choose_edge_point(task.tree, surface, s.active, kinds, around, p.random, candidates);
     p.active = s.active &= e.active;
     p.edge = s.edge = e.edge;
     p.instance = s.instance = e.instance;
@@ -300,16 +301,16 @@ EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x,
 // Samples the term without L(y). Appends the path that estimates L(y) to the queue of length `queued`, and
 // returns the new length.
 EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& task,
-                                  const DerivativeView& requested, int at, SegmentCursor& piece,
+                                  const DerivativeView& requested, int at, SegmentCursor& cursor,
                                   Workspace& work, int queued, BoundarySegment& s) {
     // Follow a path of the picture to x
-    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 3, s);
-    SegmentSample& p = begun.piece;
+    PicturePath begun = start_in_picture(scene, task, at, cursor, task.max_depth - 3, s);
+    SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = camera_sampled_paths(task);
-    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.held);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
     Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.held, &followed);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.fixed, &followed);
     leave_followed(scene, s.slides, followed, path);
     if (!any(path.active)) return queued;
     // Sample an edge in the lobes of x
@@ -320,7 +321,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     const CameraSampledSurface surface(scene, x, s.active, s.slides);
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value =
-        aim_segment(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);
+        sample_edge_in_lobes(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);
     if (!any(s.active)) return queued;
 
     const Vec3 across = cross(s.towards, p.t);  // t x w
@@ -355,7 +356,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     divide_segment(s);
     s.y.face = select(s.active, y.hit.face, splat(-1));
     s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
-    hold_contact(scene, begun.length, s);
+    blend_near_contact(scene, begun.length, s);
     s.active &= segment_moves(scene, requested, s);
     if (!any(s.active)) return queued;
 

@@ -29,11 +29,11 @@ struct ConeSample : BoundarySegment {  // `sweep` is N/r
 };
 
 EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                         SegmentCursor& piece, const DerivativeView& motion, const float*) {
+                                         SegmentCursor& cursor, const DerivativeView& motion, const float*) {
     constexpr float kTurn = 6.28318531f;
     ConeSample out;
     BoundarySegment& s = out;
-    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     const Int row = p.cell;
     s.active = p.active;
     s.edge = s.instance = splat(-1);
@@ -79,17 +79,18 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     s.slides = length == 0;
-    const LightsWay way = {select(links.casts_shadow, links.blockers, splat(0)),
-                           select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)), kShadowRay,
-                           splat(0)};
-    const LitPoint lit = find_receiver(scene, s.active, s.point, s.towards, ignore_nothing(), way, p.random);
-    s.active &= lit.found & (lit.hit.distance > 0.0f);
+    const ReceiverRays rays = {select(links.casts_shadow, links.blockers, splat(0)),
+                               select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)), kShadowRay,
+                               splat(0)};
+    const ReceiverHit receiver =
+        find_receiver(scene, s.active, s.point, s.towards, ignore_nothing(), rays, p.random);
+    s.active &= receiver.found & (receiver.hit.distance > 0.0f);
     if (!any(s.active)) return out;
-    s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.reach = select(s.active, receiver.hit.distance, 1.0f);
     s.distance = splat(0.0f);
-    s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, o,
-                        select(s.active, lit.hit.instance, splat(-1)));
-    s.x.mesh = lit.hit.mesh;
+    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, o,
+                        select(s.active, receiver.hit.instance, splat(-1)));
+    s.x.mesh = receiver.hit.mesh;
     s.active = s.x.active & shines_on(scene, row, s.x.mesh);
     const Mask disk = s.active & sized & ~sphere;
     if (any(disk)) {
@@ -100,19 +101,19 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
         s.active &= ~disk | (s.reach > 0.0f);
     }
     // Skip samples that do not move
-    Mask moves = lit_end_moves(scene, motion, s.active, s.x, s.slides);
+    Mask moves = receiver_moves(scene, motion, s.active, s.x, s.slides);
     if (motion.lights_requested) moves |= s.active;
     s.active &= moves;
     if (!any(s.active)) return out;
     s.sweep = normal * (1.0f / max(s.reach, 1e-30f));
     // Follow the light to the camera
     const SeenLight seen =
-        see_light(scene, task, p, s.active, lit.hit, o, length, links.visible_to, false, splat(-1));
+        see_light(scene, task, p, s.active, receiver.hit, o, length, links.visible_to, false, splat(-1));
     s.active = seen.active;
     s.view = seen.view;
-    if (scene.mesh_contact) s.held = seen.held;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
     turn_to(s.x, -s.view.direction);
-    s.color = seen.weight * lit.through * l.radiance *
+    s.color = seen.weight * receiver.through * l.radiance *
               (area * sine * (p.u1 - p.u0) * (kTurn * task.scale) / (p.density * probability));
     s.active &= largest_component(s.color) > 0.0f;
     return out;
@@ -134,7 +135,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     }
     const Vec3 from =
         far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards, s.reach, s.sweep, color);
-    lit_end_blocks(mode, scene, motion, s, from - s.sweep);
+    receiver_blocks(mode, scene, motion, s, from - s.sweep);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -25,16 +25,16 @@ EG_INLINE ImageTask disk_paths(const BoundaryTask& task) {
 }
 
 EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                                SegmentCursor& piece, const DerivativeView& motion,
+                                                SegmentCursor& cursor, const DerivativeView& motion,
                                                 const float* adjoint) {
     DiskSegment s;
     // Follow a path of the picture to x
-    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
-    const SegmentSample& p = begun.piece;
+    PicturePath begun = start_in_picture(scene, task, at, cursor, task.max_depth - 2, s);
+    const SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = disk_paths(task);
-    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.held);
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, &s.held);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, &s.fixed);
     // The specular term covers disks seen only in perfect mirrors and through smooth glass
     // (boundary/specular/chain_shadow.h).
     path.active &= s.slides | (path.pdf > 0.0f);
@@ -74,7 +74,7 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     // Skip samples that do not move or do not count
     s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
-    Mask moves = lit_end_moves(scene, motion, s.active, s.x, s.slides) |
+    Mask moves = receiver_moves(scene, motion, s.active, s.x, s.slides) |
                  face_point_moves(scene, motion, s.active, pair.hider, pair.hider_instance);
     if (motion.lights_requested) moves |= s.active;
     s.active &= moves;
@@ -110,7 +110,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 g = hider_blocks(mode, scene, motion, s, color) - s.sweep;
     const Vec3 from =
         far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards, s.reach, g, color);
-    lit_end_blocks(mode, scene, motion, s, from);
+    receiver_blocks(mode, scene, motion, s, from);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -79,12 +79,12 @@ EG_INLINE ImageTask outline_paths(const BoundaryTask& task) {
 
 // A sample of the term (boundary/samples/direct_samples.h).
 EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const BoundaryTask& task,
-                                                  int64_t at, SegmentCursor& piece,
+                                                  int64_t at, SegmentCursor& cursor,
                                                   const DerivativeView& requested, const float* adjoint) {
     BoundarySegment s;
     // Follow a path of the picture to x
-    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
-    SegmentSample& p = begun.piece;
+    PicturePath begun = start_in_picture(scene, task, at, cursor, task.max_depth - 2, s);
+    SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     s.distance = splat(__builtin_inff());
     const ImageTask walks = outline_paths(task);
@@ -103,8 +103,8 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     // Sample an edge in the lobes of x
     const CameraSampledSurface surface(scene, x, s.active, s.slides);
     const PathIndex walk = path_index(walks, path.path);
-    const Vec3 value =
-        aim_segment(task, x, surface, splat(kScatteredRays), walk, path.vertex, kOutlineCandidates, p, s);
+    const Vec3 value = sample_edge_in_lobes(task, x, surface, splat(kScatteredRays), walk, path.vertex,
+                                            kOutlineCandidates, p, s);
     if (!any(s.active)) return s;
 
     s.sweep = cross(s.towards, p.t);  // t x w

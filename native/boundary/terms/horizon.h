@@ -37,9 +37,9 @@ struct HorizonCut {
     Int face, instance;  // F
     Float b1, b2;        // of x
     Vec3 position, normal;
-    Vec3 towards;    // w
-    Float distance;  // r, infinite for distant lights and the environment
-    Float rides;     // 1 - b
+    Vec3 towards;           // w
+    Float distance;         // r, infinite for distant lights and the environment
+    Float material_weight;  // 1 - b
     FarEnd y;
     Vec3 color;  // the integrand without n . (dy - m_F)/r
     // Lights that face x turn as x moves. Lanes in which the camera sees x, and its projection.
@@ -115,7 +115,7 @@ EG_INLINE HorizonCut empty_cut(const SurfacePoint& x) {
     cut.position = x.position, cut.normal = x.normal;
     cut.y = still_far_end();
     cut.color = zero3();
-    cut.rides = splat(1.0f);
+    cut.material_weight = splat(1.0f);
     return cut;
 }
 
@@ -148,12 +148,12 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     cut.towards = light.w;
     cut.distance = light.r;
     // Light of a fixed direction is cut off like the environment's.
-    const Mask held = holds_direction(scene, light.active, light.face, s.x.material);
-    cut.distance = select(held, splat(__builtin_inff()), cut.distance);
-    cut.y.face = select(light.active & ~held, light.face, splat(-1)), cut.y.b1 = light.b1;
+    const Mask fixed = holds_direction(scene, light.active, light.face, s.x.material);
+    cut.distance = select(fixed, splat(__builtin_inff()), cut.distance);
+    cut.y.face = select(light.active & ~fixed, light.face, splat(-1)), cut.y.b1 = light.b1;
     cut.y.b2 = light.b2;
     cut.y.row = select(light.active, light.row, splat(-1)), cut.y.kind = light.kind;
-    cut.rides = 1.0f - held_share(scene, cut.active, p.segment - 1, s.x, cut.y);
+    cut.material_weight = 1.0f - fixed_direction_weight(scene, cut.active, p.segment - 1, s.x, cut.y);
     // Skip samples that do not move
     const Mask turns = cut.active & (light.row >= 0) & turns_with_point(light.kind);
     Mask moves = face_point_moves(scene, motion, cut.active, cut.face, cut.instance) |
@@ -212,21 +212,21 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
                           const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
                           const HorizonSide& side, const PathIndex& random, Workspace& work, int queued,
                           HorizonCut& cut) {
-    const bool sky = task.lights && scene.has_environment;
+    const bool environment = task.lights && scene.has_environment;
     const Mask further = p.active & (p.segment + 1 < task.image.max_depth);
-    if (!sky && !(task.surfaces && any(further))) return queued;
+    if (!environment && !(task.surfaces && any(further))) return queued;
     // Trace a ray in the plane
     Float u, unused, density;
     sobol_pair(random.stream, random.sample, kPairEnvironment, u, unused);
     const Vec3 w = plane_direction(s, u, density);
-    const Mask active = p.active & (density > 1e-6f) & (sky ? splat(-1) : further);
+    const Mask active = p.active & (density > 1e-6f) & (environment ? splat(-1) : further);
     const ImageTask paths = beyond_paths(task.image);
     const LightSource y = meet_source(scene, active, leave_surface(s.x, side.normal), w, ignore_nothing(),
                                       path_index(paths, p.path), task.image.limits.transparent);
     // Skip samples that do not move
     Mask met = splat(0), open = splat(0);
     if (task.surfaces) met = y.hit.hit & further;
-    if (sky) open = y.escapes;
+    if (environment) open = y.escapes;
     Mask moves = face_point_moves(scene, motion, met | open, cut.face, cut.instance) |
                  face_point_moves(scene, motion, met, y.hit.face, y.hit.instance);
     if (motion.rotation_requested && scene.sky.pixels) moves |= open;
@@ -242,8 +242,8 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     cut.distance = select(met, y.distance, splat(__builtin_inff()));
     cut.y.face = select(met, y.hit.face, splat(-1)), cut.y.instance = y.hit.instance;
     cut.y.b1 = y.hit.b1, cut.y.b2 = y.hit.b2;
-    cut.rides = 1.0f - held_share(scene, met, p.segment - 1, s.x, cut.y);
-    cut.y.sky = open & splat(scene.sky.pixels ? -1 : 0);
+    cut.material_weight = 1.0f - fixed_direction_weight(scene, met, p.segment - 1, s.x, cut.y);
+    cut.y.environment = open & splat(scene.sky.pixels ? -1 : 0);
     cut.color = f * (1.0f / max(density, 1e-30f));
     if (any(open))
         cut.color = select(open, cut.color * y.through * environment_radiance(scene, w), cut.color);
@@ -326,7 +326,7 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     if (!any(cut.active)) return;
     const Vec3 n = cut.normal;
     const Mask near = cut.distance < __builtin_inff();
-    const Float inverse = select(near, cut.rides / max(cut.distance, 1e-30f), splat(0.0f));
+    const Float inverse = select(near, cut.material_weight / max(cut.distance, 1e-30f), splat(0.0f));
     face_turn_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, cut.towards, -n,
                      cut.color);
     face_point_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, n * -inverse,

@@ -27,10 +27,10 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Samples the term without L(y). Appends the path that estimates L(y) to the queue of length `queued`, and
 // returns the new length.
 EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
-                               const DerivativeView& requested, int at, SegmentCursor& piece, Workspace& work,
-                               int queued, BoundarySegment& s) {
+                               const DerivativeView& requested, int at, SegmentCursor& cursor,
+                               Workspace& work, int queued, BoundarySegment& s) {
     // Sample a point of an edge
-    SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
     s.active = p.active;
@@ -60,35 +60,37 @@ EG_OUTLINE int sample_indirect(const SceneView& scene, const BoundaryTask& task,
     const Int length = chain_length(p, task.max_depth - 3, probability), path = lane_index() + at;
     s.slides = length == 0;
     const Int scattered = splat(kScatteredRays);
-    const LightsWay way = {scattered, select(s.slides, splat(1 << kCameraRay), scattered), kDiffuseRay,
-                           splat(0)};
-    const LitPoint lit =
-        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
+    const ReceiverRays rays = {scattered, select(s.slides, splat(1 << kCameraRay), scattered), kDiffuseRay,
+                               splat(0)};
+    const ReceiverHit receiver =
+        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
     // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
-    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return queued;
     const LightSource y = find_source(scene, task, s, s.active, path, p.t, w);
     s.active &= y.hit.hit;
-    s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.reach = select(s.active, receiver.hit.distance, 1.0f);
     s.distance = y.distance;
     divide_segment(s);
     s.y.face = select(s.active, y.hit.face, splat(-1));
     s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
-    s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, w,
-                        select(s.active, lit.hit.instance, splat(-1)));
-    s.x.mesh = lit.hit.mesh;
+    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
+                        select(s.active, receiver.hit.instance, splat(-1)));
+    s.x.mesh = receiver.hit.mesh;
     s.active = s.x.active;
-    hold_contact(scene, length, s);
+    blend_near_contact(scene, length, s);
     s.active &= segment_moves(scene, requested, s);
     if (!any(s.active)) return queued;
 
     // Follow the light to the camera and queue the path of L(y)
-    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, scattered, true, splat(0));
+    const SeenLight seen =
+        see_light(scene, task, p, s.active, receiver.hit, w, length, scattered, true, splat(0));
     s.active = seen.active;
     s.view = seen.view;
-    if (scene.mesh_contact) s.held = seen.held;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
     turn_to(s.x, -s.view.direction);
-    s.color = seen.weight * lit.through * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
+    s.color =
+        seen.weight * receiver.through * ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     if (any(clear & s.active))
         s.color = select(
             clear, s.color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards), s.color);

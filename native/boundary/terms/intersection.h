@@ -147,10 +147,10 @@ EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, IntersectionSegment& s) {
 // Samples a segment, without the light that y scatters. Appends the path that estimates it to the queue, and
 // returns the new length.
 EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& task,
-                                   const DerivativeView& motion, int at, SegmentCursor& piece,
+                                   const DerivativeView& motion, int at, SegmentCursor& cursor,
                                    Workspace& work, int queued, IntersectionSegment& s) {
     // Sample a point of the line and choose the occluded surface
-    SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     const bool scatters = task.kind == kSurfaceIntersection;
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
@@ -206,33 +206,35 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     Float probability;
     const Int length = chain_length(p, task.max_depth - (scatters ? 3 : 2), probability);
     s.slides = length == 0;
-    const LightsWay way = {links.blockers, select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)),
-                           scatters ? kDiffuseRay : kShadowRay, splat(0)};
-    const LitPoint lit =
-        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
-    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    const ReceiverRays rays = {links.blockers,
+                               select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)),
+                               scatters ? kDiffuseRay : kShadowRay, splat(0)};
+    const ReceiverHit receiver =
+        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
+    s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return queued;
-    s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.reach = select(s.active, receiver.hit.distance, 1.0f);
     s.active &= ~sees_other_side(scene, s, w);
-    s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, w,
-                        select(s.active, lit.hit.instance, splat(-1)));
-    s.x.mesh = lit.hit.mesh;
+    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
+                        select(s.active, receiver.hit.instance, splat(-1)));
+    s.x.mesh = receiver.hit.mesh;
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
     if (!scatters)
         s.lambda = select(holds_direction(scene, s.active, pair.face, s.x.material), splat(1.0f), 0.0f);
-    hold_contact(scene, length, s);
+    blend_near_contact(scene, length, s);
     // Follow the light to the camera
     const Int kinds = scatters ? splat(kScatteredRays) : links.visible_to;
-    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, kinds, scatters, splat(0));
+    const SeenLight seen =
+        see_light(scene, task, p, s.active, receiver.hit, w, length, kinds, scatters, splat(0));
     s.active = seen.active;
     s.view = seen.view;
-    if (scene.mesh_contact) s.held = seen.held;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
     turn_to(s.x, -s.view.direction);
-    s.color = seen.weight * lit.through * light *
+    s.color = seen.weight * receiver.through * light *
               ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
     // Queue the path of the light that y scatters
     if (!scatters || !any(s.active)) return queued;
-    Closest y = lit.hit;
+    Closest y = receiver.hit;
     y.face = pair.face, y.instance = pair.instance,
     y.mesh = mesh_of(scene, select(s.active, pair.face, splat(0)));
     y.b1 = s.y.b1, y.b2 = s.y.b2, y.distance = splat(0.0f);
@@ -284,7 +286,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 from =
         any(sphere) ? sphere_point_blocks(mode, scene, motion, sphere, s, by_normal, by_y, color) : zero3();
     if (any(sphere | (s.active & (s.lambda > 0.0f))))
-        lit_end_blocks(mode, scene, motion, s, from - s.sweep * s.lambda);
+        receiver_blocks(mode, scene, motion, s, from - s.sweep * s.lambda);
     const Mask on_face = s.active & (pair.face >= 0);
     if (any(on_face))
         plane_point_blocks(mode, scene, motion, on_face, pair.face, pair.instance, s.point, g, color);

@@ -23,10 +23,10 @@ struct IntersectionOutline : OutlineSample {
 };
 
 EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scene, const BoundaryTask& task,
-                                                           int64_t at, SegmentCursor& piece,
+                                                           int64_t at, SegmentCursor& cursor,
                                                            const DerivativeView&, const float*) {
     IntersectionOutline s;
-    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     // Sample a point of the line on the light
     s.active = p.active;
     s.color = zero3();

@@ -102,9 +102,9 @@ EG_INLINE OutlinePoint outline_point(const LightRow& l, Int kind, Float u, Vec3 
 }
 
 EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                        SegmentCursor& piece, const DerivativeView& motion, const float*) {
+                                        SegmentCursor& cursor, const DerivativeView& motion, const float*) {
     OutlineSample s;
-    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     const CameraView& camera = scene.camera;
     s.row = p.cell;
     s.color = zero3();

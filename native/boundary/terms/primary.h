@@ -104,13 +104,13 @@ EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask&
     const int count = static_cast<int>(task.count);
     const auto packets = static_cast<size_t>((count + W - 1) / W);
     auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
-    SegmentCursor piece = first_segment(task);
+    SegmentCursor cursor = first_segment(task);
     int queued = 0;
     for (int at = 0; at < count; at += W) {
         TracedSample& kept = traced[at / W];
         EdgeSample& s = kept.sample;
         // Sample a point of an edge
-        s = sample_edge(scene, task, at, piece);
+        s = sample_edge(scene, task, at, cursor);
         if (any(s.active)) {
             kept.factor = factor(s);
             if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);

@@ -31,8 +31,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 // Samples a direction to the environment from a point of an edge: in the wedges where the edge is a
 // silhouette or, half of the time, by the environment's image. The weight uses the density of the mixture
 // (balance heuristic).
-EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
-                             Mask parted, Float& density) {
+EG_INLINE Vec3 environment_direction(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
+                                     Mask parted, Float& density) {
     constexpr float kByImage = 0.5f;
     Vec3 towards = cell_direction(scene, task, p, parted, density);
     if (scene.sky.sampled) {
@@ -62,14 +62,14 @@ struct ShadowLight {
 };
 
 // Samples the light and sets y.
-EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
-                                   Mask parted, BoundarySegment& s) {
+EG_INLINE ShadowLight sample_light_point(const SceneView& scene, const BoundaryTask& task,
+                                         const SegmentSample& p, Mask parted, BoundarySegment& s) {
     ShadowLight light;
     if (task.kind == kEnvironmentShadow) {
         Float density;
-        s.towards = sky_direction(scene, task, p, parted, density);
+        s.towards = environment_direction(scene, task, p, parted, density);
         s.distance = splat(__builtin_inff());
-        s.y.sky = splat(scene.sky.pixels ? -1 : 0);
+        s.y.environment = splat(scene.sky.pixels ? -1 : 0);
         light.geometry = 1.0f / max(density, 1e-30f);
         light.blockers = splat(scene.sky.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
         return light;
@@ -128,11 +128,11 @@ EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, c
 }
 
 EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                         SegmentCursor& piece, const DerivativeView& requested,
+                                         SegmentCursor& cursor, const DerivativeView& requested,
                                          const float* adjoint) {
     BoundarySegment s;
     // Sample a point of an edge and a light
-    SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     s.active = p.active;
     s.edge = p.edge;
     s.instance = p.instance;
@@ -142,7 +142,7 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.view.sx = s.view.sy = splat(0.0f);
     // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
     const Mask clear = transparent_occluder(scene, s.active, s.edge);
-    ShadowLight light = aim_at_light(scene, task, p, parts_light(scene, clear, s.edge), s);
+    ShadowLight light = sample_light_point(scene, task, p, parts_light(scene, clear, s.edge), s);
     if (scene.rays_differ || scene.lights.any_linked) {
         Int mesh = mesh_of(scene, edge_face(scene, s.edge));
         s.active &= (gather(scene.mesh_mask, mesh) & light.blockers) != 0;
@@ -159,35 +159,36 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     const Mask chained = length > 0;
-    const LightsWay way = {light.blockers, select(chained, splat(kScatteredRays), splat(1 << kCameraRay)),
-                           kShadowRay, splat(0)};
-    const LitPoint lit =
-        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
+    const ReceiverRays rays = {light.blockers, select(chained, splat(kScatteredRays), splat(1 << kCameraRay)),
+                               kShadowRay, splat(0)};
+    const ReceiverHit receiver =
+        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
     // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
-    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return s;
-    s.reach = lit.hit.distance;
-    const PlacedTriangle t = placed_triangle(scene, select(s.active, lit.hit.face, splat(0)),
-                                             select(s.active, lit.hit.instance, splat(-1)));
-    s.view = place_in_picture(scene, s.active, interpolate(t.triangle, lit.hit.b1, lit.hit.b2), p.random);
-    s.x = surface_point(scene, s.active & (chained | s.view.active), select(s.active, lit.hit.face, splat(0)),
-                        t, lit.hit.b1, lit.hit.b2, s.view.direction,
-                        select(s.active, lit.hit.instance, splat(-1)));
-    s.x.mesh = lit.hit.mesh;
+    s.reach = receiver.hit.distance;
+    const PlacedTriangle t = placed_triangle(scene, select(s.active, receiver.hit.face, splat(0)),
+                                             select(s.active, receiver.hit.instance, splat(-1)));
+    s.view = place_in_picture(scene, s.active, interpolate(t.triangle, receiver.hit.b1, receiver.hit.b2),
+                              p.random);
+    s.x = surface_point(scene, s.active & (chained | s.view.active),
+                        select(s.active, receiver.hit.face, splat(0)), t, receiver.hit.b1, receiver.hit.b2,
+                        s.view.direction, select(s.active, receiver.hit.instance, splat(-1)));
+    s.x.mesh = receiver.hit.mesh;
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
     s.slides = s.active & ~chained;
     // Divide the segment, and skip samples that do not move
     meet_round_light(scene, s);
     divide_segment(s);
-    hold_far_end(scene, s);
-    hold_contact(scene, length, s);
+    fix_light_direction(scene, s);
+    blend_near_contact(scene, length, s);
     s.active &= segment_moves(scene, requested, s);
     if (!task.score && any(s.active & s.slides))
         s.active &= ~s.slides | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
     // Evaluate the light
-    Vec3 color = lit.through * light_at_edge(scene, task, s, light) *
+    Vec3 color = receiver.through * light_at_edge(scene, task, s, light) *
                  ((p.u1 - p.u0) * task.scale / (p.density * probability));
     if (any(clear))
         color = select(clear, color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),
@@ -198,9 +199,9 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     const Int kinds =
         task.kind == kEnvironmentShadow ? splat(scene.environment_mask) : light.sample.visible_to;
     const SeenLight seen =
-        see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false, s.y.row >= 0);
+        see_light(scene, task, p, s.active, receiver.hit, -s.towards, length, kinds, false, s.y.row >= 0);
     s.view = seen.view;
-    if (scene.mesh_contact) s.held = seen.held;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
     s.color = color * seen.weight;
     s.active = seen.active & ~(largest_component(s.color) == 0.0f);
     return s;

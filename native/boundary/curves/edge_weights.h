@@ -138,7 +138,7 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, i
 }
 
 // The factor on the projected length of an edge in its weight.
-EG_INLINE Float jump_share(const EdgeWeightTask& task, const Wedges& w, Vec3 ray) {
+EG_INLINE Float picture_weight(const EdgeWeightTask& task, const Wedges& w, Vec3 ray) {
     // Lower bounds of the factor of a crease, however blunt: shadows rather than the angle may cause a
     // discontinuity there. Lights without size cast sharp shadows and need a larger bound. kHidden is the
     // factor of edges inside or behind a solid body, which are visible only if the mesh intersects itself.
@@ -164,15 +164,15 @@ EG_INLINE Float jump_share(const EdgeWeightTask& task, const Wedges& w, Vec3 ray
     // If both faces of a concave edge lie on one side of the ray, the ray runs inside the body at the edge.
     const Mask concave = (w.faces == 2) & (side_of_solid * dot(w.normal[0], w.third[1]) > 0.0f);
     const Mask inside = concave & (side[0] * side[1] > 0.0f) & splat(task.lens_reach > 0.0f ? 0 : -1);
-    const Float share =
+    const Float weight =
         select(whole, select(inside, splat(kHidden), splat(1.0f)), select(behind, crease * kHidden, crease));
-    return select(w.faces == 0, splat(0.0f), share);
+    return select(w.faces == 0, splat(0.0f), weight);
 }
 
 // Computes the projected lengths, in pixels, of edges that lie completely in the frame. Edges outside the
 // frame get weight 0. The host clips the others.
 EG_INLINE void place_in_frame(const CameraView& c, const EdgeWeightTask& task, const Wedges& w, int64_t at,
-                              Float share) {
+                              Float weight) {
     Mask out = splat(0);
     Float pixels = splat(-1.0f);
     Int tile = splat(0);
@@ -212,7 +212,7 @@ EG_INLINE void place_in_frame(const CameraView& c, const EdgeWeightTask& task, c
         };
         tile = reinterpret_cast<Int>(tile_of(sx[0] + sx[1], size_x) | (tile_of(sy[0] + sy[1], size_y) << 1));
     }
-    store(task.mass + at, select(out, splat(0.0f), share));
+    store(task.mass + at, select(out, splat(0.0f), weight));
     store(task.pixels + at, pixels);
     store(task.tile + at, tile);
 }
@@ -281,7 +281,7 @@ static void edge_weights_kernel(const SceneView& scene, const EdgeWeightTask& ta
         w.same_surface &= ~w.flat;
         if (task.kind == kPictureWeight) {
             const Vec3 ray = c.kind == kOrthographic ? -splat3(c.back) : w.a - splat3(c.position);
-            place_in_frame(c, task, w, at, jump_share(task, w, ray));
+            place_in_frame(c, task, w, at, picture_weight(task, w, ray));
         } else {
             store(task.mass + at, hiding_weight(scene, task, w));
         }

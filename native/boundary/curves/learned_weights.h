@@ -41,8 +41,8 @@ class LearnedWeights {
     // By edge: its first part. The parts of an edge's instances are consecutive. Edges that were no
     // candidates at the start have no parts. Neither have intersections of surfaces.
     std::vector<uint32_t> first_;
-    std::vector<int32_t> instance_number_,
-        instance_count_;  // by instance: its number among its mesh's instances, and their count
+    // By instance: its number among the instances of its mesh, and the number of these instances.
+    std::vector<int32_t> instance_number_, instance_count_;
     int32_t direction_cells_ = 1;
     bool chains_ = false;
     // By cell: the sum of squared samples, and the number of samples.

@@ -157,7 +157,8 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_lea
     const Vector axis = sum * (1.0 / std::max(length(sum), 1e-300));
     // A wider cone is stored as "all directions": it can never be narrow together with another cone.
     constexpr double kWide = 0.89;
-    static_assert(kWide < 1.0 - 0.125 * kOneDirection * kOneDirection, "the cosine of half of it is larger");
+    static_assert(kWide < 1.0 - 0.125 * kOneDirection * kOneDirection,
+                  "kWide must be below the cosine of kOneDirection / 2");
     double least = 1.0;
     for (size_t k = first; k < last && least > kWide; ++k)
         least = std::min(least, dot(axis, shapes_[order_[k]].normal));

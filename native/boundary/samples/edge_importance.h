@@ -6,9 +6,9 @@
 // for the directions w to a node. The probability is 0 if no edge of the node can be a silhouette. On the
 // chosen segment the angle phi along the edge has a density proportional to (d^2 + s^2 + phi^2)^(-3/2), where
 // d is the angle between a and the edge's line. The integral of this density and its inverse are elementary.
-// a and s are random numbers like others, so the density is that of the point given a. With s^2 = 1/(pi
-// p(a)), p the BSDF's density, K is as wide as a GGX lobe. If a is far from the centre of the lobe, p(a) is
-// small and K wide enough to reach the centre.
+// a and s are random numbers like others, so the density is that of the point given a. With
+// s^2 = 1/(pi p(a)), p the BSDF's density, K is as wide as a GGX lobe. If a is far from the centre of the
+// lobe, p(a) is small and K wide enough to reach the centre.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"

@@ -19,7 +19,7 @@ struct FixedDirectionSurface {
     Float b1, b2;
     Vec3 normal;
     Vec3 w;       // unit, to the next vertex towards x
-    Float share;  // b of the next vertex
+    Float blend;  // b of the next vertex
 };
 
 // The surfaces of a chain, starting at the camera.
@@ -31,7 +31,7 @@ struct FixedDirectionChain {
 // Sets surface number k (from 0) of the chain in some lanes. `next` is the next vertex towards x.
 EG_INLINE void set_chain_surface(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
                                  const SurfacePoint& next, FixedDirectionChain& chain) {
-    const Float share =
+    const Float blend =
         contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.triangle, next.position)
             .share;
     const Vec3 way = next.position - from.position;
@@ -43,7 +43,7 @@ EG_INLINE void set_chain_surface(const SceneView& scene, Mask active, Int k, con
         h.face = select(here, from.face, h.face), h.instance = select(here, from.instance, h.instance);
         h.b1 = select(here, from.b1, h.b1), h.b2 = select(here, from.b2, h.b2);
         h.normal = select(here, from.normal, h.normal), h.w = select(here, w, h.w);
-        h.share = select(here, share, h.share);
+        h.blend = select(here, blend, h.blend);
     }
 }
 
@@ -66,11 +66,11 @@ EG_INLINE Vec3 fixed_direction_blocks(Mode& mode, const SceneView& scene, const 
     Mask carried = splat(0);  // lanes whose surface k has an adjoint
     for (int k = kFixedDirectionSurfaces; k >= 1; --k) {
         const FixedDirectionSurface& by = chain.surface[k - 1];
-        const Mask starts = active & (chain.length == k), here = (starts | carried) & (by.share > 0.0f);
+        const Mask starts = active & (chain.length == k), here = (starts | carried) & (by.blend > 0.0f);
         const FixedDirectionSurface& own = chain.surface[k < kFixedDirectionSurfaces ? k : 0];
         const Vec3 n = select(starts, x.normal, own.normal);
         const Vec3 of_ray =
-            select(here, (g - n * (dot(g, by.w) / select(here, dot(n, by.w), 1.0f))) * by.share, zero3());
+            select(here, (g - n * (dot(g, by.w) / select(here, dot(n, by.w), 1.0f))) * by.blend, zero3());
         const Vec3 of_material = g - of_ray;
         to_x = select(starts, of_material, to_x);
         if (any(carried))

@@ -87,7 +87,7 @@ struct ChainSurface {
     TexturePoint point;
     Shader shader;
     Float closure_weight;  // of the shader in its material
-    Float share;           // fraction of light that passes unscattered
+    Float transparency;    // fraction of light that passes unscattered
     Vec3 passing;          // its color
 };
 
@@ -100,7 +100,7 @@ EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint
         if (any(mixed))
             s.closure_weight = select(mixed, closure_weight(scene, mixed, closure, point), s.closure_weight);
     }
-    if (scene.all_flags & kHasTransparency) s.share = passing_share(s.shader, s.passing);
+    if (scene.all_flags & kHasTransparency) s.transparency = passing_share(s.shader, s.passing);
     return s;
 }
 
@@ -186,10 +186,10 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
     Int event = splat(kEventEnds);
     Mask left = active;
     // Pass with the probability of the transparent fraction
-    const Mask may_pass = active & (s.share > 0.0f);
+    const Mask may_pass = active & (s.transparency > 0.0f);
     if (any(may_pass)) {
-        const Float chance = select(s.share >= 1.0f, splat(1.0f),
-                                    clamp(s.share, splat(kLeastChoice), splat(1.0f - kLeastChoice)));
+        const Float chance = select(s.transparency >= 1.0f, splat(1.0f),
+                                    clamp(s.transparency, splat(kLeastChoice), splat(1.0f - kLeastChoice)));
         const Mask pass = may_pass & (chain_random(stream, level, 1) < chance);
         event = select(pass, splat(kEventPasses), event);
         probability = probability * select(pass, chance, select(may_pass, 1.0f - chance, splat(1.0f)));

@@ -15,8 +15,8 @@
 // where k = x on horizontal and k = y on vertical lines. The factor |g_k| / |grad_s g| is bounded for all
 // directions of the curve.
 //
-// The derivatives of p and D are those of the recorded chain (adjoint/vertex.h). The edge contributes N .
-// de/r, r = |e - p|.
+// The derivatives of p and D are those of the recorded chain (adjoint/vertex.h). The edge contributes
+// N . de/r, r = |e - p|.
 #pragma once
 
 #include "boundary/segment/scattering_chain.h"
@@ -96,9 +96,9 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
 
         // Update the throughput and scatter the ray
         const Float kept = s.closure_weight;
-        passed = select(passes, passed * s.passing * (s.share * kept), passed);
+        passed = select(passes, passed * s.passing * (s.transparency * kept), passed);
         waiting = waiting - passes;
-        throughput = select(lit, throughput * passed * ((1.0f - s.share) * kept), throughput);
+        throughput = select(lit, throughput * passed * ((1.0f - s.transparency) * kept), throughput);
         if (!any(scatters)) continue;
         Vec3 value;
         Mask below;
@@ -116,7 +116,8 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         put(v.follows, follows, splat(1) << (event & kEventLobes));
         put3(v.half, follows, half);
         put3(v.next_direction, bends, ray.direction);
-        throughput = select(scatters, throughput * passed * value * ((1.0f - s.share) * kept), throughput);
+        throughput =
+            select(scatters, throughput * passed * value * ((1.0f - s.transparency) * kept), throughput);
         passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
         from_normal = select(scatters, x.normal, from_normal);
         from_mesh = select(scatters, x.mesh, from_mesh);

@@ -5,8 +5,8 @@
 // segment from y to x is dc + o . da/sin(c) - N . (dx - dy)/r: the first two parts turn the border, and the
 // last part turns the segment. Hence
 //   dI = int dA int dphi sin(c)  W(x) L [dc + o . da/sin(c) - N . (dx - dy)/r],
-// where phi is the angle about the axis and A the light's area perpendicular to o. For spots without size, L
-// dA is the intensity. W(x) is the importance (boundary/segment/scattering_chain.h). One side of the border
+// where phi is the angle about the axis and A the light's area perpendicular to o. For spots without size,
+// L dA is the intensity. W(x) is the importance (boundary/segment/scattering_chain.h). One side of the border
 // is dark, so the jump is L.
 //
 // phi is sampled uniformly in the range of the sample's segment, and the point of the light uniformly in its

@@ -1,6 +1,7 @@
 // The outline of an emissive mesh as seen from surfaces, for light parametrised by a fixed direction
-// (shading/lights/fixed_direction_light.h). There the light of an emissive face begins at an edge. With r =
-// |x - e| and beta the throughput of a path of the picture to its k-th vertex x (derivations, K)
+// (shading/lights/fixed_direction_light.h). Along a fixed direction, radiance is discontinuous at the edges
+// where an emissive face begins. With r = |x - e| and beta the throughput of a path of the picture to its
+// k-th vertex x (derivations, K)
 //   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 (L- - L+) (t x w) . (de - dx).
 // L+ and L- are the emission of the edge's nearest face on the side to which +(t x w) and -(t x w) point, or
 // 0 without a face there. What lies behind the edge belongs to the shadow term, in which the same edge is an

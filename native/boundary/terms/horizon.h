@@ -6,11 +6,11 @@
 // has a domain bounded by the great circle n . w = 0. With y the point from which light arrives along w, at
 // the distance r, and m_F the velocity of F's points, extended affinely over its plane,
 //   dI = int dphi f |n_s . w| L(w) n . (dy - m_F(y))/r,
-// where phi is the angle about n. x's own motion within the plane drops out. m_F(y)/r is evaluated as m_F(x +
-// w) - m_F(x) + m_F(x)/r. For light at infinity dy/r is the velocity of its direction. For light that is
-// blended to a fixed direction with the weight b (scene/contact.h), 1/r becomes (1 - b)/r. For surfaces that
-// transmit light the jump is f above the plane minus f below it. On flat faces f |n_s . w| vanishes at the
-// horizon.
+// where phi is the angle about n. x's own motion within the plane drops out. m_F(y)/r is evaluated as
+// m_F(x + w) - m_F(x) + m_F(x)/r. For light at infinity dy/r is the velocity of its direction. For light that
+// is blended to a fixed direction with the weight b (scene/contact.h), 1/r becomes (1 - b)/r. For surfaces
+// that transmit light the jump is f above the plane minus f below it. On flat faces f |n_s . w| vanishes at
+// the horizon.
 //
 // x is a vertex of a camera path (boundary/segment/camera_subpath.h). For lights, w is uniform on the arc in
 // which F's plane intersects a sampled light (boundary/terms/light_arc.h). For the environment and for

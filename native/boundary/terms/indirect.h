@@ -6,9 +6,10 @@
 // first surface along -w, and x the first surface along w:
 //   dI = int du int dw  W(x) L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy).
 // L(y) is the radiance that y scatters towards e, estimated by a path of the picture. The emission of y
-// belongs to the shadow term. W(x) is the importance of light at x. If the camera sees x, it is f kappa |D .
-// n|. Otherwise it is estimated by a chain of surfaces to the camera (boundary/segment/scattering_chain.h).
-// Each sample chooses one length of that chain, so that each path length is estimated by separate samples.
+// belongs to the shadow term. W(x) is the importance of light at x. If the camera sees x, it is f kappa
+// |D . n|. Otherwise it is estimated by a chain of surfaces to the camera
+// (boundary/segment/scattering_chain.h). Each sample chooses one length of that chain, so that each path
+// length is estimated by separate samples.
 //
 // u is uniform on the sampled segment. w is sampled in the wedges about the edge
 // (boundary/segment/silhouette.h).

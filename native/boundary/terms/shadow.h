@@ -4,10 +4,10 @@
 // C2, D and E). e(u) is a point of an edge, y a point of a light, and x the first surface behind e along w,
 // the direction of light from y:
 //   dI = int du int dw  W(x) L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy).
-// If the camera sees x, W(x) = kappa |n . D| f, with f the BSDF of x towards the camera (times |n_s . w|/|n .
-// w| for another shading normal). Otherwise W(x) is estimated by a chain of surfaces to the camera
-// (boundary/segment/scattering_chain.h). sigma is the side of the edge's faces. If they are on both sides, no
-// light passes the edge. For lights without size, L dw is I/|e - y|^2, or a sun's irradiance.
+// If the camera sees x, W(x) = kappa |n . D| f, with f the BSDF of x towards the camera (times
+// |n_s . w|/|n . w| for another shading normal). Otherwise W(x) is estimated by a chain of surfaces to the
+// camera (boundary/segment/scattering_chain.h). sigma is the side of the edge's faces. If they are on both
+// sides, no light passes the edge. For lights without size, L dw is I/|e - y|^2, or a sun's irradiance.
 //
 // u is uniform on the sampled segment. The picture's light samplers choose y as they would at a surface in e,
 // with densities per solid angle dw (shading/lights/lights.h). Directions to the environment are sampled

@@ -1,5 +1,6 @@
-// Derivatives by colours and strengths, from what is recorded of a task's paths (tasks/value_record.h): from
-// their ends to the camera, as the light that arrives at a vertex is that of the vertices behind it.
+// Sweeps for derivatives by colours and strengths over the records of a task's paths (tasks/value_record.h).
+// They run from the ends of the paths to the camera, since the light that arrives at a vertex leaves the
+// vertices behind it.
 #pragma once
 
 #include "adjoint/differentiable_tables.h"
@@ -10,14 +11,14 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A table of three floats a row, and its derivatives; none where it isn't asked for.
+// A table with three floats per row, and its derivatives. Empty if no derivative of it is requested.
 struct ColorTable {
-    int32_t stride = 0, offset = 0;  // of rows, and of the first row in the span that is asked for
-    int32_t size = 0;                // of the span
+    int32_t stride = 0, offset = 0;  // of rows; position of the first row in the requested span
+    int32_t size = 0;                // length of the span
     double* gradient = nullptr;
     const double* tangent = nullptr;
 
-    // From `begin` on.
+    // The column `column` of `table`.
     static ColorTable of(const DifferentiableTables& tables, const float* table, int32_t column,
                          int32_t stride) {
         for (int t = 0; t < tables.count; ++t) {
@@ -34,8 +35,8 @@ struct ColorTable {
         m &= (at >= 0) & (at < size);
         return at;
     }
-    // Adds to the gradient of rows. Lanes of the same row are summed first: additions in memory wait for each
-    // other.
+    // Adds to the gradient of rows. Lanes of the same row are summed first, because consecutive additions to
+    // one address wait for each other.
     EG_INLINE void add(Mask m, Int row, Vec3 value) const {
         if (!gradient) return;
         const Int at = place(m, row);
@@ -48,7 +49,7 @@ struct ColorTable {
                 gradient[at[lane] + c] += sum_of_lanes(select(same, *channel[c], 0.0f));
         }
     }
-    // The tangent of rows.
+    // The tangents of rows.
     EG_INLINE Vec3 change(Mask m, Int row) const {
         Vec3 out = zero3();
         if (!tangent) return out;
@@ -72,7 +73,7 @@ struct ColorTables {
           rows(ColorTable::of(of, scene.lights.params, kLightRadiance, kLightParams)),
           sky(ColorTable::of(of, scene.environment, 0, 3)) {}
 
-    // Visits the tables of sources: visit(table, mask, row).
+    // Calls visit(table, mask, row) for the table of each source.
     template <typename Visit>
     EG_INLINE void for_each_source(Mask m, Int source, const Visit& visit) const {
         const Int kind = source & ((1 << kSourceBits) - 1), row = source >> kSourceBits;
@@ -107,7 +108,7 @@ EG_INLINE Mask finite(Vec3 a) {
     return sum - sum == 0.0f;
 }
 
-// Counts vertices that are left out, as no finite number tells their light.
+// Counts vertices that are dropped because their light is not finite.
 EG_OUTLINE void drop(const ValueTask& task, const Values& v, Mask lost, Int path) {
     DroppedSamples& d = *task.dropped;
     for (int i = 0; i < W; ++i) {
@@ -119,7 +120,7 @@ EG_OUTLINE void drop(const ValueTask& task, const Values& v, Mask lost, Int path
     }
 }
 
-// Goes over all vertices from the ends of paths: visit(packet, mask, path, light that surfaces of colour 1
+// Visits all vertices from the ends of the paths: visit(packet, mask, path, light that a surface of albedo 1
 // would scatter).
 template <typename Visit>
 EG_INLINE void for_each_value(const ValueTask& task, const Visit& visit) {

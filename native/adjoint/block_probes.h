@@ -1,5 +1,5 @@
-// Blocks beside the operations that they stand for (adjoint/blocks.h), for tests: values are those of the
-// plain operations, derivatives the block's.
+// Blocks of the tape beside the operations that they replace (adjoint/blocks.h), for tests. Values are those
+// of the plain operations, derivatives those of the blocks.
 #pragma once
 
 #include "adjoint/blocks.h"
@@ -15,8 +15,8 @@ EG_INLINE Vec3 beside(Vec3 plain, Vec3 block) {
 
 EG_INLINE Triangle constant_triangle(const Triangle& t) { return {detach(t.p0), detach(t.p1), detach(t.p2)}; }
 
-// Every second face is slid over by a ray from a to the surroundings of one of its points; the others' points
-// ride.
+// Hit points: faces of odd index in screen form, along a ray from a to near one of their points; the others
+// in material form.
 EG_INLINE void probe_met_point(const SceneView& scene, SceneProbePacket& p) {
     const PlacedTriangle t = placed_triangle(scene, p.index, p.instance);
     const Triangle& f = t.triangle;
@@ -36,7 +36,8 @@ EG_INLINE void probe_met_point(const SceneView& scene, SceneProbePacket& p) {
     p.output[6] = beside(b1, x.b1), p.output[7] = beside(b2, x.b2);
 }
 
-// From a to a point of a triangle, and to the point b of a surface; every second one has no size.
+// Segments from a to a point of a triangle, and to the point b of a surface. Every second surface has no
+// size.
 EG_INLINE void probe_segments(const SceneView& scene, SceneProbePacket& p) {
     const auto plain = [](Vec3 d, Vec3 m, Vec3& w) {
         const Float square = dot(d, d);
@@ -57,7 +58,8 @@ EG_INLINE void probe_segments(const SceneView& scene, SceneProbePacket& p) {
     p.output[7] = beside(select(point, -log(dot(d, d)), by_area), light.measure);
 }
 
-// Light from two directions, and from a third on every second surface; a direction's unit vector.
+// Diffuse reflection of light from two directions, and from a third on every second surface; and a unit
+// vector.
 EG_INLINE void probe_reflection(const SceneView& scene, SceneProbePacket& p) {
     const Triangle t = gather_triangle(scene, p.index);
     const DiffuseLight lights[] = {

@@ -48,7 +48,7 @@ struct Scattering {
     Mask light, sky, next;
     Mask last;    // of `next`: rays that could only meet the environment
     Mask veiled;  // of `last`: rays through transparent surfaces
-    // not in `next`: the ray continues from a perfect or followed lobe, with the light next_value
+    // Not in `next`: the ray continues from a perfect or followed lobe, with the light next_value.
     Mask specular;
     Mask of_table;  // of `light`
     Mask held;      // the continuing ray also brings light of a fixed direction

@@ -51,8 +51,9 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
                                     Vec3 x) {
     const LightRow l = gather_light(scene.lights, select(active, row, splat(0)));
     const auto is = [&](LightKind k) { return active & (kind == splat(static_cast<int>(k))); };
-    // relative to the light's centre
+    // `place` is relative to the light's centre.
     const Vec3 center = detach(l.position), place = detach(x) + offset - center;
+    // Find the position y and the area normal m of shapes in material form
     Vec3 y = l.position, m = zero3();
     const Mask without_size = is(kPointSource);
     const Mask sphere = is(kSphereLight), disk = is(kDiskLight);
@@ -74,11 +75,13 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
         y = select(flat, l.position + l.axis_x * s + l.axis_y * t, y);
         m = select(flat, cross(l.axis_x, l.axis_y), m);
     }
+    // Differentiate the segment to y
     LightArrival a;
     const Segment segment = segment_to(x, y, m, without_size);
     a.w = segment.w, a.measure = segment.measure;
     const Mask direction = is(kDirectionLight), cone = is(kConeLight) | sphere;
     a.w = select(direction, -l.direction, a.w);
+    // Differentiate directions within cones
     if (any(cone)) {
         // A point of a cone of directions: that of a sun, or of a sphere as seen from x.
         Vec3 axis = -l.direction, way = offset;

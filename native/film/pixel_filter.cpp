@@ -5,8 +5,8 @@
 namespace edgegrad {
 namespace {
 
-// Weight at offset x, as in Cycles: the Blackman-Harris window over [-width/2, width/2], and
-// exp(-2 (6 x / width)^2) cut off there.
+// Weight at offset x, as in Cycles: the Blackman-Harris window over [-width/2, width/2], or exp(-2 (6 x /
+// width)^2), truncated to the same interval.
 double weight(PixelFilter filter, double x, double width) {
     if (filter == kBlackmanHarrisFilter) {
         const double v = 2.0 * M_PI * (x / width + 0.5);

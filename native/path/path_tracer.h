@@ -107,7 +107,7 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
     Float weight = splat(1.0f);
     const Mask sampled = emits & (p.pdf > 0.0f);
     if (any(sampled)) {
-        // from the last scattering event; transparent surfaces may lie between
+        // The segment starts at the last scattering event; transparent surfaces may lie between.
         const Vec3 way = x.position - p.from;
         const Float pdf = light_pdf(scene, sampled, {p.from, p.from_normal, p.both_sides}, x.face,
                                     p.direction, sqrt(dot(way, way)));

@@ -72,7 +72,7 @@ static void filter_transparent(const embree::FilterArguments* args) {
         TransparentRecorder* const recorder = context->recorder;
         const int32_t changes = recorder ? recorder->changes(scene, x.material[lane]) : 0;
         const bool dark = !(t[0] > 0.0f || t[1] > 0.0f || t[2] > 0.0f);
-        // leaves the hit valid, which ends the query
+        // A hit that stays valid ends the query.
         if (dark && !(changes && recorder->goes_on(lane, changes))) continue;
         if (context->left[lane]-- <= 0) continue;
         if (changes)

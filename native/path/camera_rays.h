@@ -27,8 +27,8 @@ EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
 }
 
 // Samples a point on the unit aperture: a disk (concentric map, Shirley and Chiu 1997) or a regular polygon
-// of `blades` sides with its corners on the unit circle, its width divided by the aperture ratio. As in Cycles, the
-// rotation's angle points to the middle of a side.
+// of `blades` sides with its corners on the unit circle. The width is divided by the aperture ratio. As in
+// Cycles, the rotation's angle points to the middle of a side.
 EG_INLINE void aperture_point(const CameraView& c, Float u, Float v, Float& x, Float& y) {
     Float s, t;
     if (c.aperture_blades >= 3) {

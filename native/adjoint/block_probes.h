@@ -20,17 +20,17 @@ EG_INLINE Triangle constant_triangle(const Triangle& t) { return {detach(t.p0), 
 EG_INLINE void probe_met_point(const SceneView& scene, SceneProbePacket& p) {
     const PlacedTriangle t = placed_triangle(scene, p.index, p.instance);
     const Triangle& f = t.triangle;
-    const Mask slides = p.active & ((p.index & 1) != 0);
+    const Mask screen_form = p.active & ((p.index & 1) != 0);
     const Vec3 from = p.a, direction = interpolate(f, splat(0.3f), splat(0.2f)) + p.b * splat(0.2f) - from;
     const Vec3 e1 = f.p1 - f.p0, e2 = f.p2 - f.p0, s = from - f.p0, q = cross(s, direction);
     const Float inverse = 1.0f / dot(direction, cross(e1, e2));
-    const Float b1 = select(slides, -dot(e2, q) * inverse, splat(0.3f));
-    const Float b2 = select(slides, dot(e1, q) * inverse, splat(0.2f));
+    const Float b1 = select(screen_form, -dot(e2, q) * inverse, splat(0.3f));
+    const Float b2 = select(screen_form, dot(e1, q) * inverse, splat(0.2f));
     const SurfacePoint plain =
         surface_point(scene, p.active, p.index, t, b1, b2, detach(direction), p.instance);
     SurfacePoint x = surface_point(scene, p.active, p.index, {constant_triangle(f), detach(t.handed)},
                                    detach(b1), detach(b2), detach(direction), p.instance);
-    move_met_point(x, f, all_of(slides), from, direction);
+    move_met_point(x, f, all_of(screen_form), from, direction);
     p.put(0, beside(plain.position, x.position));
     p.put(3, beside(plain.normal, x.normal));
     p.output[6] = beside(b1, x.b1), p.output[7] = beside(b2, x.b2);

@@ -124,12 +124,12 @@ struct MetPoint {
     int32_t first;
     Nodes3 from, direction;
     RawTriangle triangle;
-    raw::Float slides;     // weight of the screen form
-    RawVec3 d, n;          // direction of the ray; unit normal along e1 x e2
-    raw::Float t;          // the ray's parameter
-    raw::Float inverse;    // 1 / (n . d)
-    raw::Float inverse_m;  // 1 / |e1 x e2|
-    raw::Float side;       // of the normal
+    raw::Float screen_form;  // weight of the screen form
+    RawVec3 d, n;            // direction of the ray; unit normal along e1 x e2
+    raw::Float t;            // the ray's parameter
+    raw::Float inverse;      // 1 / (n . d)
+    raw::Float inverse_m;    // 1 / |e1 x e2|
+    raw::Float side;         // of the normal
 
     // Gradients of the barycentrics.
     EG_INLINE RawVec3 gradient1() const { return cross(triangle.e2, n) * inverse_m; }
@@ -138,7 +138,7 @@ struct MetPoint {
     void backward(raw::Float* a) const {
         const RawVec3 position = read(a, first), normal = read(a, first + 3);
         const raw::Float b1 = a[first + 6], b2 = a[first + 7];
-        const raw::Mask some = slides > 0.0f;
+        const raw::Mask some = screen_form > 0.0f;
         const raw::Mask by_place = nonzero(position) | (((b1 != 0.0f) | (b2 != 0.0f)) & some);
         const raw::Mask live = by_place | nonzero(normal);
         if (!raw::any(live)) return;
@@ -146,7 +146,7 @@ struct MetPoint {
         if (raw::any(by_place & some)) {
             const RawVec3 places = gradient1() * b1 + gradient2() * b2;
             const RawVec3 g = position + places;
-            const RawVec3 of_ray = select(some, (g - n * (dot(g, d) * inverse)) * slides, raw_zero3());
+            const RawVec3 of_ray = select(some, (g - n * (dot(g, d) * inverse)) * screen_form, raw_zero3());
             point = position - of_ray;
             add(a, from, by_place, of_ray);
             add(a, direction, by_place, of_ray * t);
@@ -157,13 +157,13 @@ struct MetPoint {
         RawVec3 m, area_normal;
         raw::Mask live = triangle.forward(a, m, area_normal);
         RawVec3 position = m;
-        const raw::Mask some = slides > 0.0f;
+        const raw::Mask some = screen_form > 0.0f;
         if (raw::any(some)) {
             const RawVec3 start = read(a, from), turn = read(a, direction), c = start + turn * t;
             live |= some & (nonzero(start) | nonzero(turn));
             const RawVec3 behind = m - c;
             const RawVec3 relative =
-                select(some, (d * (dot(n, behind) * inverse) - behind) * slides, raw_zero3());
+                select(some, (d * (dot(n, behind) * inverse) - behind) * screen_form, raw_zero3());
             position = m + relative;
             a[first + 6] = raw::select(live, dot(gradient1(), relative), 0.0f);
             a[first + 7] = raw::select(live, dot(gradient2(), relative), 0.0f);
@@ -174,16 +174,16 @@ struct MetPoint {
 };
 
 // Gives a constant surface point its derivatives. `t` is its triangle, seen along the ray from `from`;
-// `slides` is the weight of the screen form.
-EG_INLINE void move_met_point(SurfacePoint& x, const Triangle& t, raw::Float slides, Vec3 from,
+// `screen_form` is the weight of the screen form.
+EG_INLINE void move_met_point(SurfacePoint& x, const Triangle& t, raw::Float screen_form, Vec3 from,
                               Vec3 direction) {
-    const bool by_ray = raw::any(slides > 0.0f) && (taped(nodes(from)) || taped(nodes(direction)));
+    const bool by_ray = raw::any(screen_form > 0.0f) && (taped(nodes(from)) || taped(nodes(direction)));
     if (!taped(t) && !by_ray) return;
     MetPoint& block = current_tape->new_block<MetPoint>();
     const int32_t first = block.first;
     block.from = nodes(from), block.direction = nodes(direction);
     block.triangle.set(t, x.b1.value, x.b2.value);
-    block.slides = slides;
+    block.screen_form = screen_form;
     block.d = values(direction);
     const RawVec3 m = cross(block.triangle.e1, block.triangle.e2);
     block.inverse_m = finite_inverse(raw::sqrt(dot(m, m)));
@@ -193,7 +193,7 @@ EG_INLINE void move_met_point(SurfacePoint& x, const Triangle& t, raw::Float sli
     block.inverse = finite_inverse(dot(block.n, block.d));
     x.position = results(values(x.position), first);
     x.normal = results(values(x.normal), first + 3);
-    if (by_ray || raw::any(slides > 0.0f)) x.b1.node = first + 6, x.b2.node = first + 7;
+    if (by_ray || raw::any(screen_form > 0.0f)) x.b1.node = first + 6, x.b2.node = first + 7;
 }
 
 // ---- Unit vectors ----
@@ -233,7 +233,7 @@ struct DiffuseBlock {
     int32_t first, count;
     Nodes3 normal, albedo, w[kMost], light[kMost];
     RawVec3 n, color, from[kMost], value[kMost];
-    raw::Float lit[kMost];  // 1 / pi, or 0 where the light is not active or below the horizon
+    raw::Float factor[kMost];  // 1 / pi, or 0 where the light is not active or below the horizon
 
     void backward(raw::Float* a) const {
         const RawVec3 g = read(a, first), of_color = g * color;
@@ -241,7 +241,8 @@ struct DiffuseBlock {
         if (!raw::any(live)) return;
         RawVec3 to_normal = raw_zero3(), to_albedo = raw_zero3();
         for (int k = 0; k < count; ++k) {
-            const raw::Float density = dot(n, from[k]) * lit[k], turn = dot(of_color, value[k]) * lit[k];
+            const raw::Float density = dot(n, from[k]) * factor[k],
+                             turn = dot(of_color, value[k]) * factor[k];
             to_albedo = to_albedo + value[k] * density;
             to_normal = to_normal + from[k] * turn;
             add(a, w[k], live, n * turn);
@@ -257,8 +258,8 @@ struct DiffuseBlock {
         for (int k = 0; k < count; ++k) {
             const RawVec3 turn = read(a, w[k]), brighten = read(a, light[k]);
             live |= nonzero(turn) | nonzero(brighten);
-            const raw::Float density = dot(n, from[k]) * lit[k];
-            const raw::Float change = (dot(n_change, from[k]) + dot(n, turn)) * lit[k];
+            const raw::Float density = dot(n, from[k]) * factor[k];
+            const raw::Float change = (dot(n_change, from[k]) + dot(n, turn)) * factor[k];
             sum = sum + color_change * value[k] * density + color * value[k] * change +
                   color * brighten * density;
         }
@@ -285,8 +286,8 @@ EG_INLINE Vec3 diffuse_reflection(Vec3 normal, Vec3 albedo, int count, const Dif
         block.from[k] = values(lights[k].w);
         block.value[k] = select(lights[k].active, values(lights[k].value), raw_zero3());
         const raw::Float cosine = dot(block.n, block.from[k]);
-        block.lit[k] = raw::select(lights[k].active & (cosine > 0.0f), raw::splat(kInvPi), 0.0f);
-        sum = sum + block.value[k] * (cosine * block.lit[k]);
+        block.factor[k] = raw::select(lights[k].active & (cosine > 0.0f), raw::splat(kInvPi), 0.0f);
+        sum = sum + block.value[k] * (cosine * block.factor[k]);
     }
     sum = sum * block.color;
     return recorded ? results(sum, block.first) : constant3(sum);

@@ -45,37 +45,37 @@ EG_INLINE Vec3 turned_with_environment(const SceneView& scene, Vec3 w) {
 
 // Directions from which a vertex receives light, and the light of each, without the factor f |cos|.
 struct Scattering {
-    Mask light, sky, next;
+    Mask light, environment, next;
     Mask last;    // of `next`: rays that could only meet the environment
     Mask veiled;  // of `last`: rays through transparent surfaces
     // Not in `next`: the ray continues from a perfect or followed lobe, with the light next_value.
     Mask specular;
     Mask of_table;  // of `light`
-    Mask held;      // the continuing ray also brings light of a fixed direction
+    Mask fixed;     // the continuing ray also brings light of a fixed direction
     Int light_visible_to;
-    Vec3 light_w, sky_w, next_w, held_w;
-    Vec3 light_value, sky_value, next_value, held_value;
+    Vec3 light_w, environment_w, next_w, fixed_w;
+    Vec3 light_value, environment_value, next_value, fixed_value;
 };
 
 // Emission found by the continuing rays, on surfaces of one constant emission.
-EG_INLINE Vec3 given_by(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
+EG_INLINE Vec3 emission_of_next(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
     const Int closure = select(active, next_ints(memory, active, next, &Vertex::closure), splat(0));
     const raw::Float weight = next_floats(memory, active, next, &Vertex::emission_weight);
-    RawVec3 given;
-    const auto emission = [&](int c) {
+    RawVec3 emission;
+    const auto channel = [&](int c) {
         return raw::gather(scene.closure_params + kEmission + c,
                            closure * static_cast<int32_t>(kMaterialParams)) *
                weight;
     };
-    given.x = emission(0), given.y = emission(1), given.z = emission(2);
-    return constant3(given);
+    emission.x = channel(0), emission.y = channel(1), emission.z = channel(2);
+    return constant3(emission);
 }
 
 // Motion of the points on emissive faces that emitter samples have found.
-EG_INLINE FarMotion light_motion(const SceneView& scene, const Vertex& v, Mask rides) {
-    FarMotion motion = far_motion(rides);
+EG_INLINE FarMotion light_motion(const SceneView& scene, const Vertex& v, Mask material_form) {
+    FarMotion motion = far_motion(material_form);
     if (!scene.mesh_contact) return motion;
-    motion.rides = motion.rides - raw::load(v.light_held);
+    motion.material_form = motion.material_form - raw::load(v.light_held);
     motion.drift = {raw::load(v.light_drift[0]), raw::load(v.light_drift[1]), raw::load(v.light_drift[2])};
     return motion;
 }
@@ -90,13 +90,13 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     s.light = from_face | from_row;
     s.of_table = from_row;
     s.light_visible_to = load(v.light_visible_to);
-    s.light_w = s.sky_w = load3(v.direction), s.light_value = s.sky_value = zero3();
-    s.held = s.veiled = splat(0);
+    s.light_w = s.environment_w = load3(v.direction), s.light_value = s.environment_value = zero3();
+    s.fixed = s.veiled = splat(0);
     // After perfect mirrors and smooth glass x is in screen form, so light stays in material form
     // (derivations, K).
-    Mask holds = splat(0);
+    Mask may_fix = splat(0);
     if (geometry && scene.face_held)
-        holds = receives_held(
+        may_fix = receives_held(
             scene, stays & (~load(v.slides) | (load(v.kind) == splat(static_cast<int>(kCameraRay)))),
             material);
     // Collect light from emitter samples
@@ -106,19 +106,19 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     };
     if (any(from_face)) {
         const Triangle t = gather_triangle(scene, select(from_face, light_face, splat(0)));
-        const Mask held = holds_direction(scene, from_face & holds, light_face, material);
+        const Mask fixed = holds_direction(scene, from_face & may_fix, light_face, material);
         take(from_face, light_of_face(scene, from_face, t, light_face, load(v.light_b1), load(v.light_b2),
-                                      position, load(v.kind), light_motion(scene, v, from_face & ~held)));
+                                      position, load(v.kind), light_motion(scene, v, from_face & ~fixed)));
     }
     if (any(from_row))
         take(from_row,
              light_of_row(scene, from_row, light_row, load(v.light_kind), load3(v.light_offset), position));
     // Collect light from samples of the environment's image
-    const Vec3 sky_scale = load3(v.sky_scale);
-    s.sky = stays & (largest_component(sky_scale) > 0.0f);
-    if (any(s.sky)) {
-        s.sky_w = turned_with_environment(scene, load3(v.sky_direction));
-        s.sky_value = environment_radiance(scene, s.sky_w) * sky_scale;
+    const Vec3 environment_scale = load3(v.sky_scale);
+    s.environment = stays & (largest_component(environment_scale) > 0.0f);
+    if (any(s.environment)) {
+        s.environment_w = turned_with_environment(scene, load3(v.sky_direction));
+        s.environment_value = environment_radiance(scene, s.environment_w) * environment_scale;
     }
 
     // Collect light along the ray that continues
@@ -143,19 +143,20 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
             const Int instance = next_ints(memory, surface, next, &Vertex::instance);
             place_triangle(scene, select(surface, instance, splat(-1)), t);
             // Emission of the surface has a fixed direction; light that it scatters is in material form.
-            Mask held = holds_direction(scene, surface & holds & (instance < 0), face, material);
-            if (any(held)) {
-                const Vec3 given = select(held, given_by(scene, memory, held, next), zero3());
-                const Vec3 rest = incoming - given;
-                s.held = held & (largest_component(rest) > 0.0f);
-                s.held_w = wi, s.held_value = given * load(v.next_scale);
-                s.next_value = select(s.held, rest * load(v.next_scale), s.next_value);
-                held &= ~s.held;
+            Mask fixed = holds_direction(scene, surface & may_fix & (instance < 0), face, material);
+            if (any(fixed)) {
+                const Vec3 emission = select(fixed, emission_of_next(scene, memory, fixed, next), zero3());
+                const Vec3 rest = incoming - emission;
+                s.fixed = fixed & (largest_component(rest) > 0.0f);
+                s.fixed_w = wi, s.fixed_value = emission * load(v.next_scale);
+                s.next_value = select(s.fixed, rest * load(v.next_scale), s.next_value);
+                fixed &= ~s.fixed;
             }
             // Differentiate the segment to the next vertex
-            FarMotion motion = far_motion(surface & ~held);
+            FarMotion motion = far_motion(surface & ~fixed);
             if (scene.mesh_contact) {
-                motion.rides = motion.rides - next_floats(memory, surface, next, &Vertex::held);
+                motion.material_form =
+                    motion.material_form - next_floats(memory, surface, next, &Vertex::held);
                 motion.drift = next_drift(memory, surface, next);
             }
             const Segment y = segment_to(position, t, next_floats(memory, surface, next, &Vertex::b1),
@@ -189,7 +190,8 @@ inline void pass_transparent_surfaces(const SceneView& scene, const VertexMemory
                                             (kind == splat(static_cast<int>(kConeLight))));
             dim(s.light, s.light_w, s.light_value, ~distant, detach(position) + load3(v.light_offset));
         }
-        if (p.ray == kRayToEnvironment) dim(s.sky, s.sky_w, s.sky_value, splat(0), zero3());
+        if (p.ray == kRayToEnvironment)
+            dim(s.environment, s.environment_w, s.environment_value, splat(0), zero3());
         if (p.ray == kLastRay)
             dim(s.last, s.next_w, s.next_value, splat(0), zero3()), s.veiled |= s.last & some;
     }

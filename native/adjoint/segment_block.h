@@ -34,7 +34,7 @@ struct RawSegment {
         return w;
     }
     // Scales the derivatives by the weight of the material form.
-    EG_INLINE void ride(raw::Float share) {
+    EG_INLINE void scale(raw::Float share) {
         inverse_r = inverse_r * share;
         inverse_m = inverse_m * share;
     }
@@ -112,10 +112,10 @@ struct FaceSegmentBlock {
 
 // Motion of a segment's far end: a blend of material form and fixed direction (scene/contact.h).
 struct FarMotion {
-    raw::Float rides;  // weight of the material form
+    raw::Float material_form;  // weight of the material form
     RawVec3 drift;
 };
-EG_INLINE FarMotion far_motion(Mask rides) { return {all_of(rides), raw_zero3()}; }
+EG_INLINE FarMotion far_motion(Mask material_form) { return {all_of(material_form), raw_zero3()}; }
 
 // The segment to a point of a triangle.
 EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Float b2,
@@ -126,7 +126,7 @@ EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Floa
         return segment.set(values(x), y, cross(triangle.e1, triangle.e2), raw::splat(0));
     };
     const bool drifts = raw::any(nonzero(motion.drift));
-    if ((!taped(nodes(x)) && !taped(t)) || !(drifts || raw::any(motion.rides > 0.0f))) {
+    if ((!taped(nodes(x)) && !taped(t)) || !(drifts || raw::any(motion.material_form > 0.0f))) {
         RawTriangle triangle;
         RawSegment segment;
         return {constant3(run(triangle, segment)), splat(1.0f)};
@@ -134,7 +134,7 @@ EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Floa
     FaceSegmentBlock& block = current_tape->new_block<FaceSegmentBlock>();
     block.x = nodes(x);
     const RawVec3 w = run(block.triangle, block.segment);
-    block.segment.ride(motion.rides);
+    block.segment.scale(motion.material_form);
     block.drifts = drifts, block.drift = motion.drift;
     return {results(w, block.first), {raw::splat(1.0f), block.first + 3}};
 }

@@ -48,7 +48,7 @@ EG_INLINE Vec3 scattered_evenly(const SceneView& scene, const Lambertian& surfac
     };
     const Mask seen = scene.lights.any_hidden ? (s.light_visible_to & (1 << kDiffuseRay)) != 0 : splat(-1);
     add(s.light & seen, s.light_w, s.light_value);
-    add(s.sky, s.sky_w, s.sky_value);
+    add(s.environment, s.environment_w, s.environment_value);
     add(s.next, s.next_w, s.next_value);
     return diffuse_reflection(surface.normal, surface.albedo, count, lights);
 }
@@ -60,13 +60,16 @@ EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, 
     if constexpr (Surface::kSmooth)
         if (!surface.smooth) return scattered_evenly(scene, surface, active, s);
     Vec3 sum = zero3();
-    const Mask light = active & s.light, sky = active & s.sky, next = active & s.next;
+    const Mask light = active & s.light, environment = active & s.environment, next = active & s.next;
     if (any(light)) {
         const Vec3 f =
             scattered_light(scene, surface, s.light_visible_to, light, s.of_table, s.light_w).value;
         sum = select(light, f * s.light_value, sum);
     }
-    if (any(sky)) sum = sum + select(sky, surface.evaluate(sky, s.sky_w).value * s.sky_value, zero3());
+    if (any(environment))
+        sum =
+            sum + select(environment,
+                         surface.evaluate(environment, s.environment_w).value * s.environment_value, zero3());
     if (any(next)) sum = sum + select(next, surface.evaluate(next, s.next_w).value * s.next_value, zero3());
     return sum;
 }
@@ -74,10 +77,10 @@ EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, 
 // Light scattered by any surface.
 template <typename Surface>
 EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask active, const Scattering& s) {
-    const Mask held = active & s.held;
-    if (any(held)) {
-        const Vec3 f = surface.evaluate(held, s.held_w).value;
-        return select(held, f * s.held_value, zero3()) + scattered_moving(scene, surface, active, s);
+    const Mask fixed = active & s.fixed;
+    if (any(fixed)) {
+        const Vec3 f = surface.evaluate(fixed, s.fixed_w).value;
+        return select(fixed, f * s.fixed_value, zero3()) + scattered_moving(scene, surface, active, s);
     }
     return scattered_moving(scene, surface, active, s);
 }
@@ -115,19 +118,20 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
         // Under a constant environment the unoccluded integral of the cosine does not depend on the normal.
         // Its derivative, zero in the mean, is subtracted from each sample as a control variate. Samples that
         // see the environment then cancel, and the derivative on convex bodies is exactly zero.
-        const Vec3 sky = detach(splat3(scene.environment));
+        const Vec3 environment = detach(splat3(scene.environment));
         const Float scale = load(v.next_scale);
         const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
         const Mask at_last =
             s.last & ~s.veiled & (last_scale.x == scale) & (last_scale.y == scale) & (last_scale.z == scale);
-        const Mask missed_all = s.next & ~s.last & (incoming.x == sky.x) & (incoming.y == sky.y) &
-                                (incoming.z == sky.z) & ends_in_environment(memory, next);
+        const Mask missed_all = s.next & ~s.last & (incoming.x == environment.x) &
+                                (incoming.y == environment.y) & (incoming.z == environment.z) &
+                                ends_in_environment(memory, next);
         still = active & (at_last | missed_all);
         const Mask hidden = active & load(v.samples) & ~still;
         if (any(hidden)) {
             const Float cosine = dot(surface.normal, wi),
                         density = surface.pdf(max(detach(cosine), 0.0f) * kInvPi);
-            const Vec3 lost = detach(surface.albedo) * sky;
+            const Vec3 lost = detach(surface.albedo) * environment;
             reflected = select(hidden, lost * ((detach(cosine) - cosine) * (kInvPi / density)), reflected);
         }
     }
@@ -136,7 +140,7 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
     reflected = reflected + scattered(scene, surface, active, part);
     if (any(still)) {
         part.next = still;
-        part.light = part.sky = part.held = splat(0);
+        part.light = part.environment = part.fixed = splat(0);
         const Lambertian fixed{detach(surface.normal), surface.ng, surface.albedo, nullptr, true};
         reflected = reflected + scattered(scene, fixed, active, part);
     }
@@ -170,23 +174,23 @@ inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask
 inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
                             const Arrival& arrival, Vec3 incoming, Int next, bool geometry) {
     const Mask active = load(v.active), hit = active & (load(v.face) >= 0);
-    const Mask slides = active & load(v.slides);
+    const Mask screen_form = active & load(v.slides);
     Leaving out{zero3(), zero3(), zero3()};
     const Vec3 recorded = load3(v.direction);
-    const Vec3 direction = select(slides, arrival.direction, recorded);
+    const Vec3 direction = select(screen_form, arrival.direction, recorded);
 
     // Add environment light of rays that missed the scene
-    const Float sky_weight = load(v.sky_weight);
-    const Mask missed = active & (sky_weight > 0.0f);
+    const Float environment_weight = load(v.sky_weight);
+    const Mask missed = active & (environment_weight > 0.0f);
     if (any(missed)) {
         // Sampled directions rotate with the environment, as seen from the previous vertex.
-        const Vec3 towards = select(slides, arrival.direction, turned_with_environment(scene, recorded));
-        out.light = select(missed, environment_radiance(scene, towards) * sky_weight, out.light);
+        const Vec3 towards = select(screen_form, arrival.direction, turned_with_environment(scene, recorded));
+        out.light = select(missed, environment_radiance(scene, towards) * environment_weight, out.light);
     }
     // Add lights of the table along the ray
-    if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(slides))
-        out.light =
-            out.light + lights_met(scene, v, slides & ~load(v.arrives_followed), arrival.from, direction);
+    if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(screen_form))
+        out.light = out.light +
+                    lights_met(scene, v, screen_form & ~load(v.arrives_followed), arrival.from, direction);
     if (!any(hit)) return out;
 
     // Compute the surface point and the view direction
@@ -198,17 +202,17 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     Vec3 view = -recorded;
     // Let the point move in screen form, material form or a blend of both
     if (geometry) {
-        raw::Float slid = all_of(slides) + raw::load(v.held);
+        raw::Float screen_form_weight = all_of(screen_form) + raw::load(v.held);
         Vec3 way = direction;
         if ((scene.all_flags & kHasTransparency) && scene.textures.closure_program) {
-            const Mask through = hit & load(v.passes) & ~slides & (next >= 0);
+            const Mask through = hit & load(v.passes) & ~screen_form & (next >= 0);
             if (any(through)) {
                 way = select(through, way_through(scene, memory, through, next, arrival.from, recorded), way);
-                slid = raw::select(through, raw::splat(1.0f), slid);
+                screen_form_weight = raw::select(through, raw::splat(1.0f), screen_form_weight);
             }
         }
-        move_met_point(x, t.triangle, slid, arrival.from, way);
-        if (!diffuse_alone(scene)) view = unit(select(slides, -direction, arrival.from - x.position));
+        move_met_point(x, t.triangle, screen_form_weight, arrival.from, way);
+        if (!diffuse_alone(scene)) view = unit(select(screen_form, -direction, arrival.from - x.position));
     }
     out.position = x.position;
     // Evaluate textures and the recorded closure
@@ -247,7 +251,7 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     // Scatter at all other surfaces
     const Mask others = stays & ~lambertian, perfect = others & s.specular;
-    const bool scatters = any(others & (s.light | s.sky | s.next));
+    const bool scatters = any(others & (s.light | s.environment | s.next));
     const Int follows = select(others, load(v.follows), splat(0));
     const Mask followed = perfect & ((follows >> load(v.lobe) & 1) != 0);
     // Use a block of the tape for perfect lobes whose weights are constants

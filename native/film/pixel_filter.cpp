@@ -33,8 +33,8 @@ std::vector<float> inverted_filter(PixelFilter filter, float width) {
     for (int k = 0; k <= kFilterSize; ++k) {
         const double requested = sum.back() * k / kFilterSize;
         while (at + 2 < sum.size() && sum[at + 1] < requested) ++at;
-        const double mass = sum[at + 1] - sum[at];
-        const double within = mass > 0.0 ? (requested - sum[at]) / mass : 0.0;
+        const double cell = sum[at + 1] - sum[at];
+        const double within = cell > 0.0 ? (requested - sum[at]) / cell : 0.0;
         offsets.push_back(static_cast<float>(-half + (static_cast<double>(at) + within) * step));
     }
     return offsets;

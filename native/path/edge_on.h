@@ -97,9 +97,9 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
 static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task, Workspace& work) {
     work.vertices->clear();
     const CameraView& camera = scene.camera;
-    const double mass = task.cumulative[task.pieces], step = mass / static_cast<double>(task.total);
-    int64_t piece = last_below(task.cumulative, task.pieces,
-                               static_cast<double>(task.first) / static_cast<double>(task.total) * mass);
+    const double weight = task.cumulative[task.pieces], step = weight / static_cast<double>(task.total);
+    int64_t entry = last_below(task.cumulative, task.pieces,
+                               static_cast<double>(task.first) / static_cast<double>(task.total) * weight);
     int queued = 0;
     const int count = static_cast<int>(task.count);
     for (int at = 0; at < count; at += W) {
@@ -113,8 +113,8 @@ static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task
         Int number = splat(0);
         for (int i = 0; i < W && at + i < count; ++i) {
             go_to(task.cumulative, task.pieces, systematic_place(task.first + at + i, task.paths.seed) * step,
-                  piece);
-            number[i] = static_cast<int32_t>(piece);
+                  entry);
+            number[i] = static_cast<int32_t>(entry);
         }
         // Sample the point of the lens and the point of the face
         Float u, v, lens_u = splat(0.5f), lens_v = lens_u;

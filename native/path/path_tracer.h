@@ -138,8 +138,8 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
                                     });
     const Vec3 light =
         lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind);
-    const Mask lit = p.active & (largest_component(light) > 0.0f);
-    if (any(lit)) add_radiance(work, p, lit, p.throughput * light);
+    const Mask found = p.active & (largest_component(light) > 0.0f);
+    if (any(found)) add_radiance(work, p, found, p.throughput * light);
 }
 
 // Sends part of the paths through a transparent surface and removes them from the active lanes of `x`.

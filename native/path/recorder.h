@@ -71,9 +71,10 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
 // Records where the direction from the previous vertex to x is fixed (scene/contact.h).
 EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacket& p, const SurfacePoint& x) {
     if (!scene.mesh_contact) return;
-    const Mask held = (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f);
-    const Contact c =
-        contact(scene, x.active & held, p.from_mesh, p.from, p.from_normal, x.mesh, x.triangle, x.position);
+    const Mask eligible =
+        (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f);
+    const Contact c = contact(scene, x.active & eligible, p.from_mesh, p.from, p.from_normal, x.mesh,
+                              x.triangle, x.position);
     set(v.held, x.active, c.share);
     set3(v.drift, x.active, c.drift);
 }
@@ -82,10 +83,10 @@ EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacke
 EG_INLINE void record_light_contact(const SceneView& scene, Vertex& v, const PathPacket& p,
                                     const SurfacePoint& x, const LightSample& s) {
     if (!scene.mesh_contact) return;
-    const Mask held = s.active & (s.face >= 0) & (p.segment <= scene.fixed_direction_surfaces);
-    const Contact c = contact_with_face(scene, held, x, s.face, splat(-1), s.b1, s.b2);
-    put(v.light_held, held, c.share);
-    put3(v.light_drift, held, c.drift);
+    const Mask eligible = s.active & (s.face >= 0) & (p.segment <= scene.fixed_direction_surfaces);
+    const Contact c = contact_with_face(scene, eligible, x, s.face, splat(-1), s.b1, s.b2);
+    put(v.light_held, eligible, c.share);
+    put3(v.light_drift, eligible, c.drift);
 }
 
 // Drops lanes that do not contribute to a derivative, and the latest packet if none of its lanes does. The

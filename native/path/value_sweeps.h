@@ -65,13 +65,13 @@ struct ColorTable {
 };
 
 struct ColorTables {
-    ColorTable color, emission, rows, sky;
+    ColorTable color, emission, rows, environment;
 
     ColorTables(const SceneView& scene, const DifferentiableTables& of)
         : color(ColorTable::of(of, scene.closure_params, kBaseColor, kMaterialParams)),
           emission(ColorTable::of(of, scene.closure_params, kEmission, kMaterialParams)),
           rows(ColorTable::of(of, scene.lights.params, kLightRadiance, kLightParams)),
-          sky(ColorTable::of(of, scene.environment, 0, 3)) {}
+          environment(ColorTable::of(of, scene.environment, 0, 3)) {}
 
     // Calls visit(table, mask, row) for the table of each source.
     template <typename Visit>
@@ -81,7 +81,7 @@ struct ColorTables {
             const Mask here = m & (kind == static_cast<int>(of));
             if (any(here)) visit(table, here, row);
         };
-        one(emission, kLeafSource), one(rows, kRowSource), one(sky, kEnvironmentSource);
+        one(emission, kLeafSource), one(rows, kRowSource), one(environment, kEnvironmentSource);
     }
     EG_INLINE void add(Mask m, Int source, Vec3 value) const {
         for_each_source(m, source, [&](const ColorTable& t, Mask here, Int row) { t.add(here, row, value); });
@@ -161,7 +161,7 @@ static void values_backward_kernel(const SceneView& scene, const ValueTask& task
         tables.color.add(active & (closure >= 0), closure, weight * scattered);
         tables.add(active, load(v.own_source), weight * load3(v.own_gain));
         tables.add(active, load(v.light_source), reflected * load3(v.light_gain));
-        tables.sky.add(active, splat(0), reflected * load3(v.sky_gain));
+        tables.environment.add(active, splat(0), reflected * load3(v.sky_gain));
     });
 }
 
@@ -172,7 +172,7 @@ static void values_forward_kernel(const SceneView& scene, const ValueTask& task,
     for_each_value(task, [&](const Values& v, Mask active, Int path, Vec3 scattered) {
         const Int closure = load(v.closure);
         const Vec3 received = tables.change(active, load(v.light_source)) * load3(v.light_gain) +
-                              tables.sky.change(active, splat(0)) * load3(v.sky_gain);
+                              tables.environment.change(active, splat(0)) * load3(v.sky_gain);
         const Vec3 change = tables.color.change(active & (closure >= 0), closure) * scattered +
                             tables.change(active, load(v.own_source)) * load3(v.own_gain) +
                             load3(v.color) * received * load(v.scale);

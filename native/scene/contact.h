@@ -34,7 +34,7 @@ struct Contact {
 EG_INLINE Contact no_contact() { return {splat(0.0f), zero3()}; }
 
 // Lanes between whose meshes the direction of light is fixed near contact.
-EG_INLINE Mask holds_contact(const SceneView& scene, Mask active, Int from, Int to) {
+EG_INLINE Mask may_blend(const SceneView& scene, Mask active, Int from, Int to) {
     const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
     const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
     return active & ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
@@ -45,7 +45,7 @@ EG_INLINE Mask holds_contact(const SceneView& scene, Mask active, Int from, Int 
 EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x, Vec3 normal, Int to,
                            const Triangle& t, Vec3 y) {
     constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f;
-    active = holds_contact(scene, active, from, to);
+    active = may_blend(scene, active, from, to);
     if (!any(active)) return no_contact();
     const Mask bent = (gather(scene.mesh_contact, select(active, from, splat(0))) & kContactBent) != 0;
     const Vec3 way = y - x;
@@ -84,7 +84,7 @@ EG_INLINE Contact contact_with_face(const SceneView& scene, Mask active, const S
                                     Int instance, Float b1, Float b2) {
     if (!scene.mesh_contact || !any(active)) return no_contact();
     const Int known = select(active, face, splat(0)), to = mesh_of(scene, known);
-    active = holds_contact(scene, active, x.mesh, to);
+    active = may_blend(scene, active, x.mesh, to);
     if (!any(active)) return no_contact();
     const Triangle t = placed_triangle(scene, known, select(active, instance, splat(-1))).triangle;
     return contact(scene, active, x.mesh, x.position, x.normal, to, t, interpolate(t, b1, b2));

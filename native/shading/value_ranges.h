@@ -19,7 +19,6 @@ EG_INLINE void keep_within(Float* row, int place, float most) {
 // and 1. Layers that are added to others (coat, sheen, the dielectric level) and colours are bounded by 0
 // only. In Cycles negative colours of emission and transparent closures remove light; here they count as
 // black. Indices and anisotropies are bounded where they are used.
-// black. Indices and anisotropies are bounded where they are used.
 //
 // `flags` are those of all closures. If `lambertian`, all closures are Lambertian and rows hold only the
 // values that these need.

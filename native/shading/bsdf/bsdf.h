@@ -8,7 +8,6 @@
 // `evaluate` returns the sum of all lobes except perfect and followed ones, and the density of `sample`.
 // `sample` chooses a lobe in proportion to its estimated albedo. Light is lost that a mirror would reflect
 // below the triangle, or that an interface would refract above it.
-// an interface above it, is lost.
 #pragma once
 
 #include "scene/view.h"

@@ -34,8 +34,8 @@ EG_INLINE SphericalTriangle spherical_triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 m) {
 // apex to the new side.
 EG_INLINE Vec3 sample_triangle(const SphericalTriangle& s, Float u, Float v) {
     Float sine, cosine;
-    sincos_turn(min(u * s.solid_angle * 0.0795774715f, splat(0.49999997f)), sine,
-                cosine);  // of half the part
+    // The angle is half of the part's solid angle, in turns.
+    sincos_turn(min(u * s.solid_angle * 0.0795774715f, splat(0.49999997f)), sine, cosine);
     const Float along = 1.0f + dot(s.apex, s.first);
     const Float across = dot(s.apex, s.last) + dot(s.first, s.last);
     const Vec3 half = s.first * (s.volume * cosine - across * sine) + s.last * (along * sine);

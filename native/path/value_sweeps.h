@@ -1,6 +1,8 @@
 // Sweeps for derivatives by colours and strengths over the records of a task's paths (tasks/value_record.h).
-// They run from the ends of the paths to the camera, since the light that arrives at a vertex leaves the
-// vertices behind it.
+// The light L that leaves a vertex is linear in each colour and strength:
+//   L = own_gain * source + color * scale * (light_gain * source + sky_gain * environment + next_gain * L'),
+// with the light L' that leaves the next vertex. The sweeps run from the ends of the paths to the camera, so
+// that L' is known at each vertex.
 #pragma once
 
 #include "adjoint/differentiable_tables.h"

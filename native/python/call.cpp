@@ -115,7 +115,8 @@ void bind_process(nb::module_& m) {
         }
     });
     m.def("end_calls", &end_calls, "Cancels the calls of all other threads and waits for their end.");
-    m.def("forget_calls", &forget_calls, "In a forked process: the calls of other threads aren't here.");
+    m.def("forget_calls", &forget_calls,
+          "Forgets the calls of other threads in a forked process, which has none.");
 }
 
 }  // namespace edgegrad

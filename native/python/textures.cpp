@@ -217,7 +217,7 @@ void bind_textures(nb::module_& m) {
         },
         "Names of the operations of texture programs, in the order of their numbers.");
     m.def("evaluate_textures", &evaluate, "tables"_a, "points"_a, "rows"_a, "instruction_set"_a,
-          "Runs texture programs at points and overwrites their places in rows.");
+          "Runs texture programs at points and overwrites the columns of `rows` that they compute.");
     m.def("textures_backward", &backward, "tables"_a, "points"_a, "adjoint"_a, "instruction_set"_a,
           "Gradients of texture programs' rows.");
     m.def("textures_forward", &forward, "tables"_a, "points"_a, "tangents"_a, "instruction_set"_a,

@@ -64,7 +64,7 @@ EG_INLINE AxisTaps<Taps> axis_taps(Float u, int32_t n, int32_t extension) {
     }
     r.sum = splat(0.0f);
     for (int k = 0; k < Taps; ++k) {
-        const Int i = to_int(whole) + (Taps == 4 ? k - 1 : k);  // i is reduced to the image by extend_index
+        const Int i = to_int(whole) + (Taps == 4 ? k - 1 : k);  // may be outside the image
         if (extension == kImageClip) r.weight[k] = select((i >= 0) & (i < n), r.weight[k], 0.0f);
         r.sum += r.weight[k];
         r.index[k] = extend_index(i, n, extension);

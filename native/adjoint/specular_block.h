@@ -1,7 +1,7 @@
-// Perfect mirrors and smooth interfaces as one block: light that leaves along wo comes from
-//   w = A(c) n + B wo,  c = n.wo,  and is multiplied with value(c),
-// with A = 2c, B = -1 of what is reflected, and A = c/eta - cos(theta_t), B = -1/eta of what is refracted.
-// Their weights are constants; layered ones, whose weights change with the view, are left to the tape.
+// Perfect mirrors and smooth interfaces as one block. Light that leaves along wo arrives from
+//   w = A(c) n + B wo,  c = n.wo,  and is multiplied by value(c).
+// For reflection A = 2c, B = -1; for refraction A = c/eta - cos(theta_t), B = -1/eta. The weights are
+// constants. Layered closures, whose weights change with the view, are recorded by generic operations.
 #pragma once
 
 #include "adjoint/blocks.h"
@@ -16,7 +16,7 @@ struct SpecularBlock {
     Nodes3 normal, view;
     RawVec3 n, v;
     raw::Float along, along_slope, across;  // A, dA/dc, B
-    RawVec3 slope;                          // of the value by c
+    RawVec3 slope;                          // derivative of the value by c
 
     void backward(raw::Float* a) const {
         const RawVec3 direction = read(a, first), value = read(a, first + 3);
@@ -35,7 +35,7 @@ struct SpecularBlock {
     }
 };
 
-// Whether the active lanes' shaders are such, and nothing but the normal and the view changes.
+// Returns whether the active lanes' closures are of this kind, so that only the normal and the view change.
 EG_INLINE bool plainly_specular(const Shader& shader, Mask active) {
     if (any(active & ~scatters_plainly(shader.kind, shader.flags))) return false;
     constexpr int places[] = {kBaseColor, kBaseColor + 1, kBaseColor + 2, kRoughness, kIor, kAnisotropy};
@@ -44,7 +44,7 @@ EG_INLINE bool plainly_specular(const Shader& shader, Mask active) {
     return true;
 }
 
-// What active lanes' perfect lobes scatter.
+// Light scattered by the perfect lobes of active lanes.
 inline Specular plain_specular(Mask active, const SurfacePoint& x, Vec3 view, const Shader& shader,
                                Vec3 normal, Int lobe, Mask transmitted) {
     const Vec3 mirror = valid_mirror_normal(normal, x.normal, view);
@@ -69,7 +69,7 @@ inline Specular plain_specular(Mask active, const SurfacePoint& x, Vec3 view, co
     block.along = pick((c - g) * inverse_eta, 2.0f * c);
     block.along_slope = pick((1.0f - c * inverse_g) * inverse_eta, raw::splat(2.0f));
     block.across = pick(-inverse_eta, raw::splat(-1.0f));
-    // Fresnel's reflectance is mapped to itself, as it starts from the f0 of the same index.
+    // The Fresnel reflectance needs no rescaling, because f0 comes from the same index.
     const raw::Float fall = reflectance_fall(c, eta, g, inverse_g);
     const raw::Mask splits = interface & (g > 0.0f) & ~glass.refracts_only;
     const RawVec3 tint = values(glass.transmission), weight = select(through, tint, raw_zero3() - tint);

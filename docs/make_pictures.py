@@ -13,6 +13,7 @@ import argparse
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 
@@ -50,15 +51,13 @@ def draw(case: Case, path: Path) -> float:
     """Draw one case; returns the relative error of the sum of all terms in means over blocks."""
     picture = edgegrad.render(case.scene, PICTURE_SPP, max_depth=case.max_depth)
     parts = {
-        term: edgegrad.render_forward(
-            case.scene, case.tangent, DERIVATIVE_SPP, max_depth=case.max_depth, terms=[term]
-        )
+        term: edgegrad.render_forward(case.scene, case.tangent, DERIVATIVE_SPP, max_depth=case.max_depth, terms=[term])
         for term in edgegrad.TERMS
     }
     total = np.sum(list(parts.values()), axis=0)
     difference = finite_difference(case)
     scale = float(np.quantile(np.abs(difference).mean(axis=2), 0.99))
-    shown = [("picture", images.linear_to_srgb(np.clip(picture, 0.0, 1.0)))]
+    shown: list[tuple[str, NDArray[Any]]] = [("picture", images.linear_to_srgb(np.clip(picture, 0.0, 1.0)))]
     derivatives = [(NAMES[term], parts[term]) for term in case.terms]
     derivatives += [("sum of all terms", total), ("finite difference", difference)]
     shown += [(title, images.derivative_image(part, scale)) for title, part in derivatives]

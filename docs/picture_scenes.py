@@ -78,12 +78,12 @@ def ball(centre: ArrayLike, radius: float, divisions: int, material: str, *, smo
         vertices, faces = np.unique(parts.round(12), axis=0, return_inverse=True)
         faces = faces.reshape(-1, 3)
     vertices = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
-    faces = faces.astype(np.int32)
-    return edgegrad.Mesh(radius * vertices + np.asarray(centre), faces, (material,), smoothing=faces if smooth else None)
+    vertices, faces = radius * vertices + np.asarray(centre), faces.astype(np.int32)
+    return edgegrad.Mesh(vertices, faces, (material,), smoothing=faces if smooth else None)
 
 
 def lamp(eye: ArrayLike, target: ArrayLike, size: float, power: float) -> edgegrad.AreaLight:
-    """A square area light at `eye` that shines at `target`; glossy surfaces don't reflect it, so nothing is a caustic."""
+    """A square area light at `eye` that shines at `target`; only diffuse surfaces are lit by it: it has no caustics."""
     seen_by = frozenset(("diffuse", "shadow"))
     return edgegrad.AreaLight(camera(eye, target).to_world, np.array([size, size]), power=power, visible_to=seen_by)
 

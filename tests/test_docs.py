@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
+
+import edgegrad
+from edgegrad import losses, optimisers, parameters
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
@@ -22,8 +26,8 @@ def fenced(page: Path, language: str) -> list[str]:
 
 def examples(page: Path) -> str:
     """The Python examples of a page as one program, with few samples and small pictures."""
-    sizes = "|".join(SMALLER)
-    return re.sub(rf"\b({sizes})=\d+", lambda found: f"{found[1]}={SMALLER[found[1]]}", "\n".join(fenced(page, "python")))
+    text = "\n".join(fenced(page, "python"))
+    return re.sub(rf"\b({'|'.join(SMALLER)})=\d+", lambda found: f"{found[1]}={SMALLER[found[1]]}", text)
 
 
 def run(page: Path, names: dict[str, Any]) -> None:
@@ -70,6 +74,16 @@ def test_command_line_options() -> None:
         for command, rest in re.findall(r"edgegrad (fit|render|gradient) ([^`\n]*)", text):
             for option in re.findall(r"--[a-z-]+", rest):
                 assert option in options[command], f"{other.name}: edgegrad {command} has no {option}"
+
+
+def test_reference_has_all_public_names() -> None:
+    """What users may call is described: the package's names, and those of its public modules."""
+    pages = "\n".join(page.read_text() for page in (ROOT / "docs" / "reference").glob("*.md"))
+    described = set(re.findall(r"^\.\. (?:auto\w+|data):: (?:\w+\.)*(\w+)$", pages, re.MULTILINE))
+    assert {name for name in edgegrad.__all__ if not isinstance(getattr(edgegrad, name), ModuleType)} <= described
+    for module in (losses, optimisers, parameters):
+        public = {name for name, held in vars(module).items() if getattr(held, "__module__", "") == module.__name__}
+        assert {name for name in public if not name.startswith("_")} <= described, module.__name__
 
 
 def test_pages_are_listed() -> None:

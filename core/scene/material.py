@@ -67,8 +67,8 @@ class Material(Checked):
         (counter-clockwise) side.
     kind
         ``"PRINCIPLED"`` (Blender 4.2 to 5.2), ``"DIFFUSE"``, ``"GLOSSY"``, ``"GLASS"``, ``"REFRACTION"``,
-        ``"TRANSPARENT"``, ``"TRANSLUCENT"`` or ``"SHEEN"``, the Blender nodes of these names, or ``"DISNEY"``, the BSDF of
-        Burley 2012. Each reads the fields that its node has (DIFFUSE: its roughness is `diffuse_roughness`).
+        ``"TRANSPARENT"``, ``"TRANSLUCENT"`` or ``"SHEEN"``, the Blender nodes of these names, or ``"DISNEY"``, the
+        BSDF of Burley 2012. Each reads the fields that its node has (DIFFUSE: its roughness is `diffuse_roughness`).
     metallic, roughness, diffuse_roughness, specular_ior_level, specular_tint, ior, anisotropy,
     anisotropy_rotation, transmission, coat_weight, coat_roughness, coat_ior, coat_tint, sheen_weight,
     sheen_roughness, sheen_tint, alpha, subsurface_weight

@@ -1,7 +1,7 @@
 """Make the pictures of the concepts page: a scene, its derivative term by term, and finite differences beside it.
 
-    python docs/make_pictures.py              # all
-    python docs/make_pictures.py all_terms    # some of picture_scenes.CASES
+    python -m docs.make_pictures              # all
+    python -m docs.make_pictures all_terms    # some of picture_scenes.CASES
 
 The pictures go to docs/pictures/NAME.png. For each the script prints how far the sum of the terms is from the
 finite difference, relative to the derivative, in means over 8 x 8 pixels.
@@ -21,9 +21,9 @@ matplotlib.use("Agg")
 import numpy as np
 from matplotlib import pyplot
 from numpy.typing import NDArray
-from picture_scenes import CASES, Case
 
 import edgegrad
+from docs.picture_scenes import CASES, Case
 from edgegrad import images, parameters
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
@@ -61,7 +61,7 @@ def draw(case: Case, path: Path) -> float:
     derivatives = [(NAMES[term], parts[term]) for term in case.terms]
     derivatives += [("sum of all terms", total), ("finite difference", difference)]
     shown += [(title, images.derivative_image(part, scale)) for title, part in derivatives]
-    columns = 4 if len(shown) > 5 else len(shown)
+    columns = {6: 3, 7: 4}.get(len(shown), len(shown))
     rows = -(-len(shown) // columns)
     figure, axes = pyplot.subplots(rows, columns, figsize=(2.3 * columns, 2.0 * rows + 0.3), squeeze=False)
     for axis in axes.flat:

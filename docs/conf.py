@@ -35,6 +35,7 @@ def setup(app: Any) -> None:
     """Connect what follows to Sphinx."""
     app.connect("source-read", _link_files)
     app.connect("autodoc-process-docstring", _join_returns, priority=400)  # numpydoc's is 500
+    app.connect("autodoc-process-docstring", _escape_bars, priority=400)
     app.connect("autodoc-process-docstring", _without_docstring_of_tuple, priority=600)
 
 
@@ -56,6 +57,11 @@ def _join_returns(app: Any, what: str, name: str, held: Any, options: Any, lines
     first = lines.index("Returns") + 2
     last = next((k for k in range(first, len(lines)) if not lines[k]), len(lines))
     lines[first:last] = [" ".join(line.strip() for line in lines[first:last])]
+
+
+def _escape_bars(app: Any, what: str, name: str, held: Any, options: Any, lines: list[str]) -> None:
+    """Keep |x|, an absolute value: reStructuredText takes it for a substitution."""
+    lines[:] = [re.sub(r"\|([^|\s`]+)\|", r"\\|\1\\|", line) for line in lines]
 
 
 def _without_docstring_of_tuple(app: Any, what: str, name: str, held: Any, options: Any, lines: list[str]) -> None:

@@ -48,7 +48,7 @@ def l1(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Re
 
     Returns
     -------
-    value, and adjoint (H, W, 3) float32; the derivative of ``|x|`` at 0 is taken as 0.
+    value, and adjoint (H, W, 3) float32; the derivative of |x| at 0 is taken as 0.
     """
     difference, weight = _difference(image, target, mask)
     scale = 1.0 / (3.0 * weight.sum())
@@ -77,7 +77,7 @@ class Pyramid(Checked):
     levels
         Number of levels, the full picture included; None: down to 8 pixels along the shorter side.
     power
-        2: ``rho(d) = d²``; 1: ``rho(d) = |d|``.
+        2: rho(d) = d²; 1: rho(d) = |d|.
     focus
         None: all levels weigh the same. Otherwise 0 puts the weight on the coarsest level, 1 on the
         finest; each level next to the focus has half the weight of the one before.

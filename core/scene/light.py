@@ -119,9 +119,8 @@ class SpotLight(_Light):
     angle
         Full opening angle of the cone, radians, in (0, pi].
     blend
-        Share of the cone over which its edge is soft, in [0, 1]. In the direction w, with the axis n, the light is
-        scaled by ``smoothstep((n.w / |n| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))``, as in Blender. Below
-        0.001 the edge is hard.
+        Share of the cone over which its edge is soft, in [0, 1] (Blender's: the factor is
+        smoothstep(((n.w)/|..| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))). Below 0.001 it is hard.
     falloff
         Shape of the soft edge: ``"SMOOTH"`` is Blender's; ``"LINEAR"`` falls linearly in the angle to the
         axis, from 1 at (1 - blend) angle/2 to 0 at angle/2 (Mitsuba's spot).

@@ -11,7 +11,7 @@ Names may contain dots ("Cube.001"): the collection is what stands before the fi
 after the last. A layer (UV map, colours, other values) may contain dots too: it is all that follows the last
 ".attributes.", which therefore neither the mesh's nor the layer's name may contain.
 
-The parameter of a textured FIELD is the vector of all numbers in its expression (`edgegrad.expression.numbers`).
+The parameter of a textured FIELD is the vector of all numbers in its expression (`expression_numbers.numbers`).
 """
 
 from __future__ import annotations

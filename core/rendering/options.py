@@ -9,7 +9,7 @@ from .._fields import optional
 from ..scene.bounces import MAX_DEPTH, UNLIMITED, Bounces
 from .engine import Progress
 
-# Terms of a derivative (docs: README, "What is differentiated").
+# Terms of a derivative (docs/concepts.md).
 TERMS = ("interior", "primary", "shadow", "indirect")
 MOST_THREADS = 4096
 

@@ -66,8 +66,9 @@ class Material(Checked):
         Whether the back emits too, as Blender's Emission does; False: only the front
         (counter-clockwise) side.
     kind
-        One of `KINDS`; each reads the fields that its Blender node has (DIFFUSE: its roughness is
-        `diffuse_roughness`).
+        ``"PRINCIPLED"`` (Blender 4.2 to 5.2), ``"DIFFUSE"``, ``"GLOSSY"``, ``"GLASS"``, ``"REFRACTION"``,
+        ``"TRANSPARENT"``, ``"TRANSLUCENT"`` or ``"SHEEN"``, the Blender nodes of these names, or ``"DISNEY"``, the
+        BSDF of Burley 2012. Each reads the fields that its node has (DIFFUSE: its roughness is `diffuse_roughness`).
     metallic, roughness, diffuse_roughness, specular_ior_level, specular_tint, ior, anisotropy,
     anisotropy_rotation, transmission, coat_weight, coat_roughness, coat_ior, coat_tint, sheen_weight,
     sheen_roughness, sheen_tint, alpha, subsurface_weight

@@ -245,10 +245,10 @@ def test_numbers_changed_in_place_and_objects_that_come_and_go_need_an_update_to
     renderer.update()
     lights = dict(scene.lights)
     scene.lights = {**lights, "more": edgegrad.PointLight(np.ones(3))}
-    with pytest.raises(ValueError, match=r"^light 'more': was not there at the last update"):
+    with pytest.raises(ValueError, match=r"^light 'more': was added after the last update"):
         renderer.render(spp=1)
     scene.lights = {name: light for name, light in lights.items() if name != "sun"}
-    with pytest.raises(ValueError, match=r"^light 'sun': is gone since the last update"):
+    with pytest.raises(ValueError, match=r"^light 'sun': was removed after the last update"):
         renderer.render(spp=1)
     scene.lights = lights
     renderer.render(spp=1)

@@ -1,7 +1,7 @@
-"""Derivatives of flat, diffuse, directly lit scenes: the few tables that engines for these differentiate.
+"""Conversion of derivatives for engines that support only flat-shaded, diffuse, directly lit scenes.
 
-Such an engine (`EngineLike.narrow`) knows a material by one colour and one radiance, and area lights as emissive
-meshes. What it needs is part of a `TableDerivative`, and what it gives is put back into one.
+For such a narrow engine (`EngineLike.narrow`), a material is one colour and one radiance, and area lights are emissive
+meshes. `narrowed` extracts its tangent from a `TableDerivative`; `widened`, the transpose, puts its gradient into one.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ _FIELDS = {
     "lights": ("power", "strength", "color"),
     "world": ("color", "strength"),
 }
-# Floats of a row of the tables that are rows one after the other.
+# Number of floats in a row, for tables that are stored as flat arrays of rows.
 _WIDTHS = {"closure_params": material_table.WIDTH, "light_params": light_table.WIDTH}
-# Tables of the same values.
+# Tables that both derivatives have in the same form.
 _SAME = ("vertices", "environment", "camera", "instance_to_world")
-_COLOR, _GLOW = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
+_COLOR, _EMISSION = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
 
 
 @dataclass
@@ -43,7 +43,7 @@ class Derivative:
     point_intensity: NDArray[np.float64]
     sun_irradiance: NDArray[np.float64]
     environment: NDArray[np.float64]
-    camera: NDArray[np.float64]  # this and the next: of the primary boundary term alone
+    camera: NDArray[np.float64]  # camera and instance_to_world: primary boundary term only
     instance_to_world: NDArray[np.float64]
 
     @staticmethod
@@ -54,11 +54,11 @@ class Derivative:
 
 @dataclass
 class Asked:
-    """Which derivatives a call is asked for; the rest is skipped."""
+    """The requested derivatives; the engine skips all others."""
 
-    moving: NDArray[np.uint8]  # (S,) 1: the mesh's vertices
-    emitting: NDArray[np.uint8]  # (M,) 1: the material's emission
-    colors: bool = False  # any colour, radiance or intensity at all
+    moving: NDArray[np.uint8]  # (S,) 1: vertices of the mesh
+    emitting: NDArray[np.uint8]  # (M,) 1: emission of the material
+    colors: bool = False  # any colour, radiance or intensity
     lights: bool = False  # the strength of any point light or sun
     environment: bool = False
     camera: bool = False  # any float of the camera
@@ -66,7 +66,7 @@ class Asked:
 
 
 def check(wrt: Iterable[str]) -> None:
-    """Raise ``ValueError`` for a parameter that narrow engines don't know."""
+    """Raise ``ValueError`` for a parameter that narrow engines cannot differentiate."""
     for path in wrt:
         collection, _, field = parameters.split(path)
         if field not in _FIELDS.get(collection, ()):
@@ -75,7 +75,7 @@ def check(wrt: Iterable[str]) -> None:
 
 
 def asked(tables: Tables, wanted: Requested) -> Asked:
-    """What is asked for by `wanted` rows of the tables of `table_derivatives.asked_tables`."""
+    """Translate the requested rows of the tables (`table_derivatives.requested_tables`)."""
     rows = {name: _inside(shape[0], wanted.get(name)) for name, shape in shapes(tables).items()}
     moving = [rows["vertices"][a:b].any() for a, b in zip(tables.mesh_first_vertex, tables.mesh_first_vertex[1:],
                                                           strict=False)]
@@ -96,7 +96,7 @@ def asked(tables: Tables, wanted: Requested) -> Asked:
 
 
 def narrowed(tables: Tables, tangent: TableDerivative) -> Derivative:
-    """The part of a tangent that narrow engines know."""
+    """Extract the part of a tangent that narrow engines differentiate."""
     out = Derivative.zero(tables)
     for name, place, rows, columns in _places(tables):
         if name in tangent:
@@ -108,7 +108,7 @@ def narrowed(tables: Tables, tangent: TableDerivative) -> Derivative:
 
 
 def widened(tables: Tables, gradient: Derivative, wanted: Requested) -> TableDerivative:
-    """A narrow engine's gradient as one of the tables that are wanted: the transpose of `narrowed`."""
+    """Convert the gradient of a narrow engine to one by the requested tables: the transpose of `narrowed`."""
     size = shapes(tables)
     out = {name: np.zeros(size[name]) for name in wanted}
     for name, place, rows, columns in _places(tables):
@@ -124,7 +124,7 @@ Rows = NDArray[np.int64]
 
 
 def _rows(tables: Tables) -> tuple[Rows, Rows, Rows, Rows]:
-    """Rows of the materials' (first) closures, of area lights, of point lights and of suns."""
+    """Rows of the first closures of materials, of area lights, of point lights and of suns."""
     kind = tables.lights.kind
     area = np.flatnonzero((kind == RECTANGLE) | (kind == ELLIPSE))
     closure = tables.materials.first_closure[: len(tables.albedo) - len(area)].astype(np.int64)
@@ -132,11 +132,11 @@ def _rows(tables: Tables) -> tuple[Rows, Rows, Rows, Rows]:
 
 
 def _places(tables: Tables) -> list[tuple[str, tuple[str, slice], Rows, slice]]:
-    """(table, narrow table and its rows, the table's rows, its columns)."""
+    """List (table, narrow table and rows, rows of the table, columns of the table) for each converted value."""
     closure, area, points, suns = _rows(tables)
     return [
         ("closure_params", ("albedo", slice(0, len(closure))), closure, _COLOR),
-        ("closure_params", ("emission", slice(0, len(closure))), closure, _GLOW),
+        ("closure_params", ("emission", slice(0, len(closure))), closure, _EMISSION),
         ("light_params", ("emission", slice(len(closure), None)), area, RADIANCE),
         ("light_params", ("point_intensity", slice(None)), points, RADIANCE),
         ("light_params", ("sun_irradiance", slice(None)), suns, RADIANCE),

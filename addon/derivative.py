@@ -1,4 +1,4 @@
-"""The derivative picture of one of Blender's values."""
+"""The derivative of a picture with respect to values of Blender's scene."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ DIRECTIONS = ("NORMAL", "X", "Y", "Z")
 
 def derivative_picture(context: Any, names: Names, direction: str, samples: int, camera: Any = None, seed: int = 0,
                        progress: Any = None) -> tuple[NDArray[np.float32], Export, list[str]]:  # fmt: skip
-    """How the picture changes when one value grows.
+    """Render the derivative of the picture with respect to some values.
 
     Parameters
     ----------
     names
-        The value or values; they grow together, each by 1 per unit (vertices: by 1 m).
+        The values. The derivative is along the direction in which each increases by 1 unit (vertices move by 1 m).
     direction
-        Where vertices move: "NORMAL" outwards along their normals, or along a world axis "X", "Y", "Z".
+        Direction in which vertices move: "NORMAL", outwards along their normals, or a world axis "X", "Y" or "Z".
     samples
-        Per pixel.
+        Samples per pixel.
 
     Returns
     -------
-    (H, W, 3) float32, the export, and what the picture leaves out though it may not be zero, in sentences.
+    The derivative (H, W, 3) float32, the export, and sentences that name terms of the derivative which were not
+    computed although they may be non-zero.
     """
     names.check_objects(context.evaluated_depsgraph_get(), in_place=True)
     export = export_differentiable(context, camera)
@@ -61,5 +62,5 @@ def _along(direction: str, count: int) -> NDArray[np.float64]:
 
 
 def _normals(mesh: edgegrad.Mesh) -> NDArray[np.float64]:
-    """(n, 3) unit normals, faces weighted by area; zero for vertices without faces."""
+    """(n, 3) unit vertex normals, area-weighted means over the faces; zero for vertices without faces."""
     return vertex_normals(mesh.vertices, mesh.faces, np.arange(len(mesh.vertices)))

@@ -18,7 +18,7 @@ from . import attributes, nodes
 from .expressions import Reader, number
 from .images import Images
 from .shader_nodes import read_shader
-from .shaders import Leaf, Part, parts
+from .shaders import Closure, Part, parts
 
 # Cycles' colour of faces without a material.
 DEFAULT_COLOR = 0.8
@@ -194,8 +194,8 @@ class _Reading:
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
-        leaves = [(part, self._leaf(part)) for part in found]
-        merged = _merge_emission(leaves)
+        closures = [(part, self._closure(part)) for part in found]
+        merged = _merge_emission(closures)
         name = self.material.name_full
         if len(merged) == 1 and merged[0][0].weight == 1.0:
             self.reading.value = merged[0][1]
@@ -206,15 +206,15 @@ class _Reading:
             keys = [f"{name}{PART}{k}: {nodes.label(part.node, part.groups)}" for k, (part, _) in enumerate(merged)]
             textures = {str(k): part.weight for k, (part, _) in enumerate(merged)
                         if isinstance(part.weight, Expression)}  # fmt: skip
-            self.reading.parts = dict(zip(keys, (leaf for _, leaf in merged), strict=True))
+            self.reading.parts = dict(zip(keys, (closure for _, closure in merged), strict=True))
             self.reading.value = edgegrad.Mixture(tuple(keys), weights, textures)
         where = f"material '{self.material.name}'"
         for note in self.reader.notes:
             report.warn(where, note)
         report.tell(where, self._summary([part for part, _ in merged]))
 
-    def _leaf(self, part: Part) -> edgegrad.Material:
-        return read_shader(Leaf(self.reader, part.node, part.groups, edgegrad.Material(), self._bake_normal))
+    def _closure(self, part: Part) -> edgegrad.Material:
+        return read_shader(Closure(self.reader, part.node, part.groups, edgegrad.Material(), self._bake_normal))
 
     def _bake(self, output: Any, groups: nodes.Groups, normal: bool = False) -> Expression | None:
         if output.type not in ("VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA"):
@@ -267,23 +267,23 @@ class _Reading:
         return "; ".join(out)
 
 
-def _merge_emission(leaves: list[tuple[Part, edgegrad.Material]]) -> list[tuple[Part, edgegrad.Material]]:
+def _merge_emission(closures: list[tuple[Part, edgegrad.Material]]) -> list[tuple[Part, edgegrad.Material]]:
     """Emission nodes that are simply added to one other shader become its emission: one shader instead of two."""
-    glowing = [(part, leaf) for part, leaf in leaves if part.node.type == "EMISSION"]
-    rest = [(part, leaf) for part, leaf in leaves if part.node.type != "EMISSION"]
-    if len(rest) > 1 or any(part.weight != 1.0 for part, _ in leaves) or (rest and not _takes_emission(rest[0][1])):
-        return leaves
-    textured = any("emission" in leaf.textures for _, leaf in leaves)
-    if not glowing or (textured and len(leaves) > 1):
-        return leaves
+    glowing = [(part, closure) for part, closure in closures if part.node.type == "EMISSION"]
+    rest = [(part, closure) for part, closure in closures if part.node.type != "EMISSION"]
+    if len(rest) > 1 or any(part.weight != 1.0 for part, _ in closures) or (rest and not _takes_emission(rest[0][1])):
+        return closures
+    textured = any("emission" in closure.textures for _, closure in closures)
+    if not glowing or (textured and len(closures) > 1):
+        return closures
     part, first = rest[0] if rest else glowing[0]
-    total = np.sum([leaf.emission for _, leaf in leaves], axis=0)
+    total = np.sum([closure.emission for _, closure in closures], axis=0)
     return [(part, replace(first, emission=total))]
 
 
-def _takes_emission(leaf: edgegrad.Material) -> bool:
+def _takes_emission(closure: edgegrad.Material) -> bool:
     """Whether light that is added to a shader is that which it emits: nothing lies above its emission."""
     covered = ("coat_weight", "sheen_weight")
-    plain = all(getattr(leaf, key) == 0.0 and key not in leaf.textures for key in covered)
-    opaque = leaf.alpha == 1.0 and "alpha" not in leaf.textures and leaf.kind in ("PRINCIPLED", "DIFFUSE", "GLOSSY")
-    return plain and opaque
+    plain = all(getattr(closure, key) == 0.0 and key not in closure.textures for key in covered)
+    opaque = closure.alpha == 1.0 and "alpha" not in closure.textures
+    return plain and opaque and closure.kind in ("PRINCIPLED", "DIFFUSE", "GLOSSY")

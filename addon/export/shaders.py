@@ -69,7 +69,7 @@ def product(a: Operand, b: Operand) -> Operand:
 
 
 @dataclass
-class Leaf:
+class Closure:
     """Fills a `Material` from one shader node's inputs.
 
     Attributes
@@ -155,7 +155,7 @@ class Leaf:
         if node.type == "NEW_GEOMETRY" and found.output.identifier == "Normal":
             return
         if node.type == "NORMAL_MAP" and node.space == "TANGENT":
-            inner = Leaf(self.reader, node, found.groups, self.material)
+            inner = Closure(self.reader, node, found.groups, self.material)
             color, strength = inner.read("Color"), inner.read("Strength")
             if number(strength) == 0.0:
                 return

@@ -1,4 +1,4 @@
-"""Each of Blender's shader nodes as an `edgegrad.Material`."""
+"""Translation of Blender's shader nodes to `edgegrad.Material`s."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SHADERS: dict[str, Callable[[Closure], None]] = {}
 
 
 def shader(*types: str) -> Callable[[Callable[[Closure], None]], Callable[[Closure], None]]:
-    """Registers the decorated function as what reads shader nodes of these types."""
+    """Register the decorated function as the translation of these types of shader nodes."""
 
     def register(function: Callable[[Closure], None]) -> Callable[[Closure], None]:
         for one in types:
@@ -37,7 +37,7 @@ def shader(*types: str) -> Callable[[Callable[[Closure], None]], Callable[[Closu
 
 
 def read_shader(closure: Closure) -> edgegrad.Material:
-    """Fill the closure's material from its node; black, with a note, for nodes that are no surfaces."""
+    """Fill the material of the closure from its node; black, with a note, if the node is not a surface shader."""
     closure.material.specular_ior_level = 0.0
     read = SHADERS.get(closure.node.type)
     if read is None:
@@ -77,9 +77,9 @@ def _principled(closure: Closure) -> None:
         closure.note("its thin film is left out")
     coat = by_identifier(closure.node.inputs, "Coat Normal")
     if coat is not None and feed(coat, closure.groups).output is not None and _is_set(closure, "Coat Weight"):
-        closure.note("its coat has the normal of the base")
+        closure.note("its coat uses the normal of the base")
     if _is_set(closure, "Thin Wall"):
-        closure.note("it isn't thin-walled here")
+        closure.note("its thin wall is left out")
 
 
 @shader("BSDF_DIFFUSE")
@@ -111,7 +111,7 @@ def _glass(closure: Closure) -> None:
 
 @shader("BSDF_METALLIC")
 def _metallic(closure: Closure) -> None:
-    """Principled's metal has the same Fresnel curve: F82-tint (Kutz, Hašan and Edmondson 2021)."""
+    """Translate to a metallic Principled BSDF, which has the same F82-tint Fresnel curve (Kutz et al. 2021)."""
     closure.material.kind = "PRINCIPLED"
     closure.material.metallic = 1.0
     closure.set_all({"roughness": "Roughness", "anisotropy": "Anisotropy", "anisotropy_rotation": "Rotation"})
@@ -120,7 +120,7 @@ def _metallic(closure: Closure) -> None:
     else:
         n, k = (rgb(closure.read(name)) for name in ("IOR", "Extinction"))
         if n is None or k is None:
-            closure.note("its complex IOR must not vary; it is that of the sockets")
+            closure.note("its complex IOR must not vary; the values of its sockets are used")
             n, k = (rgb(closure.own(name)) for name in ("IOR", "Extinction"))
         assert n is not None and k is not None
         closure.material.base_color, closure.material.specular_tint = _f82(n, k)
@@ -131,7 +131,7 @@ def _metallic(closure: Closure) -> None:
 
 
 def _f82(n: np.ndarray, k: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Reflectance at normal incidence, and the tint that Schlick's curve has at cos = 1/7, of a complex IOR."""
+    """Reflectance at normal incidence, and tint of Schlick's curve at cos = 1/7, for a complex IOR n + i k."""
     n, k = np.maximum(n, 1e-3), np.maximum(k, 0.0)
     f0 = ((n - 1.0) ** 2 + k**2) / ((n + 1.0) ** 2 + k**2)
     cos = 1.0 / 7.0
@@ -210,7 +210,7 @@ def _principled_hair(closure: Closure) -> None:
 
 @shader("EEVEE_SPECULAR")
 def _specular(closure: Closure) -> None:
-    """EEVEE's Specular BSDF: a diffuse base under a reflection of a given colour, which Cycles doesn't have."""
+    """Translate EEVEE's Specular BSDF, a diffuse base below a coloured reflection, which Cycles does not have."""
     closure.material.kind = "PRINCIPLED"
     closure.set_all({"base_color": "Base Color", "roughness": "Roughness", "coat_weight": "Clear Coat",
                      "coat_roughness": "Clear Coat Roughness"})  # fmt: skip

@@ -96,7 +96,7 @@ class Run:
         self.order = np.random.default_rng(seed).permutation(len(seen))
 
     def iterate(self, callback: Callback | None) -> str | None:
-        """Run all iterations; return how the callback stopped them ("restore", "best", "as asked"), or None."""
+        """Run all iterations; return how the callback stopped them ("restore", "best", or "callback": see `on_cancel`)."""
         full_turn = -(-len(self.seen) // self.per_iteration)  # iterations until every picture was rendered
         for k in range(self.iterations):
             gradient = self._gradient(k)
@@ -112,7 +112,7 @@ class Run:
                 if isinstance(answer, str):
                     return choice("fit", "what the callback returns", answer, ON_CANCEL)
                 if answer is not None and not flag("fit", "what the callback returns", answer):
-                    return "as asked"
+                    return "callback"
         return None
 
     def measure_end(self) -> None:

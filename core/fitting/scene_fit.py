@@ -203,7 +203,7 @@ def fit(
             run.measure_end()
     except Cancelled:
         stop = on_cancel
-    stop = on_cancel if stop == "as asked" else stop
+    stop = on_cancel if stop == "callback" else stop
     missing = run.plan.missing
     cameras = [view.camera for view in seen]
     parts = [untouched_part(work, cameras, path, touched) for path, touched in run.touched.items()]

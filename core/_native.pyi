@@ -23,7 +23,8 @@ def texture_operations() -> list[str]: ...
 def evaluate_textures(
     tables: TextureTables, points: Any, rows: NDArray[np.float32], instruction_set: str
 ) -> None: ...
-# For tests: derivatives of rows (P, WIDTH) of texture programs, and of BSDFs (value and emission, (n, 6)) (native/adjoint/probe_sweeps.cpp).
+# For tests: derivatives of table rows (P, WIDTH) and BSDFs (value and emission, (n, 6)); see
+# native/adjoint/probe_sweeps.cpp.
 def textures_backward(
     tables: TextureTables, points: Any, adjoint: F32, instruction_set: str
 ) -> dict[str, NDArray[np.float64]]: ...

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.scene.placement import is_tangent, places, stretches
 
 from ..problem import Problem, Report
 from .baking import bake_materials
@@ -123,6 +124,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
         out.scene.materials[name] = reading.value
         out.scene.materials |= reading.parts
     out.scene.images = images.found
+    _warn_of_frames(out)
     return out
 
 
@@ -207,6 +209,20 @@ def unused_name(source: Source, holder: str, taken: Any) -> str:
     while name in taken:
         name, number = f"{base}#{number}", number + 1
     return name
+
+
+def _warn_of_frames(out: Export) -> None:
+    """Warn of emissive meshes with tangents and a non-uniform scale.
+
+    The vertices of emissive meshes are in world space, where light is sampled, and tangents in world space cannot
+    express such a scale exactly.
+    """
+    for name, mesh in out.scene.meshes.items():
+        uneven = any(stretches(place[:, :3]) for place in places(mesh))
+        framed = any(is_tangent(key, values) for key, values in mesh.attributes.items())
+        if uneven and framed and out.scene.emits(name):
+            out.report.warn(f"object '{out.meshes[name].object}'", "emits light and has a non-uniform scale, so its "
+                            "normal maps and anisotropy are approximate; apply its scale")  # fmt: skip
 
 
 def _link_lights(out: Export) -> None:

@@ -96,7 +96,12 @@ class Run:
         self.order = np.random.default_rng(seed).permutation(len(seen))
 
     def iterate(self, callback: Callback | None) -> str | None:
-        """Run all iterations; return how the callback stopped them ("restore", "best", or "callback": see `on_cancel`)."""
+        """Run all iterations.
+
+        Returns
+        -------
+        None, or how the callback stopped the fit: "restore", "best", or "callback" if `on_cancel` decides.
+        """
         full_turn = -(-len(self.seen) // self.per_iteration)  # iterations until every picture was rendered
         for k in range(self.iterations):
             gradient = self._gradient(k)

@@ -18,7 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, flag, instance, mapping, names, whole
 from ..derivatives.motion import may_move
-from ..derivatives.table_derivatives import Requested, asked_tables, pull_back_of, push_forward, requested_tables
+from ..derivatives.table_derivatives import (
+    Requested,
+    pull_back_of,
+    push_forward,
+    requested_tables,
+    shows_environment,
+    with_requested,
+)
 from ..geometry.topology import Edges
 from ..planning.specular import bends_rays
 from ..reference import diffuse_tables
@@ -75,6 +82,9 @@ class Renderer:
         give equal bits for equal sequences of calls. A change of the number of vertices, lights or pixels resets the
         sampling. `render_forward` uses the sampling of gradients by the same parameters, but does not adapt it. The
         reference engine ignores `learn`.
+    wrt
+        Parameters of later derivatives, as in a fit. Pictures then use the same tables as these derivatives, so that
+        no call changes the engine's scene. Such a picture may differ by rounding errors from one without `wrt`.
 
     Raises
     ------
@@ -82,11 +92,13 @@ class Renderer:
         For a wrong scene; names the object and the field.
     """
 
-    def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False) -> None:
+    def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False,
+                 wrt: Sequence[str] = ()) -> None:
         threads = whole("renderer", "threads", threads, 0, MOST_THREADS)
         learn = flag("renderer", "learn", learn)
         self.scene = scene
-        self._tables = flat.flatten(scene)
+        self._wrt = names("renderer", "wrt", wrt, "parameter paths")
+        self._tables = with_requested(scene, flat.flatten(scene), self._wrt)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
         self._indirect = False  # whether the indirect boundary term is computed
@@ -112,7 +124,7 @@ class Renderer:
 
     def adopt(self, scene: Scene) -> bool:
         """Switch to another scene if its geometry has the same bits; otherwise change nothing and return False."""
-        tables = flat.flatten(scene)
+        tables = with_requested(scene, flat.flatten(scene), self._wrt)
         if self._moved or self._unfinished or not tables.same_geometry(self._tables):
             return False
         with self._change():
@@ -142,7 +154,10 @@ class Renderer:
                 if self._taken_over is not None:
                     self._taken_over.note(self.scene, paths)
                 return
-        tables = flat.flatten(self.scene, origin=self._tables.origin)
+        images = paths is None or any(path.startswith(("images.", "meshes.")) and _vertices_of(path) is None
+                                      for path in paths)
+        tables = flat.flatten(self.scene, self._tables.origin, None if images else self._tables.textures)
+        tables = with_requested(self.scene, tables, self._wrt)
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
@@ -202,13 +217,16 @@ class Renderer:
             return False
         if any(self._changes_geometry(path) for path in values):
             return False
-        if flat.shows_image(self.scene) == (self._tables.environment_pixels is None):
+        image = flat.shows_image(self.scene) or shows_environment(self.scene, self._wrt)
+        if image == (self._tables.environment_pixels is None):
             return False
         for name in moved:
             mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
             count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
             mesh.check_vertices(name, count)
-        tables = flat.with_values(self.scene, self._tables, values) if values else self._tables
+        tables = self._tables
+        if values:
+            tables = with_requested(self.scene, flat.with_values(self.scene, tables, values), self._wrt)
         with self._change():
             for name in moved:
                 self._moved = True
@@ -350,7 +368,7 @@ class Renderer:
 
     def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
         """Return the tables for derivatives with respect to `wrt`, seen by a camera, and the rows that `wrt` needs."""
-        tables = asked_tables(self.scene, self._tables, wrt)
+        tables = with_requested(self.scene, self._tables, (*self._wrt, *wrt))
         requested = requested_tables(self.scene, tables, wrt)
         if self._engine.narrow:
             diffuse_tables.check(wrt)

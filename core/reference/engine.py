@@ -1,4 +1,4 @@
-"""The reference engine: the interface of the native engine over the reference estimators."""
+"""The reference engine: the reference estimators behind the interface of the native engine."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ TERMS = ("interior", "primary", "shadow")
 
 
 class Engine:
-    """Renders and differentiates the scene of some tables with numpy and embreex.
+    """Renders and differentiates a scene with numpy and embreex.
 
-    Paths have two segments at most and no surface is transparent, so that limits of bounces (`bounces`) change nothing.
+    Paths have at most two segments and no surface is transparent, so bounce limits (`bounces`) have no effect.
 
     Parameters
     ----------
     tables
-        The scene.
+        Tables of the scene.
     threads
-        Threads for ray queries; 0: one per core. Results don't depend on it.
+        Threads for ray queries; 0: one per core. Results do not depend on it.
     """
 
     narrow = True
@@ -48,22 +48,22 @@ class Engine:
         self.update(tables)
 
     def update_values(self, tables: Tables) -> None:
-        """Take over other materials, lights and environment."""
+        """Update materials, lights and environment."""
         self.update(tables)
 
     def move_vertices(self, mesh: int, vertices: Floats, tables: Tables) -> None:
-        """Take over other vertices of one mesh, in world space."""
+        """Update the vertices of one mesh, given in world space."""
         first = tables.mesh_first_vertex[mesh]
         tables.vertices[first : first + len(vertices)] = vertices - tables.origin
         self.update(tables)
 
     def set_edges(self, edges: Edges) -> None:
-        """The scene's edges (`Tables.edges`), which derivatives need."""
+        """Set the edges of the scene (`Tables.edges`), which derivatives need."""
         self._topology = edges
         self._edges = EdgeTable.of(edges, self._surfaces)
 
     def update(self, tables: Tables) -> None:
-        """Take over other values of the same topology."""
+        """Update all values of a scene with the same topology."""
         self._surfaces = Surfaces.of(tables)
         self._lighting = Lighting(self._surfaces, Rays(tables, self._threads))
         if self._topology is not None:
@@ -80,9 +80,9 @@ class Engine:
         caustics_alone: bool = False,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
-        """(height, width, 3) picture seen by the camera of `tables`; scene values are those of the last `update`."""
+        """Render the (height, width, 3) picture of the camera in `tables`, with the scene of the last `update`."""
         _check(spp, max_depth, ())
-        if caustics_alone:  # diffuse surfaces throw none
+        if caustics_alone:  # diffuse surfaces cause no caustics
             return np.zeros((tables.height, tables.width, 3), np.float32)
         image = render(Film.of(tables), self._lighting, spp=spp, seed=seed, max_depth=max_depth, progress=progress)
         return image.astype(np.float32)
@@ -91,7 +91,7 @@ class Engine:
         self,
         tables: Tables,
         tangent: TableDerivative,
-        wanted: Requested,
+        requested: Requested,
         *,
         spp: int,
         seed: int,
@@ -100,9 +100,9 @@ class Engine:
         terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
-        """(height, width, 3) derivative image along `tangent`."""
+        """Return the (height, width, 3) derivative image along `tangent`."""
         image = self.forward_exact(
-            tables, tangent, wanted, spp=spp, seed=seed, max_depth=max_depth, terms=terms, progress=progress
+            tables, tangent, requested, spp=spp, seed=seed, max_depth=max_depth, terms=terms, progress=progress
         )
         return image.astype(np.float32)
 
@@ -110,7 +110,7 @@ class Engine:
         self,
         tables: Tables,
         tangent: TableDerivative,
-        wanted: Requested,
+        requested: Requested,
         *,
         spp: int,
         seed: int,
@@ -118,8 +118,8 @@ class Engine:
         terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> NDArray[np.float64]:
-        """As `forward`, not rounded to float32."""
-        asked = narrow.asked(tables, wanted)
+        """Return the image of `forward` without rounding to float32."""
+        asked = narrow.asked(tables, requested)
         sink = Forward(tables, self._surfaces, asked, narrow.narrowed(tables, tangent))
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
         return sink.image.reshape(tables.height, tables.width, 3)
@@ -128,7 +128,7 @@ class Engine:
         self,
         tables: Tables,
         adjoint: NDArray[np.float32],
-        wanted: Requested,
+        requested: Requested,
         *,
         spp: int,
         seed: int,
@@ -137,11 +137,11 @@ class Engine:
         terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> TableDerivative:
-        """Gradient of sum(adjoint * image) with respect to the tables that `wanted` names."""
-        asked = narrow.asked(tables, wanted)
+        """Return the gradient of sum(adjoint * image) with respect to the `requested` tables."""
+        asked = narrow.asked(tables, requested)
         sink = Reverse(tables, self._surfaces, asked, np.asarray(adjoint, np.float64).reshape(-1, 3))
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
-        return narrow.widened(tables, sink.gradient, wanted)
+        return narrow.widened(tables, sink.gradient, requested)
 
     def _run(
         self,
@@ -153,33 +153,33 @@ class Engine:
         terms: Collection[str],
         progress: Progress | None,
     ) -> None:
-        """Send the blocks of the terms asked for to the sink."""
+        """Send the blocks of the requested terms to the sink."""
         _check(spp, max_depth, terms)
         film = Film.of(tables)
         position = tables.vertices.astype(np.float64)
         options: dict[str, int] = {"spp": spp, "seed": seed, "max_depth": max_depth}
-        share = 1.0 / max(len(terms), 1)
+        fraction = 1.0 / max(len(terms), 1)
         for k, term in enumerate(terms):
-            report = None if progress is None else _part(progress, k * share, share)
+            report = None if progress is None else _part(progress, k * fraction, fraction)
             if term == "interior":
                 lighting = self._lighting.with_possible(sink.asked.emitting)
                 interior(film, lighting, sink, **options, progress=report)
             elif term == "primary":
-                # The camera stands still: only edges that move themselves sweep over pixels.
-                wanted = sink.moving_vertex[self._edges.vertices].any(axis=1)
-                edges = seen_edges(self._edges, self._surfaces, position, film, wanted)
+                # The camera is fixed, so only edges with a moving vertex move on the screen.
+                moving = sink.moving_vertex[self._edges.vertices].any(axis=1)
+                edges = seen_edges(self._edges, self._surfaces, position, film, moving)
                 primary(film, self._lighting, edges, sink, **options, progress=report)
             else:
                 shadow(film, self._lighting, self._edges, position, sink, **options, progress=report)
 
 
-def _part(progress: Progress, start: float, share: float) -> Progress:
-    """The progress of one of several terms."""
-    return lambda fraction: progress(start + share * fraction)
+def _part(progress: Progress, start: float, fraction: float) -> Progress:
+    """Map the progress of one term to the progress of the whole call."""
+    return lambda done: progress(start + fraction * done)
 
 
 def _check(spp: int, max_depth: int, terms: Collection[str]) -> None:
-    """Raise ``ValueError`` for what the reference engine doesn't do."""
+    """Raise ``ValueError`` for options that the reference engine does not support."""
     if spp < 1:
         raise ValueError(f"spp must be at least 1, not {spp}")
     if max_depth not in (1, 2):

@@ -7,7 +7,8 @@ other cameras see other edges.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from ..derivatives.table_derivatives import shapes
 from ..scene.camera import Camera
 from ..tables.tables import Tables, camera_fields
 from .budget import Budget
+from .options import RenderOptions
 
 Gradient = dict[str, NDArray[np.float64]]
 # The gradient by some terms alone, with the given samples per pixel and seed.
@@ -88,7 +90,7 @@ class Learning:
         self._form: Any = None
 
     def view(
-        self, tables: Tables, camera: Camera | None, wrt: Collection[str], options: Mapping[str, Any]
+        self, tables: Tables, camera: Camera | None, wrt: Collection[str], options: RenderOptions
     ) -> LearnedView:
         """What is known of a view's derivatives with respect to some parameters, as they are asked for.
 
@@ -101,7 +103,7 @@ class Learning:
         pose = None
         if camera is not None:
             pose = tuple(np.asarray(value).tobytes() for value in camera_fields(camera, tables.origin).values())
-        asked = tuple(options[name] for name in ("spp", "max_depth", "bounces", "terms"))
+        asked = replace(options, seed=0)
         key = (tables.width, tables.height, pose, tuple(wrt), asked)
         if key not in self._views:
             self._views[key] = LearnedView(self._sampling())

@@ -47,7 +47,6 @@ enum MaterialParam : int32_t {
 
 // What may occur in a shader, so that the rest is skipped: `closure_flags`.
 enum ClosureFlag : int32_t {
-    kHasDiffuse = 1 << 0,       // any diffuse or translucent lobe
     kHasGlossy = 1 << 1,        // any microfacet reflection or refraction, coat, sheen
     kHasTransparency = 1 << 2,  // alpha below 1, or Transparent
     kHasEmission = 1 << 3,

@@ -18,10 +18,10 @@ struct Candidates {
     std::vector<int32_t> edge;
     std::vector<int32_t> instance;  // -1: the edge stands in the world; empty: all do
     std::vector<float> u0, u1;
-    std::vector<int32_t> cell;  // of directions (tasks/kernel_table.h, BoundaryTask); empty: all directions
+    std::vector<SegmentCell> cell;  // empty: all directions
     int32_t direction_cells = 1;
     // So many equal parts of each entry, each with all direction_cells^2 cells, are its pieces. They are not
-    // listed: their number grows with that of the samples. Of `cell` then only kChained counts. Empty: an
+    // listed: their number grows with that of the samples. Of `cell` then only `chained` counts. Empty: an
     // entry is one piece.
     std::vector<int32_t> parts;
     std::vector<double> cumulative{0.0};  // mass up to each entry, pixels
@@ -57,6 +57,8 @@ struct EdgeList {
     EdgeCache& kept;
 
     int64_t count() const { return static_cast<int64_t>(tables.edge_vertices.size() / 2); }
+    // Else it is an intersection curve.
+    bool is_edge(int32_t line) const { return line < count(); }
 };
 
 // Edges that the camera sees and that may move in the picture: those of moving meshes and
@@ -76,6 +78,13 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
 Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges);
 // Whether a face of the edge is such.
 bool any_held(const SceneView& scene, int64_t edge);
+
+// The part of samples that segments get which the camera sees directly, or (`chained`) by way of other
+// surfaces, where there are such `chains`.
+constexpr double kChainedShare = 0.4;
+constexpr double share_of_mass(bool chains, bool chained) {
+    return !chains ? 1.0 : chained ? kChainedShare : 1.0 - kChainedShare;
+}
 
 // Pieces of candidates by cells of directions: `direction_cells`^2 of each part between neighbouring borders,
 // which borders(k, u) gives of candidate k. `chains`: also of segments that the camera sees by way of other

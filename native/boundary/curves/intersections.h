@@ -7,7 +7,7 @@
 namespace edgegrad {
 
 // One of the two surfaces of a line: a face and the instance that places it (-1: none does), or a light
-// (kLightOfTable).
+// (LineSurface).
 struct IntersectedFace {
     uint32_t face;
     int32_t instance = -1;

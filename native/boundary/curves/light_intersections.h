@@ -1,5 +1,5 @@
 // Where meshes, and copies of instanced ones, pass through lights of the table: lines, each of a face and a
-// light (kLightOfTable).
+// light (LineSurface).
 //
 // Through rectangles and ellipses lines are straight, through spheres chords of the arcs that the faces'
 // planes cut out of them (boundary/samples/light_cut.h bends them). Where a disk that faces what it lights is

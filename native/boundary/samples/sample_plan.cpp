@@ -1,6 +1,7 @@
 #include "boundary/samples/sample_plan.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
+#include "tasks/seed_tags.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +14,6 @@ namespace {
 // since the error of systematic samples falls faster than their number grows. With 0.04 for all but the
 // primary boundary what the first pass misses shows: shadow_occluder's gradient has twice the variance. 0.125
 // costs a tenth of the seconds for nothing.
-constexpr double kFirstPrimary = 0.18, kFirst = 0.0625;
 constexpr float kFirstWeight = 0.04f;
 constexpr int64_t kMostShares = int64_t{1} << 20;
 // Most samples of a pass from which something is learned.
@@ -36,9 +36,7 @@ SamplePlan::SamplePlan(std::shared_ptr<const Candidates> candidates, double requ
     const double all = candidates_->size() == 0 ? 0.0 : std::ceil(std::min(requested, most));
     total_[0] = static_cast<int64_t>(all);
     if (!guided_ || total_[0] == 0) return;
-    total_[0] =
-        std::min(kMostShares,
-                 static_cast<int64_t>(std::ceil((kind == kPrimaryBoundary ? kFirstPrimary : kFirst) * all)));
+    total_[0] = std::min(kMostShares, static_cast<int64_t>(std::ceil(kBoundaryTable[kind].first_pass * all)));
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(all) - total_[0]);
     score_.assign(static_cast<size_t>(total_[0]), 0.0f);
 }
@@ -132,7 +130,7 @@ BoundaryTask SamplePlan::task(int pass, int64_t first, int64_t count) {
     t.count = count;
     t.total = total_[pass];
     t.max_depth = options_.max_depth;
-    t.seed = options_.seed ^ (pass == 0 ? 0u : 0x3c6ef372u);
+    t.seed = options_.seed ^ (pass == 0 ? 0u : kSecondPassSeed);
     t.kind = kind_;
     t.limits = options_.limits;
     t.guide = pass == 0 ? nullptr : guide_.data();

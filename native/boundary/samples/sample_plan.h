@@ -6,16 +6,11 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/learned_weights.h"
-#include "engine/engine.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
+#include "tasks/render_options.h"
 
 namespace edgegrad {
-
-// Boundary samples per task, and per batch of stored splats (20 MB). Of 4096 dense_200k has so few tasks that
-// threads wait for each other, which takes 0.06 of the seconds; 1024 are no faster.
-constexpr int64_t kBoundaryChunk = 2048;
-constexpr int64_t kSplatBatch = int64_t{1} << 20;
 
 class SamplePlan {
  public:
@@ -30,7 +25,6 @@ class SamplePlan {
     int passes() const { return guided_ ? 2 : 1; }
     // Samples of a pass; of the second one before `guide` the most that it may take.
     int64_t total(int pass) const { return total_[pass]; }
-    int64_t chunks(int pass) const { return (total_[pass] + kBoundaryChunk - 1) / kBoundaryChunk; }
     // Between the passes.
     void guide();
     // Noise of a sample of the first pass: the root of its variance among neighbours on the list, times the
@@ -59,7 +53,8 @@ class SamplePlan {
     struct Record {
         int32_t shift = 0;
         std::vector<float> contribution, density, u;
-        std::vector<int32_t> entry, cell;
+        std::vector<int32_t> entry;
+        std::vector<SegmentCell> cell;
     };
     mutable Record records_[2];  // by pass; empty: nothing is learned
 };

@@ -11,7 +11,6 @@ namespace edgegrad::EDGEGRAD_ISA {
 // `aimed`, for a gloss over a diffuse base than kWeakGloss of that.
 EG_INLINE Int camera_sampled_kinds(const Shader& shader, float aimed) {
     if (!(aimed > 0.0f)) return splat(0);
-    if (aimed >= kAimAtAll) return splat(kScatteredRays);
     const auto is = [&](ShaderKind kind) { return shader.kind == splat(static_cast<int>(kind)); };
     const Mask principled = is(kPrincipled) | is(kDisney);
     const Mask weak = principled & (shader.row[kMetallic] + shader.row[kTransmission] < 0.5f);

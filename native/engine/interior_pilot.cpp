@@ -1,10 +1,11 @@
-// How many samples the interior term is worth beside the boundary terms.
+// How many samples the interior term takes beside the boundary terms.
 //
-// Where these are far noisier, most of the interior's samples are spent for nothing: a pilot over a part of
-// the picture, of which nothing is kept, tells its variance, for motions that are as large as those by which
-// the boundary terms judge theirs (boundary/samples/sample_plan.h). Neither tangent nor adjoint is in them,
-// so that both modes take the same samples and are exactly each other's transpose, and the pilot's random
-// numbers are its own, so that the result stays unbiased.
+// Where the boundary terms are far noisier, more samples of the interior term don't make the sum better. A
+// pilot over a part of the picture estimates the interior term's variance, and its values are not used. It
+// takes motions as large as those by which boundary terms estimate their variance
+// (boundary/samples/sample_plan.h). The tangent and the adjoint have no influence, so that both modes take the
+// same samples and are exactly each other's transpose. The pilot has random numbers of its own, so that the
+// result stays unbiased.
 #include <algorithm>
 
 #include "engine/derivative_call.h"
@@ -32,8 +33,8 @@ double sign_of(uint64_t k) {
     return ((k ^ (k >> 33)) & 1) ? 1.0 : -1.0;
 }
 
-// Each coordinate of what moves, up or down at random: by many of them a sum of derivatives has the mean
-// square of the gradient.
+// Moves each coordinate up or down at random. The derivative along it then has, in the mean over many, the
+// square of the gradient's norm.
 TableValues random_motion(const std::vector<NamedTable>& tables, const Requested& requested) {
     TableValues out;
     for (const NamedTable& table : tables) {

@@ -12,7 +12,7 @@ PYTHON ?= $(shell for p in python3.11 python3.13 python3 python; do \
   done; echo python3)
 
 # Instruction sets of the kernels: this machine's fastest and the scalar reference that tests compare it with.
-# Empty: all, as in wheels.
+# all: each set and the reference; empty: as in release wheels, without the reference that tests need.
 KERNELS ?= native
 
 VENV := .venv
@@ -123,7 +123,7 @@ sanitize-threads: $(SANITIZED)-threads/installed
 	  TSAN_OPTIONS="halt_on_error=1 suppressions=$(CURDIR)/tests/stability/threads.suppressions" \
 	  setarch -R $(SANITIZED)-threads/bin/python -m pytest --capture=sys tests/stability/test_threads.py
 
-$(SANITIZED)/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=address,undefined
+$(SANITIZED)/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=address,undefined -C cmake.define.EDGEGRAD_KERNELS=all
 $(SANITIZED)-threads/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=thread -C cmake.define.EDGEGRAD_KERNELS=scalar
 $(SANITIZED)/installed $(SANITIZED)-threads/installed: %/installed: $(PACKAGE) | check-machine
 	test -x $*/bin/python || $(PYTHON) -m venv --upgrade-deps $*

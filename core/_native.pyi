@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from .geometry.topology import Edges
 from .rendering.non_finite import Dropped
-from .scene.bounces import Bounces
+from .rendering.options import RenderOptions
 from .tables.tables import Tables
 from .tables.textures.program import TextureTables
 
@@ -51,8 +51,6 @@ class Scene:
     def set_edges(self, edges: Edges) -> None: ...
     @property
     def instruction_set(self) -> str: ...
-    guided: bool
-    aimed: float
     def update(self, tables: Tables) -> None: ...
     def update_values(self, tables: Tables) -> None: ...
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], origin: NDArray[np.float64]) -> None: ...
@@ -65,18 +63,12 @@ class Scene:
     ) -> dict[str, F32]: ...
     def sample_environment_light(self, u: F32, v: F32) -> dict[str, F32]: ...
     def look_at_environment(self, w: F32) -> dict[str, F32]: ...
-    def render(
-        self, spp: int, seed: int, max_depth: int, bounces: Bounces, caustics_alone: bool, progress: Progress
-    ) -> NDArray[np.float32]: ...
+    def render(self, options: RenderOptions, progress: Progress) -> NDArray[np.float32]: ...
     def forward(
         self,
         tangent: dict[str, NDArray[np.float64]],
         wanted: dict[str, NDArray[np.int64]],
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        terms: Sequence[str],
+        options: RenderOptions,
         learned: LearnedSampling | None,
         progress: Progress,
     ) -> tuple[NDArray[np.float32], list[Dropped]]: ...
@@ -84,11 +76,7 @@ class Scene:
         self,
         adjoint: NDArray[np.float32],
         wanted: dict[str, NDArray[np.int64]],
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        terms: Sequence[str],
+        options: RenderOptions,
         learned: LearnedSampling | None,
         progress: Progress,
     ) -> tuple[dict[str, NDArray[np.float64]], list[Dropped]]: ...

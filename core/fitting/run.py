@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from .._check import choice, flag, function, numeric, shown
 from ..planning.scene_plan import Plan, plan
-from ..rendering.engine import Progress
 from ..rendering.one_shot import CAUSTIC_SAMPLES
+from ..rendering.options import Progress
 from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.scene import Scene

@@ -18,8 +18,8 @@ from .._check import choice, function, mapping, names, number, whole
 from .._fields import optional
 from ..derivatives.table_derivatives import requested_tables, with_requested
 from ..reference import diffuse_tables
-from ..rendering.engine import Progress, engine_class
-from ..rendering.options import MOST_THREADS, checked_bounces, checked_progress
+from ..rendering.engine import engine_class
+from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked_progress
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
 from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces

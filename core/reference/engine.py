@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
-from ..scene.bounces import UNLIMITED, Bounces
+from ..rendering.options import RenderOptions
 from ..tables.tables import Tables
 from . import diffuse_tables as narrow
 from .blocks import Forward, Reverse, Sink
@@ -24,13 +23,15 @@ from .rays import Rays
 from .shadow import shadow
 from .surfaces import Floats, Surfaces
 
+# Those that it computes. The indirect term is zero, since paths have two segments at most.
 TERMS = ("interior", "primary", "shadow")
 
 
 class Engine:
     """Renders and differentiates a scene with numpy and embreex.
 
-    Paths have at most two segments and no surface is transparent, so bounce limits (`bounces`) have no effect.
+    Paths have at most two segments and no surface is transparent, so bounce limits (`RenderOptions.bounces`) have no
+    effect.
 
     Parameters
     ----------
@@ -70,58 +71,39 @@ class Engine:
             self._edges = EdgeTable.of(self._topology, self._surfaces)
 
     def render(
-        self,
-        tables: Tables,
-        *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces = UNLIMITED,
-        caustics_alone: bool = False,
-        progress: Progress | None = None,
+        self, tables: Tables, options: RenderOptions, *, progress: Progress | None = None
     ) -> NDArray[np.float32]:
         """Render the (height, width, 3) picture of the camera in `tables`, with the scene of the last `update`."""
-        _check(spp, max_depth, ())
-        if caustics_alone:  # diffuse surfaces cause no caustics
+        _check(options)
+        if options.caustics_alone:  # diffuse surfaces cause no caustics
             return np.zeros((tables.height, tables.width, 3), np.float32)
-        image = render(Film.of(tables), self._lighting, spp=spp, seed=seed, max_depth=max_depth, progress=progress)
-        return image.astype(np.float32)
+        return render(Film.of(tables), self._lighting, **_numbers(options), progress=progress).astype(np.float32)
 
     def forward(
         self,
         tables: Tables,
         tangent: TableDerivative,
         requested: Requested,
+        options: RenderOptions,
         *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces = UNLIMITED,
-        terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """Return the (height, width, 3) derivative image along `tangent`."""
-        image = self.forward_exact(
-            tables, tangent, requested, spp=spp, seed=seed, max_depth=max_depth, terms=terms, progress=progress
-        )
-        return image.astype(np.float32)
+        return self.forward_exact(tables, tangent, requested, options, progress=progress).astype(np.float32)
 
     def forward_exact(
         self,
         tables: Tables,
         tangent: TableDerivative,
         requested: Requested,
+        options: RenderOptions,
         *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> NDArray[np.float64]:
         """Return the image of `forward` without rounding to float32."""
         asked = narrow.asked(tables, requested)
         sink = Forward(tables, self._surfaces, asked, narrow.narrowed(tables, tangent))
-        self._run(tables, sink, spp, seed, max_depth, terms, progress)
+        self._run(tables, sink, options, progress)
         return sink.image.reshape(tables.height, tables.width, 3)
 
     def backward(
@@ -129,48 +111,36 @@ class Engine:
         tables: Tables,
         adjoint: NDArray[np.float32],
         requested: Requested,
+        options: RenderOptions,
         *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces = UNLIMITED,
-        terms: Collection[str] = TERMS,
         progress: Progress | None = None,
     ) -> TableDerivative:
         """Return the gradient of sum(adjoint * image) with respect to the `requested` tables."""
         asked = narrow.asked(tables, requested)
         sink = Reverse(tables, self._surfaces, asked, np.asarray(adjoint, np.float64).reshape(-1, 3))
-        self._run(tables, sink, spp, seed, max_depth, terms, progress)
+        self._run(tables, sink, options, progress)
         return narrow.widened(tables, sink.gradient, requested)
 
-    def _run(
-        self,
-        tables: Tables,
-        sink: Sink,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        terms: Collection[str],
-        progress: Progress | None,
-    ) -> None:
+    def _run(self, tables: Tables, sink: Sink, options: RenderOptions, progress: Progress | None) -> None:
         """Send the blocks of the requested terms to the sink."""
-        _check(spp, max_depth, terms)
+        _check(options)
         film = Film.of(tables)
         position = tables.vertices.astype(np.float64)
-        options: dict[str, int] = {"spp": spp, "seed": seed, "max_depth": max_depth}
+        numbers = _numbers(options)
+        terms = [term for term in options.terms if term in TERMS]
         fraction = 1.0 / max(len(terms), 1)
         for k, term in enumerate(terms):
             report = None if progress is None else _part(progress, k * fraction, fraction)
             if term == "interior":
                 lighting = self._lighting.with_possible(sink.asked.emitting)
-                interior(film, lighting, sink, **options, progress=report)
+                interior(film, lighting, sink, **numbers, progress=report)
             elif term == "primary":
                 # The camera is fixed, so only edges with a moving vertex move on the screen.
                 moving = sink.moving_vertex[self._edges.vertices].any(axis=1)
                 edges = seen_edges(self._edges, self._surfaces, position, film, moving)
-                primary(film, self._lighting, edges, sink, **options, progress=report)
+                primary(film, self._lighting, edges, sink, **numbers, progress=report)
             else:
-                shadow(film, self._lighting, self._edges, position, sink, **options, progress=report)
+                shadow(film, self._lighting, self._edges, position, sink, **numbers, progress=report)
 
 
 def _part(progress: Progress, start: float, fraction: float) -> Progress:
@@ -178,12 +148,17 @@ def _part(progress: Progress, start: float, fraction: float) -> Progress:
     return lambda done: progress(start + fraction * done)
 
 
-def _check(spp: int, max_depth: int, terms: Collection[str]) -> None:
+def _numbers(options: RenderOptions) -> dict[str, int]:
+    """The options that the estimators take."""
+    return {"spp": options.spp, "seed": options.seed, "max_depth": options.max_depth}
+
+
+def _check(options: RenderOptions) -> None:
     """Raise ``ValueError`` for options that the reference engine does not support."""
-    if spp < 1:
-        raise ValueError(f"spp must be at least 1, not {spp}")
-    if max_depth not in (1, 2):
-        raise ValueError(f"max_depth must be 1 or 2 in this version, not {max_depth}")
-    for term in terms:
-        if term not in TERMS:
+    if options.spp < 1:
+        raise ValueError(f"spp must be at least 1, not {options.spp}")
+    if options.max_depth not in (1, 2):
+        raise ValueError(f"max_depth must be 1 or 2 in this version, not {options.max_depth}")
+    for term in options.terms:
+        if term not in (*TERMS, "indirect"):
             raise ValueError(f"unknown term '{term}'; terms are {', '.join(TERMS)}")

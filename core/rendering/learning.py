@@ -8,7 +8,8 @@ state, since other cameras see other edges.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..derivatives.table_derivatives import shapes
 from ..scene.camera import Camera
 from ..tables.tables import Tables, camera_fields
 from .budget import Budget
+from .options import RenderOptions
 
 Gradient = dict[str, NDArray[np.float64]]
 # estimate(terms, seed, part, parts) -> the sum of some terms of the gradient.
@@ -89,7 +91,7 @@ class Learning:
         self._form: Any = None
 
     def view(
-        self, tables: Tables, camera: Camera | None, wrt: Collection[str], options: Mapping[str, Any]
+        self, tables: Tables, camera: Camera | None, wrt: Collection[str], options: RenderOptions
     ) -> LearnedView:
         """Return the state for the gradients of a view with respect to `wrt`, computed with `options`.
 
@@ -102,7 +104,7 @@ class Learning:
         pose = None
         if camera is not None:
             pose = tuple(np.asarray(value).tobytes() for value in camera_fields(camera, tables.origin).values())
-        requested = tuple(options[name] for name in ("spp", "max_depth", "bounces", "terms"))
+        requested = replace(options, seed=0)
         key = (tables.width, tables.height, pose, tuple(wrt), requested)
         if key not in self._views:
             self._views[key] = LearnedView(self._sampling())

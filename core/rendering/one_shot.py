@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from .._check import whole
 from ..scene.bounces import Bounces
 from ..scene.scene import Scene
-from .engine import Progress, engine_name
-from .options import MOST_THREADS, TERMS
+from .engine import engine_name
+from .options import MOST_THREADS, TERMS, Progress
 from .renderer import Renderer
 
 # Samples per pixel that tell how much of a picture is caustics: its mean over all pixels is asked for.

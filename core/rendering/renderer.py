@@ -38,10 +38,18 @@ from ..scene.placement import is_moved
 from ..scene.scene import Scene
 from ..tables import tables as flat
 from ..tables.materials import LAMBERTIAN
-from .engine import Progress, engine_class
+from .engine import engine_class
 from .learning import Gradient, Learning
 from .non_finite import warn_of_gradients, warn_of_picture
-from .options import MOST_THREADS, TERMS, checked_options, checked_progress, checked_terms
+from .options import (
+    MOST_THREADS,
+    TERMS,
+    Progress,
+    RenderOptions,
+    checked_options,
+    checked_progress,
+    checked_terms,
+)
 from .taken_over import TakenOver
 
 # Largest path length with derivatives in the reference engine: emission seen directly, and direct illumination.
@@ -262,7 +270,7 @@ class Renderer:
         self._settle(camera)
         if self._may_be_convex():
             _ = self.edges
-        picture = self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
+        picture = self._engine.render(self._seen(self._tables, camera), options, progress=progress)
         warn_of_picture(picture, "render")
         return picture
 
@@ -286,11 +294,11 @@ class Renderer:
         -------
         (height, width, 3) float32, linear Rec.709 radiance.
         """
-        options = checked_options(spp, max_depth, seed, bounces)
+        options = replace(checked_options(spp, max_depth, seed, bounces), caustics_alone=True)
         progress = checked_progress("render_caustics", progress)
         self._settle(camera)
         tables = self._seen(self._tables, camera)
-        picture = self._engine.render(tables, **options, caustics_alone=True, progress=progress)
+        picture = self._engine.render(tables, options, progress=progress)
         warn_of_picture(picture, "render_caustics")
         return picture
 
@@ -316,11 +324,13 @@ class Renderer:
         learned = {}
         if self._learning is not None:
             learned["learned"] = self._learning.view(tables, camera, tuple(tangent), options).sampling
-        image = self._engine.forward(tables, velocity, requested, **options, **learned, progress=progress)
+        image = self._engine.forward(tables, velocity, requested, options, **learned, progress=progress)
         if not np.isfinite(image).all():
             # Compute each term separately to find the terms that are not finite.
-            alone = {t: self._engine.forward(tables, velocity, requested, **{**options, "terms": (t,)},
-                                             progress=progress) for t in options["terms"]}
+            alone = {
+                t: self._engine.forward(tables, velocity, requested, replace(options, terms=(t,)), progress=progress)
+                for t in options.terms
+            }
             warn_of_picture(image, "render_forward", [t for t, part in alone.items() if not np.isfinite(part).all()])
         return image
 
@@ -347,8 +357,8 @@ class Renderer:
         image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32).copy()
         pull = pull_back_of(self.scene, tables, wrt)
 
-        def gradients(options: Mapping[str, Any], progress: Progress | None = progress) -> Gradient:
-            gradient = self._engine.backward(tables, image, requested, **options, progress=progress)
+        def gradients(options: RenderOptions, progress: Progress | None = progress, **learned: Any) -> Gradient:
+            gradient = self._engine.backward(tables, image, requested, options, **learned, progress=progress)
             return pull(gradient)
 
         if self._learning is None:
@@ -358,11 +368,11 @@ class Renderer:
 
             def part(terms: Collection[str], seed: int, k: int, of: int) -> Gradient:
                 report = None if progress is None else lambda fraction: progress((k + fraction) / of)
-                return gradients({**options, "terms": terms, "seed": seed, "learned": known.sampling}, report)
+                return gradients(replace(options, terms=tuple(terms), seed=seed), report, learned=known.sampling)
 
-            found = known.gradient(part, options["terms"], options["seed"])
+            found = known.gradient(part, options.terms, options.seed)
         if not all(np.isfinite(gradient).all() for gradient in found.values()):
-            alone = {t: gradients({**options, "terms": (t,)}) for t in options["terms"]}
+            alone = {t: gradients(replace(options, terms=(t,))) for t in options.terms}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
         return found
 
@@ -385,7 +395,7 @@ class Renderer:
         seed: Any,
         bounces: Bounces | None,
         terms: Sequence[str],
-    ) -> dict[str, Any]:
+    ) -> RenderOptions:
         narrow = self._engine.narrow
         if self._obstacles is None:
             self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None
@@ -401,7 +411,7 @@ class Renderer:
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
         options = checked_options(spp, max_depth, seed, bounces, deepest)
-        return {**options, "seed": options["seed"] ^ DERIVATIVE_STREAM, "terms": computed}
+        return replace(options, seed=options.seed ^ DERIVATIVE_STREAM, terms=computed)
 
     def _may_be_convex(self) -> bool:
         faces = int(self._tables.mesh_first_face[-1])

@@ -91,9 +91,11 @@ EG_INLINE Ignored ignore_nothing() { return {splat(-1), splat(-1)}; }
 // The instance of the k-th face of an edge: that of the edge. The two faces of an intersection curve have
 // instances of their own.
 EG_INLINE int32_t face_instance(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
-    if (edge < scene.edge_count || !scene.intersection_instances) return instance;
-    return scene.intersection_instances[2 * static_cast<int64_t>(edge - scene.edge_count) + k];
+    if (!scene.is_intersection(edge) || !scene.intersection_instances) return instance;
+    return scene.intersection_instances[2 * scene.intersection(edge) + k];
 }
+// Lanes of lines that are no edges (SceneView).
+EG_INLINE Mask is_intersection(const SceneView& scene, Int line) { return line >= scene.edge_count; }
 EG_INLINE Int face_instance(const SceneView& scene, Int edge, Mask intersection, Int instance, int k) {
     if (!scene.intersection_instances || !any(intersection)) return instance;
     const Int row = select(intersection, edge - scene.edge_count, splat(0));

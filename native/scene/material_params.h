@@ -48,7 +48,6 @@ enum MaterialParam : int32_t {
 
 // Features that may occur in a closure (`closure_flags`), so that code for others is skipped.
 enum ClosureFlag : int32_t {
-    kHasDiffuse = 1 << 0,       // any diffuse or translucent lobe
     kHasGlossy = 1 << 1,        // any microfacet reflection or refraction, coat, sheen
     kHasTransparency = 1 << 2,  // alpha below 1, or Transparent
     kHasEmission = 1 << 3,

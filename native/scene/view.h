@@ -48,9 +48,23 @@ struct CameraView {
 constexpr int kCameraFloats = 24;
 static_assert(offsetof(CameraView, kind) == kCameraFloats * sizeof(float));
 
-// Flag in the face list of an intersection curve (boundary/curves/intersections.h): the surface is not a face
-// but a row of the light table.
-constexpr uint32_t kLightOfTable = 1u << 31;
+// One of the two surfaces of an intersection curve (boundary/curves/intersections.h): a face, or a light of
+// the table, marked by the highest bit. Edges have faces only.
+class LineSurface {
+ public:
+    explicit constexpr LineSurface(uint32_t bits) : bits_(bits) {}
+    static constexpr LineSurface light(int32_t row) {
+        return LineSurface(kLight | static_cast<uint32_t>(row));
+    }
+    constexpr bool is_light() const { return bits_ & kLight; }
+    constexpr int32_t face() const { return static_cast<int32_t>(bits_); }
+    constexpr int32_t light_row() const { return static_cast<int32_t>(bits_ & ~kLight); }
+    constexpr uint32_t bits() const { return bits_; }
+
+ private:
+    static constexpr uint32_t kLight = 1u << 31;
+    uint32_t bits_;
+};
 
 // Bits by mesh (scene/contact.h): light that the mesh receives may have a fixed direction near contact; light
 // that it sends may; some of its shading normals differ from those of its faces.
@@ -127,6 +141,13 @@ struct SceneView {
     const int32_t* intersection_instances;
 
     CameraView camera;
+
+    // Lines by number: the edges, and behind them the intersection curves.
+    bool is_intersection(int32_t line) const { return line >= edge_count; }
+    int64_t intersection(int32_t line) const { return static_cast<int64_t>(line) - edge_count; }
+    LineSurface surface_of_line(int32_t line, uint32_t k) const {
+        return LineSurface(edge_faces[edge_face_first[line] + k]);
+    }
 };
 
 // Motion in boundary terms: tangents (read) or gradients (written). `vertices` starts at `first_vertex` and

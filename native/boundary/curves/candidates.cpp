@@ -20,9 +20,8 @@ namespace {
 
 using V = Vector;
 
-// kMostDirections: the largest number of direction cells along each axis. kChainedShare: the fraction of
-// samples for receivers that the camera sees through other surfaces.
-constexpr double kMostDirections = 16.0, kChainedShare = 0.4;
+// The largest number of direction cells along each axis.
+constexpr double kMostDirections = 16.0;
 // The largest number of picture cells along each side.
 constexpr double kMostPlaces = 512.0;
 // The largest number of parts of an edge: positions are floats and cannot resolve more.
@@ -299,7 +298,7 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
     out.edge.reserve(least), out.u0.reserve(least), out.u1.reserve(least), out.cell.reserve(least);
     out.cumulative.reserve(least + 1);
     for (int32_t kind = 0; kind < kinds; ++kind) {
-        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        const double share = share_of_mass(chains, kind != 0);
         for (size_t i = 0; i < edges.edge.size(); ++i) {
             const double mass = share * (edges.cumulative[i + 1] - edges.cumulative[i]);
             // A part whose length rounds to zero gets the average weight.
@@ -318,7 +317,7 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
                         out.u1.push_back(u[part + 1]);
                         // Alternate the direction of rows, so that consecutive cells are neighbours.
                         const int32_t place = row % 2 ? n - 1 - column : column;
-                        out.cell.push_back((row * n + place) | (kind ? kChained : 0));
+                        out.cell.emplace_back(row * n + place, kind != 0);
                         out.cumulative.push_back(out.cumulative.back() + each);
                     }
                 }
@@ -346,11 +345,11 @@ Candidates with_cells(const Candidates& edges, int32_t direction_cells, bool cha
     out.direction_cells = direction_cells;
     double before = 0.0;
     for (int32_t kind = 0; kind < (chains ? 2 : 1); ++kind) {
-        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        const double share = share_of_mass(chains, kind != 0);
         const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
         append(out.edge, edges.edge), append(out.instance, edges.instance);
         append(out.u0, edges.u0), append(out.u1, edges.u1);
-        out.cell.resize(out.edge.size(), kind ? kChained : 0);
+        out.cell.resize(out.edge.size(), SegmentCell(0, kind != 0));
         for (size_t i = 0; i < edges.edge.size(); ++i) {
             out.parts.push_back(parts_of(i));
             out.cumulative.push_back(before + share * edges.cumulative[i + 1]);

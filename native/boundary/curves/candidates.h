@@ -18,11 +18,11 @@ struct Candidates {
     std::vector<int32_t> edge;
     std::vector<int32_t> instance;  // -1: the edge's mesh is not instanced; empty: no entry is instanced
     std::vector<float> u0, u1;
-    std::vector<int32_t> cell;  // direction cell (tasks/boundary_task.h); empty: all directions
+    std::vector<SegmentCell> cell;  // empty: all directions
     int32_t direction_cells = 1;
     // An entry stands for parts[i] equal segments, each with direction_cells^2 cells. These are computed on
-    // the fly, because their number grows with the number of samples. `cell` then holds only the flag
-    // kChained. Empty: each entry is one segment.
+    // the fly, because their number grows with the number of samples. Of `cell` then only `chained` counts.
+    // Empty: each entry is one segment.
     std::vector<int32_t> parts;
     std::vector<double> cumulative{0.0};  // weight up to each entry, pixels
     // Filled by learned weights (boundary/curves/learned_weights.h), else empty; by segment. `unlearned` is
@@ -57,6 +57,8 @@ struct EdgeList {
     EdgeCache& kept;
 
     int64_t count() const { return static_cast<int64_t>(tables.edge_vertices.size() / 2); }
+    // Else it is an intersection curve.
+    bool is_edge(int32_t line) const { return line < count(); }
 };
 
 // Candidates of the primary term: edges that the camera sees and that may move in the picture. These are the
@@ -76,6 +78,13 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
 Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges);
 // Whether a face of the edge emits such light.
 bool any_fixed_direction(const SceneView& scene, int64_t edge);
+
+// The fraction of samples for receivers that the camera sees directly, or (`chained`) through other surfaces.
+// Without `chains` there are none of the latter.
+constexpr double kChainedShare = 0.4;
+constexpr double share_of_mass(bool chains, bool chained) {
+    return !chains ? 1.0 : chained ? kChainedShare : 1.0 - kChainedShare;
+}
 
 // Cuts the candidates into segments at the positions borders(k, u) of candidate k, each with
 // `direction_cells`^2 cells of directions. `chains` adds segments whose receiver the camera sees through

@@ -32,10 +32,10 @@ constexpr double kMostUnknown = 0.25;
 constexpr double kMostCells = 1 << 20;
 
 // The cell of an n x n grid that contains the first corner of a cell of an others x others grid.
-int32_t cell_among(int32_t cell, int32_t others, int32_t n) {
+SegmentCell cell_among(SegmentCell cell, int32_t others, int32_t n) {
     if (n == others) return cell;
-    const int32_t place = cell & ~kChained;
-    return (place / others * n / others * n + place % others * n / others) | (cell & kChained);
+    const int32_t place = cell.place();
+    return {place / others * n / others * n + place % others * n / others, cell.chained()};
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ bool LearnedWeights::knows(const EdgeList& edges, const Candidates& candidates) 
         return false;
     double unknown = 0.0;
     for (size_t i = 0; i < candidates.edge.size(); ++i)
-        if (candidates.edge[i] < edges.count() && parts(candidates.edge[i], -1) == 0)
+        if (edges.is_edge(candidates.edge[i]) && parts(candidates.edge[i], -1) == 0)
             unknown += candidates.cumulative[i + 1] - candidates.cumulative[i];
     return unknown <= kMostUnknown * candidates.mass();
 }
@@ -104,14 +104,14 @@ int32_t LearnedWeights::parts(int32_t edge, int32_t instance) const {
     return static_cast<int32_t>(first_[e + 1] - first_[e]) / instances;
 }
 
-int64_t LearnedWeights::cell(int32_t edge, int32_t instance, float u, int32_t direction) const {
+int64_t LearnedWeights::cell(int32_t edge, int32_t instance, float u, SegmentCell direction) const {
     const int32_t n = parts(edge, instance);
     if (n == 0) return -1;
     int64_t part = first_[static_cast<size_t>(edge)];
     if (instance >= 0) part += static_cast<int64_t>(instance_number_[static_cast<size_t>(instance)]) * n;
     part += std::clamp(static_cast<int32_t>(u * static_cast<float>(n)), 0, n - 1);
-    const int32_t kind = direction & kChained ? 1 : 0;
-    return (part * (chains_ ? 2 : 1) + kind) * direction_cells_ * direction_cells_ + (direction & ~kChained);
+    const int32_t kind = direction.chained() ? 1 : 0;
+    return (part * (chains_ ? 2 : 1) + kind) * direction_cells_ * direction_cells_ + direction.place();
 }
 
 Candidates LearnedWeights::pieces(const Candidates& candidates) const {

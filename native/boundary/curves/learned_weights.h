@@ -33,7 +33,7 @@ class LearnedWeights {
     void age();
 
  private:
-    int64_t cell(int32_t edge, int32_t instance, float u, int32_t direction) const;
+    int64_t cell(int32_t edge, int32_t instance, float u, SegmentCell direction) const;
     std::vector<float> guess(const std::vector<int64_t>& cells, const std::vector<double>& masses,
                              int which) const;
     int32_t parts(int32_t edge, int32_t instance) const;  // 0: nothing is stored
@@ -55,17 +55,9 @@ class LearnedWeights {
     int guess_ = 1, mixture_ = 2;  // the best of them
 };
 
-// The terms of a derivative (core/rendering/renderer.py).
-enum DerivativeTerm : int32_t { kInteriorTerm, kPrimaryTerm, kShadowTerm, kIndirectTerm, kDerivativeTerms };
-// The term to which each kind of boundary belongs.
-constexpr DerivativeTerm kTermOf[] = {kPrimaryTerm,  kShadowTerm, kShadowTerm,   kIndirectTerm,
-                                      kIndirectTerm, kShadowTerm, kIndirectTerm, kShadowTerm,
-                                      kPrimaryTerm,  kShadowTerm, kPrimaryTerm,  kShadowTerm};
-static_assert(sizeof kTermOf / sizeof *kTermOf == kBoundaryKinds);
-
 // What the gradients of one view of a scene have learned.
 struct LearnedSampling {
-    LearnedWeights masses[kBoundaryKinds];
+    LearnedWeights weights[kBoundaryKinds];
     // By term: the factor on its default number of samples, and the number that the last gradient took.
     double share[kDerivativeTerms] = {1.0, 1.0, 1.0, 1.0};
     double taken[kDerivativeTerms] = {};

@@ -223,7 +223,7 @@ Intersections lines_through_lights(const SceneTables& tables, const RequestedPai
     for (const Search& s : searches)
         for (const IntersectedFace& f : s.faces) {
             const VisitLine add = [&](const Vector& from, const Vector& to) {
-                out.add({from, to}, f, {kLightOfTable | static_cast<uint32_t>(s.row)});
+                out.add({from, to}, f, {LineSurface::light(static_cast<int32_t>(s.row)).bits()});
             };
             const Triangle3 t(tables, static_cast<int32_t>(f.face), Placement::of(tables, f.instance));
             std::visit([&](const auto& light) { light.cut_by(t, add); }, s.light);

@@ -22,9 +22,8 @@ EG_INLINE void faces_of_line(const SceneView& scene, Mask active, Int line, Int&
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
         instance[i] = face_instance(scene, line[i], -1, 0);
-        const uint32_t* faces = scene.edge_faces + scene.edge_face_first[line[i]];
-        face[i] = static_cast<int32_t>(faces[0]);
-        row[i] = static_cast<int32_t>(faces[1] & ~kLightOfTable);
+        face[i] = scene.surface_of_line(line[i], 0).face();
+        row[i] = scene.surface_of_line(line[i], 1).light_row();
     }
 }
 

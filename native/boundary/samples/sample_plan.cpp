@@ -1,6 +1,7 @@
 #include "boundary/samples/sample_plan.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
+#include "tasks/seed_tags.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +10,8 @@
 namespace edgegrad {
 namespace {
 
-// The fraction of all samples that the first pass takes, and the weight of its estimate in the mean. A larger
-// first pass guides the second better, but leaves it fewer samples. The weight is small because the error of
-// systematic samples falls faster than their number grows (native/TUNING.md).
-constexpr double kFirstPrimary = 0.18, kFirst = 0.0625;
+// The weight of the first pass's estimate in the mean. It is small because the error of systematic samples
+// falls faster than their number grows (native/TUNING.md).
 constexpr float kFirstWeight = 0.04f;
 constexpr int64_t kMostShares = int64_t{1} << 20;
 // Upper bound of recorded samples per pass; it limits memory.
@@ -37,9 +36,7 @@ SamplePlan::SamplePlan(std::shared_ptr<const Candidates> candidates, double requ
     const double all = candidates_->size() == 0 ? 0.0 : std::ceil(std::min(requested, most));
     total_[0] = static_cast<int64_t>(all);
     if (!guided_ || total_[0] == 0) return;
-    total_[0] =
-        std::min(kMostShares,
-                 static_cast<int64_t>(std::ceil((kind == kPrimaryBoundary ? kFirstPrimary : kFirst) * all)));
+    total_[0] = std::min(kMostShares, static_cast<int64_t>(std::ceil(kBoundaryTable[kind].first_pass * all)));
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(all) - total_[0]);
     score_.assign(static_cast<size_t>(total_[0]), 0.0f);
 }
@@ -135,7 +132,7 @@ BoundaryTask SamplePlan::task(int pass, int64_t first, int64_t count) {
     t.count = count;
     t.total = total_[pass];
     t.max_depth = options_.max_depth;
-    t.seed = options_.seed ^ (pass == 0 ? 0u : 0x3c6ef372u);
+    t.seed = options_.seed ^ (pass == 0 ? 0u : kSecondPassSeed);
     t.kind = kind_;
     t.limits = options_.limits;
     t.guide = pass == 0 ? nullptr : guide_.data();

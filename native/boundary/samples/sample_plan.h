@@ -6,16 +6,11 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/learned_weights.h"
-#include "engine/engine.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
+#include "tasks/render_options.h"
 
 namespace edgegrad {
-
-// Samples per task, and per batch of stored splats. Larger tasks leave threads idle at the end of a term with
-// few samples; smaller ones cost more overhead. A larger batch takes more memory.
-constexpr int64_t kBoundaryChunk = 2048;
-constexpr int64_t kSplatBatch = int64_t{1} << 20;
 
 class SamplePlan {
  public:
@@ -31,7 +26,6 @@ class SamplePlan {
     int passes() const { return guided_ ? 2 : 1; }
     // The samples of a pass. For the second pass this is an upper bound until guide() is called.
     int64_t total(int pass) const { return total_[pass]; }
-    int64_t chunks(int pass) const { return (total_[pass] + kBoundaryChunk - 1) / kBoundaryChunk; }
     // Distributes the second pass. Call it between the passes.
     void guide();
     // Estimates the noise of the first pass: the standard deviation of one sample, from differences of
@@ -61,7 +55,8 @@ class SamplePlan {
     struct Record {
         int32_t shift = 0;
         std::vector<float> contribution, density, u;
-        std::vector<int32_t> entry, cell;
+        std::vector<int32_t> entry;
+        std::vector<SegmentCell> cell;
     };
     mutable Record records_[2];  // by pass; empty: not recorded
 };

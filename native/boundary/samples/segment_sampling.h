@@ -19,6 +19,8 @@ struct SegmentSample {
     Float tau;      // position in the segment, uniform in [0, 1]
     Float density;  // expected number of samples on the segment
     PathIndex random;
+
+    Int light_row() const { return cell; }  // of curves about lights
 };
 
 // Places a point of a mesh in the world. `instance` is -1 for meshes that are not instanced.
@@ -31,10 +33,9 @@ EG_INLINE void place_point(const SceneView& scene, int32_t instance, float (&p)[
 
 // An end (0 or 1) of an edge or of an intersection line.
 EG_INLINE void edge_end(const SceneView& scene, int32_t edge, int32_t instance, int end, float (&p)[3]) {
-    const float* from =
-        edge < scene.edge_count
-            ? scene.vertices + 3 * static_cast<int64_t>(scene.edge_vertices[2 * edge + end])
-            : scene.intersection_ends + 6 * static_cast<int64_t>(edge - scene.edge_count) + 3 * end;
+    const float* from = scene.is_intersection(edge)
+                            ? scene.intersection_ends + 6 * scene.intersection(edge) + 3 * end
+                            : scene.vertices + 3 * static_cast<int64_t>(scene.edge_vertices[2 * edge + end]);
     for (int c = 0; c < 3; ++c) p[c] = from[c];
     place_point(scene, instance, p);
 }
@@ -49,7 +50,7 @@ EG_INLINE Vec3 gather_edge_end(const SceneView& scene, Int edge, int end) {
 
 // The first ends of edges or intersection lines, and the vectors to the second ends.
 EG_INLINE void gather_edges(const SceneView& scene, Int edge, Int instance, Vec3& a, Vec3& t) {
-    const Mask intersection = edge >= scene.edge_count, placed = instance >= 0;
+    const Mask intersection = is_intersection(scene, edge), placed = instance >= 0;
     const Int known = select(intersection, splat(0), edge);
     a = gather_edge_end(scene, known, 0);
     Vec3 b = gather_edge_end(scene, known, 1);
@@ -153,8 +154,8 @@ EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const Bounda
         s.u0[i] = task.u0[entry];
         s.u1[i] = task.u1[entry];
         if (task.cell) {
-            s.cell[i] = task.cell[entry] & ~kChained;
-            s.chained[i] = task.cell[entry] & kChained ? -1 : 0;
+            s.cell[i] = task.cell[entry].place();
+            s.chained[i] = task.cell[entry].chained() ? -1 : 0;
         }
         // Select the segment and the cell of an entry that has many
         if (task.parts) {
@@ -170,7 +171,7 @@ EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const Bounda
         if (task.record.has(task.first + k)) {
             const int64_t at_record = task.record.place(task.first + k);
             task.record.entry[at_record] = static_cast<int32_t>(entry);
-            task.record.cell[at_record] = s.cell[i] | (s.chained[i] & kChained);
+            task.record.cell[at_record] = SegmentCell(s.cell[i], s.chained[i]);
             task.record.density[at_record] = s.density[i];
             task.record.u[at_record] = s.u0[i] + (s.u1[i] - s.u0[i]) * s.tau[i];
         }

@@ -34,7 +34,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
     s.active = place.active;
     s.edge = place.edge;
     s.instance = place.instance;
-    s.intersection = place.edge >= scene.edge_count;
+    s.intersection = is_intersection(scene, place.edge);
     s.random = place.random;
     s.mask = splat(1 << kCameraRay);
     const Float length = place.u1 - place.u0;

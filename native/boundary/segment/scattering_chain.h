@@ -231,9 +231,9 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     const Int kind = splat(static_cast<int>(kCameraRay));
     const Int kinds = select(length == 0, light_kinds, splat(kScatteredRays));
     Vec3 followed = zero3();
-    Vec3 f =
-        scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
-                          x_goes_on ? task.aimed : 0.0f, scene.followed_alpha > 0.0f ? &followed : nullptr);
+    Vec3 f = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
+                               x_goes_on ? task.camera_sampled_alpha : 0.0f,
+                               scene.followed_alpha > 0.0f ? &followed : nullptr);
     end.active &= largest_component(f) > 0.0f;
     // Count its bounce and test the bounce limits
     seen.bounces = chain.bounces;

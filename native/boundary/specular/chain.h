@@ -60,7 +60,7 @@ struct ChainCount {
     PathPacket p;
     ImageTask limits;
 
-    explicit ChainCount(const BounceLimits& most, int max_depth) : p{}, limits{} {
+    ChainCount(const BounceLimits& most, int max_depth) : p{}, limits{} {
         limits.max_depth = max_depth;
         limits.limits = most;
         p.segment = splat(1);
@@ -108,12 +108,11 @@ EG_OUTLINE void look_at_light(const SceneView& scene, Mask lit, const ChainLight
 // Traces chains. With kChoose the events are chosen on the way and written to `choices`. Otherwise they are
 // read from `choices`.
 template <bool kChoose>
-EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                            int max_depth, Mask active, const PicturePoint& at, UInt stream,
-                            ChainChoices& choices, SpecularChain& chain) {
+EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask active, const PicturePoint& at,
+                            UInt stream, ChainChoices& choices, SpecularChain& chain) {
     chain.count = splat(0);
     if constexpr (kChoose) choices.lit = splat(kMostChain);
-    ChainCount counted(limits, max_depth);
+    ChainCount counted(task.limits, task.max_depth);
     Float near, far;
     ChainRay ray = chain_start(scene.camera, at, near, far);
     Mask going = active, dead = splat(0), below = dead, bent = dead;
@@ -162,7 +161,8 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         // Light from a surface needs one more ray than light from a light.
         const Mask ends_here = going & bent & ~to_light & ~counted.p.final_ray;
         const Mask by_lights = task.lights ? ends_here : splat(0);
-        const Mask by_surfaces = task.surfaces ? ends_here & (counted.p.segment + 2 <= max_depth) : splat(0);
+        const Mask by_surfaces =
+            task.surfaces ? ends_here & (counted.p.segment + 2 <= task.max_depth) : splat(0);
         const Mask may_be_lit = by_lights | by_surfaces;
         if constexpr (kChoose)
             going &= passes_on | may_be_lit |

@@ -261,8 +261,8 @@ struct IntersectedSegments {
 
 // Finds the crossings of the collected segments, appends them, and empties the collection. Returns the number
 // of all crossings found.
-EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                              int32_t max_depth, IntersectedSegments& s, ChainCrossings& out, int found) {
+EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, IntersectedSegments& s,
+                              ChainCrossings& out, int found) {
     const int count = s.waiting;
     s.waiting = 0;
     Mask active = first_lanes(count);
@@ -273,7 +273,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
     // Bisect the segments
     for (int step = 0; step < kHalvings; ++step) {
         const PicturePoint m = middle(p, q);
-        trace_chain<false>(scene, task, limits, max_depth, active, m, s.stream, choices, chain_m);
+        trace_chain<false>(scene, task, active, m, s.stream, choices, chain_m);
         const Mask first = first_difference(chain_p, chain_m, active) >= 0,
                    second = first_difference(chain_m, chain_q, active) >= 0;
         active &= first | second;
@@ -323,12 +323,12 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
 
 // Collects the segments from `at` on that end at end[half] and whose chains differ there. Finds their
 // crossings whenever they fill a packet. Returns the number of crossings.
-EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                                    int32_t max_depth, int64_t at, int half, const SegmentPair& s,
-                                    Mask active, ChainChoices& choices, const SpecularChain& chosen,
-                                    IntersectedSegments& crossed, ChainCrossings& out, int found) {
+EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task, int64_t at, int half,
+                                    const SegmentPair& s, Mask active, ChainChoices& choices,
+                                    const SpecularChain& chosen, IntersectedSegments& crossed,
+                                    ChainCrossings& out, int found) {
     SpecularChain end;
-    trace_chain<false>(scene, task, limits, max_depth, active, s.end[half], s.stream, choices, end);
+    trace_chain<false>(scene, task, active, s.end[half], s.stream, choices, end);
     active &= first_difference(chosen, end, active) >= 0;
     if (!any(active)) return found;
     // Find which crossings the other end could not have found
@@ -348,14 +348,13 @@ EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task
         move_lane(crossed.choices, to, choices, i);
         move_lane(crossed.at_chosen, to, chosen, i), move_lane(crossed.at_end, to, end, i);
         move_lane(crossed.common, to, common, i), move_lane(crossed.lone, to, lone, i);
-        if (crossed.waiting == W) found = cross_segments(scene, task, limits, max_depth, crossed, out, found);
+        if (crossed.waiting == W) found = cross_segments(scene, task, crossed, out, found);
     }
     return found;
 }
 
 // Finds the crossings of a task's segments. Returns their number.
-static int scan_kernel(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                       int32_t max_depth, ChainCrossings& out) {
+static int scan_kernel(const SceneView& scene, const ScanTask& task, ChainCrossings& out) {
     int found = 0;
     IntersectedSegments crossed{};
     for (int64_t at = 0; at < task.count; at += 2 * W) {
@@ -363,14 +362,14 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
         ChainChoices choices;
         choices.light = no_chain_light();
         SpecularChain chosen;
-        trace_chain<true>(scene, task, limits, max_depth, s.active, s.chosen, s.stream, choices, chosen);
+        trace_chain<true>(scene, task, s.active, s.chosen, s.stream, choices, chosen);
         const Mask active = s.active & (chosen.count > 1);
         if (!any(active)) continue;
         for (int half = 0; half < 2; ++half)
-            found = sort_out_intersected(scene, task, limits, max_depth, at, half, s, active, choices, chosen,
-                                         crossed, out, found);
+            found =
+                sort_out_intersected(scene, task, at, half, s, active, choices, chosen, crossed, out, found);
     }
-    return crossed.waiting > 0 ? cross_segments(scene, task, limits, max_depth, crossed, out, found) : found;
+    return crossed.waiting > 0 ? cross_segments(scene, task, crossed, out, found) : found;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tasks/seed_tags.h"
+
 namespace edgegrad {
 namespace {
 
@@ -105,7 +107,7 @@ ScanTask ScanPlan::task(int pass, int64_t first, int64_t count) const {
     std::copy_n(film_.low, 2, t.low);
     std::copy_n(film_.high, 2, t.high);
     t.scale = !guided_ ? 1.0f : pass == 0 ? kFirstWeight : 1.0f - kFirstWeight;
-    t.seed = seed_ ^ (pass == 0 ? 0u : 0x3c6ef372u);
+    t.seed = seed_ ^ (pass == 0 ? 0u : kSecondPassSeed);
     return t;
 }
 

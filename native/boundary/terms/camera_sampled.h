@@ -310,12 +310,14 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     const ImageTask walks = camera_sampled_paths(task);
     if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
     Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.fixed, &followed);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled_alpha, &s.fixed,
+                      &followed);
     leave_followed(scene, s.slides, followed, path);
     if (!any(path.active)) return queued;
     // Sample an edge in the lobes of x
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
-    const Int kinds = select(s.slides, camera_sampled_kinds(x.shader, task.aimed), splat(kScatteredRays));
+    const Int kinds =
+        select(s.slides, camera_sampled_kinds(x.shader, task.camera_sampled_alpha), splat(kScatteredRays));
     s.active = x.x.active & (kinds != 0);
     if (!any(s.active)) return queued;
     const CameraSampledSurface surface(scene, x, s.active, s.slides);

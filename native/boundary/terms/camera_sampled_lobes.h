@@ -11,7 +11,6 @@ namespace edgegrad::EDGEGRAD_ISA {
 // the diffuse ones. For a gloss over a diffuse base the limit is kWeakGloss * camera_sampled_alpha.
 EG_INLINE Int camera_sampled_kinds(const Shader& shader, float camera_sampled_alpha) {
     if (!(camera_sampled_alpha > 0.0f)) return splat(0);
-    if (camera_sampled_alpha >= kAimAtAll) return splat(kScatteredRays);
     const auto is = [&](ShaderKind kind) { return shader.kind == splat(static_cast<int>(kind)); };
     const Mask principled = is(kPrincipled) | is(kDisney);
     const Mask weak = principled & (shader.row[kMetallic] + shader.row[kTransmission] < 0.5f);

@@ -34,7 +34,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     ConeSample out;
     BoundarySegment& s = out;
     const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
-    const Int row = p.cell;
+    const Int row = p.light_row();
     s.active = p.active;
     s.edge = s.instance = splat(-1);
     s.y = still_far_end();

@@ -54,21 +54,22 @@ EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const Bound
     sobol_pair(p.random.stream, p.random.sample, kPairLight, choice, unused);
     pair.row = splat(-1);
     for (int i = 0; i < W; ++i) {
-        const uint32_t* faces = scene.edge_faces + scene.edge_face_first[p.edge[i]];
+        const LineSurface surfaces[2] = {scene.surface_of_line(p.edge[i], 0),
+                                         scene.surface_of_line(p.edge[i], 1)};
         // The light of a line is second. Lights of the table are occluded but never occlude.
         bool counts[2] = {false, true};
         for (int k = 0; k < 2; ++k)
-            if (!((faces[0] | faces[1]) & kLightOfTable))
+            if (!surfaces[0].is_light() && !surfaces[1].is_light())
                 counts[k] = task.kind == kSurfaceIntersection ||
-                            (scene.lights.face_light && scene.lights.face_light[faces[k]] >= 0);
+                            (scene.lights.face_light && scene.lights.face_light[surfaces[k].face()] >= 0);
         const int k = counts[0] && (!counts[1] || choice[i] < 0.5f) ? 0 : 1;
         pair.weight[i] = counts[0] && counts[1] ? 2.0f : 1.0f;
-        const bool light = faces[k] & kLightOfTable;
-        pair.hider[i] = static_cast<int32_t>(faces[1 - k]);
+        const bool light = surfaces[k].is_light();
+        pair.hider[i] = surfaces[1 - k].face();
         pair.hider_instance[i] = face_instance(scene, p.edge[i], -1, static_cast<uint32_t>(1 - k));
         pair.instance[i] = light ? -1 : face_instance(scene, p.edge[i], -1, static_cast<uint32_t>(k));
-        pair.face[i] = light ? -1 : static_cast<int32_t>(faces[k]);
-        if (light) pair.row[i] = static_cast<int32_t>(faces[k] & ~kLightOfTable);
+        pair.face[i] = light ? -1 : surfaces[k].face();
+        if (light) pair.row[i] = surfaces[k].light_row();
     }
     const Int hidden_face = select(pair.row >= 0, splat(0), pair.face);
     pair.hider_normal = unit_normal(placed_triangle(scene, pair.hider, pair.hider_instance).triangle);

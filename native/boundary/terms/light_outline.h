@@ -106,7 +106,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     OutlineSample s;
     const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     const CameraView& camera = scene.camera;
-    s.row = p.cell;
+    s.row = p.light_row();
     s.color = zero3();
     s.kind = kind_of_rows(scene.lights, s.row);
     const LightRow l = gather_light(scene.lights, s.row);

@@ -172,7 +172,7 @@ EG_INLINE IntersectionFace intersection_face(const SceneView& scene, const EdgeS
     IntersectionFace f = {splat(0), splat(-1), zero3()};
     for (int i = 0; i < W; ++i) {
         if (!intersection[i]) continue;
-        f.face[i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
+        f.face[i] = scene.surface_of_line(s.edge[i], k).face();
         f.instance[i] = face_instance(scene, s.edge[i], s.instance[i], k);
     }
     f.normal = unit_normal(placed_triangle(scene, f.face, f.instance).triangle);

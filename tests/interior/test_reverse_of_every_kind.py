@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,10 +39,9 @@ def ball_in_light(**material: Any) -> edgegrad.Scene:
     """A smooth ball under a lamp and a sky, seen with few pixels."""
     scene = shapes.scene(*shapes.ball(1), world=0.5)
     scene.camera.width, scene.camera.height = 8, 6
-    mesh = scene.meshes.pop(next(iter(scene.meshes)))
-    mesh.smoothing = mesh.faces.copy()
-    scene.meshes = {"body": mesh}
-    scene.materials["clay"] = edgegrad.Material(np.array([0.5, 0.3, 0.4]), **material)
+    mesh = scene.meshes["object"]
+    scene.meshes = {"body": replace(mesh, smoothing=mesh.faces.copy())}
+    scene.materials = {"clay": edgegrad.Material(np.array([0.5, 0.3, 0.4]), **material)}
     scene.lights = {"lamp": edgegrad.PointLight(np.array([2.0, -2.0, 3.0]), power=200.0, radius=0.3)}
     return scene
 

@@ -61,16 +61,19 @@ inline Specular plain_specular(Mask active, const SurfacePoint& x, Vec3 view, co
                through = interface & transmitted;
     const raw::Float one = raw::splat(1.0f), c = dot(block.n, block.v), eta = glass.eta.value;
     // g = eta cos(theta_t); dg/dc = c/g.
+    const raw::Float bending = bending_cosine(glass, constant(c)).value;
+    const raw::Float bending_slope = raw::select(bending == c, one, -one);
     const raw::Float inverse_eta = one / eta, g = raw::sqrt(raw::max(eta * eta - (1.0f - c * c), 0.0f));
     const raw::Float inverse_g = finite_inverse(g);
     const auto pick = [&](raw::Float a, raw::Float b) {
         return raw::select(active, raw::select(through, a, b), 0.0f);
     };
-    block.along = pick((c - g) * inverse_eta, 2.0f * c);
-    block.along_slope = pick((1.0f - c * inverse_g) * inverse_eta, raw::splat(2.0f));
+    block.along = pick((bending - g) * inverse_eta, 2.0f * c);
+    block.along_slope = pick((bending_slope - c * inverse_g) * inverse_eta, raw::splat(2.0f));
     block.across = pick(-inverse_eta, raw::splat(-1.0f));
-    // The Fresnel reflectance needs no rescaling, because f0 comes from the same index.
-    const raw::Float fall = reflectance_fall(c, eta, g, inverse_g);
+    // The Fresnel reflectance of |c| needs no rescaling, because f0 comes from the same index.
+    const raw::Float facing = raw::select(c < 0.0f, -one, one);
+    const raw::Float fall = facing * reflectance_fall(raw::abs(c), eta, g, inverse_g);
     const raw::Mask splits = interface & (g > 0.0f) & ~glass.refracts_only;
     const RawVec3 tint = values(glass.transmission), weight = select(through, tint, raw_zero3() - tint);
     block.slope = weight * raw::select(splits, fall, 0.0f);

@@ -64,7 +64,7 @@ EG_INLINE T select_packet(Mask m, T a, T b) {
 }
 EG_INLINE Float select(Mask m, Float a, Float b) { return select_packet(m, a, b); }
 EG_INLINE Int select(Mask m, Int a, Int b) { return select_packet(m, a, b); }
-EG_INLINE Float select(Mask m, Float a, float b) { return m ? a : splat(b); }
+EG_INLINE Float select(Mask m, Float a, float b) { return select_packet(m, a, splat(b)); }
 
 EG_INLINE Float min(Float a, Float b) { return select(a < b, a, b); }
 EG_INLINE Float max(Float a, Float b) { return select(a > b, a, b); }

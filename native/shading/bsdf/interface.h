@@ -25,9 +25,8 @@ EG_INLINE Interface no_interface() {
 }
 
 // Light between equal indices continues straight.
-EG_INLINE Mask refracts_smoothly(const Interface& g) {
-    return is_smooth(g.ggx) | (abs(g.eta - 1.0f) < 1e-4f);
-}
+EG_INLINE Mask bends_nothing(Float eta) { return abs(eta - 1.0f) < 1e-4f; }
+EG_INLINE Mask refracts_smoothly(const Interface& g) { return is_smooth(g.ggx) | bends_nothing(g.eta); }
 EG_INLINE Mask refracts_perfectly(const Interface& g) { return refracts_smoothly(g) | g.ggx.followed; }
 
 struct Split {

@@ -11,6 +11,13 @@ struct Specular {
     Vec3 value;  // f |cos| of the lobe; for followed lobes by the measure D(h) dh
 };
 
+// The cosine by which an interface refracts. Equal indices refract nothing, whichever way the normal points.
+// Rough interfaces use the normal of a microfacet, which faces the view even where an interpolated normal
+// does not.
+EG_INLINE Float bending_cosine(const Interface& g, Float cosine) {
+    return select(bends_nothing(g.eta), abs(cosine), cosine);
+}
+
 // Light of followed lobes, for the microfacet normal h in the lobe's frame.
 EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h, Vec3& w, Vec3& value) {
     const auto of = [&](Lobe k) { return lobe == splat(static_cast<int>(k)); };
@@ -52,7 +59,8 @@ EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted, M
     if (f.any_lobe[kCoatLobe]) value = select(is(kCoatLobe), reflectance(f.coat, cosine), value);
     if (f.any_lobe[kInterfaceLobe]) {
         const Split s = split_light(f.glass, cosine);
-        const Vec3 through = z * (cosine / f.glass.eta - s.cosine) - f.view * (1.0f / f.glass.eta);
+        const Float bending = bending_cosine(f.glass, cosine);
+        const Vec3 through = z * (bending / f.glass.eta - s.cosine) - f.view * (1.0f / f.glass.eta);
         w = select(is(kInterfaceLobe) & transmitted, through, w);
         value = select(is(kInterfaceLobe), select(transmitted, s.transmitted, s.reflected), value);
     }
@@ -82,7 +90,7 @@ EG_INLINE Specular scatter_plainly(const Interface& g, Vec3 mirror, Vec3 view, I
     const Mask interface = lobe == splat(static_cast<int>(kInterfaceLobe)), through = interface & transmitted;
     const Float cosine = dot(mirror, view);
     const Split s = split_light(g, cosine);
-    const Float along = select(through, cosine / g.eta - s.cosine, 2.0f * cosine),
+    const Float along = select(through, bending_cosine(g, cosine) / g.eta - s.cosine, 2.0f * cosine),
                 across = select(through, 1.0f / g.eta, splat(1.0f));
     return {mirror * along - view * across,
             select(interface, select(transmitted, s.transmitted, s.reflected), g.transmission)};

@@ -97,4 +97,4 @@ def write(export: Export, path: str, before: Any, after: Any, in_place: bool) ->
 
 def _among(problem: str, known: Any) -> str:
     names = ", ".join(f"'{name}'" for name in known) or "none"
-    return f"{problem} (there are: {names})"
+    return f"{problem} (known: {names})"

@@ -165,7 +165,7 @@ def find_camera(scene: Any, name: str) -> Any:
     ob = scene.objects.get(name)
     if ob is None or ob.type != "CAMERA":
         known = ", ".join(f"'{known}'" for known in camera_names(scene)) or "none"
-        raise Problem(f"camera '{name}': there is no such camera in scene '{scene.name}' (there are: {known})")
+        raise Problem(f"camera '{name}': there is no such camera in scene '{scene.name}' (known: {known})")
     return ob
 
 

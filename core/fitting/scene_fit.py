@@ -126,10 +126,10 @@ def fit(
     step_sizes
         Maps a parameter path to the length of its first step. Vertices: the largest displacement of a vertex, as a
         fraction of the diagonal of the mesh's bounding box. Positions: a fraction of the diagonal of the scene's
-        bounding box. Directions: radians. Poses: radians, and the same number as a fraction of the diagonal. Other
-        parameters: the unit of the parameter. Defaults are 0.02 for vertices, positions, directions and poses; 0.03
-        for colours and weights; 3 % of the value for powers, radiances and sizes. Later steps follow the gradient
-        and become shorter towards the end.
+        bounding box. Directions: radians. Poses: a rotation in radians, and a translation of the same number of
+        diagonals (of the mesh; for cameras and lights, of the scene). Other parameters: the unit of the parameter.
+        Defaults are 0.02 for vertices, positions, directions and poses; 0.03 for colours and weights; 3 % of the value
+        for powers, radiances and sizes. Later steps follow the gradient and become shorter towards the end.
     views_per_iteration
         Number of pictures that each iteration renders; successive iterations cycle through all pictures. None: all.
     seed

@@ -50,7 +50,7 @@ class Sink(ABC):
         for i in range(3):
             self._vertex(pixel[live], colour[live], corner[:, i], beta[live, i, None] * g[live])
 
-    def slide(self, pixel: Ints, colour: Floats, face: Ints, beta: Floats, direction: Floats, g: Floats) -> None:
+    def screen_point(self, pixel: Ints, colour: Floats, face: Ints, beta: Floats, direction: Floats, g: Floats) -> None:
         """Block S of the points at which the fixed rays along `direction` hit the moving faces (screen form)."""
         n = self.surfaces.n[face]
         self.material_point(pixel, colour, face, beta, n * (dot(g, direction) / dot(n, direction))[:, None])

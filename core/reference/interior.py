@@ -67,9 +67,9 @@ class _Hit:
         self.pixel, self.direction, self.points, self.beta = pixel, direction, points, beta
         self.f, self.weight = f, weight
 
-    def slide(self, sink: Sink, row: Ints, colour: Floats, g: Floats) -> None:
+    def screen_point(self, sink: Sink, row: Ints, colour: Floats, g: Floats) -> None:
         """Send block S of the hits `row`."""
-        sink.slide(self.pixel[row], colour, self.points.face[row], self.beta[row], self.direction[row], g)
+        sink.screen_point(self.pixel[row], colour, self.points.face[row], self.beta[row], self.direction[row], g)
 
     def normal(self, sink: Sink, row: Ints, colour: Floats, g: Floats) -> None:
         """Send block n of the normals, oriented to the viewer, at the hits `row`."""
@@ -96,7 +96,7 @@ def _area(lighting: Lighting, sink: Sink, hit: _Hit, xi: Floats) -> None:
     g = base / r * (n * c2 - M * c1 - 4.0 * w * c1 * c2)
     sink.material_point(pixel, colour, got.face, got.beta, g)
     sink.area_normal(pixel, colour, got.face, -got.flip[:, None] * base * c1 * w)
-    hit.slide(sink, row, colour, -g)
+    hit.screen_point(sink, row, colour, -g)
     hit.normal(sink, row, colour, base * c2 * w)
 
 
@@ -107,7 +107,7 @@ def _point(lighting: Lighting, sink: Sink, hit: _Hit, light: int) -> None:
     sink.point_intensity(pixel, hit.f[row] * got.factor[:, None], got.source)
     colour = hit.f[row] * got.colour
     n, w, c1, r = hit.points.normal[row], got.w, got.c1[:, None], got.distance[:, None]
-    hit.slide(sink, row, colour, -(n - 3.0 * c1 * w) / r**3)
+    hit.screen_point(sink, row, colour, -(n - 3.0 * c1 * w) / r**3)
     hit.normal(sink, row, colour, w / r**2)
 
 

@@ -221,6 +221,6 @@ def _connect(film: Film, lighting: Lighting, edges: Occluders, segments: Segment
     # lambda = |e - y|/(|e - y| + |x1 - e|), which is 1 for lights at infinity
     far_weight = (1.0 / (1.0 + gap[keep] / got.distance))[:, None]
     sink.edge_point(pixel, colour, edges.ends[got.edge], got.u, G)
-    sink.slide(pixel, colour, x_face, beta, direction[keep], -far_weight * G)
+    sink.screen_point(pixel, colour, x_face, beta, direction[keep], -far_weight * G)
     on = np.flatnonzero(got.face >= 0)
     sink.material_point(pixel[on], colour[on], got.face[on], got.beta[on], -((1.0 - far_weight) * G)[on])

@@ -18,7 +18,7 @@ MOST_BOUNCES = 255
 class Bounces(Checked):
     """Largest number of scattering events of each kind along a path, as in Blender's light path settings.
 
-    A path that exceeds a limit ends at the next surface: the emission there still counts.
+    If a path exceeds a limit, its last ray still returns the emission that it hits, but is not scattered again.
 
     Attributes
     ----------

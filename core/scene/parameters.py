@@ -73,11 +73,11 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
         entries = getattr(scene, collection)
         if name not in entries:
             known = listed([f"'{n}'" for n in entries]) or "none"
-            raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})"
+            raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (known: {known})"
                              f"{near(name, entries)}")
         held = entries[name]
     if not _has_float(held, fieldname):
-        raise ValueError(f"unknown parameter path '{path}': '{fieldname}' is none of the fields "
+        raise ValueError(f"unknown parameter path '{path}': '{fieldname}' is not one of the fields "
                          f"{', '.join(_float_fields(held))}{near(fieldname, _float_fields(held))}")
     return held, fieldname
 

@@ -88,8 +88,8 @@ def test_bad_scenes_have_one_clear_error(breaks: Callable[[Scene], None], messag
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("meshes.cube.vertices", "there is no 'cube' in meshes \\(there: 'object'\\)"),
-        ("meshes.object.faces", "'faces' is none of the fields vertices"),
+        ("meshes.cube.vertices", "there is no 'cube' in meshes \\(known: 'object'\\)"),
+        ("meshes.object.faces", "'faces' is not one of the fields vertices"),
         ("vertices", "unknown parameter path 'vertices'"),
         ("camera.clip_end", "'camera.clip_end' has no derivative: clip distances"),
     ],

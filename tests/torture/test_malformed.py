@@ -266,5 +266,5 @@ def test_a_fit_does_not_look_for_changes(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_parameters_say_the_near_name() -> None:
-    with pytest.raises(ValueError, match=r"'rougness' is none of the fields .*; did you mean 'roughness'\?$"):
+    with pytest.raises(ValueError, match=r"'rougness' is not one of the fields .*; did you mean 'roughness'\?$"):
         parameters.get(valid_scene(), "materials.clay.rougness")

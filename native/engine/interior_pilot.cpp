@@ -3,9 +3,9 @@
 // Where the boundary terms are far noisier, more samples of the interior term don't make the sum better. A
 // pilot over a part of the picture estimates the interior term's variance, and its values are not used. It
 // takes motions as large as those by which boundary terms estimate their variance
-// (boundary/samples/sample_plan.h). The tangent and the adjoint have no influence, so that both modes take the
-// same samples and are exactly each other's transpose. The pilot has random numbers of its own, so that the
-// result stays unbiased.
+// (boundary/samples/sample_plan.h). The tangent and the adjoint have no influence, so that both modes take
+// the same samples and are exactly each other's transpose. The pilot has random numbers of its own, so that
+// the result stays unbiased.
 #include <algorithm>
 
 #include "engine/derivative_call.h"

@@ -23,7 +23,8 @@ def texture_operations() -> list[str]: ...
 def evaluate_textures(
     tables: TextureTables, points: Any, rows: NDArray[np.float32], instruction_set: str
 ) -> None: ...
-# Derivatives of rows (P, WIDTH) and of BSDFs (value and emission, (n, 6)), for tests (native/adjoint/probe_sweeps.cpp).
+# For tests: derivatives of table rows (P, WIDTH) and BSDFs (value and emission, (n, 6)); see
+# native/adjoint/probe_sweeps.cpp.
 def textures_backward(
     tables: TextureTables, points: Any, adjoint: F32, instruction_set: str
 ) -> dict[str, NDArray[np.float64]]: ...
@@ -31,7 +32,7 @@ def textures_forward(tables: TextureTables, points: Any, tangents: object, instr
 def bsdfs_backward(
     materials: object, points: object, adjoint: F32, instruction_set: str
 ) -> dict[str, NDArray[np.float64]]: ...
-# Values and derivatives of what reads a scene (native/adjoint/scene_probes.h), (n, 9) per point.
+# For tests: values and derivatives, (n, 9), of functions that read a scene (native/adjoint/scene_probes.h).
 def scene_probe_backward(
     kind: int, scene: object, probe: object, adjoint: F32, instruction_set: str
 ) -> dict[str, NDArray[np.float64]]: ...
@@ -41,7 +42,7 @@ def scene_probe_forward(
 def bsdfs_forward(materials: object, points: object, tangents: object, instruction_set: str) -> F32: ...
 
 class LearnedSampling:
-    share: Sequence[float]  # by term (core/rendering/budget.py)
+    share: Sequence[float]  # relative number of samples of each term (core/rendering/budget.py)
     @property
     def taken(self) -> Sequence[float]: ...
 
@@ -54,7 +55,7 @@ class Scene:
     def update_values(self, tables: Tables) -> None: ...
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], origin: NDArray[np.float64]) -> None: ...
     def set_camera(self, tables: Tables) -> None: ...
-    # Light sampling by itself, for tests (native/tasks/light_probe_task.h).
+    # For tests: light sampling alone (native/tasks/light_probe_task.h).
     def sample_lights(self, position: F32, normal: F32, u: F32, v: F32, both_sides: bool) -> dict[str, F32]: ...
     def meet_lights(
         self, position: F32, normal: F32, w: F32, face: NDArray[np.int32], r: F32, bsdf_pdf: F32, kind: int,

@@ -1,4 +1,4 @@
-"""The reference engine: the interface of the native engine over the reference estimators."""
+"""The reference engine: the reference estimators behind the interface of the native engine."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ TERMS = ("interior", "primary", "shadow")
 
 
 class Engine:
-    """Renders and differentiates the scene of some tables with numpy and embreex.
+    """Renders and differentiates a scene with numpy and embreex.
 
-    Paths have two segments at most and no surface is transparent, so that limits of bounces
-    (`RenderOptions.bounces`) change nothing.
+    Paths have at most two segments and no surface is transparent, so bounce limits (`RenderOptions.bounces`) have no
+    effect.
 
     Parameters
     ----------
     tables
-        The scene.
+        Tables of the scene.
     threads
-        Threads for ray queries; 0: one per core. Results don't depend on it.
+        Threads for ray queries; 0: one per core. Results do not depend on it.
     """
 
     narrow = True
@@ -49,22 +49,22 @@ class Engine:
         self.update(tables)
 
     def update_values(self, tables: Tables) -> None:
-        """Take over other materials, lights and environment."""
+        """Update materials, lights and environment."""
         self.update(tables)
 
     def move_vertices(self, mesh: int, vertices: Floats, tables: Tables) -> None:
-        """Take over other vertices of one mesh, in world space."""
+        """Update the vertices of one mesh, given in world space."""
         first = tables.mesh_first_vertex[mesh]
         tables.vertices[first : first + len(vertices)] = vertices - tables.origin
         self.update(tables)
 
     def set_edges(self, edges: Edges) -> None:
-        """The scene's edges (`Tables.edges`), which derivatives need."""
+        """Set the edges of the scene (`Tables.edges`), which derivatives need."""
         self._topology = edges
         self._edges = EdgeTable.of(edges, self._surfaces)
 
     def update(self, tables: Tables) -> None:
-        """Take over other values of the same topology."""
+        """Update all values of a scene with the same topology."""
         self._surfaces = Surfaces.of(tables)
         self._lighting = Lighting(self._surfaces, Rays(tables, self._threads))
         if self._topology is not None:
@@ -73,9 +73,9 @@ class Engine:
     def render(
         self, tables: Tables, options: RenderOptions, *, progress: Progress | None = None
     ) -> NDArray[np.float32]:
-        """(height, width, 3) picture seen by the camera of `tables`; scene values are those of the last `update`."""
+        """Render the (height, width, 3) picture of the camera in `tables`, with the scene of the last `update`."""
         _check(options)
-        if options.caustics_alone:  # diffuse surfaces throw none
+        if options.caustics_alone:  # diffuse surfaces cause no caustics
             return np.zeros((tables.height, tables.width, 3), np.float32)
         return render(Film.of(tables), self._lighting, **_numbers(options), progress=progress).astype(np.float32)
 
@@ -83,25 +83,25 @@ class Engine:
         self,
         tables: Tables,
         tangent: TableDerivative,
-        wanted: Requested,
+        requested: Requested,
         options: RenderOptions,
         *,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
-        """(height, width, 3) derivative image along `tangent`."""
-        return self.forward_exact(tables, tangent, wanted, options, progress=progress).astype(np.float32)
+        """Return the (height, width, 3) derivative image along `tangent`."""
+        return self.forward_exact(tables, tangent, requested, options, progress=progress).astype(np.float32)
 
     def forward_exact(
         self,
         tables: Tables,
         tangent: TableDerivative,
-        wanted: Requested,
+        requested: Requested,
         options: RenderOptions,
         *,
         progress: Progress | None = None,
     ) -> NDArray[np.float64]:
-        """As `forward`, not rounded to float32."""
-        asked = narrow.asked(tables, wanted)
+        """Return the image of `forward` without rounding to float32."""
+        asked = narrow.asked(tables, requested)
         sink = Forward(tables, self._surfaces, asked, narrow.narrowed(tables, tangent))
         self._run(tables, sink, options, progress)
         return sink.image.reshape(tables.height, tables.width, 3)
@@ -110,16 +110,16 @@ class Engine:
         self,
         tables: Tables,
         adjoint: NDArray[np.float32],
-        wanted: Requested,
+        requested: Requested,
         options: RenderOptions,
         *,
         progress: Progress | None = None,
     ) -> TableDerivative:
-        """Gradient of sum(adjoint * image) with respect to the tables that `wanted` names."""
-        asked = narrow.asked(tables, wanted)
+        """Return the gradient of sum(adjoint * image) with respect to the `requested` tables."""
+        asked = narrow.asked(tables, requested)
         sink = Reverse(tables, self._surfaces, asked, np.asarray(adjoint, np.float64).reshape(-1, 3))
         self._run(tables, sink, options, progress)
-        return narrow.widened(tables, sink.gradient, wanted)
+        return narrow.widened(tables, sink.gradient, requested)
 
     def _run(self, tables: Tables, sink: Sink, options: RenderOptions, progress: Progress | None) -> None:
         """Send the blocks of the requested terms to the sink."""
@@ -128,33 +128,33 @@ class Engine:
         position = tables.vertices.astype(np.float64)
         numbers = _numbers(options)
         terms = [term for term in options.terms if term in TERMS]
-        share = 1.0 / max(len(terms), 1)
+        fraction = 1.0 / max(len(terms), 1)
         for k, term in enumerate(terms):
-            report = None if progress is None else _part(progress, k * share, share)
+            report = None if progress is None else _part(progress, k * fraction, fraction)
             if term == "interior":
                 lighting = self._lighting.with_possible(sink.asked.emitting)
                 interior(film, lighting, sink, **numbers, progress=report)
             elif term == "primary":
-                # The camera stands still: only edges that move themselves sweep over pixels.
-                wanted = sink.moving_vertex[self._edges.vertices].any(axis=1)
-                edges = seen_edges(self._edges, self._surfaces, position, film, wanted)
+                # The camera is fixed, so only edges with a moving vertex move on the screen.
+                moving = sink.moving_vertex[self._edges.vertices].any(axis=1)
+                edges = seen_edges(self._edges, self._surfaces, position, film, moving)
                 primary(film, self._lighting, edges, sink, **numbers, progress=report)
             else:
                 shadow(film, self._lighting, self._edges, position, sink, **numbers, progress=report)
 
 
-def _part(progress: Progress, start: float, share: float) -> Progress:
-    """The progress of one of several terms."""
-    return lambda fraction: progress(start + share * fraction)
+def _part(progress: Progress, start: float, fraction: float) -> Progress:
+    """Map the progress of one term to the progress of the whole call."""
+    return lambda done: progress(start + fraction * done)
 
 
 def _numbers(options: RenderOptions) -> dict[str, int]:
-    """What the estimators take of the options."""
+    """The options that the estimators take."""
     return {"spp": options.spp, "seed": options.seed, "max_depth": options.max_depth}
 
 
 def _check(options: RenderOptions) -> None:
-    """Raise ``ValueError`` for what the reference engine doesn't do."""
+    """Raise ``ValueError`` for options that the reference engine does not support."""
     if options.spp < 1:
         raise ValueError(f"spp must be at least 1, not {options.spp}")
     if options.max_depth not in (1, 2):

@@ -12,7 +12,7 @@ from ..scene.bounces import MAX_DEPTH, UNLIMITED, Bounces
 
 Progress = Callable[[float], None]
 
-# Terms of a derivative (docs: README, "What is differentiated").
+# Terms of a derivative (docs/concepts.md).
 TERMS = ("interior", "primary", "shadow", "indirect")
 MOST_THREADS = 4096
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, requested_tables
+from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
 from edgegrad.rendering import engine as engines
 from edgegrad.rendering.options import RenderOptions
 
@@ -118,7 +118,7 @@ def test_forward_and_backward_are_transposes(path: str) -> None:
 def test_instruction_sets_agree(name: str) -> None:
     scene = boxes()
     tables = edgegrad.tables.tables.flatten(scene)
-    tables = asked_tables(scene, tables, WRT)
+    tables = with_requested(scene, tables, WRT)
     wanted, velocity = requested_tables(scene, tables, WRT), push_forward(scene, tables, tangent(scene))
     options = RenderOptions(8, 1, two_passes=False)  # after a first pass rounding would move samples
     results = []

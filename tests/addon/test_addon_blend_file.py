@@ -12,8 +12,8 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon import blend_file, command_line
-from tests.support import blender_scenes as bs
-from tests.support.disks import file_size_limit, fill, names, small_disk
+from tests.support.scenes import blender_scenes as bs
+from tests.support.scenes.disks import file_size_limit, fill, names, small_disk
 
 
 @pytest.mark.parametrize("compress", [False, True])

@@ -14,7 +14,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from edgegrad_addon.export import attributes
 from edgegrad_addon.export.mesh import read_mesh
 from edgegrad_addon.export.normals import angle_weighted, corner_normals
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 
 @pytest.fixture(autouse=True)

@@ -34,9 +34,9 @@ from edgegrad.rendering.native_engine import instruction_sets
 from tests.benchmarks.derivative_report import markdown, plot
 from tests.benchmarks.mitsuba_peer import REST, MitsubaPeer
 from tests.benchmarks.versus_mitsuba import processor
-from tests.rendering.test_references import FOLDERS
 from tests.support import peer_scenes
 from tests.support.block_statistics import block_sums
+from tests.support.reference_files import FOLDERS
 
 F64 = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import ArrayLike
 
 import edgegrad
-from tests.boundary.test_shadow_boundary import mesh_moves
 from tests.support.block_statistics import ALARM
 from tests.support.motions import camera_moves, lamp_changes
 from tests.support.picture_differences import agreement, check_agreement, check_transpose, need_every_table
+from tests.support.scenes.box_under_lights import mesh_moves
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along, camera, matte, rectangle
 

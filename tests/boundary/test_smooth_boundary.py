@@ -12,9 +12,9 @@ import pytest
 import edgegrad
 from edgegrad.expression import Attribute
 from edgegrad.rendering.renderer import Renderer
-from tests.benchmarks.scenes import displaced_sphere
 from tests.support import shapes
 from tests.support.picture_differences import check_agreement
+from tests.support.shapes import displaced_sphere
 from tests.support.small_scenes import Floats, along, camera, matte, need
 
 EPS = 0.01

@@ -10,9 +10,9 @@ import pytest
 
 from edgegrad import AreaLight, Image, Material, Mesh, PointLight, Renderer, Scene
 from edgegrad import expression as e
-from tests.boundary.test_shadow_boundary import DOWN
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.rich_scene import pose, turn
+from tests.support.scenes.box_under_lights import DOWN
 from tests.support.small_scenes import Make, along, box, camera, glowing, matte, moved, rectangle
 
 PALE, RED = matte(0.8, 0.7, 0.6), matte(0.8, 0.4, 0.3)

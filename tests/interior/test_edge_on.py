@@ -10,11 +10,11 @@ import pytest
 
 import edgegrad
 from edgegrad import Renderer
-from tests.boundary.test_light_intersections import sheet_through
 from tests.support import shapes
 from tests.support.block_statistics import block_sums
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.rich_scene import turn
+from tests.support.scenes.sheets_through_lights import sheet_through
 from tests.support.small_scenes import Floats, Make, along, camera, matte, rectangle
 
 BALL, SHEET = ["meshes.ball.vertices"], ["meshes.sheet.vertices"]

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.rendering.budget import COST, LEAST, MOST, TERMS, Budget
 from edgegrad.rendering.renderer import Renderer
-from tests.rendering.test_references import find
 from tests.support import peer_scenes
 from tests.support.block_statistics import ALARM, compare, over_theta
+from tests.support.reference_files import find
 from tests.support.small_scenes import box, camera, glowing, matte, need, rectangle
 
 Floats = NDArray[np.float64]

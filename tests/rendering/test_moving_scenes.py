@@ -18,6 +18,7 @@ from edgegrad.rendering.renderer import Renderer
 from tests.support import shapes
 from tests.support.block_statistics import ALARM, compare
 from tests.support.picture_differences import check_agreement
+from tests.support.scenes.cornell_box import cornell
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import (
     ABOVE,
@@ -211,23 +212,6 @@ def self_shadow(theta: float) -> Scene:
     step = Mesh(vertices + theta * np.array([0.3, 0.5, 1.0]), faces, ("floor",))
     lamp = rectangle((0.5, 3.0, -2.5), (0.5, 0, 0), (0, 0.3, 0.4), "lamp")
     return Scene(HIGH, {"step": step, "lamp": lamp}, {"floor": matte(), "lamp": glowing(20.0, True)})
-
-
-def cornell(theta: float) -> Scene:
-    """The tall box of a Cornell box moves."""
-    walls = {
-        "floor": rectangle((0, -1, 0), (0, 0, 1), (1, 0, 0), "white"),
-        "ceiling": rectangle((0, 1, 0), (1, 0, 0), (0, 0, 1), "white"),
-        "back": rectangle((0, 0, -1), (1, 0, 0), (0, 1, 0), "white"),
-        "right": rectangle((1, 0, 0), (0, 1, 0), (0, 0, 1), "green"),
-        "left": rectangle((-1, 0, 0), (0, 0, 1), (0, 1, 0), "red"),
-        "tall": box((-0.33, -0.395, -0.28), (0.3, 0.6, 0.3), "white", 0.28),
-        "short": box((0.33, -0.695, 0.38), (0.3, 0.3, 0.3), "white", -0.28),
-        "lamp": rectangle((0, 0.99, 0), (0.25, 0, 0), (0, 0, 0.25), "lamp"),
-    }
-    materials = {"white": matte(0.725, 0.71, 0.68), "red": matte(0.63, 0.065, 0.05), "green": matte(0.14, 0.45, 0.091),
-                 "lamp": glowing(18.0)}  # fmt: skip
-    return moved(Scene(camera((0, 0, 3.9), size=24), walls, materials), theta, "tall", (1.0, 0.0, 0.0))
 
 
 def clipped_triangle(theta: float) -> Scene:

@@ -7,9 +7,6 @@ repository, where these exist.
 
 from __future__ import annotations
 
-import os
-import pathlib
-
 import numpy as np
 import pytest
 
@@ -18,9 +15,8 @@ from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.renderer import Renderer
 from tests.support import peer_scenes
 from tests.support.block_statistics import ALARM, block_sums, compare, over_theta
+from tests.support.reference_files import HERE, find
 
-HERE = pathlib.Path(__file__).parents[1]
-FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HERE.parents[1] / "shared" / "refs"))]
 # With derivatives.
 CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
 # Of rich scenes, whose differences have no term that isn't computed; not for the reference engine.
@@ -45,14 +41,6 @@ RUNS = [
     *[pytest.param(case, "reference", 16, id=f"reference-{case}", marks=SLOW) for case in CASES[2:] + MORE[:2]],
 ]
 PICTURE_RUNS = RUNS + [pytest.param(case, "native", 32, id=f"native-{case}") for case in PICTURES]
-
-
-def find(case: str) -> pathlib.Path:
-    """Path of a case's file; skips the test where there is none."""
-    for folder in FOLDERS:
-        if (folder / f"{case}.npz").exists():
-            return folder / f"{case}.npz"
-    pytest.skip(f"no reference data for {case} (set EDGEGRAD_REFS)")
 
 
 def need(engine: str) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.shading.test_adjoint_scene import Probe
+from tests.support.scene_probe import Probe
 
 MET_POINT, SEGMENTS, REFLECTION = range(5, 8)
 

@@ -19,19 +19,11 @@ from edgegrad.tables.materials import ANISOTROPIC, COLUMNS, DIFFUSE, EMISSION, G
 from edgegrad.tables.textures.program import TextureTables, compile_textures
 from tests.support import node_cases
 from tests.support.differences import check_derivative
+from tests.support.scene_probe import DOT_PRODUCT, units
 from tests.support.texture_points import Points, points, scene_of
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
-DOT_PRODUCT = 1e-5  # relative: both sweeps have the rounding of single precision
-
-
-def units(rng: np.random.Generator, n: int, upper: bool = True) -> F32:
-    """Directions, those of the upper hemisphere not below 20 degrees."""
-    v = rng.normal(size=(n, 3))
-    if upper:
-        v[:, 2] = np.abs(v[:, 2]) + 0.4 * np.linalg.norm(v[:, :2], axis=1)
-    return np.asarray(v / np.linalg.norm(v, axis=1, keepdims=True), np.float32)
 
 
 def random_rows(rng: np.random.Generator, n: int) -> F32:

@@ -11,7 +11,7 @@ import numpy as np
 import OpenEXR
 from numpy.typing import NDArray
 
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 
 class Nodes:

@@ -9,7 +9,7 @@ import numpy as np
 from edgegrad import Camera, World
 from edgegrad.scene.camera import FILTERS
 from tests.support.rich_scene import pose, turn
-from tests.torture.draw import Draw
+from tests.torture.drawing.draw import Draw
 
 
 def camera(draw: Draw, scale: float) -> Camera:

@@ -11,8 +11,8 @@ from edgegrad import Mesh
 from tests.stability.soups import FACES, triangles
 from tests.support import shapes as solids
 from tests.support.rich_scene import pose
-from tests.torture.draw import Draw
-from tests.torture.textures import LAYERS
+from tests.torture.drawing.draw import Draw
+from tests.torture.drawing.textures import LAYERS
 
 F64 = NDArray[np.float64]
 Arrays = tuple[F64, NDArray[np.int32]]

@@ -8,24 +8,22 @@ from __future__ import annotations
 
 import pytest
 
-from tests.boundary import (
-    test_emitter_outline,
-    test_horizon,
-    test_indirect_boundary,
-    test_mirrored_shadows,
-    test_shadow_boundary,
-    test_specular_boundary,
-)
-from tests.boundary import (
-    test_light_intersections as test_pierced_lights,
-)
 from tests.support.picture_differences import check_equal_bits, need_every_table
+from tests.support.scenes import (
+    box_under_lights,
+    horizons,
+    lit_by_surfaces,
+    mirrored_shadows,
+    mirrors_and_glass,
+    outlines_of_emitters,
+    sheets_through_lights,
+)
 from tests.support.small_scenes import Make
 
 DEPTH = 5
 MODULES = (
-    test_emitter_outline, test_horizon, test_indirect_boundary, test_mirrored_shadows, test_pierced_lights,
-    test_shadow_boundary, test_specular_boundary,
+    outlines_of_emitters, horizons, lit_by_surfaces, mirrored_shadows, sheets_through_lights, box_under_lights,
+    mirrors_and_glass,
 )  # fmt: skip
 
 
@@ -35,7 +33,7 @@ def cases() -> dict[str, tuple[Make, list[str]]]:
     for module in MODULES:
         for name, case in list(module.CASES.items())[::5]:
             make, paths = case if isinstance(case, tuple) else (case.make, [case.path])
-            found[f"{module.__name__.removeprefix('tests.test_')}: {name}"] = (make, list(paths))
+            found[f"{module.__name__.rpartition('.')[2]}: {name}"] = (make, list(paths))
     return found
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from edgegrad import Renderer
-from tests.shading.test_favoured_lobes import ROUGHNESS, ball
 from tests.support.picture_differences import need_every_table
+from tests.support.scenes.rough_ball import ROUGHNESS, ball
 
 
 def test_sums_over_pixels_have_less_noise_than_their_pixels() -> None:

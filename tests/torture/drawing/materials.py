@@ -9,8 +9,8 @@ import numpy as np
 from edgegrad import Material, Mixture
 from edgegrad import expression as e
 from edgegrad.scene.material import KINDS, TEXTURED
-from tests.torture.draw import Draw
-from tests.torture.textures import LAYERS, expression
+from tests.torture.drawing.draw import Draw
+from tests.torture.drawing.textures import LAYERS, expression
 
 COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint")
 SHARES = ("metallic", "roughness", "diffuse_roughness", "transmission", "coat_weight", "coat_roughness",

@@ -11,7 +11,7 @@ from edgegrad import Image
 from edgegrad import expression as e
 from edgegrad.expression import Expression
 from edgegrad.expression import procedural as p
-from tests.torture.draw import Draw
+from tests.torture.drawing.draw import Draw
 
 # The images of a scene, by what reads them best.
 IMAGES = ("colors", "grey", "rgba", "mask", "texel")

@@ -47,7 +47,7 @@ _STARVED = """
 import resource
 import numpy as np
 import edgegrad
-from tests.rendering.test_limits import floor
+from tests.engine.test_limits import floor
 from edgegrad import Mesh, Renderer
 
 before = Renderer(floor(), threads=1).render(spp=4)

@@ -8,7 +8,7 @@ import numpy as np
 
 from edgegrad import AreaLight, PointLight, SpotLight, SunLight
 from edgegrad.scene.light import FALLOFFS, SHAPES, Light
-from tests.torture.draw import Draw
+from tests.torture.drawing.draw import Draw
 
 # In sizes of the scene.
 SIZES = (0.0, 0.0, 1e-6, 1e-3, 0.2, 0.2, 1.0, 30.0)

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from tests.support.block_statistics import ALARM, block_sums, chi_square_tail, compare, student_to_normal
+from tests.support.block_statistics import ALARM, block_sums, compare
+from tests.support.distributions import chi_square_tail, student_to_normal
 
 
 @pytest.mark.parametrize(

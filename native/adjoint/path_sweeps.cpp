@@ -2,8 +2,8 @@
 // other way round for the derivative along a tangent.
 #include "adjoint/number.h"
 
+#include "adjoint/adjoint_kernels.h"
 #include "adjoint/vertex.h"
-#include "kernels/parts.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/kernel_table.h"

@@ -17,9 +17,9 @@
 // lanes hold which were computed but not selected.
 #pragma once
 
-#include "adjoint/differentiable_tables.h"
-#include "adjoint/memory.h"
+#include "scene/differentiable_tables.h"
 #include "simd/lanes.h"
+#include "util/tape_memory.h"
 
 // Statically placed thread-local storage costs one instruction where a library's own costs a call.
 #if defined(__linux__)

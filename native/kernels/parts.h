@@ -20,11 +20,3 @@ void add_probe_kernels(KernelTable& table);
 void add_specular_kernels(KernelTable& table);
 
 }  // namespace edgegrad::EDGEGRAD_ISA
-
-// Those on numbers that record derivatives (adjoint/number.h).
-namespace edgegrad::EDGEGRAD_ADJOINT_ISA {
-
-void add_adjoint_path_kernels(KernelTable& table);
-void add_adjoint_probe_kernels(KernelTable& table);
-
-}  // namespace edgegrad::EDGEGRAD_ADJOINT_ISA

@@ -2,8 +2,8 @@
 // their ends to the camera, as the light that arrives at a vertex is that of the vertices behind it.
 #pragma once
 
-#include "adjoint/differentiable_tables.h"
 #include "path/value_recorder.h"
+#include "scene/differentiable_tables.h"
 #include "simd/lanes.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/dropped_samples.h"

@@ -1,4 +1,4 @@
-#include "adjoint/differentiable_tables.h"
+#include "scene/differentiable_tables.h"
 
 #include <stdexcept>
 

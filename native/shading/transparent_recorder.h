@@ -1,9 +1,9 @@
-// Writes down which surfaces a packet of shadow rays passes (shading/transparent_surfaces.h).
+// Writes down which surfaces a packet of shadow rays passes (tasks/transparent_surfaces.h).
 #pragma once
 
 #include "scene/view.h"
-#include "shading/transparent_surfaces.h"
 #include "simd/packet.h"
+#include "tasks/transparent_surfaces.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -61,7 +61,5 @@ struct BoundaryTask {
     DroppedSamples* dropped;
 };
 constexpr float kAimAtAll = 1e3f;
-// The gloss over a diffuse base is weak, and worth it only where it is sharper by this.
-constexpr float kWeakGloss = 0.25f;
 
 }  // namespace edgegrad

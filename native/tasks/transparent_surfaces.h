@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-#include "adjoint/memory.h"
+#include "util/tape_memory.h"
 
 namespace edgegrad {
 

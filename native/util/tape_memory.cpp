@@ -1,4 +1,4 @@
-#include "adjoint/memory.h"
+#include "util/tape_memory.h"
 
 #include <cstring>
 #include <new>

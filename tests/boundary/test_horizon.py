@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 import edgegrad
-from tests.support.block_statistics import ALARM
+from tests.support.block_statistics import check_noticed
 from tests.support.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.support.scenes.horizons import BODY, CASES, DEEP, SIDE, body, body_under
 from tests.support.slow_cases import slow_but
@@ -32,7 +32,7 @@ def test_a_body_that_hides_no_light_from_itself_has_no_other_shadow(name: str) -
     need_every_table()
     make, paths = CASES[name]
     outcome = agreement(along(make, paths), terms=("interior", "primary", "indirect"))
-    assert outcome.p_value < ALARM, str(outcome)
+    check_noticed(outcome)
 
 
 def test_the_plan_names_horizons() -> None:

@@ -14,7 +14,7 @@ import pytest
 import edgegrad
 from edgegrad.rendering.options import TERMS
 from edgegrad.rendering.renderer import Renderer
-from tests.support.block_statistics import ALARM, Agreement, compare
+from tests.support.block_statistics import Agreement, check, check_noticed, compare
 from tests.support.picture_differences import agreement, check_transpose
 from tests.support.scenes.lit_by_surfaces import BOX, CASES, Case, instanced, moving, veiled
 from tests.support.slow_cases import slow_but
@@ -39,8 +39,8 @@ def test_it_agrees_with_central_differences_and_is_needed(name: str) -> None:
     outcome = beside_differences(case)
     without = beside_differences(case, tuple(term for term in TERMS if term != case.without))
     print(outcome, without, sep="\n")
-    assert outcome.p_value > ALARM, str(outcome)
-    assert without.p_value < ALARM, str(without)
+    check(outcome)
+    check_noticed(without)
 
 
 def glossy_sheet() -> edgegrad.Scene:
@@ -78,7 +78,7 @@ def test_samples_from_edges_and_from_the_camera_agree(name: str) -> None:
     edges, camera_first = found
     outcome = compare(camera_first, edges.mean(axis=0), edges.std(axis=0, ddof=1) / np.sqrt(len(edges)))
     print(outcome)
-    assert outcome.p_value > ALARM and outcome.noise < 0.25, str(outcome)
+    check(outcome)
 
 
 @pytest.mark.parametrize(

@@ -107,7 +107,7 @@ SEEN: dict[str, tuple[Make, list[str]]] = {
 def test_crossings_that_the_camera_sees_agree_with_central_differences(name: str) -> None:
     need_every_table()
     terms = ("interior", "primary")
-    check_agreement(along(*SEEN[name]), noise=0.1, reference_spp=1024, max_depth=2, terms=terms)
+    check_agreement(along(*SEEN[name]), reference_spp=1024, max_depth=2, terms=terms)
 
 
 # ---------------------------------------------------------------- what copies hide of light
@@ -243,7 +243,7 @@ def test_what_copies_hide_of_lights_agrees_with_central_differences(name: str) -
     need_every_table()
     # On the sheet itself the light of a rectangle or an ellipse jumps, with samples of no finite variance
     # (derivations, F2): their noise is another one for other seeds.
-    check_agreement(along(*HIDDEN[name]), spp=128, noise=0.5)
+    check_agreement(along(*HIDDEN[name]), spp=128)
 
 
 @pytest.mark.parametrize("name", DEEP)

@@ -14,7 +14,7 @@ def test_pierced_lights_agree_with_central_differences(name: str) -> None:
     need_every_table()
     # On the sheet itself the light of an ellipse jumps, with samples of no finite variance (derivations, C and F2):
     # more samples hardly lessen the noise.
-    check_agreement(along(*CASES[name]), spp=128, noise=0.5 if name == "ellipse: sheet moves" else 0.25)
+    check_agreement(along(*CASES[name]), spp=128)
 
 
 @pytest.mark.parametrize("name", DEEP)

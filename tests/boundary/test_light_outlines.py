@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 import edgegrad
 from edgegrad._check import RAYS
 from edgegrad.planning.scene_plan import plan
-from tests.support.block_statistics import ALARM
+from tests.support.block_statistics import check_noticed
 from tests.support.motions import camera_moves, lamp_changes
 from tests.support.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.support.scenes.seen_lights import LIGHTS, PAIRS, VIEW, VIEWS
@@ -104,7 +104,7 @@ def test_the_plan_names_outlines_that_are_computed_and_those_that_are_not() -> N
 def test_without_the_term_the_comparison_fails() -> None:
     need_every_table()
     outcome = agreement(along(*CASES["sphere, perspective: light moves"]), terms=("interior", "shadow"))
-    assert outcome.p_value < ALARM, str(outcome)
+    check_noticed(outcome)
 
 
 def test_a_sun_does_not_move_with_the_camera() -> None:

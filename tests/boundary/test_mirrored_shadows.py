@@ -10,6 +10,7 @@ from __future__ import annotations
 import pytest
 
 import edgegrad
+from tests.support.block_statistics import check_noticed
 from tests.support.picture_differences import agreement, check_agreement, check_transpose, need_every_table
 from tests.support.scenes.mirrored_shadows import BOX, CASES, depth_of, options_of, through
 from tests.support.slow_cases import slow_but
@@ -26,9 +27,7 @@ RUNS = slow_but(CASES, QUICK)
 def test_agrees_with_differences(name: str) -> None:
     need_every_table()
     make, paths = CASES[name]
-    # Of bounced light what shadows change is found by chance.
-    noise = 0.3 if name.startswith("bounced") else 0.25
-    check_agreement(along(make, paths), noise=noise, **options_of(name))
+    check_agreement(along(make, paths), **options_of(name))
 
 
 @pytest.mark.parametrize("name", ["point: box moves", "rectangle: box moves", "ball: box moves under a point",
@@ -38,7 +37,7 @@ def test_differences_notice_a_missing_term(name: str) -> None:
     make, paths = CASES[name]
     left = "shadow" if name.startswith("bounced") else "indirect"
     outcome = agreement(along(make, paths), terms=["interior", "primary", left], **options_of(name))
-    assert outcome.p_value < 1e-6
+    check_noticed(outcome)
 
 
 @pytest.mark.parametrize("name", [run for run in RUNS if isinstance(run, str)])

@@ -14,6 +14,7 @@ import pytest
 import edgegrad
 from edgegrad.rendering.renderer import Renderer
 from tests.support import shapes
+from tests.support.block_statistics import check, half_width, mean_p_value
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose
 from tests.support.scenes.crossing_surfaces import PIERCING
 from tests.support.scenes.glowing_shapes import (
@@ -50,7 +51,7 @@ def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
     # Blurred edges change few samples each: a difference needs wide steps and many of them to be told from its noise.
     lens = name.startswith(("lens", "blades"))
     wide = {"eps": 0.1, "reference_spp": 4096} if lens else {}
-    check_agreement(along(*CASES[name]), noise=0.35 if lens else 0.1, **{**PRIMARY, **wide})
+    check_agreement(along(*CASES[name]), **{**PRIMARY, **wide})
 
 
 # ---------------------------------------------------------------- surfaces that pierce or touch each other
@@ -59,7 +60,7 @@ def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
 @pytest.mark.parametrize("name", PIERCING)
 def test_piercing_surfaces_agree_with_central_differences(name: str) -> None:
     need("native")
-    check_agreement(along(*PIERCING[name]), noise=0.1, **PRIMARY)
+    check_agreement(along(*PIERCING[name]), **PRIMARY)
 
 
 @pytest.mark.parametrize("name", [name for name in PIERCING if "many faces" in name])
@@ -95,7 +96,7 @@ def veiled(theta: float) -> edgegrad.Scene:
 
 def test_edges_behind_transparent_surfaces_agree_with_central_differences() -> None:
     need("native")
-    check_agreement(along(veiled, MESHES), noise=0.1, **PRIMARY)
+    check_agreement(along(veiled, MESHES), **PRIMARY)
 
 
 # ---------------------------------------------------------------- instances
@@ -129,7 +130,7 @@ def stretched(theta: float) -> edgegrad.Scene:
 )
 def test_instances_agree_with_central_differences(make: Make, path: str) -> None:
     need("native")
-    check_agreement(along(make, [path]), noise=0.1, **PRIMARY)
+    check_agreement(along(make, [path]), **PRIMARY)
 
 
 # ---------------------------------------------------------------- reverse mode
@@ -203,8 +204,8 @@ def test_radiance_beside_edges_is_that_of_pictures() -> None:
     scene.camera = view
     tangent = {"meshes.card.vertices": np.broadcast_to(velocity, card.shape)}
     found = np.array([
-        primary(Renderer(scene), tangent, spp=256, seed=k, max_depth=depth).sum(axis=(0, 1)) for k in range(8)
+        primary(Renderer(scene), tangent, spp=128, seed=k, max_depth=depth).sum(axis=(0, 1)) for k in range(16)
     ])
-    noise = found.std(axis=0, ddof=1) / np.sqrt(len(found))
-    assert found.mean(axis=0) == pytest.approx(wanted, rel=0.03, abs=4.0 * float(noise.max()))
-    assert (noise < 0.02 * np.abs(wanted).max()).all()
+    # The noise of the points' radiance, and the few points along each side, make the expected sum wrong by little.
+    check(mean_p_value(found, wanted, rounding=0.03 * np.abs(wanted)))
+    assert half_width(found).max() < 0.2 * np.abs(wanted).max()

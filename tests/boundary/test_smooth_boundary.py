@@ -58,7 +58,7 @@ def split_normals(theta: float) -> edgegrad.Scene:
 @pytest.mark.parametrize("make", [few_faces, closed_mesh, split_normals])
 def test_smooth_meshes_agree_with_central_differences(make: Callable[[float], edgegrad.Scene]) -> None:
     need("native")
-    check_agreement(along(make, ["meshes.body.vertices"]), noise=0.05, eps=EPS, reference_spp=256)
+    check_agreement(along(make, ["meshes.body.vertices"]), eps=EPS, reference_spp=256)
 
 
 def patch(height: float) -> tuple[edgegrad.Scene, dict[str, Floats]]:

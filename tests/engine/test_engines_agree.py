@@ -12,7 +12,7 @@ import edgegrad
 from edgegrad.rendering.options import TERMS
 from edgegrad.rendering.renderer import Renderer
 from edgegrad.scene import parameters
-from tests.support.block_statistics import ALARM, Agreement, compare
+from tests.support.block_statistics import ALARM, NOTICED, Agreement, check, compare, half_width, means_p_value
 from tests.support.small_scenes import (
     MOTIONS,
     Floats,
@@ -106,8 +106,8 @@ Pair = tuple[edgegrad.Scene, Mapping[str, Renderer]]
 def test_pictures_agree(pair: Pair) -> None:
     _, renderers = pair
     outcome = both(lambda engine, seed: renderers[engine].render(spp=64, seed=seed).astype(np.float64))
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < 0.05
+    check(outcome)
+    assert outcome.noticed(ALARM) < NOTICED
 
 
 @pytest.mark.parametrize("term", TERMS)
@@ -120,7 +120,7 @@ def test_derivative_images_agree(pair: Pair, term: str) -> None:
         .render_forward(tangent, spp=16, seed=seed, terms=(term,))
         .astype(np.float64)
     )
-    assert outcome.p_value > ALARM, str(outcome)
+    check(outcome)
 
 
 def test_gradients_agree(pair: Pair) -> None:
@@ -136,16 +136,10 @@ def test_gradients_agree(pair: Pair) -> None:
 
     native = np.array([estimate("native", k) for k in range(SEEDS)])
     reference = np.array([estimate("reference", 100 + k) for k in range(SEEDS)])
-    error = np.sqrt((native.var(axis=0, ddof=1) + reference.var(axis=0, ddof=1)) / SEEDS)
-    size = np.abs(reference.mean(axis=0)).max()
-    difference = np.abs(native.mean(axis=0) - reference.mean(axis=0))
-    # Student's t with 14 degrees of freedom or more exceeds 6 once in 30,000.
-    assert (difference <= 6.0 * error + 1e-5 * size).all(), [
-        (wrt_probe, float(d), float(e))
-        for wrt_probe, d, e in zip([p for p in wrt for _ in directions[p]], difference, error, strict=True)
-        if d > 6.0 * e + 1e-5 * size
-    ]
-    assert (np.abs(reference.mean(axis=0)) > 10.0 * error).sum() > 3  # not everything is noise
+    size = float(np.abs(reference.mean(axis=0)).max())
+    check(means_p_value(native, reference, rounding=1e-5 * size))
+    told = np.abs(reference.mean(axis=0)) > half_width(reference)
+    assert told.sum() > 3  # not everything is noise
 
 
 
@@ -156,7 +150,7 @@ def test_native_motion_agrees_with_the_reference(name: str) -> None:
     scene, tangent = MOTIONS[name](0.0)
     renderers = {engine: Renderer(scene, engine=engine) for engine in ("native", "reference")}
     outcome = both(lambda engine, seed: renderers[engine].render_forward(tangent, spp=32, seed=seed).astype(np.float64))
-    assert outcome.p_value > ALARM, str(outcome)
+    check(outcome)
 
 
 def ramp(renderer: Renderer) -> NDArray[np.float32]:

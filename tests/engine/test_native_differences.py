@@ -9,7 +9,7 @@ import pytest
 
 import edgegrad
 from tests.support import shapes
-from tests.support.block_statistics import ALARM
+from tests.support.block_statistics import check_noticed
 from tests.support.picture_differences import agreement, check_agreement
 from tests.support.slow_cases import slow
 from tests.support.small_scenes import MOTIONS, Floats, Moving, box, camera, matte, need, rectangle, translated
@@ -76,10 +76,10 @@ SLOW = ("lamp moves", "floor rises", "hard shadow of the sun")
 @pytest.mark.parametrize("name", slow(CASES, SLOW))
 def test_motion_agrees_with_central_differences(name: str) -> None:
     need("native")
-    check_agreement(CASES[name], noise=0.1, **OPTIONS)
+    check_agreement(CASES[name], **OPTIONS)
 
 
 def test_a_missing_term_is_noticed() -> None:
     need("native")
     outcome = agreement(CASES["hard shadow of a point light"], terms=("interior", "primary"), **OPTIONS)
-    assert outcome.p_value < ALARM, str(outcome)
+    check_noticed(outcome)

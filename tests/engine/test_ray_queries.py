@@ -8,7 +8,7 @@ import pytest
 _native = pytest.importorskip("edgegrad._native")
 
 from edgegrad.rendering.native_engine import embree_library, instruction_sets  # noqa: E402
-from tests.support.shapes import displaced_sphere
+from tests.support.shapes import displaced_sphere  # noqa: E402
 
 FAR = float("inf")
 

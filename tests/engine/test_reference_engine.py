@@ -18,7 +18,7 @@ from edgegrad.reference.engine import TERMS
 from edgegrad.rendering.renderer import Renderer
 from edgegrad.scene import parameters
 from edgegrad.tables import tables as flat
-from tests.support.block_statistics import ALARM, compare
+from tests.support.block_statistics import ALARM, NOTICED, check, check_noticed, compare, half_width, means_p_value
 from tests.support.small_scenes import (
     MOTIONS,
     Floats,
@@ -120,8 +120,8 @@ def test_motion_agrees_with_central_differences(name: str) -> None:
     samples = np.stack([[_forward(make, theta, 32, 2 * k + s) for s in range(2)] for k, theta in enumerate(thetas)])
     outcome = compare(samples, difference, stderr)
     print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
-    assert outcome.noise < 0.2
+    check(outcome)
+    assert outcome.noticed(ALARM) < NOTICED
 
 
 @pytest.mark.slow
@@ -133,7 +133,7 @@ def test_shading_by_construction_is_noticed_when_missing(monkeypatch: pytest.Mon
         "edgegrad.reference.light.Points.hidden_by_arms", lambda self, row, w: np.zeros(len(w), bool)
     )
     samples = np.stack([_forward(make, 0.0, 32, k) for k in range(8)])
-    assert compare(samples, difference, stderr).p_value < 1e-6
+    check_noticed(compare(samples, difference, stderr))
 
 
 def _forward(make: Moving, theta: float, spp: int, seed: int) -> Floats:
@@ -149,11 +149,10 @@ def total(scene: edgegrad.Scene, rate: Floats, seed: int, spp: int = 8) -> float
     return float(np.sum(adjoint * image.astype(np.float64)))
 
 
-def agree(a: list[float], b: list[float]) -> bool:
-    """Whether the means of two lists of estimates agree within 5 standard errors."""
-    error = np.sqrt((np.var(a, ddof=1) + np.var(b, ddof=1)) / len(a))
-    assert error < 0.1 * abs(np.mean(a))
-    return bool(abs(np.mean(a) - np.mean(b)) < 5.0 * error)
+def check_means(a: list[float], b: list[float]) -> None:
+    """The means of two lists of estimates agree, which they wouldn't if one were wrong by itself."""
+    assert half_width(a) < abs(np.mean(a))
+    check(means_p_value(a, b))
 
 
 def boxed(mesh: edgegrad.Mesh) -> edgegrad.Scene:
@@ -201,7 +200,7 @@ def test_storage_does_not_matter(change: Callable[[edgegrad.Mesh], edgegrad.Mesh
     other = change(plain)
     a = [total(boxed(plain), drift(plain), k) for k in range(8)]
     b = [total(boxed(other), drift(other), 100 + k) for k in range(8)]
-    assert agree(a, b)
+    check_means(a, b)
 
 
 def test_third_face_without_jump_changes_nothing() -> None:
@@ -210,7 +209,7 @@ def test_third_face_without_jump_changes_nothing() -> None:
     doubled = edgegrad.Mesh(plain.vertices, np.concatenate([plain.faces, plain.faces[:3]]), plain.materials)
     a = [total(boxed(plain), drift(plain), k) for k in range(8)]
     b = [total(boxed(doubled), drift(doubled), 100 + k) for k in range(8)]
-    assert agree(a, b)
+    check_means(a, b)
 
 
 def test_zero_area_triangles_change_no_bit_of_the_picture() -> None:

@@ -17,6 +17,7 @@ from edgegrad.geometry import topology
 from edgegrad.losses import Pyramid, l1, l2
 from edgegrad.scene import parameters
 from tests.support import shapes
+from tests.support.block_statistics import check, half_width, mean_p_value
 from tests.support.fits import COLOR, POWER, VERTICES, ball, picture, same, state
 from tests.support.picture_differences import seed_of_picture
 
@@ -98,13 +99,12 @@ def test_the_gradient_of_a_noisy_loss_is_unbiased() -> None:
     sharp = renderer.render(spp=4096, seed=7)
     expected = renderer.render_backward(l2(sharp, target)[1], [COLOR], spp=4096, seed=8)[COLOR].sum()
     found = np.array([run._gradient(k)[COLOR].sum() for k in range(run.iterations)])
-    error = found.std(ddof=1) / np.sqrt(len(found))
-    assert found.mean() == pytest.approx(expected, abs=4.0 * error)
+    check(mean_p_value(found, expected))
     # The derivative of this seed has the random numbers of the picture.
     same = [renderer.render_backward(l2(renderer.render(spp=1, seed=k), target)[1], [COLOR], spp=1,
                                      seed=seed_of_picture(k))[COLOR].sum()
             for k in range(run.iterations)]  # fmt: skip
-    assert abs(np.mean(same) - expected) > 8.0 * error, "or this scene has no noise to be biased by"
+    assert abs(np.mean(same) - expected) > half_width(found), "or this scene has no noise to be biased by"
 
 
 def test_equal_pictures_move_nothing_and_are_warned_of() -> None:

@@ -43,7 +43,7 @@ def test_edges_agree_with_differences(case: str) -> None:
     need("native")
     make, paths = mirrors_and_glass.CASES[case]
     options = {**mirrors_and_glass.OPTIONS, "spp": 128}
-    check_agreement(along(roughened(make, 0.14), paths), noise=0.25, **options)
+    check_agreement(along(roughened(make, 0.14), paths), **options)
 
 
 SHADOWS = ("point: box moves", "rectangle: box moves", "mesh: box moves", "point: mirror moves", "sky: mirror moves",
@@ -56,7 +56,7 @@ def test_what_they_show_agrees_with_differences(case: str) -> None:
     """Edges of shadows, and of light that surfaces scatter, in narrow lobes; lights of every kind in them."""
     need_every_table()
     make, paths = mirrored_shadows.CASES[case]
-    check_agreement(along(roughened(make, 0.14), paths), noise=0.3, **mirrored_shadows.options_of(case))
+    check_agreement(along(roughened(make, 0.14), paths), **mirrored_shadows.options_of(case))
 
 
 def coated(coat_roughness: float, moving: str) -> Make:

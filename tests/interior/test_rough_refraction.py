@@ -47,7 +47,7 @@ def engine() -> None:
 def test_a_sheet_under_the_sky(name: str) -> None:
     kind, ior, roughness, what = name.split("-")
     moving = along(changing(lambda: under_sky(glass(kind, float(ior), float(roughness))), what), [PARAMETERS[what]])
-    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=2, noise=0.6)
+    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=2)
 
 
 def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:
@@ -93,7 +93,7 @@ def test_lights_with_a_size(name: str) -> None:
     light, what = name.split(", ")
     moving = along(changing(lambda: lit(light), what), [PARAMETERS[what]])
     depth = 3 if light == "wall" else 2
-    check_agreement(moving, seeds=12, spp=96, reference_spp=768, max_depth=depth, noise=0.6)
+    check_agreement(moving, seeds=12, spp=96, reference_spp=768, max_depth=depth)
 
 
 def lamp_moves(light: str) -> tuple[Make, list[str]]:
@@ -122,7 +122,7 @@ def lamp_moves(light: str) -> tuple[Make, list[str]]:
 
 @pytest.mark.parametrize("light", slow_but(["rectangle", "sphere", "disk", "sun", "mesh"], ["sphere"]))
 def test_lights_that_move(light: str) -> None:
-    check_agreement(along(*lamp_moves(light)), seeds=12, spp=96, reference_spp=768, max_depth=2, noise=0.35)
+    check_agreement(along(*lamp_moves(light)), seeds=12, spp=96, reference_spp=768, max_depth=2)
 
 
 def textured(field: str) -> tuple[Make, list[str]]:
@@ -144,7 +144,7 @@ def textured(field: str) -> tuple[Make, list[str]]:
 
 @pytest.mark.parametrize("field", ["ior", "normal"])
 def test_textures_that_move_it(field: str) -> None:
-    check_agreement(along(*textured(field)), seeds=8, spp=64, reference_spp=512, max_depth=2, noise=0.3)
+    check_agreement(along(*textured(field)), seeds=8, spp=64, reference_spp=512, max_depth=2)
 
 
 def behind_each_other(wall: bool) -> edgegrad.Scene:
@@ -164,7 +164,7 @@ def behind_each_other(wall: bool) -> edgegrad.Scene:
 def test_at_later_surfaces(what: str) -> None:
     # Shadows that the sheets' far borders throw on the wall as the sky turns are noisier than all that is tested here.
     moving = along(changing(lambda: behind_each_other(what != "rotation"), what), [PARAMETERS[what]])
-    check_agreement(moving, seeds=16, spp=96, reference_spp=1024, max_depth=4, noise=0.35)
+    check_agreement(moving, seeds=16, spp=96, reference_spp=1024, max_depth=4)
 
 
 def test_seen_in_a_mirror() -> None:
@@ -180,7 +180,7 @@ def test_seen_in_a_mirror() -> None:
         return scene
 
     moving = along(camera_moves(make, (0.1, 0.2, 0.1)), ["camera.to_world"])
-    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=3, noise=0.3)
+    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=3)
 
 
 @pytest.mark.parametrize(("make", "paths"), [

@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import edgegrad
+from tests.support.block_statistics import ALARM, NOTICED, check, compare
 from tests.support.scenes.turned_box import Floats, build, geometry
 from tests.support.small_scenes import need
 
@@ -93,13 +94,10 @@ def test_derivative_stays(name: str) -> None:
     need("native")
     make, motion = CASES[name]
     one, other = derivatives(plain(), MOTION), derivatives(make(), motion)
-    difference = np.linalg.norm(one.mean(axis=0) - other.mean(axis=0))
-    # The norm of the difference of two independent noisy images concentrates about this. Where both
-    # have the same samples it is smaller still.
-    noise = np.sqrt((one.var(axis=0, ddof=1) + other.var(axis=0, ddof=1)).sum() / SEEDS)
-    size = np.linalg.norm(one.mean(axis=0))
-    assert noise < 0.1 * size
-    assert difference < 1.3 * noise, (difference / size, noise / size)
+    # Where both have the same samples the difference is smaller than independent ones let expect.
+    outcome = compare(other, one.mean(axis=0), one.std(axis=0, ddof=1) / np.sqrt(SEEDS))
+    check(outcome)
+    assert outcome.noticed(ALARM) < NOTICED
 
 
 @pytest.mark.parametrize("name", CASES)

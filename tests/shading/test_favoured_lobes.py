@@ -9,6 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from edgegrad import Material, Renderer, Scene, plan
+from tests.support.block_statistics import check, means_p_value
 from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.support.scenes.rough_ball import COAT, ROUGHNESS, ball
 from tests.support.small_scenes import along
@@ -31,7 +32,7 @@ CASES: dict[str, tuple[Callable[[float], Scene], list[str], int]] = {
 def test_pictures_change_as_their_derivatives_say(case: str) -> None:
     need_every_table()
     make, paths, depth = CASES[case]
-    check_agreement(along(make, paths), eps=0.04, noise=0.3, seeds=8, spp=128, reference_spp=512, max_depth=depth)
+    check_agreement(along(make, paths), eps=0.04, seeds=8, spp=128, reference_spp=512, max_depth=depth)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -55,8 +56,9 @@ def test_they_have_less_noise_than_samples_of_the_picture(path: str) -> None:
         return np.array([float(renderer.render_backward(adjoint, wrt, spp=4, seed=k)[path]) for k in range(64)])
 
     favoured, even = gradients(), gradients("materials.clay.base_color")
+    # Of twice 64 samples the ratio of variances has a standard error of a quarter of itself.
     assert even.var() > 3.0 * favoured.var()
-    assert abs(favoured.mean() - even.mean()) < 4.0 * np.sqrt((favoured.var() + even.var()) / len(even))
+    check(means_p_value(favoured, even))
 
 
 def test_what_they_count_for_is_their_density() -> None:
@@ -67,13 +69,13 @@ def test_what_they_count_for_is_their_density() -> None:
     def means(*besides: str) -> NDArray[np.float64]:
         adjoint = np.ones((16, 24, 3), np.float32)
         wrt = [ROUGHNESS, *besides]
-        return np.array([float(renderer.render_backward(adjoint, wrt, spp=512, max_depth=2, seed=k)[ROUGHNESS])
-                         for k in range(8)])
+        return np.array([float(renderer.render_backward(adjoint, wrt, spp=256, max_depth=2, seed=k)[ROUGHNESS])
+                         for k in range(16)])
 
     favoured, even = means(), means("materials.clay.base_color")
     error = np.sqrt((favoured.var(ddof=1) + even.var(ddof=1)) / len(even))
     assert error < 0.01 * abs(even.mean())
-    assert abs(favoured.mean() - even.mean()) < 4.0 * error
+    check(means_p_value(favoured, even))
 
 
 def test_the_plan_says_it() -> None:

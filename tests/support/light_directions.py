@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from statistics import NormalDist
-
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
+from tests.support.block_statistics import check
+from tests.support.distributions import chi_square_tail
 from tests.support.light_probes import Probe
 
 Floats = NDArray[np.float64]
 ORIGIN, UP = np.zeros(3), np.array([0.0, 0.0, 1.0])
-# A correct sampler fails a chi-square test with this probability; seeds are fixed.
-ALARM = 1e-4
 
 
 def facing(position: ArrayLike, target: ArrayLike) -> Floats:
@@ -45,12 +42,6 @@ def cone_directions(axis: Floats, rise: Floats, turn: Floats) -> Floats:
     sine = np.sqrt(rise * (2.0 - rise))
     across = np.cos(2 * np.pi * turn)[:, None] * a + np.sin(2 * np.pi * turn)[:, None] * np.cross(axis, a)
     return np.asarray(across * sine[:, None] + axis * (1.0 - rise)[:, None])
-
-
-def chi_square_tail(statistic: float, degrees: int) -> float:
-    """Probability of a chi-square variate above `statistic` (Wilson and Hilferty 1931)."""
-    c = 2.0 / (9.0 * degrees)
-    return 1.0 - NormalDist().cdf(((statistic / degrees) ** (1.0 / 3.0) - 1.0 + c) / math.sqrt(c))
 
 
 def check_density(probe: Probe, samples: int = 30_000, fine: int = 12, rim: float = 0.005) -> None:
@@ -86,4 +77,4 @@ def check_density(probe: Probe, samples: int = 30_000, fine: int = 12, rim: floa
     error = pooled[1] + (rim * pooled[1]) ** 2
     statistic = float(np.sum((pooled[0] - pooled[1]) ** 2 / error))
     assert len(pooled[0]) > 8
-    assert chi_square_tail(statistic, len(pooled[0]) - 1) > ALARM, (statistic, len(pooled[0]))
+    check(chi_square_tail(statistic, len(pooled[0]) - 1))

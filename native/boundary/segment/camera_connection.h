@@ -5,7 +5,7 @@
 // the picture's area per area across D (path/camera_projection.h); V is what is let through on the way.
 #pragma once
 
-#include "boundary/terms/camera_sampled_lobes.h"
+#include "boundary/segment/camera_sampled_lobes.h"
 #include "film/splat.h"
 #include "path/lens_sample.h"
 #include "path/shaded_surface.h"

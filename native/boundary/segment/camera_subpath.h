@@ -1,8 +1,8 @@
 // The camera's paths as far as their surface number `target`: those of the picture, scattered by their BSDF.
 #pragma once
 
+#include "boundary/segment/camera_sampled_lobes.h"
 #include "boundary/segment/fixed_direction_chain.h"
-#include "boundary/terms/camera_sampled_lobes.h"
 #include "path/path_tracer.h"
 #include "tasks/image_task.h"
 

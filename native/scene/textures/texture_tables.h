@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "scene/table_rows.h"
-#include "texture/texture_view.h"
+#include "scene/textures/texture_view.h"
 
 namespace edgegrad {
 

@@ -27,6 +27,6 @@ def ball(theta: float = 0.0, **fields: float) -> Scene:
     material = {"roughness": 0.35, "coat_roughness": 0.3, "specular_ior_level": 0.5, "coat_weight": 0.5} | fields
     material["roughness"] += theta
     material["coat_roughness"] += 0.5 * theta
-    scene.materials = {"clay": Material(np.array([0.6, 0.5, 0.4]), **material)}  # type: ignore[arg-type]
+    scene.materials = {"clay": Material(np.array([0.6, 0.5, 0.4]), **material)}
     scene.images, scene.world = {"sky": sky()}, World(np.ones(3), image="sky")
     return scene

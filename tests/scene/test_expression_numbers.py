@@ -14,8 +14,8 @@ from edgegrad.scene import parameters
 from edgegrad.tables import tables
 from edgegrad.tables.textures.program import compile_textures
 from tests.support import node_cases
+from tests.support.node_cases.texture_points import corner_points, evaluate, scene_of
 from tests.support.rich_scene import everything
-from tests.support.texture_points import corner_points, evaluate, scene_of
 
 GROUPS = ("inputs", "shading", "math", "vector_math", "mapping", "mix", "colors", "ranges", "textures")
 P = e.Attribute("P")

@@ -19,8 +19,8 @@ from edgegrad.tables.materials import ANISOTROPIC, COLUMNS, DIFFUSE, EMISSION, G
 from edgegrad.tables.textures.program import TextureTables, compile_textures
 from tests.support import node_cases
 from tests.support.differences import check_derivative
+from tests.support.node_cases.texture_points import Points, points, scene_of
 from tests.support.scene_probe import DOT_PRODUCT, units
-from tests.support.texture_points import Points, points, scene_of
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from edgegrad import expression as e
 
 if TYPE_CHECKING:
-    from tests.support.blender_nodes import Nodes
+    from tests.support.node_cases.blender_nodes import Nodes
 
 # Name to (what builds the node and returns its socket, the expression).
 Cases = dict[str, tuple[Callable[["Nodes"], Any], e.Expression]]

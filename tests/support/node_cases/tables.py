@@ -9,7 +9,7 @@ from edgegrad import expression as e
 from tests.support.node_cases.operands import PX, PY, PZ, Cases, P, Q
 
 if TYPE_CHECKING:
-    from tests.support.blender_nodes import Nodes
+    from tests.support.node_cases.blender_nodes import Nodes
 
 
 def ranges() -> Cases:
@@ -79,7 +79,7 @@ def tables() -> Cases:
 
 
 def _scratch(bpy: Any) -> Nodes:
-    from tests.support.blender_nodes import Nodes
+    from tests.support.node_cases.blender_nodes import Nodes
 
     material = bpy.data.materials.new("scratch")
     material.use_nodes = True

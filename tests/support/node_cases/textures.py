@@ -9,7 +9,7 @@ from edgegrad.expression import procedural as t
 from tests.support.node_cases.operands import QX, Cases, P
 
 if TYPE_CHECKING:
-    from tests.support.blender_nodes import Nodes
+    from tests.support.node_cases.blender_nodes import Nodes
 
 
 def textures() -> Cases:

@@ -11,7 +11,7 @@ from edgegrad import expression as e
 from tests.support.node_cases.operands import PX, PY, PZ, QX, QY, QZ, Cases, P, Q
 
 if TYPE_CHECKING:
-    from tests.support.blender_nodes import Nodes
+    from tests.support.node_cases.blender_nodes import Nodes
 
 
 def inputs() -> Cases:

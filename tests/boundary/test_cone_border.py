@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -31,7 +32,7 @@ def spot_scene(kind: str) -> edgegrad.Scene:
         camera((0, 2.6, 3.0), (0, 0, 0.1), 24, 0.6),
         {"floor": rectangle((0, 0, 0), (0.1, 0.2, 4), (4, 0, 0), "floor")},
         {"floor": matte(0.6, 0.7, 0.5)},
-        {"lamp": SPOTS[kind]},
+        {"lamp": deepcopy(SPOTS[kind])},
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import edgegrad
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
 from tests.support.rich_scene import pose, turn
-from tests.support.scenes.crossing_surfaces import folded
+from tests.support.scenes.intersecting_surfaces import folded
 from tests.support.scenes.sheets_through_lights import light_moves, sheet_through, sheet_through_board
 from tests.support.scenes.sheets_through_round_lights import sheet_through as through_round
 from tests.support.scenes.sheets_through_round_lights import veiled
@@ -43,7 +44,7 @@ def boxes() -> edgegrad.Scene:
     copies = box((0.05, 0.0, 0.0), (0.4, 0.25, 0.3), "warm", 0.4)
     copies.instances = placed(0.0)
     card = rectangle((0.0, 0.05, 0.1), (0.9, 0.1, -0.2), (0.0, 0.7, -0.3), "cold")
-    return edgegrad.Scene(VIEW, {"boxes": copies, "card": card}, MATERIALS, dict(LIGHTS))
+    return edgegrad.Scene(deepcopy(VIEW), {"boxes": copies, "card": card}, deepcopy(MATERIALS), deepcopy(LIGHTS))
 
 
 def copies_move(theta: float) -> edgegrad.Scene:
@@ -89,7 +90,7 @@ def folded_copies(theta: float) -> edgegrad.Scene:
         pose(turn(0.3, 0.2 + 0.5 * theta, 0.0) * 0.5, -0.45, 0.2 + 0.4 * theta, 0.0),
         pose(turn(0.0, -0.4, 0.3) @ np.diag([0.5, -0.6, 0.5]), 0.45, -0.2, 0.3 * theta),
     ])
-    return edgegrad.Scene(VIEW, {"bands": bands}, MATERIALS, dict(LIGHTS))
+    return edgegrad.Scene(deepcopy(VIEW), {"bands": bands}, deepcopy(MATERIALS), deepcopy(LIGHTS))
 
 
 COPIES, MESH = ["meshes.boxes.instances"], ["meshes.boxes.vertices"]
@@ -104,7 +105,7 @@ SEEN: dict[str, tuple[Make, list[str]]] = {
 
 
 @pytest.mark.parametrize("name", SEEN)
-def test_crossings_that_the_camera_sees_agree_with_central_differences(name: str) -> None:
+def test_intersections_that_the_camera_sees_agree_with_central_differences(name: str) -> None:
     need_every_table()
     terms = ("interior", "primary")
     check_agreement(along(*SEEN[name]), reference_spp=1024, max_depth=2, terms=terms)
@@ -292,7 +293,7 @@ def test_reverse_mode_is_the_transpose(name: str) -> None:
     check_transpose(*{**SEEN, **HIDDEN, **DEEP}[name], spp=16, terms=terms, max_depth=4)
 
 
-def test_crossings_are_found_anew_where_copies_have_moved_or_are_asked_for() -> None:
+def test_intersections_are_found_anew_where_copies_have_moved_or_are_asked_for() -> None:
     """What a renderer keeps of earlier calls is that of a new one."""
     need_every_table()
     scene = boxes()

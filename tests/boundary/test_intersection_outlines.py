@@ -57,7 +57,7 @@ QUICK = ("rectangle, perspective: sheet moves", "ellipse, lens: sheet moves", "r
 
 
 @pytest.mark.parametrize("name", slow_but(CASES, QUICK))
-def test_pierced_outlines_agree_with_central_differences(name: str) -> None:
+def test_intersected_outlines_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*CASES[name]), spp=256, reference_spp=2048)
 

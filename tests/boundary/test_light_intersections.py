@@ -10,7 +10,7 @@ from tests.support.small_scenes import along
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_pierced_lights_agree_with_central_differences(name: str) -> None:
+def test_intersected_lights_agree_with_central_differences(name: str) -> None:
     need_every_table()
     # On the sheet itself the light of an ellipse jumps, with samples of no finite variance (derivations, C and F2):
     # more samples hardly lessen the noise.
@@ -18,7 +18,7 @@ def test_pierced_lights_agree_with_central_differences(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", DEEP)
-def test_pierced_surfaces_agree_with_central_differences(name: str) -> None:
+def test_intersected_surfaces_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*DEEP[name]), spp=128, max_depth=3)
 

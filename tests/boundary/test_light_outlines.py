@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +26,7 @@ def scene_with(light: str, view: str) -> edgegrad.Scene:
     if light == "wide disk":  # farther than its centre, but not than where parallel rays meet it
         card = rectangle((-0.63, 0.1, 1.2), (0.16, 0, 0), (0, 0.5, 0), "black")
     return edgegrad.Scene(
-        VIEWS[view], {"card": card},
+        deepcopy(VIEWS[view]), {"card": card},
         {"black": matte(0.0, 0.0, 0.0)}, {"lamp": replace(LIGHTS[light], visible_to=frozenset(RAYS))},
     )
 

@@ -16,7 +16,6 @@ from edgegrad.rendering.renderer import Renderer
 from tests.support import shapes
 from tests.support.block_statistics import check, half_width, mean_p_value
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose
-from tests.support.scenes.crossing_surfaces import PIERCING
 from tests.support.scenes.glowing_shapes import (
     CASES,
     MESHES,
@@ -26,6 +25,7 @@ from tests.support.scenes.glowing_shapes import (
     shapes_move,
     turn,
 )
+from tests.support.scenes.intersecting_surfaces import INTERSECTING
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Floats, Make, along, box, camera, need, rectangle
 
@@ -54,19 +54,19 @@ def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
     check_agreement(along(*CASES[name]), **{**PRIMARY, **wide})
 
 
-# ---------------------------------------------------------------- surfaces that pierce or touch each other
+# ---------------------------------------------------------------- surfaces that intersect or touch each other
 
 
-@pytest.mark.parametrize("name", PIERCING)
-def test_piercing_surfaces_agree_with_central_differences(name: str) -> None:
+@pytest.mark.parametrize("name", INTERSECTING)
+def test_intersecting_surfaces_agree_with_central_differences(name: str) -> None:
     need("native")
-    check_agreement(along(*PIERCING[name]), **PRIMARY)
+    check_agreement(along(*INTERSECTING[name]), **PRIMARY)
 
 
-@pytest.mark.parametrize("name", [name for name in PIERCING if "many faces" in name])
+@pytest.mark.parametrize("name", [name for name in INTERSECTING if "many faces" in name])
 def test_threads_share_the_search_of_many_faces(name: str) -> None:
     need("native")
-    make, paths = PIERCING[name]
+    make, paths = INTERSECTING[name]
 
     def lit(theta: float) -> edgegrad.Scene:
         """All edges between facets count."""
@@ -139,7 +139,7 @@ DOT: dict[str, tuple[Make, list[str]]] = {
                                       "orthographic: camera turns", "panorama all around: camera turns",
                                       "panorama: longitudes", "lens: focus", "blades: aperture's ratio",
                                       "blades: aperture turns", "lens: aperture opens", "perspective: shift")},
-    **{name: PIERCING[name] for name in ("boxes", "a mesh and itself")},
+    **{name: INTERSECTING[name] for name in ("boxes", "a mesh and itself")},
     "instances": (instanced, ["meshes.boxes.instances", "meshes.boxes.vertices"]),
 }
 

@@ -93,7 +93,7 @@ QUICK = ("sphere: sheet moves", "sphere: lamp moves", "sphere: lamp grows", "dis
 
 
 @pytest.mark.parametrize("name", slow_but(CASES, QUICK))
-def test_pierced_round_lights_agree_with_central_differences(name: str) -> None:
+def test_intersected_round_lights_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*CASES[name]), spp=128)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -112,7 +113,8 @@ def unseen(theta: float) -> edgegrad.Scene:
     scene = box_moves("point")(theta)
     scene.meshes["box"].visible_to = frozenset(("shadow",))
     card = mesh_moves(lambda: edgegrad.Scene(
-        ABOVE, {"card": rectangle((-0.4, 0.4, 0.0), (0.3, 0.0, 0.0), (0.0, 0.1, -0.3), "clay")}, scene.materials,
+        deepcopy(ABOVE), {"card": rectangle((-0.4, 0.4, 0.0), (0.3, 0.0, 0.0), (0.0, 0.1, -0.3), "clay")},
+        scene.materials,
     ), "card", np.array([0.4, 0.5, -0.3]))(theta).meshes["card"]
     scene.meshes["card"] = replace(card, visible_to=frozenset(("camera", "diffuse")))
     return scene

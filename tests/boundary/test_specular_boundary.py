@@ -68,8 +68,10 @@ def test_differences_notice_a_missing_term(case: str) -> None:
 
 @pytest.mark.parametrize("pane", [box((0, 0, 0), (2.5, 2.5, 0.3), "glass"), ball((0, 0, 0), 1.0, "glass")])
 def test_glass_of_index_one_changes_nothing(pane: edgegrad.Mesh) -> None:
-    """What is seen through glass that hardly refracts has the derivative that it has by itself: every crossing counts
-    once, also where rounding lets rays slip past the edge."""
+    """What is seen through glass that hardly refracts has the derivative that it has without the glass.
+
+    Every intersection counts once, also where rounding lets rays slip past the edge.
+    """
     need("native")
     clear = replace(GLASS, kind="REFRACTION", ior=1.00005)
     meshes = {"box": behind_glass("box")(0.0).meshes["box"]}

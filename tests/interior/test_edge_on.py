@@ -77,7 +77,7 @@ def sheet(angle: float) -> Make:
     return make
 
 
-def pierced(theta: float) -> edgegrad.Scene:
+def intersected(theta: float) -> edgegrad.Scene:
     """A sheet that passes through a lamp, seen along it, besides under a light."""
     scene = sheet_through("mesh")
     sheet = scene.meshes["sheet"]
@@ -100,7 +100,7 @@ CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
     "camera moves": (camera_moves, ["camera.to_world", "camera.fov_x"], {}),
     "copies": (copies, ["meshes.ball.transform"], {}),
     "sheet": (sheet(0.05), SHEET, {"eps": 0.004}),
-    "sheet through a lamp": (pierced, SHEET, {"eps": 0.004}),
+    "sheet through a lamp": (intersected, SHEET, {"eps": 0.004}),
 }  # fmt: skip
 
 

@@ -185,12 +185,25 @@ def check(outcome: Agreement | float, level: float = ALARM) -> None:
     assert p_value > level, str(outcome)
 
 
-def check_noticed(outcome: Agreement) -> None:
-    """Assert that a comparison with something wrong raises an alarm: it can tell.
+def check_in_stages(estimate: Callable[[int], Agreement]) -> None:
+    """Assert that `estimate` of a first seed raises no alarm, or that another one does not confirm it.
 
-    It adds nothing to the probability of a false alarm, since it fails where there is none.
+    Each of the two stages has the level `STAGE_ALARM`: a false alarm has the probability `ALARM`, and less of an error
+    is needed for a true one than with a single comparison of that level.
     """
-    assert outcome.p_value < ALARM, str(outcome)
+    outcome = estimate(0)
+    if outcome.p_value <= STAGE_ALARM:
+        print("to be confirmed:", outcome)
+        outcome = estimate(100_000)
+    check(outcome, STAGE_ALARM)
+
+
+def check_noticed(outcome: Agreement, level: float = ALARM) -> None:
+    """Assert that a comparison with something wrong raises an alarm: it is sensitive enough.
+
+    This adds nothing to the probability of a false alarm, since it fails where there is none.
+    """
+    assert outcome.p_value < level, str(outcome)
 
 
 def mean_p_value(samples: ArrayLike, expected: ArrayLike, rounding: ArrayLike = 0.0) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -41,7 +42,7 @@ LIGHTS: dict[str, edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight |
 def scene_under(light: str) -> edgegrad.Scene:
     """A box over a floor, lit by a light, an emissive mesh ("mesh"), or the sky ("sky", "sky image")."""
     scene = edgegrad.Scene(
-        ABOVE,
+        deepcopy(ABOVE),
         {
             "floor": rectangle((0, 0, 0), (0, 0, 3), (3, 0, 0), "floor"),
             "box": box((0.1, 0.7, 0.0), (0.35, 0.2, 0.3), "clay", 0.5),
@@ -61,7 +62,7 @@ def scene_under(light: str) -> edgegrad.Scene:
             scene.images["sky"] = edgegrad.Image(pixels)
             scene.world = edgegrad.World(np.ones(3), 1.0, "sky", turn(0.1, 0.4, -0.3) @ turn(0.5 * np.pi, 0, 0))
     else:
-        scene.lights["lamp"] = LIGHTS[light]
+        scene.lights["lamp"] = deepcopy(LIGHTS[light])
     return scene
 
 
@@ -139,7 +140,7 @@ def camera_moves(light: str, view: edgegrad.Camera = ABOVE) -> Make:
 def seen_by(view: edgegrad.Camera, light: str) -> Make:
     def make(theta: float) -> edgegrad.Scene:
         scene = box_moves(light)(theta)
-        scene.camera = view
+        scene.camera = deepcopy(view)
         return scene
 
     return make

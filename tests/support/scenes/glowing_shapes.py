@@ -6,6 +6,7 @@ the whole derivative.
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -32,7 +33,7 @@ def glowing_scene(view: edgegrad.Camera, *, world: float = 0.3) -> edgegrad.Scen
     """Emissive shapes, one partly before another."""
     front, faces = shapes.ball(2, 0.45)
     return edgegrad.Scene(
-        view,
+        deepcopy(view),
         {
             "box": box((0.4, 0.1, -0.6), (0.35, 0.45, 0.3), "warm", 0.5),
             "ball": edgegrad.Mesh(front + [-0.25, -0.1, 0.5], faces, ("cold",)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -55,7 +56,7 @@ def body_under(light: str) -> edgegrad.Scene:
         scene.materials["wall"] = matte(0.8, 0.7, 0.4)
         scene.lights["lamp"] = edgegrad.PointLight(np.array([-1.5, 1.5, 0.5]), 200.0)
     else:
-        scene.lights["lamp"] = LIGHTS[light]
+        scene.lights["lamp"] = deepcopy(LIGHTS[light])
     return scene
 
 

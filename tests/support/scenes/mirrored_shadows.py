@@ -6,6 +6,7 @@ The lights themselves are not visible in them.
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +28,7 @@ def in_mirror(scene: edgegrad.Scene, theta: float = 0.0) -> edgegrad.Scene:
     mirror = rectangle((0, 1.2, -1.5), (1.6, 0, 0), (0, 1.3, 0), "mirror")
     mirror.vertices = mirror.vertices + theta * np.array([[0, 0, 0.5], [0, 0, -0.2], [0, 0, 0.1], [0, 0, 0.8]])
     scene.meshes["mirror"] = replace(mirror, visible_to=frozenset({"camera"}))
-    scene.materials["mirror"] = MIRROR
+    scene.materials["mirror"] = deepcopy(MIRROR)
     scene.camera = camera((0.4, 2.6, 2.2), (0.1, 0.9, -1.5), 40, 0.45)
     return scene
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -26,7 +27,7 @@ def ball(center: tuple[float, float, float], radius: float, material: str, divis
 
 
 def scene(view: edgegrad.Camera, meshes: dict[str, edgegrad.Mesh]) -> edgegrad.Scene:
-    return edgegrad.Scene(view, meshes, dict(MATERIALS), world=edgegrad.World(np.ones(3), 0.3))
+    return edgegrad.Scene(deepcopy(view), meshes, deepcopy(MATERIALS), world=edgegrad.World(np.ones(3), 0.3))
 
 
 def shifted(mesh: edgegrad.Mesh, by: Floats) -> edgegrad.Mesh:
@@ -85,7 +86,7 @@ def behind_glass(moving: str) -> Make:
         shown = box((0.3, 0.2, -3.0), (0.7, 0.5, 0.4), "warm", 0.4)
         card = rectangle((-0.9, -0.6, -2.2), (0.6, 0.1, 0), (-0.1, 0.5, 0.2), "cold")
         view = camera((0, 0, 4.5), (0, 0, 0), 32, 0.6)
-        materials = dict(MATERIALS)
+        materials = deepcopy(MATERIALS)
         match moving:
             case "box":
                 shown = shifted(shown, theta * np.array([1.0, 0.4, -0.3]))

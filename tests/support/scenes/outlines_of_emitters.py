@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -35,9 +36,9 @@ def lamp_sheet() -> Mesh:
 
 def floor_under(lamp: Mesh, floor: edgegrad.Material) -> edgegrad.Scene:
     return edgegrad.Scene(
-        VIEW,
+        deepcopy(VIEW),
         {"floor": rectangle((0, 0, 0), (0, 0, 3), (3, 0, 0), "floor"), "lamp": lamp},
-        {"floor": floor, "lamp": glowing(6.0, True),
+        {"floor": deepcopy(floor), "lamp": glowing(6.0, True),
          "other": edgegrad.Material(np.zeros(3), np.array([1.0, 5.0, 9.0]), True), "black": matte(0.0, 0.0, 0.0)},
     )
 
@@ -53,7 +54,7 @@ def occluded() -> edgegrad.Scene:
     return scene
 
 
-def pierced() -> edgegrad.Scene:
+def intersected() -> edgegrad.Scene:
     """A sheet through the lamp."""
     scene = floor_under(lamp_ball(), GLOSS)
     scene.meshes["sheet"] = rectangle((0.25, 1.0, -0.2), (0.1, 0.9, 0.05), (0.0, 0.0, 1.5), "black")
@@ -91,7 +92,7 @@ def mirrored() -> edgegrad.Scene:
     scene = floor_under(lamp_ball(), MIRROR)
     scene.meshes["floor"] = rectangle((0, 0, 1.0), (0, 0, 0.4), (1.0, 0, 0), "floor")
     scene.meshes["wall"] = rectangle((0, 2.4, -1.2), (2.5, 0, 0), (0, 0.8, 0.0), "wall")
-    scene.materials["wall"] = GLOSS
+    scene.materials["wall"] = deepcopy(GLOSS)
     return scene
 
 
@@ -122,7 +123,7 @@ CASES: dict[str, tuple[Make, list[str]]] = {
     "floor moves": moves(over(GLOSS), "floor", "lamp"),
     "camera moves": moves(over(GLOSS), "lamp", camera_too=True),
     "box before the lamp": moves(occluded, "box", "lamp"),
-    "sheet through the lamp": moves(pierced, "sheet", "lamp"),
+    "sheet through the lamp": moves(intersected, "sheet", "lamp"),
     "two balls": moves(pair, "lamp"),
     "horizons": moves(smooth, "body", "lamp"),
 }

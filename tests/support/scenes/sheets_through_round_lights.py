@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+
 import numpy as np
 
 import edgegrad
@@ -26,7 +28,7 @@ def sheet_through(lamp: str) -> edgegrad.Scene:
             "sheet": rectangle((0.15, 1.6, 0.0), (0.3, 1.0, 0.1), (0.0, 0.0, 2.5), "black"),
         },
         {"floor": matte(0.6, 0.7, 0.5), "black": matte(0.0, 0.0, 0.0)},
-        {"lamp": LAMPS[lamp]},
+        {"lamp": deepcopy(LAMPS[lamp])},
     )
     scene.meshes["sheet"].visible_to = frozenset(RAYS) - {"camera"}
     return scene

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import replace
 
 import edgegrad
@@ -16,7 +17,7 @@ LIGHTS = {name: OUTLINED[name] for name in ("sphere", "disk", "spot", "rectangle
 def sheet_through(light: str, view: str, alpha: float = 1.0) -> edgegrad.Scene:
     """A light that a black sheet passes through."""
     return edgegrad.Scene(
-        VIEWS[view], {"sheet": rectangle((0.25, 0.1, 0.45), (0.5, 0.1, 0.4), (0.0, 0.9, 0.3), "black")},
+        deepcopy(VIEWS[view]), {"sheet": rectangle((0.25, 0.1, 0.45), (0.5, 0.1, 0.4), (0.0, 0.9, 0.3), "black")},
         {"black": replace(matte(0.0, 0.0, 0.0), alpha=alpha)},
         {"lamp": replace(LIGHTS[light], visible_to=frozenset(RAYS))},
     )

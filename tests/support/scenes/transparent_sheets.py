@@ -34,7 +34,7 @@ def sheet(height: float, material: str, size: float = 1.3, tilt: float = 0.2) ->
 def veiled(light: str, **materials: Material | Mixture) -> edgegrad.Scene:
     """A floor under one sheet for each material "veil...", lit by one light."""
     scene = scene_under(light)
-    scene.camera = VIEW
+    scene.camera = deepcopy(VIEW)
     del scene.meshes["box"], scene.materials["clay"]
     scene.materials.update(materials)
     for k, name in enumerate(name for name in materials if name.startswith("veil")):

@@ -18,7 +18,7 @@ from tests.support.scenes.glowing_shapes import (
 from tests.support.small_scenes import Make, box, camera, glowing, rectangle
 
 
-def crossing_boxes(theta: float) -> edgegrad.Scene:
+def intersecting_boxes(theta: float) -> edgegrad.Scene:
     """Two emissive boxes through each other, which move and turn."""
     scene = glowing_scene(VIEW)
     one = box((0.1, 0.0, 0.0), (0.5, 0.3, 0.3), "warm", 0.4)
@@ -109,15 +109,15 @@ def speared(theta: float) -> edgegrad.Scene:
     return scene
 
 
-def crossing_view(theta: float) -> edgegrad.Scene:
+def camera_moves_before_boxes(theta: float) -> edgegrad.Scene:
     """The camera moves before two boxes that stand still in each other."""
-    scene = crossing_boxes(0.0)
+    scene = intersecting_boxes(0.0)
     scene.camera = moved(VIEW, 1, 0.6, (0.7, 0.3, -0.5))(theta).camera
     return scene
 
 
-PIERCING: dict[str, tuple[Make, list[str]]] = {
-    "boxes": (crossing_boxes, ["meshes.one.vertices", "meshes.other.vertices"]),
+INTERSECTING: dict[str, tuple[Make, list[str]]] = {
+    "boxes": (intersecting_boxes, ["meshes.one.vertices", "meshes.other.vertices"]),
     "ball in the floor": (sunk_ball, ["meshes.ball.vertices"]),
     "a mesh and itself": (folded, ["meshes.bands.vertices"]),
     "meshes of many faces": (sunk_balls, ["meshes.ball.vertices", "meshes.other.vertices"]),
@@ -125,5 +125,5 @@ PIERCING: dict[str, tuple[Make, list[str]]] = {
     "bodies about one middle": (grown_about_one_middle, ["meshes.bodies.vertices"]),
     "one of them inside out": (partial(grown_about_one_middle, way=-1), ["meshes.bodies.vertices"]),
     "a ball and its spear": (speared, ["meshes.body.vertices"]),
-    "seen by a moving camera": (crossing_view, POSE),
+    "seen by a moving camera": (camera_moves_before_boxes, POSE),
 }

@@ -19,7 +19,7 @@ _made = 0
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Deselect tests whose marker was not asked for."""
+    """Deselect tests whose marker `-m` does not name."""
     left_out = [marker for marker in ONLY_WHEN_NAMED if marker not in config.option.markexpr]
     deselected = [item for item in items if any(item.get_closest_marker(marker) for marker in left_out)]
     if deselected:

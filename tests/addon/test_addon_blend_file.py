@@ -1,4 +1,4 @@
-"""The .blend is saved completely or not at all, and opened without running the Python in it."""
+"""A .blend is saved completely or not at all, and opened without running the Python code in it."""
 
 # ruff: noqa: E402  (what is imported below needs bpy)
 

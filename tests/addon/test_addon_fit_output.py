@@ -1,4 +1,4 @@
-"""What a fit has found is kept: outputs are tried before it, the .blend is saved first, no failure stops the rest."""
+"""A fit's results are kept: outputs are tried before the fit, the .blend is saved first, no failure stops the rest."""
 
 # ruff: noqa: E402  (what is imported below needs bpy)
 

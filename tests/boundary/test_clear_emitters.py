@@ -1,4 +1,4 @@
-"""Edges of emissive sheets and convex bodies hide nothing of the light of their own faces: no samples go there."""
+"""Emissive sheets and convex bodies do not hide the light of their own faces: their edges get no samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The borders of spots without blend, against central differences: whatever moves, seen by itself or by a wall."""
+"""The borders of the cones of spots without blend, for every motion, compared with central differences."""
 
 from __future__ import annotations
 

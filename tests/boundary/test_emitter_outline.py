@@ -1,4 +1,4 @@
-"""Light of emissive meshes of many faces, whose direction is held: their outlines, against central differences."""
+"""Outlines of finely divided emissive meshes, whose light is sampled in fixed directions, and central differences."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Where the flat faces of smooth-shaded meshes cut off light, against central differences: of every kind of light, of
-the sky and of other surfaces, whatever moves.
+"""Horizons of smooth-shaded meshes, where their flat faces block light: for lights of every kind, the environment and
+other surfaces, and for every motion, compared with central differences.
 """
 
 from __future__ import annotations

@@ -34,8 +34,9 @@ def beside_differences(case: Case, terms: tuple[str, ...] = TERMS, first_seed: i
     """The derivative beside the central difference."""
     return agreement(
         along(case.make, [case.path]), eps=case.eps, seeds=case.seeds, spp=case.spp, reference_spp=case.reference_spp,
-        reference_seeds=2 * case.seeds, thetas=case.seeds, terms=terms, first_seed=first_seed, max_depth=case.max_depth, bounces=case.bounces,
-    )
+        reference_seeds=2 * case.seeds, thetas=case.seeds, first_seed=first_seed, terms=terms,
+        max_depth=case.max_depth, bounces=case.bounces,
+    )  # fmt: skip
 
 
 RUNS = slow_but(CASES, [name for name, case in CASES.items() if case.quick])
@@ -61,7 +62,8 @@ def glossy_sheet() -> edgegrad.Scene:
     return scene
 
 
-# All that the estimators handle on their own ways: how alike they are tells more than differences do.
+# What the two estimators treat differently. They are compared with each other, since that has less noise than central
+# differences.
 BOTH: dict[str, Case] = {
     "edge in rougher metal": CASES["edge in rougher metal"],
     "edge behind rough glass": CASES["edge behind rough glass"],

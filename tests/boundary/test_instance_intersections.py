@@ -1,4 +1,4 @@
-"""Copies of instanced meshes that pass through other surfaces, each other and themselves: against differences."""
+"""Instances that intersect other surfaces, each other and themselves, compared with central differences."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ def boards_move(theta: float) -> edgegrad.Scene:
 
 
 def cross_moves(theta: float) -> edgegrad.Scene:
-    """Two upright copies of a square through each other and through the floor, on which light of both is held."""
+    """Two upright copies of a square through each other and through the floor, which both light in fixed directions."""
     square = rectangle((0, 0, 0), (0, 1.0, 0), (0.8, 0, 0), "board")
     upright = pose(np.diag([1.4, 1.0, 0.7]), 0.0, 0.3, 0.0)
     square.instances = np.stack([
@@ -298,7 +298,8 @@ def test_intersections_are_found_anew_where_copies_have_moved_or_are_asked_for()
     need_every_table()
     scene = boxes()
     scene.meshes["other"] = rectangle((0.9, 0.8, -0.5), (0.2, 0.0, 0.1), (0.0, 0.2, 0.0), "veil")
-    scene.materials = {**MATERIALS, "veil": edgegrad.Material(alpha=0.5)}  # no light is held, which looks for all
+    # With a transparent material there are no fixed directions, whose search for intersections would find all.
+    scene.materials = {**MATERIALS, "veil": edgegrad.Material(alpha=0.5)}
     instances = scene.meshes["boxes"].instances
     assert instances is not None
     other = {"meshes.other.vertices": np.ones((4, 3))}

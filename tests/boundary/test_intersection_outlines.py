@@ -1,4 +1,4 @@
-"""What the camera sees of lights of every shape that meshes pass through, against central differences."""
+"""Lights of every shape that the camera sees and that meshes intersect, compared with central differences."""
 
 from __future__ import annotations
 

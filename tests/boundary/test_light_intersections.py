@@ -1,4 +1,4 @@
-"""What surfaces hide of others, and of lights, that they pass through: against central differences."""
+"""Occlusion by surfaces that intersect the light or the surface that they hide, compared with central differences."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The outlines of lights that the camera sees, against central differences: of every shape, by every camera."""
+"""Outlines of lights of every shape, seen by cameras of every kind, compared with central differences."""
 
 from __future__ import annotations
 

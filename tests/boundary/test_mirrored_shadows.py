@@ -1,8 +1,8 @@
-"""Edges of shadows, and between surfaces that light each other, seen in perfect mirrors and through smooth glass,
-against central differences, whatever moves.
+"""Shadow boundaries and indirect boundaries, seen in perfect mirrors and through smooth glass, for every motion,
+compared with central differences.
 
-The mirrors and glasses hide no light from what they show, and pass none on: the camera alone sees them. In them lights
-aren't seen themselves.
+The mirrors and glasses are visible to the camera alone: they hide no light from what they show, and reflect none to it.
+The lights themselves are not visible in them.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ RUNS = slow_but(CASES, QUICK)
 @pytest.mark.parametrize("name", RUNS)
 def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
     need("native")
-    # Blurred edges change few samples each: a difference needs wide steps and many of them to be told from its noise.
+    # A blurred edge changes few of the samples: a difference needs wide steps and many samples.
     lens = name.startswith(("lens", "blades"))
     wide = {"eps": 0.1, "reference_spp": 4096} if lens else {}
     check_agreement(along(*CASES[name]), **{**PRIMARY, **wide})

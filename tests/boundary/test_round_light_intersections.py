@@ -1,5 +1,5 @@
-"""What surfaces hide of spheres and of disks that face what they light, where they pass through them: against central
-differences.
+"""Occlusion of spheres, and of disks that face the shaded point, by surfaces that intersect them, compared with
+central differences.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ def test_what_follows_a_cancelled_call_is_the_same(name: str) -> None:
     path, adjoint = "meshes.box.vertices", np.ones((32, 32, 3), np.float32)
     expected = Renderer(SCENES[name]()).render_backward(adjoint, [path], spp=4, max_depth=4)[path]
     renderer = Renderer(SCENES[name]())
-    for last in range(1, 5):  # how often progress is told depends on the machine
+    for last in range(1, 5):  # how often progress is reported depends on the machine
         with contextlib.suppress(edgegrad.Cancelled):
             renderer.render_backward(adjoint, [path], spp=4, max_depth=4, progress=stop_at(last))
     np.testing.assert_array_equal(renderer.render_backward(adjoint, [path], spp=4, max_depth=4)[path], expected)

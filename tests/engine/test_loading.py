@@ -49,7 +49,7 @@ def test_a_wrong_library_is_an_error() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32" or not shutil.which("cc"), reason="no C compiler here")
 def test_another_embree_is_an_error(tmp_path: pathlib.Path) -> None:
-    # A library that has all the functions and answers 3 to whatever it is asked, its version too.
+    # A library that has all the functions, each of which returns 3; so does the one for its version.
     source = pathlib.Path(__file__).parents[2] / "native" / "embree" / "library.cpp"
     names = re.findall(r'resolve\(handle, "(\w+)"', source.read_text())
     stub, library = tmp_path / "stub.c", tmp_path / "libembree3.so"

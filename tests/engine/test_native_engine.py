@@ -1,4 +1,4 @@
-"""The native engine: determinism, instruction sets, cancelling, loading."""
+"""The native engine: determinism, instruction sets, cancelling, updates, meshes that are skipped."""
 
 from __future__ import annotations
 
@@ -241,7 +241,7 @@ def alike(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 def box_alone(*, beside: bool, clip_start: float = 0.01) -> edgegrad.Scene:
-    """The box of `boxes` in a uniform sky and a point light; with a speck behind it if asked."""
+    """The box of `boxes` in a constant environment with a point light, and a small triangle behind it on request."""
     scene = boxes(world=0.5)
     meshes = {"box": edgegrad.Mesh(scene.meshes["box"].vertices, scene.meshes["box"].faces, ("grey",))}
     if beside:

@@ -1,4 +1,4 @@
-"""The one-shot functions reuse the scene prepared last, and never show it."""
+"""The one-shot functions reuse the scene that was prepared last, and the caller does not notice it."""
 
 from __future__ import annotations
 

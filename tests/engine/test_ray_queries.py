@@ -1,4 +1,4 @@
-"""Ray queries: every triangle tested by itself finds what Embree's BVH finds, and lets no ray through."""
+"""Ray queries: testing every triangle finds what Embree's BVH finds, and closed bodies let no ray through."""
 
 from __future__ import annotations
 

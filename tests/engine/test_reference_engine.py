@@ -126,7 +126,7 @@ def test_motion_agrees_with_central_differences(name: str) -> None:
 
 @pytest.mark.slow
 def test_shading_by_construction_is_noticed_when_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The comparison above can tell rule A4: without it a folded sheet leaks light along its crease."""
+    """The comparison above notices that rule A4 is missing: without it a folded sheet leaks light along its crease."""
     make, eps = MOTIONS["concave sheet moves"], 0.02
     difference, stderr = central_difference(make, eps, 256, 16, "reference")
     monkeypatch.setattr(

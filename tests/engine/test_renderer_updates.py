@@ -1,4 +1,4 @@
-"""A renderer that is told what has changed shows what a new one would, for every kind of parameter."""
+"""An updated renderer gives the same pictures as a new one, for every kind of parameter."""
 
 from __future__ import annotations
 

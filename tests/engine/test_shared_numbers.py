@@ -1,4 +1,4 @@
-"""Neighbouring pixels of derivatives share a sequence of random numbers: what is summed over them has less noise."""
+"""Neighbouring pixels of derivatives share a sequence of random numbers: sums over them have less noise."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fits: they find what they should, and leave the scene right whatever happens."""
+"""Fits find the parameters of their targets, and leave the scene valid."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.support.picture_differences import seed_of_picture
 
 
 def test_colour_and_power_are_found() -> None:
-    # The lamp alone does not tell reflectance from power, a world of known radiance does.
+    # The lamp alone determines the product of reflectance and power only; a world of known radiance separates them.
     truth, scene = (shapes.scene(*shapes.ball(2), world=1.0) for _ in range(2))
     truth.materials["clay"].base_color = np.array([0.2, 0.7, 0.4])
     truth.lights["lamp"].power = 800.0  # type: ignore[union-attr]
@@ -170,7 +170,7 @@ def test_of_values_that_noise_alone_tells_apart_the_latest_are_kept() -> None:
     run.best, run.least = 0, np.inf
     kept = []
     noise = np.random.default_rng(0).normal(size=80)
-    # Falls, stays, and rises: the last is told from the noise.
+    # The loss falls, stays, and rises: the rise is larger than the noise.
     for k, loss in enumerate(np.concatenate([np.linspace(10.0, 1.0, 20), np.ones(40), np.linspace(1.0, 3.0, 20)])):
         run.newest = np.array([loss + 0.1 * noise[k]])
         run._record(True)

@@ -1,4 +1,4 @@
-"""Losses: adjoints against finite differences, masks, and what the pyramid is for."""
+"""Losses: adjoints against finite differences, masks, and the use of the pyramid."""
 
 from __future__ import annotations
 

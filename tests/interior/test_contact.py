@@ -1,4 +1,4 @@
-"""Light between surfaces that nearly touch and move along each other, whose direction is held there."""
+"""Light between surfaces that nearly touch and move along each other, sampled in fixed directions near the contact."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ CASES: dict[str, tuple[Make, list[str], dict[str, Any]]] = {
 }
 
 
-# What takes more samples to tell: horizons on few sides, and light past bars by way of the floor.
+# These need more samples: horizons of bodies with few faces, and light that passes bars after the floor scattered it.
 MORE: dict[str, dict[str, int]] = {
     "smooth column slides": {"spp": 128, "seeds": 64},
     "wall slides in a shadow": {"seeds": 32},

@@ -1,4 +1,4 @@
-"""Faces that the camera sees nearly edge-on, along which its rays slide fast: samples by their area."""
+"""Faces that the camera sees nearly edge-on, which its rays sweep over fast, are sampled by their area."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Narrow lobes that are followed like mirrors and smooth glass, the normal of whose microfacet is held
+"""Narrow lobes that are followed like mirrors and smooth glass, with the normal of the microfacet kept fixed
 (native/shading/bsdf/followed_lobes.h).
 
-What mirrors and glass show beside central differences, once more with a little roughness; lobes beside others; light
-of every kind in them; and that the noise of a derivative doesn't explode where roughness goes to zero.
+Scenes of mirrors and glass with a little roughness are compared with central differences, lobes beside other lobes and
+lights of every kind are rendered in them, and the noise of a derivative stays bounded as roughness goes to zero.
 """
 
 from __future__ import annotations

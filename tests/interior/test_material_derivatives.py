@@ -41,7 +41,7 @@ def test_pictures_change_as_their_derivatives_say(field: str) -> None:
 def test_weights_at_the_end_of_their_range_have_one_sided_derivatives(field: str) -> None:
     """A lobe that isn't there yet: what a picture leaves out, a derivative must not."""
     need_every_table()
-    # A coat that isn't there is found by the base's samples alone: a sharp one so rarely that few seeds don't tell.
+    # Without a coat only samples of the base find what one would add, and hardly ever what a sharp one would.
     material = Material(np.array([0.5, 0.2, 0.4]), coat_roughness=0.3)
     if field == "base_color":
         material.base_color = np.zeros(3)

@@ -1,5 +1,5 @@
-"""Where rough glass stops to let light through, against central differences: of every light with a size, at any bounce,
-by all that moves the rim of the transmission lobe.
+"""Rough glass at the directions where it stops to transmit light, for every light with a size and at every bounce,
+compared with central differences.
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""Light that reaches surfaces through transparent ones: its derivative by what they are and by where they are passed,
-against central differences."""
+"""Light through transparent surfaces: its derivative by their materials, compared with central differences."""
 
 from __future__ import annotations
 

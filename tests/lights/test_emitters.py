@@ -1,4 +1,4 @@
-"""Samples of lights: their densities, the light they add up to, the choice among many, and what they light."""
+"""Samples of lights: their densities and the irradiance that they add up to."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_directions_follow_their_density(name: str) -> None:
 
 @pytest.mark.parametrize("name", [*SIZED, *TRIANGLES])
 def test_samples_know_their_density(name: str) -> None:
-    """The density given with a sample is the one that a ray that meets the light is told."""
+    """The density of a sample is the one that the engine computes for a ray that meets the light at the same place."""
     probe = Probe(scene_of(name))
     s = probe.sample(ORIGIN, UP, grid(64))
     lit_ones = s["radiance"][:, 0] > 0.0

@@ -1,4 +1,4 @@
-"""Cameras against geometry: where points of a scene come to lie, filters, apertures."""
+"""Cameras against geometry: the projection of points, filters, apertures."""
 
 from __future__ import annotations
 

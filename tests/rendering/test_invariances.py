@@ -1,4 +1,4 @@
-"""What must not change a derivative: how a mesh is stored, cut or wound, and where and how large the world is."""
+"""Derivatives do not depend on how a mesh is stored, cut or wound, nor on where and how large the world is."""
 
 from __future__ import annotations
 

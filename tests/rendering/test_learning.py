@@ -1,4 +1,4 @@
-"""A renderer that learns: its gradients stay unbiased, repeat to the bit and get better; it forgets what is stale."""
+"""A renderer that learns: its gradients stay unbiased, repeat to the bit and get less noisy; it forgets stale data."""
 
 from __future__ import annotations
 
@@ -63,8 +63,8 @@ def taught(scene: edgegrad.Scene, gradients: int, threads: int = 1, depth: int =
 
 @pytest.mark.parametrize("case", ["two_triangles", "shadow_light", pytest.param("camera_move", marks=pytest.mark.slow)])
 def test_what_is_learned_biases_nothing(case: str) -> None:
-    # Learned from an adjoint that hardly is anywhere but in a quarter of the picture: what seems worth little is a
-    # part of the truth.
+    # The adjoint that is learned from is large in a quarter of the picture only: what it says contributes little is
+    # still a part of the derivative.
     path = find(case)
 
     def estimate(scene: edgegrad.Scene, tangent: Mapping[str, Floats], seed: int) -> Any:
@@ -152,7 +152,7 @@ def test_views_learn_by_themselves() -> None:
 
 
 def test_gradients_get_better() -> None:
-    # The adjoint is of a ninth of the picture: samples elsewhere are worth nothing.
+    # The adjoint is nonzero in a ninth of the picture: samples elsewhere contribute nothing.
     weights = np.zeros((32, 32, 3), np.float32)
     weights[10:20, 10:20] = 1.0
     at: dict[int, list[Floats]] = {0: [], 5: []}

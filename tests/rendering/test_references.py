@@ -27,8 +27,8 @@ MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
 LARGE = ["dense_200k"]
 # Pictures alone: the boundary that their differences have and derivatives don't, as the plan names it.
 PICTURES = {"glass_sphere": "caustics: of light that mirrors and smooth glass"}
-# The files don't tell the noise of their pictures: independent samples, at least this many per pixel. Where it is less,
-# single pixels' differences from a converged picture tell it (blocks still show a bias of a tenth of those).
+# The files don't hold the noise of their pictures, which have independent samples, at least this many per pixel. Of the
+# exceptions the number was estimated from single pixels' differences from a converged picture.
 PICTURE_SPP = 8192
 FEWER_SPP = {"cornell_albedo": 500, "glossy_emitter": 2500, "glass_sphere": 3000}
 SLOW = pytest.mark.slow
@@ -89,7 +89,7 @@ def test_derivative_agrees(case: str, engine: str, spp: int) -> None:
     ("case", "missing"), [("tri_background", "primary"), ("crease", "interior"), ("two_triangles", "shadow")]
 )
 def test_comparison_notices_a_missing_term(case: str, missing: str) -> None:
-    """The same comparison fails for each term left out: it can tell them."""
+    """The same comparison fails for each term that is left out."""
     path = find(case)
     _, _, arrays = peer_scenes.load(path)
     terms = [t for t in ("interior", "primary", "shadow") if t != missing]

@@ -1,4 +1,4 @@
-"""Pictures and derivatives are the same in a world of another size, to rounding: no length in metres is in the code."""
+"""Pictures and derivatives are the same in a world of another size, up to rounding: no length is a constant."""
 
 from __future__ import annotations
 

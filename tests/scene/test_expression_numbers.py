@@ -1,4 +1,4 @@
-"""Numbers in expressions as parameters: each has a place in the tables that does what the number does."""
+"""Numbers in expressions as parameters: each has a place in the tables, and changing it there has the same effect."""
 
 from __future__ import annotations
 

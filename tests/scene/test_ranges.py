@@ -1,4 +1,4 @@
-"""Numbers that single precision can't hold are refused by name, and no number reaches beyond a table."""
+"""Numbers that single precision cannot hold are refused by name, and no index reaches beyond a table."""
 
 from __future__ import annotations
 

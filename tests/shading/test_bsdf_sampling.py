@@ -1,4 +1,4 @@
-"""Samples of BSDFs against their densities and values; all lanes and instruction sets alike; no NaN anywhere."""
+"""Samples of BSDFs against their densities and values; lanes and instruction sets agree; no NaN anywhere."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Derivatives by how wide lobes are: their samples are taken where these derivatives are large."""
+"""Derivatives by the widths of lobes: samples are taken where these derivatives are large."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_both_modes_take_the_same_samples(case: str) -> None:
 
 @pytest.mark.parametrize("path", [ROUGHNESS, COAT])
 def test_they_have_less_noise_than_samples_of_the_picture(path: str) -> None:
-    """With a colour asked for besides, lobes are sampled as the picture's: the same mean, more noise."""
+    """If a colour is requested, too, lobes are sampled as for pictures: the same mean with more noise."""
     need_every_table()
     scene = ball(coat_weight=1.0 if path == COAT else 0.0)
     renderer = Renderer(scene)

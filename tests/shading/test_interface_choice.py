@@ -1,4 +1,4 @@
-"""Derivatives of what smooth glass lets through, near the critical angle, where its slope has no bound."""
+"""Derivatives of smooth glass near the critical angle, where the slope of its transmittance is unbounded."""
 
 from __future__ import annotations
 

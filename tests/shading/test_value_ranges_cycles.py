@@ -1,4 +1,4 @@
-"""Shader inputs beyond their ranges, which only links can give them, against Cycles."""
+"""Shader inputs beyond their ranges, which only links can give, compared with Cycles."""
 
 # ruff: noqa: E402  (what is imported below needs bpy)
 

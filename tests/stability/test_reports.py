@@ -1,4 +1,4 @@
-"""What is not finite is told: samples that were left out, and results; zero losses give exactly zero gradients."""
+"""Reports of samples and results that are not finite; zero losses give exactly zero gradients."""
 
 from __future__ import annotations
 

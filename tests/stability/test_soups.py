@@ -1,4 +1,4 @@
-"""Derivatives of random scenes: finite, the same in both modes, zero where nothing is asked, and no crash."""
+"""Derivatives of random scenes are finite, the same in both modes, zero for zero tangents, and do not crash."""
 
 from __future__ import annotations
 

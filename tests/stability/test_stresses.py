@@ -1,4 +1,4 @@
-"""Errors of derivatives stay within noise and rounding, however hard a scene is."""
+"""Errors of derivatives stay within noise and rounding as scenes get hard."""
 
 from __future__ import annotations
 

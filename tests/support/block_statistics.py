@@ -44,7 +44,7 @@ MOST_COMPARISONS = 2000
 ALARM = SUITE_ALARM / MOST_COMPARISONS
 # Level of each of two comparisons with independent numbers that must both fail to raise an alarm.
 STAGE_ALARM = math.sqrt(ALARM)
-# What every comparison must be able to tell: a derivative that is wrong by this part of itself raises an alarm. A term
+# What every comparison must notice: a derivative that is wrong by this part of itself raises an alarm. A term
 # that is left out, counted twice or of the wrong sign changes more.
 NOTICED = 0.5
 # Values of theta at which a central difference's interval is sampled.
@@ -137,7 +137,7 @@ def compare(samples: ArrayLike, reference: ArrayLike, stderr: ArrayLike | None =
     scale = float(np.linalg.norm(wanted)) or 1.0
     error, noise = float(np.linalg.norm(difference)) / scale, math.sqrt(float(variance.sum())) / scale
     loud = variance > QUIET * variance.max()
-    # Float32 rounding, or an event too rare for either picture to tell, is no disagreement.
+    # Float32 rounding, or an event that is too rare to show in either picture, is no disagreement.
     allowed = 5.0 * math.sqrt(QUIET * float(variance.max())) + 1e-4 * float(np.abs(wanted).max())
     z, strength = np.zeros(difference.shape), np.zeros(difference.shape)
     if loud.any():
@@ -230,7 +230,7 @@ def means_p_value(one: ArrayLike, other: ArrayLike, rounding: float = 0.0) -> fl
 
 
 def half_width(samples: ArrayLike) -> Floats:
-    """By how much the means of (n, ...) independent samples must be off for an alarm: what they can't tell is less."""
+    """By how much means of (n, ...) independent samples must be off for an alarm; smaller errors are not noticed."""
     a = np.asarray(samples, np.float64)
     count = max(1, a[0].size)
     return np.asarray(student_quantile(ALARM / count, len(a) - 1) * a.std(axis=0, ddof=1) / math.sqrt(len(a)))

@@ -41,7 +41,7 @@ def check_derivative(
     found: ArrayLike, function: Callable[[float], ArrayLike], step: float, intermediate: float = INTERMEDIATE,
     repeats: float = 0.0,
 ) -> float:  # fmt: skip
-    """Assert that `found` is the derivative of `function` at 0, as far as differences can tell.
+    """Assert that `found` is the derivative of `function` at 0, as far as differences can show.
 
     The function's values are (n, k). Only elements count whose differences say anything: whose bound is below a fifth
     of their derivative, which rules out kinks and jumps within the steps. `repeats` is the share of the points at which

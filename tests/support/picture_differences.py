@@ -56,7 +56,7 @@ def agreement(
 
 
 def check_agreement(moving: Moving, **options: Any) -> None:
-    """The derivative agrees with central differences, which are sure enough to tell (`NOTICED`).
+    """The derivative agrees with central differences, whose noise is small enough (`NOTICED`).
 
     Samples with heavy tails, of which a few seeds underestimate the variance, raise false alarms. So an alarm has to be
     confirmed by other seeds, twice as many, for both the derivative and the difference: each of the two stages has the

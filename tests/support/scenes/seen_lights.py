@@ -19,7 +19,8 @@ LIGHTS: dict[str, edgegrad.PointLight | edgegrad.SpotLight | edgegrad.AreaLight 
     "rectangle": edgegrad.AreaLight(FACING, np.array([0.9, 0.6]), "RECTANGLE", 30.0),
     "ellipse": edgegrad.AreaLight(FACING, np.array([0.9, 0.6]), "ELLIPSE", 30.0),
     "sun": edgegrad.SunLight(np.array([0.0, 0.15, 1.0]), 0.5, 0.4),
-    # So small and seen from so far that single precision tells; a disk that turns much from ray to ray, being near.
+    # One so small and far away that rounding to single precision matters, and a disk so near that the direction in
+    # which it faces changes much from ray to ray.
     "small sun": edgegrad.SunLight(np.array([0.02, 0.015, 1.0]), 1e-4, 0.002),
     "wide disk": edgegrad.PointLight(np.array([0.2, 0.1, 1.4]), 60.0, 1.0, False),
 }

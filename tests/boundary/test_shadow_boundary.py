@@ -157,8 +157,8 @@ def test_windows_draw_no_lines_on_the_floor() -> None:
     renderer = Renderer(scene, engine="native")
     pictures = [renderer.render_forward(tangent, spp=256, seed=k, terms=("shadow",)) for k in range(4)]
     floor = np.mean(pictures, axis=0)[40:]
-    # A line of one pixel's width has a 72nd of the pixels. If it is most of the derivative, its mean is above eight times
-    # the root mean square and its peaks are far higher; a smooth shadow stays below, noise included.
+    # A line of one pixel's width has a 72nd of the pixels. If it is most of the derivative, its mean is above eight
+    # times the root mean square and its peaks are far higher; a smooth shadow stays below, noise included.
     assert 0.0 < np.abs(floor).max() < 12.0 * np.sqrt((floor**2).mean())
 
 

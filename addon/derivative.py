@@ -1,4 +1,4 @@
-"""The derivative picture of one of Blender's values."""
+"""The derivative of a picture with respect to values of Blender's scene."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ DIRECTIONS = ("NORMAL", "X", "Y", "Z")
 
 def derivative_picture(context: Any, names: Names, direction: str, samples: int, camera: Any = None, seed: int = 0,
                        progress: Any = None) -> tuple[NDArray[np.float32], Export, list[str]]:  # fmt: skip
-    """How the picture changes when one value grows.
+    """Render the derivative of the picture with respect to some values.
 
     Parameters
     ----------
     names
-        The value or values; they grow together, each by 1 per unit (vertices: by 1 m).
+        The values. The derivative is along the direction in which each increases by 1 unit (vertices move by 1 m).
     direction
-        Where vertices move: "NORMAL" outwards along their normals, or along a world axis "X", "Y", "Z".
+        Direction in which vertices move: "NORMAL", outwards along their normals, or a world axis "X", "Y" or "Z".
     samples
-        Per pixel.
+        Samples per pixel.
 
     Returns
     -------
-    (H, W, 3) float32, the export, and what the picture leaves out though it may not be zero, in sentences.
+    The derivative (H, W, 3) float32, the export, and sentences that name terms of the derivative which were not
+    computed although they may be non-zero.
     """
     names.check_objects(context.evaluated_depsgraph_get(), in_place=True)
     export = export_differentiable(context, camera)
@@ -44,8 +45,7 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
         value = values.get(scene, path)
         _, name, fieldname = values.split(path)
         if fieldname == "vertices":
-            mesh = scene.meshes[name]
-            tangent[path] = _normals(mesh) if direction == "NORMAL" else _along(direction, len(mesh.vertices))
+            tangent[path] = _motion(scene.meshes[name], direction)
         else:
             tangent[path] = np.ones(np.shape(value))
     limits = export.settings
@@ -54,12 +54,19 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
     return picture, export, not_computed(export, paths)
 
 
-def _along(direction: str, count: int) -> NDArray[np.float64]:
-    out = np.zeros((count, 3))
-    out[:, "XYZ".index(direction)] = 1.0
-    return out
+def _motion(mesh: edgegrad.Mesh, direction: str) -> NDArray[np.float64]:
+    """(n, 3) motion of vertices, in mesh space, that equals 1 m in world space along their normals or an axis."""
+    linear = mesh.transform[:3, :3]
+    vertices = mesh.vertices @ linear.T
+    if direction == "NORMAL":
+        # A mirroring transform reverses the normals of the vertices in world space; outwards is the other direction.
+        along = np.sign(np.linalg.det(linear)) * _normals(vertices, mesh.faces)
+    else:
+        along = np.zeros_like(vertices)
+        along[:, "XYZ".index(direction)] = 1.0
+    return along @ np.linalg.inv(linear).T
 
 
-def _normals(mesh: edgegrad.Mesh) -> NDArray[np.float64]:
-    """(n, 3) unit normals, faces weighted by area; zero for vertices without faces."""
-    return vertex_normals(mesh.vertices, mesh.faces, np.arange(len(mesh.vertices)))
+def _normals(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
+    """(n, 3) unit vertex normals, area-weighted means over the faces; zero for vertices without faces."""
+    return vertex_normals(vertices, faces, np.arange(len(vertices)))

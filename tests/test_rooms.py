@@ -38,10 +38,7 @@ WITHIN_NATIVE = {
     "boundary": (("meshes",), ("curves",), ("samples",), ("segment",), ("terms",), ("specular",)),
 }
 # Arrows against these directions that are still there: (file, what it includes). May only get fewer.
-AGAINST_NATIVE = {
-    # The options of a call are declared beside the engine, not by themselves.
-    ("boundary/samples/sample_plan.h", "engine/engine.h"),
-}
+AGAINST_NATIVE: set[tuple[str, str]] = set()
 
 PYTHON = (
     ("_native", "_check", "_fields", "progress"),  # the compiled module; checks of values; names of fields
@@ -57,6 +54,8 @@ PYTHON = (
     ("edgegrad", "__main__"),  # the package's public names; its command line
 )
 AGAINST_PYTHON = {
+    # The options of a call are those of all engines, and stand beside the renderer that passes them on.
+    ("reference.engine", "rendering.options"),
     # The renderer asks the plan's rules how deep the paths of specular edges are.
     ("rendering.renderer", "planning.specular"),
 }

@@ -1,14 +1,18 @@
-"""Evaluated objects as `edgegrad.Mesh`es: those that share a mesh and look alike become instances of one."""
+"""Export of evaluated objects to `edgegrad.Mesh`es.
+
+Objects with the same mesh, materials and settings become instances of one mesh.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 
 from ..problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
@@ -29,17 +33,17 @@ class Placed:
     Attributes
     ----------
     object
-        Valid while Blender's iterator is at it.
+        Valid only during its step of Blender's iterator.
     source, holder
-        Where it comes from, and the name of the object or its instancer.
+        Origin in Blender, and name of the object or of its instancer.
     slots
-        Names of its materials.
+        Names of the materials.
     visible
-        Kinds of rays that meet it.
+        Kinds of rays that can hit the object.
     random_id
         Blender's random number of the instance.
     apart
-        Whether instances of different holders must not be shared (lights are linked to holders).
+        Whether instances of different holders need separate meshes, since lights are linked to holders.
     """
 
     object: Any
@@ -53,7 +57,10 @@ class Placed:
 
 @dataclass
 class Group:
-    """Placements of one mesh with the same looks; `corner_count` is that of Blender's mesh."""
+    """Instances of one mesh with equal materials and settings.
+
+    `corner_count` is the number of corners of Blender's mesh.
+    """
 
     arrays: MeshArrays
     attributes: dict[str, F32]
@@ -66,7 +73,7 @@ class Group:
 
 
 class PlacedMeshes:
-    """Collects evaluated objects while Blender's iterator runs; `build` then makes the scene's meshes."""
+    """Collects evaluated objects while Blender's iterator runs; `build` then makes the meshes of the scene."""
 
     def __init__(self, report: Report) -> None:
         self._report = report
@@ -74,7 +81,7 @@ class PlacedMeshes:
         self._groups: dict[tuple[Any, ...], Group] = {}
 
     def add(self, placed: Placed, names: set[str]) -> None:
-        """Read an object's mesh with the attributes of these names."""
+        """Read the mesh of an object, with the attributes of these names."""
         ob, data = placed.object, placed.object.data
         pointer = data.as_pointer()
         if pointer not in self._arrays:
@@ -98,11 +105,11 @@ class PlacedMeshes:
         self._groups[key].holders.append(placed.holder)
 
     def groups(self) -> list[Group]:
-        """What has been read: meshes, each with all its placements."""
+        """Return the collected meshes, each with all its instances."""
         return list(self._groups.values())
 
     def build(self, sources: dict[str, Source]) -> dict[str, edgegrad.Mesh]:
-        """The scene's meshes by name; writes where each comes from into `sources`."""
+        """Make the meshes of the scene by name; store the origin of each in `sources`."""
         from .scene import unused_name
 
         out: dict[str, edgegrad.Mesh] = {}
@@ -115,25 +122,25 @@ class PlacedMeshes:
                 first.instance = True
                 first.objects = tuple(dict.fromkeys(source.object for source in group.sources))
                 name = unused_name(first, first.object, out)
-                out[name] = _instanced(group, np.stack([source.matrix for source in group.sources]))
+                out[name] = replace(_in_own_space(group), instances=np.stack([s.matrix for s in group.sources]))
             sources[name] = first
         return out
 
 
 def _terminator(ob: Any) -> float:
-    """Shadow terminator geometry offset: the object's own from Blender 5.0 on, Cycles' before."""
+    """Read the shadow terminator geometry offset: an object property from Blender 5.0 on, of Cycles before."""
     if hasattr(ob, "shadow_terminator_geometry_offset"):
         return float(ob.shadow_terminator_geometry_offset)
     return float(getattr(getattr(ob, "cycles", None), "shadow_terminator_geometry_offset", 0.0))
 
 
 def _materials(group: Group) -> dict[str, Any]:
-    # Cycles takes the last slot for indices beyond it.
+    # Cycles uses the last slot for larger indices.
     return {"materials": group.slots, "face_material": np.clip(group.arrays.slots, 0, len(group.slots) - 1)}
 
 
-def _instanced(group: Group, matrices: F64) -> edgegrad.Mesh:
-    """The mesh in its own space, placed several times."""
+def _in_own_space(group: Group) -> edgegrad.Mesh:
+    """Make a mesh in object space."""
     arrays = group.arrays
     vertices = arrays.positions.astype(np.float64)
     normals = None
@@ -141,22 +148,31 @@ def _instanced(group: Group, matrices: F64) -> edgegrad.Mesh:
         normals = given_normals(vertices, arrays.faces, arrays.smoothing, arrays.normals.astype(np.float64),
                                 arrays.exact)  # fmt: skip
     return edgegrad.Mesh(vertices, arrays.faces.copy(), smoothing=arrays.smoothing, normals=normals,
-                         attributes=group.attributes, instances=matrices, visible_to=group.visible,
+                         attributes=group.attributes, visible_to=group.visible,
                          terminator_offset=group.terminator, **_materials(group))  # fmt: skip
 
 
 def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
-    """The mesh where it stands, with the front of its faces outside even if it is mirrored."""
+    """Make a mesh in world space; a mirrored mesh keeps the orientation of its faces.
+
+    A mesh with tangents and a non-uniform scale stays in object space and gets a transform, since tangents in world
+    space cannot express such a scale.
+    """
     arrays = group.arrays
     linear = matrix[:3, :3]
+    flat = abs(np.linalg.det(linear)) < 1e-30
+    if not flat and stretches(linear) and any(name.endswith(TANGENT) for name in group.attributes):
+        return replace(_in_own_space(group), transform=matrix)
     vertices = np.ascontiguousarray(arrays.positions @ linear.T + matrix[:3, 3], np.float64)
     faces, smoothing, normals = arrays.faces, arrays.smoothing, None
-    if smoothing is not None and arrays.normals is not None and abs(np.linalg.det(linear)) > 1e-30:
-        # Stretching changes angles, and with them the normals that the triangles would give.
-        stretches = not np.allclose(linear.T @ linear, np.eye(3) * (linear[:, 0] @ linear[:, 0]), rtol=1e-5, atol=1e-12)
+    if smoothing is not None and arrays.normals is not None and not flat:
+        # A non-uniform scale changes the angles of the triangles, and thus the angle-weighted normals.
         given = arrays.normals @ np.linalg.inv(linear)
-        normals = given_normals(vertices, faces, smoothing, given, arrays.exact and not stretches)
-    attributes = {name: _turned(name, value, linear) for name, value in group.attributes.items()}
+        normals = given_normals(vertices, faces, smoothing, given, arrays.exact and not stretches(linear))
+    attributes = {
+        name: placed_tangents(matrix[None, :3], value) if is_tangent(name, value) and not flat else value
+        for name, value in group.attributes.items()
+    }
     if np.linalg.det(linear) < 0.0:
         faces = faces[:, ::-1]
         smoothing = None if smoothing is None else smoothing[:, ::-1]
@@ -165,17 +181,3 @@ def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
                          normals=normals, attributes={k: np.ascontiguousarray(v) for k, v in attributes.items()},
                          visible_to=group.visible, terminator_offset=group.terminator,
                          **_materials(group))  # fmt: skip
-
-
-def _turned(name: str, value: F32, linear: F64) -> F32:
-    """An attribute of the mesh in the world: only tangents are directions in the space of its vertices."""
-    if not name.endswith(TANGENT):
-        return value
-    out = value.copy()
-    out[..., :3] = value[..., :3] @ linear.T
-    length = np.linalg.norm(out[..., :3], axis=2, keepdims=True)
-    out[..., :3] /= np.where(length > 0.0, length, 1.0)
-    if np.linalg.det(linear) < 0.0:
-        out[..., 3] *= -1.0
-    return out
-

@@ -1,4 +1,7 @@
-"""Pairs of boxes that meet, found by a tree of bounding boxes that whole levels of are visited at once."""
+"""Pairs of overlapping boxes, found by a bounding box tree.
+
+The traversal is vectorised: it tests all pairs of nodes of one level in one array operation.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,14 @@ from numpy.typing import NDArray
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-# Pairs of nodes that are looked at at once: more of them are divided, so that memory stays bounded.
+# Largest number of node pairs that are tested at once; longer lists are split, which bounds the memory.
 _BLOCK = 1 << 18
-# Cells of the grid along each axis by which boxes are put in order.
+# Cells along each axis of the grid whose Z-order curve sorts the boxes.
 _CELLS = 1 << 20
 
 
 class BoxTree:
-    """A binary tree over boxes in the order of a Z-shaped curve through their middles.
+    """A binary tree over boxes, sorted along a Z-order curve through their centres.
 
     Parameters
     ----------
@@ -29,27 +32,30 @@ class BoxTree:
         self.order = _along_curve(0.5 * (low + high))
         depth = max(len(low) - 1, 0).bit_length()
         empty = (1 << depth) - len(low)
-        # An empty box meets none.
+        # The padding boxes are empty and overlap no box.
         lows = np.concatenate([low[self.order], np.full((empty, 3), np.inf)])
         highs = np.concatenate([high[self.order], np.full((empty, 3), -np.inf)])
         levels = [(lows, highs)]
         while len(levels[-1][0]) > 1:
             lows, highs = levels[-1]
             levels.append((np.minimum(lows[::2], lows[1::2]), np.maximum(highs[::2], highs[1::2])))
-        self.levels = levels[::-1]  # from the root on
+        self.levels = levels[::-1]  # the root first
 
     def children(self, node: I64, level: int) -> list[I64]:
-        """The nodes below some of a level; a tree that has ended goes on with its leaves."""
+        """Children of nodes of a level; a leaf is its own child, since another tree may be deeper."""
         return [2 * node, 2 * node + 1] if level + 1 < len(self.levels) else [node]
 
     def corners(self, node: I64, level: int) -> tuple[F64, F64]:
-        """Of the boxes of some nodes of a level."""
+        """(n, 3) lower and upper corners of the boxes of nodes of a level."""
         low, high = self.levels[min(level, len(self.levels) - 1)]
         return low[node], high[node]
 
 
 def meeting(one: BoxTree, other: BoxTree | None = None) -> Iterator[tuple[I64, I64]]:
-    """Numbers of boxes of two trees that meet or touch, in blocks; of one tree with itself each pair i < j once."""
+    """Yield index pairs of boxes of two trees that overlap or touch, in blocks.
+
+    With one tree, each pair i < j of its boxes is found once.
+    """
     itself = other is None
     other = one if other is None else other
     last = max(len(one.levels), len(other.levels)) - 1
@@ -89,7 +95,7 @@ def _along_curve(points: F64) -> I64:
 
 
 def _spread(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """The lowest 21 bits with two zeros between each."""
+    """Spread the lowest 21 bits: two zero bits between neighbouring bits."""
     for shift, mask in ((32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F),
                         (4, 0x10C30C30C30C30C3), (2, 0x1249249249249249)):  # fmt: skip
         x = (x | (x << np.uint64(shift))) & np.uint64(mask)

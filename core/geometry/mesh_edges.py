@@ -1,4 +1,4 @@
-"""Which edges of a mesh can carry a jump that the camera sees."""
+"""Counts of the edges of a mesh at which the radiance can be discontinuous, seen from the camera."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ from . import topology
 from .mesh_batches import Batch, joined
 from .shape import normals_of
 
-# Two faces whose normals differ by less than this many radians lie in one plane.
+# Two faces are coplanar if the angle between their normals is below this, radians.
 COPLANAR = 1e-5
-# Normals and attributes that differ by less are the same (native/boundary/meshes/seams.cpp).
+# Shading normals and attributes count as equal if they differ by less (native/boundary/meshes/seams.cpp).
 SAME = 1e-5
 
 
 @dataclass(frozen=True)
 class MeshEdges:
-    """Numbers of a mesh's edges.
+    """Counts of the edges of a mesh.
 
     Attributes
     ----------
     count
         All edges.
     flat
-        Those between two faces of one plane and one orientation.
+        Edges between two coplanar faces of the same orientation.
     material_seams
-        Of the flat ones, those between two materials.
+        Flat edges between two materials.
     shading_seams
-        Of the flat ones inside of one material, those across which shading normals, or attributes that the
-        material's textures may read, jump.
+        Flat edges within one material at which shading normals, or attributes that the textures of the material
+        may read, are discontinuous.
     """
 
     count: int
@@ -43,12 +43,12 @@ class MeshEdges:
 
     @property
     def plain(self) -> int:
-        """Flat edges without any seam: nothing jumps there."""
+        """Flat edges without a seam, at which nothing is discontinuous."""
         return self.flat - self.material_seams - self.shading_seams
 
     @staticmethod
     def of_all(meshes: Sequence[Mesh], textured: Collection[str]) -> list[MeshEdges]:
-        """The edges of some meshes; `textured`: names of the materials that read textures."""
+        """Count the edges of each mesh; `textured` names the materials that read textures."""
         return [edges for batch in joined(meshes)
                 for edges in _of_batch(batch, meshes[batch.first : batch.last], textured)]
 
@@ -61,7 +61,7 @@ def _of_batch(batch: Batch, meshes: Sequence[Mesh], textured: Collection[str]) -
     pair = np.flatnonzero(np.diff(first) == 2)
     a, b = found.faces[first[pair]].astype(np.int64), found.faces[first[pair] + 1].astype(np.int64)
     normal = normals_of(batch.vertices, batch.faces)
-    # |n_a - n_b| is the angle between them; face windings decide the orientation.
+    # |n_a - n_b| is nearly the angle between the normals. The winding of a face sets the sign of its normal.
     flat = np.linalg.norm(normal[a] - normal[b], axis=1) < COPLANAR
     slot, reads = _slots(batch, meshes, textured)
     border = slot[a] != slot[b]
@@ -84,7 +84,7 @@ def _of_batch(batch: Batch, meshes: Sequence[Mesh], textured: Collection[str]) -
 def _slots(
     batch: Batch, meshes: Sequence[Mesh], textured: Collection[str]
 ) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
-    """(f,) each face's slot, and whether its material reads textures."""
+    """(f,) material slot of each face, and whether its material reads textures."""
     slot = np.zeros(len(batch.faces), np.int32)
     reads = np.zeros(len(batch.faces), bool)
     for mesh, begin, end in zip(meshes, batch.first_face, batch.first_face[1:], strict=False):
@@ -97,7 +97,7 @@ def _slots(
 
 
 class _CornerValues:
-    """What shading reads at the corners of a batch's faces."""
+    """Values that shading reads at the corners of the faces of a batch: normal index, normal, attributes."""
 
     def __init__(self, batch: Batch, meshes: Sequence[Mesh]) -> None:
         spans = list(zip(meshes, batch.first_face, batch.first_face[1:], strict=False))
@@ -113,7 +113,7 @@ class _CornerValues:
                 if mesh.smoothing is None:
                     continue
                 self.smoothing[begin:end] = np.where(mesh.smoothing < 0, -1, mesh.smoothing + total)
-                # Normals that follow the vertices have no direction of their own: they differ if their numbers do.
+                # Without custom normals, two corners differ if their normal indices differ: NaN compares unequal.
                 groups = int(mesh.smoothing.max(initial=-1)) + 1
                 unit = np.full((groups, 3), np.nan)
                 if mesh.normals is not None:
@@ -134,7 +134,7 @@ class _CornerValues:
         self, a: NDArray[np.int64], ca: NDArray[np.int64], b: NDArray[np.int64], cb: NDArray[np.int64],
         reads: NDArray[np.bool_],
     ) -> NDArray[np.bool_]:
-        """(n,) whether corners ca of faces a and cb of faces b, at one place, differ."""
+        """(n,) whether corner ca of face a and corner cb of face b, which coincide, have different values."""
         out = np.zeros(len(a), bool)
         if self.smoothing is not None and self.normals is not None:
             na, nb = self.smoothing[a, ca], self.smoothing[b, cb]

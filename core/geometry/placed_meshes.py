@@ -1,4 +1,4 @@
-"""Meshes as the tables have them, and which of them are near each other."""
+"""Meshes in world space, and queries for pairs of them that are near each other or intersect."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from .shape import TOLERANCE, copy_boxes, may_cross, thickness
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]
 
-# Pairs of meshes beyond which no more are looked for.
+# Largest number of mesh pairs that a query returns.
 MOST_PAIRS = 100_000
 
 Pair = tuple[str, str]
 
 
 class PlacedMeshes(dict[str, Mesh]):
-    """Meshes by name, which don't change; what is found out about all of them is found once."""
+    """Meshes by name. They must not change: results for all meshes are computed once and kept."""
 
     @staticmethod
     def of(scene: Scene) -> PlacedMeshes:
@@ -34,7 +34,7 @@ class PlacedMeshes(dict[str, Mesh]):
 
     @cached_property
     def boxes(self) -> tuple[F64, F64]:
-        """(n, 3) lower and upper corners of a box around each mesh, with all its copies."""
+        """(n, 3) lower and upper corners of the bounding box of each mesh with all its instances."""
         meshes = list(self.values())
         low, high = corners(meshes)
         for k in np.flatnonzero(self._placed):
@@ -43,7 +43,7 @@ class PlacedMeshes(dict[str, Mesh]):
         return low, high
 
     def near(self, names: Collection[str], low: F64, high: F64) -> list[str]:
-        """Those of some meshes whose boxes meet a box, in order."""
+        """Names, out of `names`, of the meshes whose bounding boxes overlap a box, in order."""
         lows, highs = self.boxes
         meets = set(np.flatnonzero(((lows <= high) & (highs >= low)).all(axis=1)).tolist())
         among = set(names)
@@ -51,16 +51,16 @@ class PlacedMeshes(dict[str, Mesh]):
 
     @cached_property
     def crossing(self) -> list[Pair]:
-        """Pairs of meshes of which some may pass through each other, in order; at most `MOST_PAIRS`.
+        """Pairs of meshes that may intersect each other, in order; at most `MOST_PAIRS`.
 
-        A mesh beside itself: instances of it.
+        A pair of a mesh with itself stands for two of its instances.
         """
         return self._named(self._crossing())
 
     def close(self, first: Collection[str], second: Collection[str]) -> list[Pair]:
-        """Pairs of one of `first` and one of `second`, whichever comes first, whose boxes meet, without instances.
+        """Pairs of a mesh in `first` and a mesh in `second` whose bounding boxes overlap, in order.
 
-        In order; at most `MOST_PAIRS`.
+        At most `MOST_PAIRS`; meshes with instances are left out.
         """
         return self._named(self._close(set(first), set(second))) if first and second else []
 
@@ -75,11 +75,11 @@ class PlacedMeshes(dict[str, Mesh]):
 
     @cached_property
     def _placed(self) -> NDArray[np.bool_]:
-        """(n,) which meshes have instances."""
+        """(n,) whether each mesh has instances."""
         return np.array([mesh.instances is not None for mesh in self.values()], bool)
 
     def _crossing(self) -> Iterator[I64]:
-        """Blocks (k, 2) of numbers of such pairs."""
+        """Yield blocks (k, 2) of index pairs of meshes that may intersect."""
         if not self:
             return
         meshes = list(self.values())
@@ -95,7 +95,7 @@ class PlacedMeshes(dict[str, Mesh]):
             i, j, slack, copies = (x[copies | ~apart] for x in (i, j, slack, copies))
             if not len(i):
                 continue
-            # Where neither mesh is flat the boxes decide.
+            # If neither mesh is flat, overlapping bounding boxes are taken as an intersection.
             crosses = ~copies & (np.minimum(self._thickness[i], self._thickness[j]) > slack)
             for k in np.flatnonzero(~crosses):
                 crosses[k] = may_cross(meshes[i[k]], meshes[j[k]])
@@ -103,13 +103,14 @@ class PlacedMeshes(dict[str, Mesh]):
 
     @cached_property
     def _thickness(self) -> F64:
-        """(n,) largest distance of each mesh's vertices from the plane of one of its faces."""
+        """(n,) `shape.thickness` of each mesh, metres."""
         return thickness(list(self.values()))
 
     def _close(self, first: set[str], second: set[str]) -> Iterator[I64]:
         among_first, among_second = (np.array([name in some for name in self], bool) for some in (first, second))
         low, high = self.boxes
-        # Boxes may be apart by TOLERANCE of the size of what encloses both, which is less than their sizes' sum.
+        # The gap between two boxes may be TOLERANCE times the size of their union. The union of nearby boxes is hardly
+        # larger than the sum of their sizes, so boxes that are enlarged by TOLERANCE times their own size overlap.
         slack = 1.01 * TOLERANCE * np.linalg.norm(high - low, axis=1, keepdims=True)
         for i, j in meeting(BoxTree(low - slack, high + slack)):
             kept = (among_first[i] & among_second[j]) | (among_first[j] & among_second[i])

@@ -1,4 +1,4 @@
-"""Questions about the shape of meshes that decide whether something can hide or pierce something else."""
+"""Shape queries of meshes, which decide whether a mesh can occlude or intersect itself or another mesh."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from . import topology
 from .box_tree import BoxTree, meeting
 from .mesh_batches import joined
 
-# Distances below this fraction of the size count as touching.
+# Distances below this fraction of the size of a mesh count as contact.
 TOLERANCE = 1e-6
-# Products of three distances below this fraction of the size's are those of rounding.
+# Products of three distances below this fraction of the cubed size count as rounding errors.
 ROUNDING = 1e-12
-# Vertex and face pairs beyond which `convex` gives up and answers no.
+# Largest number of vertex-face pairs that `convex` tests; it returns False for larger meshes.
 MOST_PAIRS = 50_000_000
-# Copies, or pairs of them, whose boxes meet beyond which questions about them are answered by yes.
+# Largest number of instance pairs with overlapping boxes that `may_cross` tests; it returns True beyond.
 MOST_COPIES = 100
 
 
@@ -29,7 +29,7 @@ def face_normals(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def normals_of(vertices: NDArray[np.float64], faces: NDArray[np.integer[Any]]) -> NDArray[np.float64]:
-    """The same of faces (m, 3)."""
+    """(m, 3) unit normals of faces (m, 3); 0 for faces without area."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -37,10 +37,10 @@ def normals_of(vertices: NDArray[np.float64], faces: NDArray[np.integer[Any]]) -
 
 
 def convex(mesh: Mesh) -> bool:
-    """Whether the mesh is a flat sheet or a closed convex body, so that it hides no light from itself.
+    """Whether the mesh is a flat sheet or a closed convex body, so that it casts no shadow on itself.
 
-    An open part of a convex body (a bowl) is neither: its rim shades its inside. For a mesh so large
-    that the test would take long the answer is False.
+    An open part of a convex body (a bowl) is neither: its rim casts a shadow on its inside. Returns False without a
+    test for meshes of more than `MOST_PAIRS` vertex-face pairs.
     """
     if len(mesh.faces) * len(mesh.vertices) > MOST_PAIRS:
         return False
@@ -61,8 +61,9 @@ def convex(mesh: Mesh) -> bool:
 
 
 def star_shaped(mesh: Mesh) -> bool:
-    """Whether a closed mesh certainly is seen whole, from behind, from the middle of its bounds: then it doesn't pass
-    through itself (native/boundary/meshes/star_shaped.h has the reason).
+    """Whether a closed mesh is star-shaped about the centre of its bounding box; then it cannot intersect itself.
+
+    False if the test is not certain. The proof stands in native/boundary/meshes/star_shaped.h.
     """
     if len(mesh.faces) == 0:
         return False
@@ -83,14 +84,14 @@ def star_shaped(mesh: Mesh) -> bool:
     edges = topology.edges(mesh.faces, topology.weld(mesh.vertices))
     if (np.diff(edges.face_first.astype(np.int64)) != 2).any():
         return False
-    # Of two faces that are wound alike, one lies on each side of their edge.
+    # Two faces of the same winding must lie on different sides of the plane through their edge and the centre.
     along = np.cross(at[edges.vertices[:, 0]], at[edges.vertices[:, 1]])
     sides = [np.einsum("ij,ij->i", along, at[edges.opposite[k::2]]) > 0.0 for k in (0, 1)]
     return bool((sides[0] != sides[1]).all())
 
 
 def pierces(a: Mesh, b: Mesh) -> bool:
-    """Whether two meshes may pass through each other: False only if they certainly do not."""
+    """Whether two meshes may intersect: False only if they certainly do not."""
     corners = [(m.vertices.min(axis=0), m.vertices.max(axis=0)) for m in (a, b)]
     (low_a, high_a), (low_b, high_b) = corners
     slack = TOLERANCE * max(float(np.linalg.norm(high - low)) for low, high in corners)
@@ -100,12 +101,12 @@ def pierces(a: Mesh, b: Mesh) -> bool:
 
 
 def pair_words(one: str, other: str) -> str:
-    """The meshes of such a pair in words."""
+    """Describe a pair of intersecting meshes for a sentence."""
     return f"'{one}' and '{other}'" if one != other else f"instances of '{one}'"
 
 
 def may_cross(a: Mesh, b: Mesh, *, same: bool = False) -> bool:
-    """Whether copies of two meshes may pass through each other, or (`same`) different ones of a mesh."""
+    """Whether instances of two meshes may intersect or, with `same`, two different instances of one mesh."""
     if a.instances is None and b.instances is None:
         return not same and pierces(a, b)
     tried = []
@@ -117,7 +118,7 @@ def may_cross(a: Mesh, b: Mesh, *, same: bool = False) -> bool:
 
 
 def copy_boxes(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(k, 3) lower and upper corners of boxes around the mesh where instances place it."""
+    """(k, 3) lower and upper corners of the bounding boxes of the instances of a mesh."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     if mesh.instances is None:
         return low[None], high[None]
@@ -127,7 +128,7 @@ def copy_boxes(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 def copies_near(mesh: Mesh, low: NDArray[np.float64], high: NDArray[np.float64]) -> Iterator[Mesh]:
-    """The mesh where instances place it, of the copies whose boxes meet a box."""
+    """Instances of a mesh, as meshes, whose bounding boxes overlap a box."""
     lows, highs = copy_boxes(mesh)
     return (_copy(mesh, int(i)) for i in np.flatnonzero(((lows <= high) & (highs >= low)).all(axis=1)))
 
@@ -140,9 +141,9 @@ def _copy(mesh: Mesh, number: int) -> Mesh:
 
 
 def hide_nothing(placed: Sequence[Mesh]) -> bool:
-    """Whether nothing is between any two points of some opaque meshes: one or two convex ones, apart from each other.
+    """Whether no point of some opaque meshes can be occluded from another: one convex mesh, or two disjoint ones.
 
-    A straight line from one to the other has left the first and hasn't met the second.
+    A segment between two disjoint convex bodies has no point inside either of them.
     """
     if len(placed) > 2 or any(mesh.instances is not None for mesh in placed):
         return False
@@ -150,7 +151,7 @@ def hide_nothing(placed: Sequence[Mesh]) -> bool:
 
 
 def _one_sided(sheet: Mesh, other: Mesh, slack: float) -> bool:
-    """Whether `sheet` is flat and `other` stays on one side of its plane (it may stand on it)."""
+    """Whether `sheet` is flat and `other` lies on one side of its plane; contact is allowed."""
     normal = face_normals(sheet)
     normal = normal[np.argmax(np.abs(normal).sum(axis=1))]
     at = sheet.vertices[sheet.faces[0, 0]]
@@ -161,14 +162,14 @@ def _one_sided(sheet: Mesh, other: Mesh, slack: float) -> bool:
 
 
 def thickness(meshes: Sequence[Mesh]) -> NDArray[np.float64]:
-    """(n,) largest distance of a mesh's vertices from the plane of one of its faces that has an area."""
+    """(n,) largest distance of the vertices of each mesh from the plane of one of its non-degenerate faces."""
     out = np.empty(len(meshes))
     for batch in joined(meshes):
         normal = normals_of(batch.vertices, batch.faces)
         area = np.abs(normal).sum(axis=1)
         largest = np.maximum.reduceat(area, batch.first_face[:-1])
         found = np.flatnonzero(area == largest[batch.mesh_of_face])
-        face = found[np.searchsorted(found, batch.first_face[:-1])]  # the first of each mesh
+        face = found[np.searchsorted(found, batch.first_face[:-1])]  # the first such face of each mesh
         of = batch.mesh_of_vertex
         at = batch.vertices[batch.faces[batch.first_face[:-1], 0]]
         height = np.abs(np.einsum("ij,ij->i", batch.vertices - at[of], normal[face][of]))

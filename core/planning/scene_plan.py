@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from .._check import names, whole
 from ..derivatives.motion import may_move, motion
-from ..derivatives.table_derivatives import asked_tables, requested_tables
+from ..derivatives.table_derivatives import requested_tables, with_requested
 from ..geometry.placed_meshes import PlacedMeshes
 from ..reference import diffuse_tables
 from ..rendering.engine import engine_class
@@ -98,7 +98,7 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
     if not wrt:
         return Plan(picture_plan(FixedScene.of(validated(scene)), max_depth), (), ())
-    given, tables = scene, asked_tables(scene, flatten(scene), wrt)
+    given, tables = scene, with_requested(scene, flatten(scene), wrt)
     scene = FixedScene.of(given)
     picture = picture_plan(scene, max_depth)
     requested_tables(scene, tables, wrt)  # raises for each that has no derivative

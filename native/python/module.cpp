@@ -3,6 +3,8 @@
 #include <nanobind/nanobind.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
@@ -36,11 +38,11 @@ using edgegrad::text;
 using edgegrad::WithoutInterpreter;
 
 template <size_t N>
-void fill(float (&out)[N], nb::handle object, const char* name, size_t first = 0) {
+void fill(float (&out)[N], nb::handle object, const char* name) {
     const std::vector<float> values = column<float>(object, name);
-    if (values.size() < first + N)
-        throw std::invalid_argument(std::string("the table '") + name + "' is too short");
-    std::copy_n(values.begin() + static_cast<ptrdiff_t>(first), N, out);
+    if (values.size() != N)
+        throw std::invalid_argument(std::string("the table '") + name + "' has another length");
+    std::copy(values.begin(), values.end(), out);
 }
 
 void check_indices(const std::vector<int32_t>& indices, size_t size, const char* what, int32_t least = 0) {
@@ -62,22 +64,16 @@ void check_lights(const SceneTables::LightRows& lights) {
 
 edgegrad::CameraView read_camera(nb::handle t) {
     edgegrad::CameraView c{};
-    fill(c.position, t, "camera_position");
-    fill(c.right, t, "camera_axes", 0);
-    fill(c.up, t, "camera_axes", 3);
-    fill(c.back, t, "camera_axes", 6);
-    fill(c.principal, t, "principal_point");
+    const auto row = column<float>(t, "camera");
+    if (row.size() != edgegrad::kCameraFloats)
+        throw std::invalid_argument("the camera's row has another length");
+    static_assert(offsetof(edgegrad::CameraView, position) == 0);
+    std::memcpy(static_cast<void*>(&c), row.data(), sizeof(float) * edgegrad::kCameraFloats);
     c.kind = static_cast<edgegrad::CameraKind>(nb::cast<int32_t>(t.attr("camera_kind")));
-    c.focal = nb::cast<float>(t.attr("focal"));
-    c.pixel_aspect = nb::cast<float>(t.attr("pixel_aspect"));
-    fill(c.panorama, t, "panorama");
     const auto full = column<int32_t>(t, "full_size"), window = column<int32_t>(t, "window");
     c.full_width = full.at(0), c.full_height = full.at(1);
     c.window_x = window.at(0), c.window_y = window.at(1);
-    const auto aperture = column<float>(t, "aperture");
-    c.aperture_radius = aperture.at(0), c.focus_distance = aperture.at(1);
-    c.aperture_blades = static_cast<int32_t>(aperture.at(2));
-    c.aperture_rotation = aperture.at(3), c.aperture_ratio = aperture.at(4);
+    c.aperture_blades = nb::cast<int32_t>(t.attr("aperture_blades"));
     c.width = nb::cast<int32_t>(t.attr("width"));
     c.height = nb::cast<int32_t>(t.attr("height"));
     c.clip_start = nb::cast<float>(t.attr("clip_start"));
@@ -143,29 +139,33 @@ std::shared_ptr<const edgegrad::EnvironmentMap> read_environment_map(nb::handle 
                                                       static_cast<int32_t>(array.shape(0)));
 }
 
-SceneTables read_tables(nb::handle t) {
+SceneTables read_tables(nb::handle t, edgegrad::SharedColumns& columns) {
     SceneTables s;
     read_geometry(t, s);
     read_values(t, s);
     const nb::object textures = t.attr("textures");
-    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
+    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures, columns);
     s.environment_map = read_environment_map(t);
     check_indices(s.face_material, s.emission.size() / 3, "face materials");
     return s;
 }
 
-RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::handle terms) {
+// core/rendering/options.py
+RenderOptions read_options(nb::handle given) {
     RenderOptions o;
-    const std::pair<const char*, bool&> all[] = {
-        {"interior", o.interior}, {"primary", o.primary}, {"shadow", o.shadow}, {"indirect", o.indirect}};
-    for (const auto& [name, computed] : all) computed = nb::cast<bool>(terms.attr("__contains__")(name));
-    o.samples = samples;
-    o.seed = seed;
-    o.max_depth = max_depth;
+    const nb::object terms = given.attr("terms"), bounces = given.attr("bounces");
+    for (int32_t k = 0; k < edgegrad::kDerivativeTerms; ++k)
+        o.terms[k] = nb::cast<bool>(terms.attr("__contains__")(edgegrad::kTermNames[k]));
+    o.samples = nb::cast<int32_t>(given.attr("spp"));
+    o.seed = nb::cast<uint32_t>(given.attr("seed"));
+    o.max_depth = nb::cast<int32_t>(given.attr("max_depth"));
     o.limits = {nb::cast<int32_t>(bounces.attr("diffuse")), nb::cast<int32_t>(bounces.attr("glossy")),
                 nb::cast<int32_t>(bounces.attr("transmission")),
                 nb::cast<int32_t>(bounces.attr("transparent"))};
-    if (samples < 1) throw std::invalid_argument("spp must be at least 1");
+    o.caustics_alone = nb::cast<bool>(given.attr("caustics_alone"));
+    o.two_passes = nb::cast<bool>(given.attr("two_passes"));
+    o.camera_sampled_alpha = nb::cast<float>(given.attr("camera_sampled_alpha"));
+    if (o.samples < 1) throw std::invalid_argument("spp must be at least 1");
     return o;
 }
 
@@ -194,7 +194,7 @@ class Scene {
  public:
     Scene(nb::handle tables, int threads, nb::handle instruction_set, nb::handle embree)
         : kernels_(edgegrad::kernels(text(instruction_set))) {
-        SceneTables s = read_tables(tables);
+        SceneTables s = read_tables(tables, columns_);
         const edgegrad::embree::Api& api = edgegrad::embree::load(text(embree));
         const WithoutInterpreter without;
         engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
@@ -210,7 +210,7 @@ class Scene {
     }
 
     void update(nb::handle tables) {
-        SceneTables s = read_tables(tables);
+        SceneTables s = read_tables(tables, columns_);
         const WithoutInterpreter without;
         engine_->update(std::move(s));
     }
@@ -227,17 +227,11 @@ class Scene {
         engine_->move_vertices(mesh, rows.data(), rows.shape(0), from.data());
     }
 
-    void set_guided(bool guided) { engine_->set_guided(guided); }
-    bool guided() const { return engine_->guided(); }
-    void set_aimed(float alpha) { engine_->set_aimed(alpha); }
-    float aimed() const { return engine_->aimed(); }
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
 
-    nb::object render(int samples, uint32_t seed, int max_depth, nb::handle bounces, bool caustics_alone,
-                      nb::object progress) {
+    nb::object render(nb::handle given, nb::object progress) {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
-        RenderOptions options = make_options(samples, seed, max_depth, bounces, nb::make_tuple());
-        options.caustics_alone = caustics_alone;
+        const RenderOptions options = read_options(given);
         const Progress report = edgegrad::make_progress(std::move(progress));
         {
             const WithoutInterpreter without;
@@ -246,11 +240,10 @@ class Scene {
         return pixels.array();
     }
 
-    nb::tuple forward(nb::dict tangent, nb::dict requested, int samples, uint32_t seed, int max_depth,
-                      nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
-                      nb::object progress) {
+    nb::tuple forward(nb::dict tangent, nb::dict requested, nb::handle given,
+                      edgegrad::LearnedSampling* learned, nb::object progress) {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
-        const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
+        const RenderOptions options = read_options(given);
         edgegrad::TableValues tangents;
         for (const auto& [name, values] : tangent) {
             const std::string table = text(name);
@@ -267,12 +260,11 @@ class Scene {
         return nb::make_tuple(pixels.array(), dropped_list(dropped));
     }
 
-    nb::tuple backward(nb::handle adjoint, nb::dict requested, int samples, uint32_t seed, int max_depth,
-                       nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
-                       nb::object progress) {
+    nb::tuple backward(nb::handle adjoint, nb::dict requested, nb::handle given,
+                       edgegrad::LearnedSampling* learned, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         const InputArray<float> image(adjoint, "adjoint", {c.height, c.width, 3});
-        const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
+        const RenderOptions options = read_options(given);
         const edgegrad::Requested what = read_requested(requested);
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::TableValues gradients;
@@ -304,6 +296,7 @@ class Scene {
     }
 
     const edgegrad::KernelTable& kernels_;
+    edgegrad::SharedColumns columns_;
     std::unique_ptr<Engine> engine_;
 };
 
@@ -351,14 +344,11 @@ NB_MODULE(_native, m) {
         .def("update_values", &Scene::update_values, "tables"_a)
         .def("move_vertices", &Scene::move_vertices, "mesh"_a, "vertices"_a, "origin"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
-        .def_prop_rw("guided", &Scene::guided, &Scene::set_guided)
-        .def_prop_rw("aimed", &Scene::aimed, &Scene::set_aimed)
-        .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "caustics_alone"_a,
+        .def("render", &Scene::render, "options"_a, "progress"_a.none())
+        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "options"_a, "learned"_a.none(),
              "progress"_a.none())
-        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
-             "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
-        .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
-             "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
+        .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "options"_a, "learned"_a.none(),
+             "progress"_a.none())
         .def("sample_environment_light",
              [](const Scene& s, nb::handle u, nb::handle v) {
                  return edgegrad::sample_environment_light(s.engine(), u, v);

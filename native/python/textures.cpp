@@ -43,7 +43,7 @@ std::vector<TextureInstruction> read_code(nb::handle t, size_t constants) {
     return code;
 }
 
-// Kernels number the floats of an image, and those of all attributes, in 32 bits.
+// Kernels index the floats of an image, and those of all attributes, by 32 bits.
 void require_narrow(size_t floats, const char* what) {
     if (floats > size_t{0x7fffffff})
         throw std::invalid_argument(std::string(what) +
@@ -87,7 +87,7 @@ std::vector<TextureAttribute> read_attributes(nb::handle t) {
     return attributes;
 }
 
-// Programs and the points to run them at (fields of `points` as in TextureTask).
+// Programs, and the points at which to run them (fields of `points` as in TextureTask).
 class Points {
  public:
     Points(nb::handle tables, nb::handle points)
@@ -138,7 +138,7 @@ class Points {
     const std::vector<float> b1, b2, position, normal, true_normal, view;
 };
 
-// Runs the programs and overwrites their places in `rows`.
+// Runs the programs and overwrites their columns in `rows`.
 void evaluate(nb::handle tables, nb::handle points, nb::handle rows, nb::handle instruction_set) {
     const Points p(tables, points);
     const ArrayMemory out(rows, "rows", ElementType::of<float>(), true);
@@ -148,7 +148,7 @@ void evaluate(nb::handle tables, nb::handle points, nb::handle rows, nb::handle 
     table.textures(p.scene(), p.task(), static_cast<float*>(out.data()));
 }
 
-// Names of the floats that programs depend on.
+// Names of the floats on which programs depend.
 ProbeTables tables_of(const Points& p) {
     const TextureTables& t = p.textures;
     return {{"b1", p.b1},
@@ -157,10 +157,10 @@ ProbeTables tables_of(const Points& p) {
             {"normal", p.normal},
             {"true_normal", p.true_normal},
             {"view", p.view},
-            {"pixels", t.pixels},
+            {"pixels", *t.pixels},
             {"constants", t.constants},
             {"lookups", t.lookups},
-            {"attributes", t.attributes}};
+            {"attributes", *t.attributes}};
 }
 
 nb::dict backward(nb::handle tables, nb::handle points, nb::handle adjoint, nb::handle instruction_set) {
@@ -183,7 +183,16 @@ nb::object forward(nb::handle tables, nb::handle points, nb::handle tangents, nb
 
 }  // namespace
 
-TextureTables read_textures(nb::handle t) {
+TextureTables::Shared SharedColumn::read(nb::handle object, const char* name) {
+    nb::object array = object.attr(name);
+    if (!copy_ || !array.is(array_)) {
+        copy_ = std::make_shared<const std::vector<float>>(column<float>(object, name));
+        array_ = std::move(array);
+    }
+    return copy_;
+}
+
+TextureTables read_textures(nb::handle t, SharedColumns& columns) {
     TextureTables s;
     s.constants = column<float>(t, "constants");
     s.code = read_code(t, s.constants.size());
@@ -195,16 +204,21 @@ TextureTables read_textures(nb::handle t) {
     s.closure_weight_program = column<int32_t>(t, "closure_weight_program");
     s.closure_uv = column<int32_t>(t, "closure_uv");
     s.closure_tangent = column<int32_t>(t, "closure_tangent");
-    s.pixels = column<float>(t, "pixels");
-    s.images = read_images(t, s.pixels.size());
+    s.pixels = columns.pixels.read(t, "pixels");
+    s.images = read_images(t, s.pixels->size());
     s.lookups = column<float>(t, "lookups");
     s.tables = read_lookups(t, s.lookups.size());
     s.mesh_attributes = read_attributes(t);
-    s.attributes = column<float>(t, "attributes");
-    require_narrow(s.attributes.size(), "the meshes' attributes have");
+    s.attributes = columns.attributes.read(t, "attributes");
+    require_narrow(s.attributes->size(), "the meshes' attributes have");
     s.face_mesh = column<int32_t>(t, "face_mesh");
     s.mesh_box = column<float>(t, "mesh_box");
     return s;
+}
+
+TextureTables read_textures(nb::handle t) {
+    SharedColumns columns;
+    return read_textures(t, columns);
 }
 
 void bind_textures(nb::module_& m) {
@@ -217,7 +231,7 @@ void bind_textures(nb::module_& m) {
         },
         "Names of the operations of texture programs, in the order of their numbers.");
     m.def("evaluate_textures", &evaluate, "tables"_a, "points"_a, "rows"_a, "instruction_set"_a,
-          "Runs texture programs at points and overwrites their places in rows.");
+          "Runs texture programs at points and overwrites the columns of `rows` that they compute.");
     m.def("textures_backward", &backward, "tables"_a, "points"_a, "adjoint"_a, "instruction_set"_a,
           "Gradients of texture programs' rows.");
     m.def("textures_forward", &forward, "tables"_a, "points"_a, "tangents"_a, "instruction_set"_a,

@@ -1,4 +1,4 @@
-// Textures and Python.
+// Bindings of textures.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -7,8 +7,23 @@
 
 namespace edgegrad {
 
-// The tables of a core/tables/textures/program.py TextureTables. Throws std::invalid_argument for what no
-// compiler of ours would have written.
+// The last copy of a large array, and the array in Python that it is a copy of. The arrays of TextureTables
+// never change, so that the copy of the same array is used again.
+class SharedColumn {
+ public:
+    TextureTables::Shared read(nanobind::handle object, const char* name);
+
+ private:
+    nanobind::object array_;
+    TextureTables::Shared copy_;
+};
+struct SharedColumns {
+    SharedColumn pixels, attributes;
+};
+
+// Reads the TextureTables of core/tables/textures/program.py. Throws std::invalid_argument for tables that
+// its compiler could not have written.
+TextureTables read_textures(nanobind::handle tables, SharedColumns& columns);
 TextureTables read_textures(nanobind::handle tables);
 
 // Adds texture_operations and evaluate_textures to the module.

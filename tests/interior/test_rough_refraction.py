@@ -11,8 +11,9 @@ import pytest
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, requested_tables
+from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
 from edgegrad.rendering import native_engine
+from edgegrad.rendering.options import RenderOptions
 from edgegrad.tables.tables import flatten
 from tests.support.motions import camera_moves
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
@@ -198,13 +199,14 @@ def test_instruction_sets_agree(name: str) -> None:
     scene = under_sky(glass("GLASS", 1.2, 0.8), smooth=True)
     tangent = {"camera.to_world": np.eye(4) * 0.0, "materials.glass.ior": np.array(1.0)}
     tangent["camera.to_world"][:3, 3] = [0.5, -0.3, 0.4]
-    tables = asked_tables(scene, flatten(scene), tangent)
+    tables = with_requested(scene, flatten(scene), tangent)
     wanted, velocity = requested_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
+    options = RenderOptions(8, 1, 3, terms=("interior",))
     images = []
     for isa in ("scalar", name):
         engine = native_engine.Engine(tables, 2, isa)
         engine.set_edges(tables.edges())
-        images.append(engine.forward(tables, velocity, wanted, spp=8, seed=1, max_depth=3, terms=("interior",)))
+        images.append(engine.forward(tables, velocity, wanted, options))
     assert np.mean(np.abs(images[0] - images[1]) > 1e-3 * np.abs(images[0]).max()) < 0.01
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World, plan
 from edgegrad.derivatives.motion import motion
-from edgegrad.derivatives.table_derivatives import asked_tables
+from edgegrad.derivatives.table_derivatives import with_requested
 from edgegrad.expression import Attribute, ImageTexture
 from edgegrad.geometry.placed_meshes import PlacedMeshes
 from edgegrad.planning.primary import PrimaryRules, mesh_edges, missing_jumps, primary_rules
@@ -26,7 +26,7 @@ POSE = "camera.to_world"
 
 def rules(scene: Scene, wrt: Sequence[str]) -> PrimaryRules:
     """The rules as the plan has them."""
-    tables = asked_tables(scene, flatten(scene), wrt)
+    tables = with_requested(scene, flatten(scene), wrt)
     placed = PlacedMeshes.of(scene)
     return primary_rules(scene, placed, mesh_edges(scene, placed), motion(scene, tables, wrt), wrt)
 
@@ -160,7 +160,7 @@ def test_camera_reaches_meshes_that_stand_still() -> None:
 
 def test_jumps_that_are_no_edges_are_named() -> None:
     def missing(scene: Scene, wrt: Sequence[str]) -> str:
-        tables = asked_tables(scene, flatten(scene), wrt)
+        tables = with_requested(scene, flatten(scene), wrt)
         placed = PlacedMeshes.of(scene)
         return " ".join(missing_jumps(scene, placed, motion(scene, tables, wrt)))
 

@@ -10,8 +10,8 @@ import pytest
 from edgegrad import TERMS, AreaLight, Material, Mesh, PointLight, Renderer, Scene, World
 from tests.support import shapes
 from tests.support.rich_scene import pose, turn
+from tests.support.scenes.world_sizes import resized, resized_tangent
 from tests.support.small_scenes import need
-from tests.support.world_sizes import resized, resized_tangent
 
 OPTIONS = {"spp": 4, "max_depth": 3, "seed": 1}
 PATHS = ("meshes.body.vertices", "camera.to_world", "lights.lamp.position")

@@ -9,29 +9,27 @@
 namespace edgegrad {
 namespace {
 
-// Samples per pixel and sample of the picture, and pieces of lines with cells of directions by sample.
-constexpr double kIntersectionShare = 0.5, kConeShare = 0.25, kOutlineShare = 0.1, kDirectionSegments = 0.03;
-// Pieces of a curve about a light; share of the samples that goes to light seen by way of other surfaces.
+// Segments of a curve about a light.
 constexpr int kTurnSegments = 64;
-constexpr double kChainedShare = 0.4;
 
-// Lines that hide something over all directions; of paths longer than `direct` chains of surfaces show it,
-// too.
+// Intersection curves over all directions.
 void add_lines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options, BoundaryKind kind,
-               Intersections found, int direct, std::vector<CurveTerm>& out) {
+               Intersections found, std::vector<CurveTerm>& out) {
     if (found.size() == 0) return;
+    const BoundaryKindRow& row = kBoundaryTable[kind];
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
-    const double pieces = kDirectionSegments * kIntersectionShare * picture;
-    Candidates candidates = over_directions(lines->intersections(), pieces, options.max_depth > direct);
-    out.push_back({kind, std::move(candidates), std::move(lines), kIntersectionShare});
+    const double segments = kDirectionSegments * row.share * picture;
+    Candidates candidates = over_directions(lines->intersections(), segments, row.chains(options.max_depth));
+    out.push_back({kind, std::move(candidates), std::move(lines)});
 }
 
 void add_intersections(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                        const RequestedMotion& motion, const Intersections* seen,
                        std::vector<CurveTerm>& out) {
-    const bool lights = options.shadow && scene.lights.count > 0;
-    const bool surfaces = options.indirect && options.max_depth >= 3;
+    const bool lights = options.computes(kLightIntersection) && scene.lights.count > 0;
+    const bool surfaces = options.computes(kSurfaceIntersection);
+    if (!lights && !surfaces) return;
     const bool meshes = motion.any_mesh_moves();
     // Held light moves over all of them (scene/contact.h).
     const bool held = scene.mesh_contact;
@@ -49,24 +47,24 @@ void add_intersections(const SceneView& scene, const EdgeList& edges, const Rend
         add_lines(scene, edges, options, kLightIntersection,
                   find_light_intersections(edges.tables, moving, intersections, scene.lights.face_light,
                                            edges.threads),
-                  2, out);
-    if (surfaces) add_lines(scene, edges, options, kSurfaceIntersection, std::move(intersections), 3, out);
+                  out);
+    if (surfaces) add_lines(scene, edges, options, kSurfaceIntersection, std::move(intersections), out);
 }
 
 // The same of disks, which turn with what they light: anything that moves moves them against surfaces.
 void add_disk_intersections(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                             const RequestedMotion& motion, std::vector<CurveTerm>& out) {
-    if (!options.shadow || !(scene.lights.kinds >> kDiskLight & 1)) return;
+    if (!options.computes(kDiskIntersection) || !(scene.lights.kinds >> kDiskLight & 1)) return;
     if (!motion.camera && !motion.lights && !motion.any_mesh_moves()) return;
     add_lines(scene, edges, options, kDiskIntersection, find_disk_intersections(edges.tables, edges.threads),
-              2, out);
+              out);
 }
 
-// The curve about a light, cut into pieces.
-void add_turns(int32_t cell, double mass, Candidates& out) {
+// The curve about a light, cut into segments.
+void add_turns(SegmentCell light, double mass, Candidates& out) {
     for (int k = 0; k < kTurnSegments; ++k) {
         out.edge.push_back(0);
-        out.cell.push_back(cell);
+        out.cell.push_back(light);
         out.u0.push_back(static_cast<float>(k) / kTurnSegments);
         out.u1.push_back(static_cast<float>(k + 1) / kTurnSegments);
         out.cumulative.push_back(out.mass() + mass);
@@ -75,25 +73,26 @@ void add_turns(int32_t cell, double mass, Candidates& out) {
 
 void add_cones(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                std::vector<CurveTerm>& out) {
-    if (!options.shadow || scene.lights.count == 0) return;
+    if (!options.computes(kConeBorder) || scene.lights.count == 0) return;
+    const bool chains = kBoundaryTable[kConeBorder].chains(options.max_depth);
     const SceneTables::LightRows& lights = edges.tables.lights;
     Candidates cones;
-    for (int chained = 0; chained < (options.max_depth > 2 ? 2 : 1); ++chained) {
-        const double share = options.max_depth > 2 ? (chained ? kChainedShare : 1.0 - kChainedShare) : 1.0;
+    for (int chained = 0; chained < (chains ? 2 : 1); ++chained) {
+        const double share = share_of_mass(chains, chained != 0);
         for (size_t row = 0; row < lights.kind.size(); ++row) {
             const float* params = &lights.params[kLightParams * row];
             const bool hard = (lights.flags[row] & (kLightCone | kLightLinearCone)) &&
                               params[kLightEdgeScale] >= 0.5f * kLightStep;
             if (!hard || scene.lights.light_of_row[row] < 0) continue;
-            add_turns(static_cast<int32_t>(row) | (chained ? kChained : 0), share, cones);
+            add_turns({static_cast<int32_t>(row), chained != 0}, share, cones);
         }
     }
-    if (cones.size() > 0) out.push_back({kConeBorder, std::move(cones), nullptr, kConeShare});
+    if (cones.size() > 0) out.push_back({kConeBorder, std::move(cones), nullptr});
 }
 
 void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                   const RequestedMotion& motion, std::vector<CurveTerm>& out) {
-    if (!options.primary || !(motion.camera || motion.lights)) return;
+    if (!options.computes(kLightOutline) || !(motion.camera || motion.lights)) return;
     const SceneTables::LightRows& lights = edges.tables.lights;
     Candidates outlines;
     const bool parallel = scene.camera.kind == kOrthographic;
@@ -106,22 +105,22 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOpt
         // Rays from one point of a lens are parallel to each other, but not across the camera's plane, where
         // the origins are that the disks face.
         if (kind == kDiskLight && parallel && scene.camera.aperture_radius > 0.0f) continue;
-        add_turns(row, 1.0, outlines);
+        add_turns({row, false}, 1.0, outlines);
     }
-    if (outlines.size() > 0) out.push_back({kLightOutline, std::move(outlines), nullptr, kOutlineShare});
+    if (outlines.size() > 0) out.push_back({kLightOutline, std::move(outlines), nullptr});
 }
 
 // What the camera sees of lights that meshes pass through.
 void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                                const RequestedMotion& motion, std::vector<CurveTerm>& out) {
-    if (!options.primary || scene.lights.sized_count == 0) return;
+    if (!options.computes(kIntersectionOutline) || scene.lights.sized_count == 0) return;
     // Each of parallel rays has an origin of its own, which a disk would face.
     const bool disks = scene.camera.kind != kOrthographic;
     Intersections found = find_seen_lights(edges.tables, motion, disks, edges.threads);
     if (found.size() == 0) return;
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     Candidates candidates = lines->intersections();
-    out.push_back({kIntersectionOutline, std::move(candidates), std::move(lines), kOutlineShare});
+    out.push_back({kIntersectionOutline, std::move(candidates), std::move(lines)});
 }
 
 }  // namespace
@@ -132,7 +131,6 @@ std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges
     std::vector<CurveTerm> out;
     add_outlines(scene, edges, options, motion, out);
     add_intersection_outlines(scene, edges, options, motion, out);
-    if (options.max_depth < 2) return out;
     add_intersections(scene, edges, options, motion, seen, out);
     add_disk_intersections(scene, edges, options, motion, out);
     add_cones(scene, edges, options, out);

@@ -16,6 +16,8 @@ from tests.support import block_statistics, shared_objects
 ONLY_WHEN_NAMED = ("slow", "gui")
 # Comparisons made by the processes of a run that have ended.
 _made = 0
+# Checksums of what tests share, as the module before has left it.
+_shared: dict[str, int] = {}
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -30,9 +32,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 @pytest.fixture(scope="module", autouse=True)
 def _shared_objects_stay(request: pytest.FixtureRequest) -> Iterator[None]:
     """What modules of tests hold in common is after each module what it was before it."""
-    before = shared_objects.fingerprints()
+    global _shared
+    before = _shared or shared_objects.fingerprints()
     yield
-    changed = shared_objects.changes(before)
+    _shared = shared_objects.fingerprints()
+    changed = shared_objects.changes(before, _shared)
     assert not changed, f"{request.module.__name__} changes {', '.join(changed)}: copy it before"
 
 

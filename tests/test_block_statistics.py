@@ -151,12 +151,12 @@ SHARED = {"views": [camera()]}
 
 def test_a_change_of_something_shared_is_named() -> None:
     before = shared_objects.fingerprints()
-    assert shared_objects.changes(before) == []
+    assert shared_objects.changes(before, shared_objects.fingerprints()) == []
     view = SHARED["views"][0]
     width, view.width = view.width, 7
-    assert shared_objects.changes(before) == [f"{__name__}.SHARED['views'][0]"]
+    assert shared_objects.changes(before, shared_objects.fingerprints()) == [f"{__name__}.SHARED['views'][0]"]
     view.width = width
     view.to_world[0, 3] += 1.0
-    assert len(shared_objects.changes(before)) == 1
+    assert len(shared_objects.changes(before, shared_objects.fingerprints())) == 1
     view.to_world[0, 3] -= 1.0
-    assert shared_objects.changes(before) == []
+    assert shared_objects.changes(before, shared_objects.fingerprints()) == []

@@ -32,9 +32,8 @@ def fingerprints() -> dict[str, int]:
     return found
 
 
-def changes(before: dict[str, int]) -> list[str]:
-    """Names of the parts that have another checksum now."""
-    now = fingerprints()
+def changes(before: dict[str, int], now: dict[str, int]) -> list[str]:
+    """Names of the parts whose checksums differ."""
     return [name for name, checksum in before.items() if name in now and now[name] != checksum]
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.renderer import Renderer
 from tests.support import peer_scenes
 from tests.support.block_statistics import block_sums, check, check_noticed, compare, over_theta
 from tests.support.reference_files import HERE, find
+from tests.support.small_scenes import need
 
 # With derivatives.
 CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
@@ -41,14 +41,6 @@ RUNS = [
     *[pytest.param(case, "reference", 16, id=f"reference-{case}", marks=SLOW) for case in CASES[2:] + MORE[:2]],
 ]
 PICTURE_RUNS = RUNS + [pytest.param(case, "native", 32, id=f"native-{case}") for case in PICTURES]
-
-
-def need(engine: str) -> None:
-    """Skip the test where the engine can't be loaded."""
-    try:
-        engine_class(engine)
-    except ImportError as error:
-        pytest.skip(str(error))
 
 
 @pytest.mark.parametrize(("case", "engine", "spp"), PICTURE_RUNS)

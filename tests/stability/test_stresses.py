@@ -25,5 +25,6 @@ def test_errors_are_those_of_noise_and_rounding(stress: Stress, value: float) ->
     error, noise = stress.error(value)
     # The error is the length of a vector, with the root of the sum of its variances as noise. Of all vectors of such a
     # noise those of one component are the most often far off: Student's distribution bounds the probability.
-    t = max(error - stress.rounding(value), 0.0) / noise if noise > 0.0 else math.inf * (error > stress.rounding(value))
+    beyond = max(error - stress.rounding(value), 0.0)
+    t = beyond / noise if noise > 0.0 else (math.inf if beyond > 0.0 else 0.0)
     check(two_sided(float(student_to_normal(np.array(t), np.array(SEEDS - 1.0)))))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # Shaders of less roughness are taken for perfectly smooth (native/shading/bsdf/microfacet.h).
 _SMOOTH = 4e-3
 # Up to which alpha (roughness squared) lobes are sampled from the camera
-# (native/boundary/terms/camera_sampled_lobes.h), and what part of that of glosses over diffuse bases.
+# (native/boundary/segment/camera_sampled_lobes.h), and what part of that of glosses over diffuse bases.
 _AIMED, _WEAK_GLOSS = 0.25, 0.25
 # Up to which alpha lobes are followed as perfect ones are, where meshes give light and elsewhere
 # (native/engine/followed_lobes_rule.cpp).

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/derivative_tables.h"
-#include "path/requested_surfaces.h"
+#include "scene/requested_surfaces.h"
 #include "scene/view.h"
 
 namespace edgegrad {

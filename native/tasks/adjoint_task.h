@@ -3,12 +3,12 @@
 
 #include <cstdint>
 
-#include "adjoint/differentiable_tables.h"
-#include "adjoint/memory.h"
+#include "scene/differentiable_tables.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/image_task.h"
 #include "tasks/value_record.h"
 #include "tasks/vertex_record.h"
+#include "util/tape_memory.h"
 
 namespace edgegrad {
 

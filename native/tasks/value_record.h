@@ -11,8 +11,8 @@
 
 #include <cstdint>
 
-#include "adjoint/memory.h"
-#include "path/requested_surfaces.h"
+#include "scene/requested_surfaces.h"
+#include "util/tape_memory.h"
 
 namespace edgegrad {
 

@@ -1,4 +1,4 @@
-"""What scenes of many objects cost grows as their number: counted in calls and array sizes, not in seconds."""
+"""The cost of scenes of many objects grows in proportion to their number: calls and array sizes are counted."""
 
 from __future__ import annotations
 
@@ -230,7 +230,7 @@ def test_expressions_without_an_end_are_refused() -> None:
         mixed.validate()
 
 
-def test_crossings_of_very_many_copies_are_told_without_looking_at_pairs_of_all() -> None:
+def test_intersections_of_very_many_copies_are_told_without_looking_at_pairs_of_all() -> None:
     vertices, faces = cube()
     places = np.tile(np.eye(4), (4096, 1, 1))
     places[:, :3, 3] = 3.0 * np.stack(np.meshgrid(*[np.arange(16)] * 3), axis=-1).reshape(-1, 3)

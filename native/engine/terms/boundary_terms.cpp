@@ -33,7 +33,7 @@ SharedCandidates shared(SharedCandidates known) { return known; }
 SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
 
 // Whether a surface may have lobes that are sampled from the camera (camera_sampled_kinds of
-// boundary/terms/camera_sampled_lobes.h).
+// boundary/segment/camera_sampled_lobes.h).
 bool any_camera_sampled(const SceneView& scene, const SceneTables& tables, float alpha) {
     for (size_t k = 0; k < tables.closure_kind.size(); ++k) {
         const bool glossy = tables.closure_flags[k] & (kHasGlossy | kHasRefraction);

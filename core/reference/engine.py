@@ -8,6 +8,7 @@ from collections.abc import Collection
 import numpy as np
 from numpy.typing import NDArray
 
+from ..derivatives.decisions import Decision, Decisions, EdgeCounts
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..scene.bounces import UNLIMITED, Bounces
@@ -43,6 +44,7 @@ class Engine:
     narrow = True
 
     def __init__(self, tables: Tables, threads: int) -> None:
+        self.decided: Decisions = ()
         self._threads = threads if threads > 0 else (os.cpu_count() or 1)
         self._topology: Edges | None = None
         self.update(tables)
@@ -119,10 +121,32 @@ class Engine:
         progress: Progress | None = None,
     ) -> NDArray[np.float64]:
         """As `forward`, not rounded to float32."""
+        self.decided = self.decide(tables, wanted, max_depth=max_depth, terms=terms)
+        terms = [decision.term for decision in self.decided if decision.computed]
         asked = narrow.asked(tables, wanted)
         sink = Forward(tables, self._surfaces, asked, narrow.narrowed(tables, tangent))
         self._run(tables, sink, spp, seed, max_depth, terms, progress)
         return sink.image.reshape(tables.height, tables.width, 3)
+
+    def decide(
+        self,
+        tables: Tables,
+        wanted: Requested,
+        *,
+        max_depth: int,
+        bounces: Bounces = UNLIMITED,
+        terms: Collection[str] = TERMS,
+    ) -> Decisions:
+        """What a derivative with respect to the tables that `wanted` names consists of."""
+        moves = "vertices" in wanted or "camera" in wanted
+        edges = EdgeCounts() if self._topology is None else EdgeCounts(*2 * (len(self._topology.vertices),))
+        shadows = "needed" if moves and max_depth >= 2 else "still" if max_depth >= 2 else "not rendered"
+        reasons = {"interior": ("shading", "needed"), "primary": ("edges", "needed" if moves else "still"),
+                   "shadow": ("light shadows", shadows), "indirect": ("edges between surfaces", "not rendered")}
+        return tuple(
+            Decision(part, term, "computed" if reason == "needed" else "zero", reason, edges)
+            for term, (part, reason) in reasons.items() if term in terms
+        )
 
     def backward(
         self,
@@ -138,6 +162,8 @@ class Engine:
         progress: Progress | None = None,
     ) -> TableDerivative:
         """Gradient of sum(adjoint * image) with respect to the tables that `wanted` names."""
+        self.decided = self.decide(tables, wanted, max_depth=max_depth, terms=terms)
+        terms = [decision.term for decision in self.decided if decision.computed]
         asked = narrow.asked(tables, wanted)
         sink = Reverse(tables, self._surfaces, asked, np.asarray(adjoint, np.float64).reshape(-1, 3))
         self._run(tables, sink, spp, seed, max_depth, terms, progress)

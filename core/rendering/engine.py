@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._check import shown
+from ..derivatives.decisions import Decisions
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..scene.bounces import Bounces
@@ -21,6 +22,7 @@ Progress = Callable[[float], None]
 class EngineLike(Protocol):
     """What the native and the reference engine have in common."""
 
+    decided: Decisions  # what the last derivative consisted of
     narrow: bool  # it has derivatives of flat, diffuse, directly lit scenes alone
 
     def __init__(self, tables: flat.Tables, threads: int) -> None: ...
@@ -65,6 +67,9 @@ class EngineLike(Protocol):
         terms: Collection[str],
         progress: Progress | None,
     ) -> TableDerivative: ...
+    def decide(
+        self, tables: flat.Tables, wanted: Requested, *, max_depth: int, bounces: Bounces, terms: Collection[str]
+    ) -> Decisions: ...
 
 
 _warned_of_fallback = False

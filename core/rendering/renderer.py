@@ -11,12 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, flag, instance, mapping, names, whole
-from ..derivatives.motion import may_move
+from ..derivatives.decisions import Decisions, joined
 from ..derivatives.table_derivatives import Requested, asked_tables, pull_back_of, push_forward, requested_tables
 from ..geometry.topology import Edges
-from ..planning.specular import bends_rays
 from ..reference import diffuse_tables
-from ..reference.simplify import indirect_obstacles, obstacles
+from ..reference.simplify import obstacles
 from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.camera import Camera
@@ -81,17 +80,22 @@ class Renderer:
         self._tables = flat.flatten(scene)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
-        self._indirect = False  # whether the indirect boundary is computed
         self._moved = False  # vertices have moved in the engine that the tables don't know of
         self._unfinished = False  # an update has failed half-way: the engine's state is that of no scene
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
         self._taken_over: TakenOver | None = TakenOver(scene)
         self._learning: Learning | None = None
+        self.last_decisions: Decisions = ()
         if learn and not self._engine.narrow:
             from .native_engine import learned_sampling
 
             self._learning = Learning(learned_sampling)
+
+    @property
+    def tables(self) -> flat.Tables:
+        """The scene's tables."""
+        return self._tables
 
     @property
     def edges(self) -> Edges:
@@ -289,6 +293,7 @@ class Renderer:
         if self._learning is not None:
             learned["learned"] = self._learning.view(tables, camera, tuple(tangent), options).sampling
         image = self._engine.forward(tables, velocity, wanted, **options, **learned, progress=progress)
+        self.last_decisions = self._engine.decided
         if not np.isfinite(image).all():
             # Which term it is shows if each is computed by itself.
             alone = {t: self._engine.forward(tables, velocity, wanted, **{**options, "terms": (t,)}, progress=progress)
@@ -318,9 +323,11 @@ class Renderer:
         # Progress functions may change their arrays and the scene: the gradient is that of the call's beginning.
         image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32).copy()
         pull = pull_back_of(self.scene, tables, wrt)
+        calls: list[Decisions] = []
 
         def gradients(options: Mapping[str, Any], progress: Progress | None = progress) -> Gradient:
             gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
+            calls.append(self._engine.decided)
             return pull(gradient)
 
         if self._learning is None:
@@ -333,10 +340,27 @@ class Renderer:
                 return gradients({**options, "terms": terms, "seed": seed, "learned": known.sampling}, report)
 
             found = known.gradient(part, options["terms"], options["seed"])
+        self.last_decisions = joined(calls)
         if not all(np.isfinite(gradient).all() for gradient in found.values()):
             alone = {t: gradients({**options, "terms": (t,)}) for t in options["terms"]}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
         return found
+
+    def decide(
+        self, wrt: Sequence[str], *, max_depth: int = 2, bounces: Bounces | None = None, terms: Sequence[str] = TERMS
+    ) -> Decisions:
+        """What the derivative with respect to some parameters consists of, without computing it.
+
+        What the engine looks for to know that is kept for the next derivative. `last_decisions` has the same of the
+        last derivative that was computed, with its samples and seconds. Parameters are those of `render_backward`.
+        """
+        wrt = names("decide", "wrt", wrt, "parameter paths")
+        self._settle(None)
+        tables, wanted = self._asked(wrt, None)
+        _ = self.edges
+        options = checked_options(1, max_depth, 0, bounces)
+        return self._engine.decide(tables, wanted, max_depth=options["max_depth"], bounces=options["bounces"],
+                                   terms=checked_terms(terms))
 
     def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
         """The tables that a camera's derivatives with respect to some parameters are taken of, and which rows."""
@@ -359,13 +383,8 @@ class Renderer:
     ) -> dict[str, Any]:
         narrow = self._engine.narrow
         if self._obstacles is None:
-            self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None
             self._obstacles = list(obstacles(self.scene)) if narrow else []
         computed = checked_terms(terms)
-        if not self._indirect:
-            computed = tuple(term for term in computed if term != "indirect")
-        if not any(may_move(path) for path in wrt) and not bends_rays(self.scene, wrt):
-            computed = tuple(term for term in computed if term == "interior")
         if self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
                              f"gives the nearest that has, where {'; '.join(self._obstacles)}")

@@ -224,6 +224,11 @@ def is_disk(light: Light) -> bool:
     return isinstance(light, PointLight | SpotLight) and light.radius > 0.0 and not light.sphere
 
 
+def has_outline(light: Light) -> bool:
+    """Whether the camera may see where the light ends."""
+    return has_size(light) and "camera" in light.visible_to
+
+
 def has_size(light: Light) -> bool:
     """Whether rays can meet a light, and planes cut it in two."""
     if isinstance(light, SunLight):

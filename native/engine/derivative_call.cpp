@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "boundary/meshes/solids.h"
 #include "engine/followed_lobes_rule.h"
 #include "engine/interior_rules.h"
+#include "engine/missing_parts.h"
 #include "engine/terms/curve_terms.h"
 #include "engine/transparent_closures.h"
+#include "scene/sharp_lobes.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/block_sizes.h"
 #include "tasks/boundary_kind.h"
@@ -55,9 +58,9 @@ std::vector<uint8_t> lights_alone(const SceneTables& tables, const Requested& re
 }
 
 // What boundary terms see of the tables' derivatives.
-RequestedMotion requested_motion(const Requested& requested) {
+RequestedMotion requested_motion(const CameraView& camera, const Requested& requested) {
     return {requested.moving(),
-            requested.any("camera"),
+            moves_rays(camera, requested),
             requested.any("instance_to_world"),
             requested.moves_lights(),
             requested.any("environment_rotation"),
@@ -70,24 +73,6 @@ RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, Der
         options.samples =
             std::max(1, static_cast<int32_t>(std::lround(learned->share[term] * options.samples)));
     return options;
-}
-
-bool anything_moves(const RequestedMotion& motion) {
-    return motion.camera || motion.lights || motion.rotation || motion.any_mesh_moves();
-}
-
-// Whether faces with shading normals of their own may cut off other light than before
-// (boundary/terms/horizon.h; core/planning/shadow.py has the rule in words).
-bool horizons_move(const SceneView& scene, const RenderOptions& options, const RequestedMotion& motion) {
-    const bool bent = scene.corner_normal || scene.all_flags & kHasNormalMap;
-    if (!bent || options.max_depth < 2 || !(options.shadow || options.indirect)) return false;
-    constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
-    const bool lit = scene.has_environment || (scene.lights.kinds & ~kPointlike);
-    if (!lit && !(options.indirect && options.max_depth > 2)) return false;
-    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
-    // Some lights turn with what they light.
-    const bool turns = scene.lights.kinds & kTurningLights;
-    return motion.any_mesh_moves() || motion.rotation || (motion.lights && sized) || (motion.camera && turns);
 }
 
 RenderOptions horizon_options(RenderOptions options) {
@@ -109,7 +94,8 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
     : engine(e),
       requested(requested_of),
       sides(solid_sides(*e.bodies(), e.tables_.camera)),
-      motion(requested_motion(requested)),
+      decided(options.force),
+      motion(requested_motion(e.tables_.camera, requested)),
       geometry(requested.geometry() || moves_chains(e.tables_, requested)),
       lights(e.lights_for(requested)),
       prepared(e.api_, *e.bvh_, e.tables_, &motion, e.hides_no_light(), lights,
@@ -124,35 +110,58 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       surfaces(requested_surfaces(scene, e.tables_, requested, passed)),
       values_alone(requested.values_alone(scene)),
       learns(learned) {
-    if (options.interior && !shading_is_constant(scene, e.tables_, requested, options.max_depth))
-        image_chunks = plan.chunks;
-    if (image_chunks > 0 && options.max_depth >= 2 && rims_move(scene, e.tables_, requested))
-        rim_chunks = rims.chunks;
-    // Where nothing is between surfaces, no edge hides one from another.
-    RenderOptions edges = options;
-    edges.indirect = options.indirect && options.max_depth >= 3 && !e.hides_no_surface();
-    if (anything_moves(motion) && (edges.primary || edges.shadow || edges.indirect)) {
+    if (options.interior) decide_interior(options);
+    const bool nothing_between = options.indirect && options.max_depth >= 3 && e.hides_no_surface();
+    const BoundaryFacts facts{scene,          e.tables_, options, motion, moves_chains(e.tables_, requested),
+                              nothing_between};
+    decide_boundaries(facts, decided);
+    note_missing(facts, requested, e.closed_, e.threads_, decided);
+    if (std::any_of(std::begin(kPartOf), std::end(kPartOf), [&](Part p) { return decided.computes(p); })) {
         const auto normals = e.normals();
         const std::vector<uint8_t> clear = e.clear_emitters(*lights);
         terms = boundary_terms(scene,
                                {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
                                 e.threads_, lights, e.kept_},
-                               edges, motion, e.guided_, e.aimed_, learned);
+                               options, motion, e.guided_, e.aimed_, learned, decided);
     }
-    if (horizons_move(scene, options, motion)) horizon_chunks = horizon.chunks;
-    specular = SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), requested, e.guided_,
-                                e.kept_);
+    if (decided.computes(Part::kHorizons) || decided.computes(Part::kIndirectHorizons))
+        horizon_chunks = horizon.chunks;
+    specular = SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), e.guided_, e.kept_,
+                                decided);
     for (int pass = 0; specular && pass < specular->passes(); ++pass)
         boundary_chunks += specular->chunks(pass);
     if (specular && image_chunks > 0 && !learns && requests_motion_alone() &&
         static_cast<double>(specular->total()) >
             kManySegments * static_cast<double>(plan.pixels) * options.samples)
         divide_interior(2);
-    if (image_chunks > 0 && geometry)
+    if (image_chunks > 0 && geometry) {
         edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, motion, e.threads_);
+        decided.decide(Part::kEdgeOn, edge_on ? Reason::kNeeded : Reason::kNone);
+    }
     if (edge_on) boundary_chunks += edge_on->chunks();
     for (const BoundaryTerm& term : terms)
         for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
+}
+
+void Engine::DerivativeCall::decide_interior(const RenderOptions& options) {
+    if (decided.decide(Part::kInterior,
+                       constant_shading(scene, engine.tables_, requested, options.max_depth)))
+        image_chunks = plan.chunks;
+    const bool shaded = image_chunks > 0;
+    const Reason rims_needed = options.max_depth < 2                          ? Reason::kNotRendered
+                               : !shaded                                      ? Reason::kStill
+                               : !rims_move(scene, engine.tables_, requested) ? Reason::kStill
+                                                                              : Reason::kNeeded;
+    if (decided.decide(Part::kRims, rims_needed)) {
+        rim_chunks = rims.chunks;
+        decided[Part::kRims].materials = used_materials(
+            engine.tables_, [&](size_t closure) { return may_refract_roughly(engine.tables_, closure); });
+    }
+    decided.decide(Part::kContact, scene.mesh_contact && shaded ? Reason::kNeeded : Reason::kNone);
+    decided.decide(Part::kTransparency, passed.empty() || !shaded ? Reason::kNone : Reason::kNeeded);
+    if (!passed.empty())
+        decided[Part::kTransparency].materials =
+            used_materials(engine.tables_, [&](size_t closure) { return passed[closure] != 0; });
 }
 
 AdjointTask Engine::DerivativeCall::recording(const ImageTask& task, Workspace& work,
@@ -220,6 +229,29 @@ HorizonTask Engine::DerivativeCall::horizon_task(const ImageTask& image, Dropped
     return {image, options.shadow, options.indirect && options.max_depth > 2, &lost};
 }
 
+void Engine::DerivativeCall::note_effort() {
+    const auto note = [&](Part part, double samples) {
+        if (decided.at(part)) decided[part].samples += samples;
+    };
+    const auto of_picture = [](const ImagePlan& p) {
+        return static_cast<double>(p.pixels) * p.options.samples;
+    };
+    if (image_chunks > 0) note(Part::kInterior, of_picture(plan));
+    if (rim_chunks > 0) note(Part::kRims, of_picture(rims));
+    if (edge_on) note(Part::kEdgeOn, static_cast<double>(edge_on->total()));
+    if (horizon_chunks > 0)
+        note(decided.computes(Part::kHorizons) ? Part::kHorizons : Part::kIndirectHorizons,
+             of_picture(horizon));
+    for (int pass = 0; specular && pass < specular->passes(); ++pass)
+        note(specular_part(), static_cast<double>(specular->total(pass)));
+    for (const BoundaryTerm& term : terms)
+        for (int pass = 0; pass < term.plan.passes(); ++pass)
+            note(kPartOf[term.plan.kind()], static_cast<double>(term.plan.total(pass)));
+    for (int part = 0; part < static_cast<int>(Part::kParts); ++part)
+        if (decided.at(static_cast<Part>(part)))
+            decided[static_cast<Part>(part)].seconds = clock.seconds(static_cast<Part>(part));
+}
+
 void Engine::DerivativeCall::count_samples(LearnedSampling& learned) const {
     std::fill_n(learned.taken, kDerivativeTerms, 0.0);
     if (image_chunks > 0)
@@ -269,6 +301,11 @@ ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) co
         (requested.any("closure_params") && (requested.span("closure_params").columns & values) != 0);
     const ImagePlan own(scene.camera, options, kRecordedPaths);
     return pictures ? own : own.sharing();
+}
+
+Decisions Engine::decide(const RenderOptions& options, const Requested& requested) const {
+    require_settled();
+    return DerivativeCall(*this, options, requested, nullptr).decided;
 }
 
 float Engine::follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,

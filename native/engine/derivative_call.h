@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "engine/call_scene.h"
+#include "engine/decisions.h"
 #include "engine/derivative_tables.h"
 #include "engine/drop_count.h"
 #include "engine/engine.h"
@@ -40,6 +41,14 @@ struct Engine::DerivativeCall {
     bool misses_change() const;
     // The horizon term's part of a task of its paths.
     HorizonTask horizon_task(const ImageTask& image, DroppedSamples& lost) const;
+    // The samples and seconds of each part, once all are taken.
+    void note_effort();
+    // The part that stands for all that scan lines find.
+    Part specular_part() const {
+        return decided.computes(Part::kMirroredEdges)     ? Part::kMirroredEdges
+               : decided.computes(Part::kMirroredShadows) ? Part::kMirroredShadows
+                                                          : Part::kMirroredLight;
+    }
     // How many samples each term took.
     void count_samples(LearnedSampling& learned) const;
     // What samples without a finite value were left out, by term.
@@ -53,6 +62,7 @@ struct Engine::DerivativeCall {
     // Whether nothing but where vertices and the camera are is asked for.
     bool requests_motion_alone() const;
     bool may_thin_interior() const;
+    void decide_interior(const RenderOptions& options);
     double interior_variance(const Progress& progress, std::vector<ThreadMemory>& of_thread) const;
     // Derivatives by strengths and colours are pictures: they, and what is asked for beside, have their
     // numbers.
@@ -67,6 +77,8 @@ struct Engine::DerivativeCall {
     const Engine& engine;
     const Requested& requested;
     const std::vector<int8_t> sides;
+    Decisions decided;
+    mutable PartClock clock;
     const RequestedMotion motion;
     const bool geometry;  // whether positions, directions or normals of a path's vertices change
     const std::shared_ptr<const LightList> lights;

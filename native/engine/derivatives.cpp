@@ -14,8 +14,8 @@
 namespace edgegrad {
 
 void Engine::forward(const RenderOptions& options, const Requested& requested, TableValues tangents,
-                     LearnedSampling* learned, const Progress& progress, float* image,
-                     Dropped& dropped) const {
+                     LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped,
+                     Decisions& decided) const {
     require_settled();
     DerivativeCall call(*this, options, requested, learned);
     const SceneView& scene = call.scene;
@@ -80,6 +80,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
             add_samples(call.specular->total(pass),
                         [&](size_t thread, int64_t first, int64_t count, Splats& out) {
                             DroppedSamples lost;
+                            const auto timed = call.clock.run(call.specular_part());
                             call.specular->forward(kernels_, scene, pass, first, count, of_thread[thread],
                                                    tables, d, out, lost);
                             call.dropped_chains.add(lost, pass == 0 ? 0 : call.specular->total(0));
@@ -89,6 +90,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
             add_samples(term.plan.total(pass), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
                 DroppedSamples lost;
                 const BoundaryTask task = term.task(pass, first, count, lost);
+                const auto timed = call.clock.run(kPartOf[task.kind]);
                 kernels_.boundary[task.kind].forward(term.view(scene), task, of_thread[thread].paths(), d,
                                                      out);
                 term.dropped->add(lost, pass == 0 ? 0 : term.plan.total(0));
@@ -100,6 +102,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     call.thin_interior(guide_second_passes(call.terms), part(0), of_thread);
     if (call.image_chunks > 0) {
         parallel_for(threads_, plan.chunks, part(plan.chunks), [&](int thread, int64_t chunk) {
+            const auto timed = call.clock.run(Part::kInterior);
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
                 Workspace& w = mine.paths();
@@ -120,6 +123,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     if (call.horizon_chunks > 0) {
         parallel_for(threads_, call.horizon_chunks, part(call.horizon_chunks),
                      [&](int thread, int64_t chunk) {
+                         const auto timed = call.clock.run(Part::kHorizons);
                          call.horizon.for_each_task(chunk, [&](const ImageTask& task) {
                              Workspace& w = of_thread[static_cast<size_t>(thread)].paths();
                              DroppedSamples lost;
@@ -131,6 +135,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     }
     if (call.rim_chunks > 0) {
         parallel_for(threads_, call.rim_chunks, part(call.rim_chunks), [&](int thread, int64_t chunk) {
+            const auto timed = call.clock.run(Part::kRims);
             call.rims.for_each_task(chunk, [&](const ImageTask& task) {
                 ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
                 Workspace& w = mine.paths();
@@ -147,6 +152,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     if (call.edge_on)
         add_samples(call.edge_on->total(), [&](size_t thread, int64_t first, int64_t count, Splats& out) {
             DroppedSamples lost;
+            const auto timed = call.clock.run(Part::kEdgeOn);
             ThreadMemory& mine = of_thread[thread];
             Workspace& w = mine.paths();
             const ImageTask image = EdgeOnTerm::image(count);
@@ -157,11 +163,14 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
         });
     memory_pool_.give(std::move(memory));
     dropped = call.all_dropped();
+    call.note_effort();
+    decided = std::move(call.decided);
     if (progress) progress(1.0);  // second passes may have spared samples
 }
 
 TableValues Engine::backward(const RenderOptions& options, const Requested& requested, const float* adjoint,
-                             LearnedSampling* learned, const Progress& progress, Dropped& dropped) const {
+                             LearnedSampling* learned, const Progress& progress, Dropped& dropped,
+                             Decisions& decided) const {
     require_settled();
     DerivativeCall call(*this, options, requested, learned);
     const SceneView& scene = call.scene;
@@ -188,6 +197,7 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
                  chunk += count, ++done) {
                 DroppedSamples lost;
                 const int64_t first = chunk * kBoundaryChunk;
+                const auto timed = call.clock.run(kPartOf[term.plan.kind()]);
                 const BoundaryTask task =
                     term.task(pass, first, std::min(kBoundaryChunk, term.plan.total(pass) - first), lost);
                 kernels_.boundary[task.kind].backward(term.view(scene), task, w, adjoint, d);
@@ -203,6 +213,7 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
         for (int64_t chunk = group; chunk < term.chunks(pass) && !cancelled(); chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
+            const auto timed = call.clock.run(call.specular_part());
             term.backward(kernels_, scene, pass, first, std::min(kBoundaryChunk, term.total(pass) - first),
                           of_thread[thread], gradient.tables, d, adjoint, lost);
             call.dropped_chains.add(lost, pass == 0 ? 0 : term.total(0));
@@ -213,6 +224,7 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
         for (int64_t chunk = group; chunk < term.chunks() && !cancelled(); chunk += count, ++done) {
             const int64_t first = chunk * kBoundaryChunk;
             DroppedSamples lost;
+            const auto timed = call.clock.run(Part::kEdgeOn);
             ThreadMemory& mine = of_thread[thread];
             Workspace& w = mine.paths();
             const ImageTask image = EdgeOnTerm::image(std::min(kBoundaryChunk, term.total() - first));
@@ -236,6 +248,7 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
         // A group's chunks are spread over the picture, so that groups take about equally long.
         for (int64_t chunk = group; chunk < call.image_chunks && !cancelled(); chunk += count, ++done) {
             if (!plan.any_adjoint(chunk, adjoint)) continue;
+            const auto timed = call.clock.run(Part::kInterior);
             plan.for_each_task(chunk, [&](const ImageTask& task) {
                 DroppedSamples lost;
                 const auto run = [&](auto sweep, auto kernel) {
@@ -251,6 +264,7 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
         }
         for (int64_t chunk = group; chunk < call.horizon_chunks && !cancelled(); chunk += count, ++done) {
             if (!call.horizon.any_adjoint(chunk, adjoint)) continue;
+            const auto timed = call.clock.run(Part::kHorizons);
             DerivativeView d = call.boundary_view(gradient);
             call.horizon.for_each_task(chunk, [&](const ImageTask& task) {
                 DroppedSamples lost;
@@ -260,6 +274,7 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
         }
         for (int64_t chunk = group; chunk < call.rim_chunks && !cancelled(); chunk += count, ++done) {
             if (!call.rims.any_adjoint(chunk, adjoint)) continue;
+            const auto timed = call.clock.run(Part::kRims);
             call.rims.for_each_task(chunk, [&](const ImageTask& task) {
                 DroppedSamples lost;
                 AdjointTask sweep = call.record_rims(task, w, mine.adjoint, gradient.tables);
@@ -278,6 +293,8 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
     if (learned) call.count_samples(*learned);
     if (progress) progress(1.0);  // second passes may have spared samples
     dropped = call.all_dropped();
+    call.note_effort();
+    decided = std::move(call.decided);
     TableValues gradients = groups.reduce(threads_);
     if (requested.any("normals") && requested.any("vertices"))
         pull_shading_normals(tables_, threads_, gradients.at("normals").data(),

@@ -31,6 +31,8 @@ struct RenderOptions {
     BounceLimits limits;
     bool interior = true, primary = true, shadow = true, indirect = true;
     bool caustics_alone = false;  // of a picture: the part of it that is caustics (path/path_queue.h)
+    // For tests: parts of a derivative (bits, engine/decisions.h) that are computed though they are zero.
+    uint64_t force = 0;
 };
 
 // Samples that a term of a derivative leaves out, with where the first of them is.
@@ -44,6 +46,7 @@ struct DroppedTerm {
 using Dropped = std::vector<DroppedTerm>;
 
 struct LearnedSampling;
+class Decisions;
 
 class Engine {
  public:
@@ -80,9 +83,13 @@ class Engine {
     // is what earlier gradients have learned of the samples' worth: both take samples by it, and a gradient
     // adds its own.
     void forward(const RenderOptions& options, const Requested& requested, TableValues tangents,
-                 LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped) const;
+                 LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped,
+                 Decisions& decided) const;
     TableValues backward(const RenderOptions& options, const Requested& requested, const float* adjoint,
-                         LearnedSampling* learned, const Progress& progress, Dropped& dropped) const;
+                         LearnedSampling* learned, const Progress& progress, Dropped& dropped,
+                         Decisions& decided) const;
+    // What such a call would compute. What is looked for to know that is kept for the call.
+    Decisions decide(const RenderOptions& options, const Requested& requested) const;
 
     // For tests: light sampling by itself.
     void probe_lights(const LightProbes& probes) const;

@@ -6,6 +6,20 @@
 #include "shading/bsdf/lobe.h"
 
 namespace edgegrad {
+
+bool is_black(const SceneView& scene, int32_t material) {
+    for (int32_t closure = scene.material_first_closure[material];
+         closure < scene.material_first_closure[material + 1]; ++closure) {
+        const float* color =
+            scene.closure_params + static_cast<ptrdiff_t>(closure) * kMaterialParams + kBaseColor;
+        if (!(scene.closure_flags[closure] & kLambertian) || color[0] > 0.0f || color[1] > 0.0f ||
+            color[2] > 0.0f ||
+            (scene.textures.closure_program && scene.textures.closure_program[closure] >= 0))
+            return false;
+    }
+    return true;
+}
+
 namespace {
 
 bool requests_only(const Requested& requested, const std::vector<const char*>& names) {
@@ -31,19 +45,6 @@ int32_t lobes_alone(const Requested& requested) {
     if ((columns & ~(rough | coat)) != 0) return 0;
     return ((columns & rough) ? 1 << kMirrorLobe | 1 << kInterfaceLobe : 0) |
            ((columns & coat) ? 1 << kCoatLobe : 0);
-}
-
-bool is_black(const SceneView& scene, int32_t material) {
-    for (int32_t closure = scene.material_first_closure[material];
-         closure < scene.material_first_closure[material + 1]; ++closure) {
-        const float* color =
-            scene.closure_params + static_cast<ptrdiff_t>(closure) * kMaterialParams + kBaseColor;
-        if (!(scene.closure_flags[closure] & kLambertian) || color[0] > 0.0f || color[1] > 0.0f ||
-            color[2] > 0.0f ||
-            (scene.textures.closure_program && scene.textures.closure_program[closure] >= 0))
-            return false;
-    }
-    return true;
 }
 
 // Black meshes whose light holds its direction on all surfaces (shading/lights/fixed_direction_light.h)
@@ -115,10 +116,24 @@ bool moving_meshes_glow(const SceneView& scene, const SceneTables& tables, const
 
 }  // namespace
 
-bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Requested& requested,
-                         int max_depth) {
-    return looks_the_same(scene, requested) || only_outlines_move(scene, tables, requested) ||
-           nothing_shaded_moves(scene, tables, requested, max_depth);
+Reason constant_shading(const SceneView& scene, const SceneTables& tables, const Requested& requested,
+                        int max_depth) {
+    if (looks_the_same(scene, requested)) return Reason::kLooksTheSame;
+    if (only_outlines_move(scene, tables, requested)) return Reason::kOnlyOutlineMoves;
+    return nothing_shaded_moves(scene, tables, requested, max_depth) ? Reason::kUnshaded : Reason::kNeeded;
+}
+
+bool all_black(const SceneView& scene, const SceneTables& tables) {
+    if (scene.all_flags & kHasTransparency) return false;  // surfaces behind show what those let through
+    const int32_t faces = tables.mesh_first_face[static_cast<size_t>(tables.visible_meshes)];
+    std::vector<int8_t> black(tables.material_first_closure.size() - 1, -1);
+    for (int32_t face = 0; face < faces; ++face) {
+        const int32_t material = scene.face_material[face];
+        int8_t& known = black[static_cast<size_t>(material)];
+        if (known < 0) known = is_black(scene, material);
+        if (!known) return false;
+    }
+    return true;
 }
 
 bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested) {

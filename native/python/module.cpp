@@ -9,6 +9,7 @@
 
 #include "boundary/curves/learned_weights.h"
 #include "embree/library.h"
+#include "engine/decisions.h"
 #include "engine/engine.h"
 #include "kernels/dispatch.h"
 #include "python/bsdfs.h"
@@ -154,6 +155,34 @@ SceneTables read_tables(nb::handle t) {
     return s;
 }
 
+// What a derivative consists of, a tuple for each part (core/derivatives/decisions.py).
+nb::list decision_list(const edgegrad::Decisions& decided) {
+    constexpr const char* kOutcomes[] = {"computed", "zero", "missing"};
+    const auto indices = [](const std::vector<int32_t>& values) {
+        nb::list out;
+        for (const int32_t v : values) out.append(v);
+        return nb::tuple(out);
+    };
+    const auto index_pairs = [](const std::vector<std::array<int32_t, 2>>& values) {
+        nb::list out;
+        for (const auto& v : values) out.append(nb::make_tuple(v[0], v[1]));
+        return nb::tuple(out);
+    };
+    nb::list out;
+    for (size_t k = 0; k < static_cast<size_t>(edgegrad::Part::kParts); ++k) {
+        const auto& d = decided.at(static_cast<edgegrad::Part>(k));
+        if (!d) continue;
+        const edgegrad::EdgeCounts& e = d->edges;
+        out.append(nb::make_tuple(edgegrad::kPartTable[k].name, edgegrad::kPartTable[k].term,
+                                  kOutcomes[static_cast<size_t>(d->outcome)],
+                                  edgegrad::kReasonNames[static_cast<size_t>(d->reason)],
+                                  nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes),
+                                  indices(d->lights), indices(d->materials), index_pairs(d->pairs),
+                                  index_pairs(d->pierced), d->samples, d->seconds));
+    }
+    return out;
+}
+
 RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::handle terms) {
     RenderOptions o;
     const std::pair<const char*, bool&> all[] = {
@@ -250,7 +279,8 @@ class Scene {
                       nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
                       nb::object progress) {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
-        const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
+        RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
+        options.force = force_;
         edgegrad::TableValues tangents;
         for (const auto& [name, values] : tangent) {
             const std::string table = text(name);
@@ -260,11 +290,13 @@ class Scene {
         const edgegrad::Requested what = read_requested(requested);
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::Dropped dropped;
+        edgegrad::Decisions decided;
         {
             const WithoutInterpreter without;
-            engine_->forward(options, what, std::move(tangents), learned, report, pixels.data(), dropped);
+            engine_->forward(options, what, std::move(tangents), learned, report, pixels.data(), dropped,
+                             decided);
         }
-        return nb::make_tuple(pixels.array(), dropped_list(dropped));
+        return nb::make_tuple(pixels.array(), dropped_list(dropped), decision_list(decided));
     }
 
     nb::tuple backward(nb::handle adjoint, nb::dict requested, int samples, uint32_t seed, int max_depth,
@@ -277,14 +309,30 @@ class Scene {
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::TableValues gradients;
         edgegrad::Dropped dropped;
+        edgegrad::Decisions decided;
         {
             const WithoutInterpreter without;
-            gradients = engine_->backward(options, what, image.data(), learned, report, dropped);
+            gradients = engine_->backward(options, what, image.data(), learned, report, dropped, decided);
         }
         nb::dict out;
         for (const auto& [name, values] : gradients) out[name.c_str()] = edgegrad::zeros_to_numpy(values);
-        return nb::make_tuple(out, dropped_list(dropped));
+        return nb::make_tuple(out, dropped_list(dropped), decision_list(decided));
     }
+
+    // What such a call would compute.
+    nb::list decide(nb::dict requested, int max_depth, nb::handle bounces, nb::handle terms) {
+        const RenderOptions options = make_options(1, 0, max_depth, bounces, terms);
+        const edgegrad::Requested what = read_requested(requested);
+        edgegrad::Decisions decided;
+        {
+            const WithoutInterpreter without;
+            decided = engine_->decide(options, what);
+        }
+        return decision_list(decided);
+    }
+
+    // For tests: parts of derivatives (bits) that are computed though they are zero.
+    void set_force(uint64_t parts) { force_ = parts; }
 
     const Engine& engine() const { return *engine_; }
     const char* instruction_set() const { return kernels_.name; }
@@ -305,6 +353,7 @@ class Scene {
 
     const edgegrad::KernelTable& kernels_;
     std::unique_ptr<Engine> engine_;
+    uint64_t force_ = 0;
 };
 
 }  // namespace
@@ -376,5 +425,7 @@ NB_MODULE(_native, m) {
                  return edgegrad::meet_lights(s.engine(), position, normal, w, face, r, bsdf_pdf, kind,
                                               both_sides);
              })
+        .def("decide", &Scene::decide, "requested"_a, "max_depth"_a, "bounces"_a, "terms"_a)
+        .def("force", &Scene::set_force, "parts"_a)
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "boundary/curves/edge_cache.h"
+#include "boundary/curves/edge_counts.h"
 #include "scene/tables.h"
 #include "scene/view.h"
 #include "tasks/kernel_table.h"
@@ -25,6 +26,7 @@ struct Candidates {
     // entry is one piece.
     std::vector<int32_t> parts;
     std::vector<double> cumulative{0.0};  // mass up to each entry, pixels
+    EdgeCounts counts;                    // of a search
     // Of what was learned (boundary/curves/learned_weights.h; empty: nothing was), by piece: the mass that it
     // has but for that, and guesses of how large samples on it are, of mean 1 over the mass: from few and
     // from many neighbours.

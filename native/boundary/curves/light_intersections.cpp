@@ -156,17 +156,8 @@ struct RoundLight {
     }
 };
 
-// By visible mesh whether it, or what places it, moves.
-std::vector<uint8_t> moving_meshes(const SceneTables& tables, const RequestedMotion& motion) {
-    std::vector<uint8_t> out = motion.moving;
-    if (!motion.instances) return out;
-    for (int32_t mesh : tables.instance_mesh) out[static_cast<size_t>(mesh)] = 1;
-    return out;
-}
+}  // namespace
 
-using RequestedPair = std::function<bool(size_t row, size_t mesh)>;
-
-// The lines of those lights and meshes that are wanted(row, mesh).
 Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads) {
     const auto instances = mesh_instances(tables);
     // A light and the faces near it.
@@ -224,8 +215,6 @@ Intersections lines_through_lights(const SceneTables& tables, const RequestedPai
         }
     return out;
 }
-
-}  // namespace
 
 Intersections find_light_intersections(const SceneTables& tables, const RequestedMotion& motion,
                                        const Intersections& intersections, const int32_t* emissive,

@@ -7,6 +7,8 @@
 // Planes that nearly lie in or touch a light are left out: the speed of their line has no bound.
 #pragma once
 
+#include <functional>
+
 #include "boundary/curves/intersections.h"
 
 namespace edgegrad {
@@ -23,5 +25,9 @@ Intersections find_disk_intersections(const SceneTables& tables, int threads);
 // Those that camera rays meet and that may move in the picture. `disks`: also through these.
 Intersections find_seen_lights(const SceneTables& tables, const RequestedMotion& motion, bool disks,
                                int threads);
+
+// Those of the lights and meshes that requested(row, mesh) names.
+using RequestedPair = std::function<bool(size_t row, size_t mesh)>;
+Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads);
 
 }  // namespace edgegrad

@@ -51,23 +51,24 @@ using SharedCandidates = std::shared_ptr<const Candidates>;
 SharedCandidates shared(SharedCandidates known) { return known; }
 SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
 
-// Whether a surface may have lobes that the aimed estimator takes (camera_sampled_kinds of
+// The materials that may have lobes that samples from the camera take (camera_sampled_kinds of
 // boundary/terms/camera_sampled_lobes.h).
-bool any_camera_sampled(const SceneView& scene, const SceneTables& tables, float aimed) {
-    if (aimed >= kAimAtAll) return true;
-    for (size_t k = 0; k < tables.closure_kind.size(); ++k) {
-        const bool glossy = tables.closure_flags[k] & (kHasGlossy | kHasRefraction);
-        if (glossy && tables.closure_kind[k] != kSheen && scene.textures.closure_program) return aimed > 0.0f;
-        if (has_sharp_lobe(tables, k, aimed)) return true;
-    }
-    return false;
+std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float aimed) {
+    const auto takes = [&](size_t closure) {
+        const bool glossy = tables.closure_flags[closure] & (kHasGlossy | kHasRefraction);
+        const bool textured = scene.textures.closure_program && scene.textures.closure_program[closure] >= 0;
+        return aimed >= kAimAtAll || has_sharp_lobe(tables, closure, aimed) ||
+               (aimed > 0.0f && glossy && textured && tables.closure_kind[closure] != kSheen);
+    };
+    return used_materials(tables, takes);
 }
 
 }  // namespace
 
 std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
                                          const RenderOptions& options, const RequestedMotion& motion,
-                                         bool guided, float aimed, LearnedSampling* learned) {
+                                         bool guided, float aimed, LearnedSampling* learned,
+                                         Decisions& decided) {
     std::vector<BoundaryTerm> terms;
     const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
     const double picture = static_cast<double>(pixels) * options.samples;
@@ -92,21 +93,38 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
     const auto silhouettes = [&] {
         return edges.kept.silhouettes.get(sides, [&] { return shadow_candidates(scene, edges, true); });
     };
-    if (options.primary) {
+    // Where a part that is zero is computed to see that, edges of all meshes are looked for.
+    const auto swept = [&](Part part) {
+        RequestedMotion all = motion;
+        all.camera |= decided.forces(part);
+        return all;
+    };
+    // Whether a search for a part's edges has found some, of which the decision is told.
+    const auto has_edges = [&](Part part, const Candidates& found) {
+        Decision& d = decided[part];
+        const int64_t still = d.edges.still;
+        d.edges = found.counts, d.edges.still = still;
+        if (found.size() == 0) decided.none(part, found.counts.kept > 0 ? Reason::kOutOfView : Reason::kFlat);
+        return found.size() > 0;
+    };
+    if (decided.computes(Part::kPrimaryEdges)) {
         // Where light is held (scene/contact.h) it moves over all of them: they are searched once for both.
         RequestedMotion wider = motion;
-        wider.camera |= scene.mesh_contact != nullptr;
+        wider.camera |= scene.mesh_contact != nullptr || decided.forces(Part::kPrimaryEdges);
         seen = edges.kept.intersections.get({wider.camera, wider.instances, wider.moving}, [&] {
             return find_intersections(edges, wider, 1 << kCameraRay);
         });
-        auto lines = std::make_shared<EdgesAndIntersections>(
-            edges.tables, moving_intersections(edges.tables, motion, *seen));
-        const auto found = edges.kept.primary.get({{scene.camera}, motion}, [&] {
-            Candidates all = primary_candidates(scene, edges, motion);
+        const RequestedMotion moving = swept(Part::kPrimaryEdges);
+        Intersections crossing = moving_intersections(edges.tables, moving, *seen);
+        decided.found(Part::kSeenIntersections, edges.tables, crossing);
+        auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(crossing));
+        const auto found = edges.kept.primary.get({{scene.camera}, moving}, [&] {
+            Candidates all = primary_candidates(scene, edges, moving);
             lines->add_candidates(scene.camera, all);
             return all;
         });
         const Candidates& candidates = *found;
+        has_edges(Part::kPrimaryEdges, candidates);
         // As many samples per pixel of edge as the picture has per pixel.
         const double all = std::min(candidates.mass() * options.samples, kMostPrimary * picture);
         const double part = scattered(candidates, 1.0, all);
@@ -115,7 +133,7 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
             kPrimaryBoundary, candidates, [&] { return found; }, false, learned_cells(samples), samples,
             kMostPrimary, std::move(lines));
     }
-    if (options.shadow && options.max_depth >= 2 && !scene.convex) {
+    if (decided.computes(Part::kLightShadows) || decided.computes(Part::kEnvironmentShadows)) {
         const double samples = kShadowShare * picture;
         const bool chains = options.max_depth > 2;
         // Along edges, `directions` of them in cells of their own.
@@ -125,44 +143,48 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                                                                return shadow_candidates(scene, edges, false);
                                                            });
             const Candidates& found = *kept;
+            if (!has_edges(kPartOf[kind], found)) return;
             const double part = scattered(found, kSamplesTowardsLight, samples);
             add(
                 kind, found, [&] { return over_directions(found, part * directions, chains); }, chains,
                 learned_cells(part * samples), part * samples, kShadowShare);
         };
-        if (scene.lights.count > 0) add_shadows(kShadowBoundary, 0.0);
+        if (decided.computes(Part::kLightShadows)) add_shadows(kShadowBoundary, 0.0);
         // Directions to an image are its own samples', in no cell.
-        if (scene.has_environment)
+        if (decided.computes(Part::kEnvironmentShadows))
             add_shadows(kEnvironmentShadow, scene.sky.sampled ? 0.0 : kDirectionSegments * samples);
     }
-    if (options.shadow && options.max_depth >= 2 && scene.face_held) {
+    if (decided.computes(Part::kEmitterOutlines) && scene.face_held) {
         const double samples = kOutlineShare * picture;
         const bool chains = options.max_depth > 2;
         const Candidates outlines = emitter_candidates(scene, edges);
-        if (outlines.size() > 0)
+        if (has_edges(Part::kEmitterOutlines, outlines))
             add(
                 kEmitterOutline, whole_picture(),
                 [&] { return over_picture(kPictureSegments * samples, chains); }, chains, 0.0, samples,
                 kOutlineShare, nullptr, std::make_shared<EdgeTree>(scene, edges.tables, outlines, true));
     }
-    if (options.indirect && options.max_depth >= 3) {
+    if (decided.computes(Part::kIndirectEdges)) {
         const double samples = kIndirectShare * picture;
         const bool chains = options.max_depth > 3;
         const auto kept = silhouettes();
         const Candidates& found = *kept;
-        if (found.size() > 0 && any_camera_sampled(scene, edges.tables, aimed))
+        const bool any = has_edges(Part::kIndirectEdges, found);
+        if (!any) decided.none(Part::kCameraSampledIndirect, decided[Part::kIndirectEdges].reason);
+        if (any && decided.computes(Part::kCameraSampledIndirect) &&
+            decided.lists_materials(Part::kCameraSampledIndirect, camera_sampled(scene, edges.tables, aimed)))
             add(
                 kCameraSampledIndirect, whole_picture(),
                 [&] { return over_picture(kPictureSegments * samples, chains); }, chains, 0.0, samples,
                 kIndirectShare, nullptr,
                 edges.kept.tree.get(sides, [&] { return EdgeTree(scene, edges.tables, found); }));
-        if (aimed < kAimAtAll)
+        if (any && aimed < kAimAtAll)
             add(
                 kIndirectBoundary, found,
                 [&] { return over_directions(found, kDirectionSegments * samples, chains); }, chains,
                 learned_cells(samples), samples, kIndirectShare);
     }
-    for (CurveTerm& curve : curve_terms(scene, edges, options, motion, seen.get())) {
+    for (CurveTerm& curve : curve_terms(scene, edges, options, motion, seen.get(), decided)) {
         const double samples = (learned ? learned->share[kTermOf[curve.kind]] : 1.0) * curve.share * picture;
         SamplePlan plan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind, guided);
         // What surfaces hide of others by passing through them has no aimed estimator.

@@ -9,6 +9,7 @@
 #include "boundary/curves/intersections.h"
 #include "boundary/curves/learned_weights.h"
 #include "boundary/samples/sample_plan.h"
+#include "engine/decisions.h"
 #include "engine/drop_count.h"
 #include "tasks/boundary_task.h"
 #include "tasks/dropped_samples.h"
@@ -33,11 +34,12 @@ struct BoundaryTerm {
     }
 };
 
-// Those that the options ask for and that may not be zero; `learned`: with what earlier calls have learned,
-// or null.
+// Those that `decided` computes, which is told what candidates they have; `learned`: with what earlier calls
+// have learned, or null.
 std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList& edges,
                                          const RenderOptions& options, const RequestedMotion& motion,
-                                         bool guided, float aimed, LearnedSampling* learned);
+                                         bool guided, float aimed, LearnedSampling* learned,
+                                         Decisions& decided);
 
 // Between the two passes over the terms' samples: the second ones' numbers. Returns the variance that is
 // left, by what the first ones say; 0 if there are no second ones.

@@ -7,6 +7,7 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/intersections.h"
+#include "engine/decisions.h"
 #include "engine/engine.h"
 #include "tasks/boundary_kind.h"
 
@@ -19,10 +20,10 @@ struct CurveTerm {
     double share;                                        // samples per pixel and sample of the picture
 };
 
-// Those that the options ask for and that may not be zero. `seen`: the crossings that the camera sees, where
-// they have been looked for.
+// Those that `decided` computes, which is told what was found. `seen`: the intersections that the camera
+// sees, where they have been looked for.
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
                                    const RenderOptions& options, const RequestedMotion& motion,
-                                   const Intersections* seen);
+                                   const Intersections* seen, Decisions& decided);
 
 }  // namespace edgegrad

@@ -55,21 +55,19 @@ bool moves_chains(const SceneTables& t, const Requested& requested) {
 }
 
 std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
-                                             const RenderOptions& options, const Requested& requested,
-                                             bool guided, EdgeCache& kept) {
-    const bool moves = moves_chains(tables, requested);
-    const bool edges = options.primary && options.max_depth >= 2 && moves;
-    // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
-    const bool lights = options.shadow && options.max_depth >= 3 && !scene.convex &&
-                        (scene.lights.count > 0 || scene.has_environment) &&
-                        (moves || requested.moves_lights() || requested.any("environment_rotation"));
-    // One that a surface lights by another takes one more.
-    const bool surfaces = options.indirect && options.max_depth >= 4 && moves;
-    if (!(edges || lights || surfaces) || !may_be_specular(tables, scene.followed_alpha)) return std::nullopt;
+                                             const RenderOptions& options, bool guided, EdgeCache& kept,
+                                             Decisions& decided) {
+    const Parts parts{decided.computes(Part::kMirroredEdges), decided.computes(Part::kMirroredShadows),
+                      decided.computes(Part::kMirroredLight)};
+    if (!(parts.edges || parts.lights || parts.surfaces)) return std::nullopt;
     const FilmRectangle film = specular_bounds(scene, tables);
-    if (film.empty()) return std::nullopt;
+    if (film.empty()) {
+        for (Part part : {Part::kMirroredEdges, Part::kMirroredShadows, Part::kMirroredLight})
+            if (decided.computes(part)) decided.none(part, Reason::kOutOfView);
+        return std::nullopt;
+    }
     return SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film,
-                        {edges, lights, surfaces}, guided);
+                        parts, guided);
 }
 
 SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,

@@ -6,6 +6,7 @@
 #include "boundary/meshes/surface_regions.h"
 #include "boundary/samples/sample_plan.h"
 #include "boundary/specular/scan_plan.h"
+#include "engine/decisions.h"
 #include "engine/derivative_tables.h"
 #include "engine/workspace.h"
 #include "tasks/adjoint_task.h"
@@ -21,10 +22,10 @@ bool moves_chains(const SceneTables& tables, const Requested& requested);
 
 class SpecularTerm {
  public:
-    // None where no surface is a mirror or smooth glass, or nothing asked for moves rays or edges.
+    // What `decided` computes of edges seen by mirrors and smooth glass; none where the camera sees neither.
     static std::optional<SpecularTerm> of(const SceneView& scene, const SceneTables& tables,
-                                          const RenderOptions& options, const Requested& requested,
-                                          bool guided, EdgeCache& kept);
+                                          const RenderOptions& options, bool guided, EdgeCache& kept,
+                                          Decisions& decided);
 
     int passes() const { return plan_.passes(); }
     int64_t total(int pass) const { return plan_.total(pass); }

@@ -44,8 +44,7 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
         value = values.get(scene, path)
         _, name, fieldname = values.split(path)
         if fieldname == "vertices":
-            mesh = scene.meshes[name]
-            tangent[path] = _normals(mesh) if direction == "NORMAL" else _along(direction, len(mesh.vertices))
+            tangent[path] = _motion(scene.meshes[name], direction)
         else:
             tangent[path] = np.ones(np.shape(value))
     limits = export.settings
@@ -54,12 +53,19 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
     return picture, export, not_computed(export, paths)
 
 
-def _along(direction: str, count: int) -> NDArray[np.float64]:
-    out = np.zeros((count, 3))
-    out[:, "XYZ".index(direction)] = 1.0
-    return out
+def _motion(mesh: edgegrad.Mesh, direction: str) -> NDArray[np.float64]:
+    """(n, 3) the motion of vertices, in their space, that is 1 m in the world along their normals or an axis."""
+    linear = mesh.transform[:3, :3]
+    vertices = mesh.vertices @ linear.T
+    if direction == "NORMAL":
+        # The front of the faces stays outside where the transform mirrors.
+        along = np.sign(np.linalg.det(linear)) * _normals(vertices, mesh.faces)
+    else:
+        along = np.zeros_like(vertices)
+        along[:, "XYZ".index(direction)] = 1.0
+    return along @ np.linalg.inv(linear).T
 
 
-def _normals(mesh: edgegrad.Mesh) -> NDArray[np.float64]:
+def _normals(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
     """(n, 3) unit normals, faces weighted by area; zero for vertices without faces."""
-    return vertex_normals(mesh.vertices, mesh.faces, np.arange(len(mesh.vertices)))
+    return vertex_normals(vertices, faces, np.arange(len(vertices)))

@@ -84,7 +84,9 @@ def write(export: Export, path: str, before: Any, after: Any, in_place: bool) ->
     collection, name, fieldname = values.split(path)
     if collection == "meshes":
         source = export.meshes[name]
-        write_back.write_vertices(bpy.data.objects[source.object], source.matrix, np.asarray(before),
+        # From Blender's object space to that of the vertices, which a transform of their own may place.
+        matrix = np.linalg.inv(export.scene.meshes[name].transform) @ source.matrix
+        write_back.write_vertices(bpy.data.objects[source.object], matrix, np.asarray(before),
                                   np.asarray(after), in_place)  # fmt: skip
     elif collection == "materials":
         write_back.write_material(export.materials[name], name, fieldname, np.asarray(after))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 
 from ..problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
@@ -115,7 +116,7 @@ class PlacedMeshes:
                 first.instance = True
                 first.objects = tuple(dict.fromkeys(source.object for source in group.sources))
                 name = unused_name(first, first.object, out)
-                out[name] = _instanced(group, np.stack([source.matrix for source in group.sources]))
+                out[name] = replace(_in_own_space(group), instances=np.stack([s.matrix for s in group.sources]))
             sources[name] = first
         return out
 
@@ -132,8 +133,8 @@ def _materials(group: Group) -> dict[str, Any]:
     return {"materials": group.slots, "face_material": np.clip(group.arrays.slots, 0, len(group.slots) - 1)}
 
 
-def _instanced(group: Group, matrices: F64) -> edgegrad.Mesh:
-    """The mesh in its own space, placed several times."""
+def _in_own_space(group: Group) -> edgegrad.Mesh:
+    """The mesh in Blender's object space."""
     arrays = group.arrays
     vertices = arrays.positions.astype(np.float64)
     normals = None
@@ -141,22 +142,30 @@ def _instanced(group: Group, matrices: F64) -> edgegrad.Mesh:
         normals = given_normals(vertices, arrays.faces, arrays.smoothing, arrays.normals.astype(np.float64),
                                 arrays.exact)  # fmt: skip
     return edgegrad.Mesh(vertices, arrays.faces.copy(), smoothing=arrays.smoothing, normals=normals,
-                         attributes=group.attributes, instances=matrices, visible_to=group.visible,
+                         attributes=group.attributes, visible_to=group.visible,
                          terminator_offset=group.terminator, **_materials(group))  # fmt: skip
 
 
 def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
-    """The mesh where it stands, with the front of its faces outside even if it is mirrored."""
+    """The mesh where it stands, with the front of its faces outside even if it is mirrored.
+
+    Its vertices are in the world, unless it has tangents and is scaled unevenly, which only a transform expresses.
+    """
     arrays = group.arrays
     linear = matrix[:3, :3]
+    flat = abs(np.linalg.det(linear)) < 1e-30
+    if not flat and stretches(linear) and any(name.endswith(TANGENT) for name in group.attributes):
+        return replace(_in_own_space(group), transform=matrix)
     vertices = np.ascontiguousarray(arrays.positions @ linear.T + matrix[:3, 3], np.float64)
     faces, smoothing, normals = arrays.faces, arrays.smoothing, None
-    if smoothing is not None and arrays.normals is not None and abs(np.linalg.det(linear)) > 1e-30:
+    if smoothing is not None and arrays.normals is not None and not flat:
         # Stretching changes angles, and with them the normals that the triangles would give.
-        stretches = not np.allclose(linear.T @ linear, np.eye(3) * (linear[:, 0] @ linear[:, 0]), rtol=1e-5, atol=1e-12)
         given = arrays.normals @ np.linalg.inv(linear)
-        normals = given_normals(vertices, faces, smoothing, given, arrays.exact and not stretches)
-    attributes = {name: _turned(name, value, linear) for name, value in group.attributes.items()}
+        normals = given_normals(vertices, faces, smoothing, given, arrays.exact and not stretches(linear))
+    attributes = {
+        name: placed_tangents(matrix[None, :3], value) if is_tangent(name, value) and not flat else value
+        for name, value in group.attributes.items()
+    }
     if np.linalg.det(linear) < 0.0:
         faces = faces[:, ::-1]
         smoothing = None if smoothing is None else smoothing[:, ::-1]
@@ -165,17 +174,3 @@ def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
                          normals=normals, attributes={k: np.ascontiguousarray(v) for k, v in attributes.items()},
                          visible_to=group.visible, terminator_offset=group.terminator,
                          **_materials(group))  # fmt: skip
-
-
-def _turned(name: str, value: F32, linear: F64) -> F32:
-    """An attribute of the mesh in the world: only tangents are directions in the space of its vertices."""
-    if not name.endswith(TANGENT):
-        return value
-    out = value.copy()
-    out[..., :3] = value[..., :3] @ linear.T
-    length = np.linalg.norm(out[..., :3], axis=2, keepdims=True)
-    out[..., :3] /= np.where(length > 0.0, length, 1.0)
-    if np.linalg.det(linear) < 0.0:
-        out[..., 3] *= -1.0
-    return out
-

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.scene.placement import is_tangent, places, stretches
 
 from ..problem import Problem, Report
 from .baking import bake_materials
@@ -119,6 +120,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
         out.scene.materials[name] = reading.value
         out.scene.materials |= reading.parts
     out.scene.images = images.found
+    _warn_of_frames(out)
     return out
 
 
@@ -203,6 +205,16 @@ def unused_name(source: Source, holder: str, taken: Any) -> str:
     while name in taken:
         name, number = f"{base}#{number}", number + 1
     return name
+
+
+def _warn_of_frames(out: Export) -> None:
+    """A warning for emissive meshes whose normal maps no transform keeps exact: light is sampled in the world."""
+    for name, mesh in out.scene.meshes.items():
+        uneven = any(stretches(place[:, :3]) for place in places(mesh))
+        framed = any(is_tangent(key, values) for key, values in mesh.attributes.items())
+        if uneven and framed and out.scene.emits(name):
+            out.report.warn(f"object '{out.meshes[name].object}'", "emits light and is scaled unevenly, so that its "
+                            "normal maps and anisotropy are approximate; apply its scale")  # fmt: skip
 
 
 def _link_lights(out: Export) -> None:

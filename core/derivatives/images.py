@@ -13,7 +13,7 @@ from .linear_map import F64, Linear, Piece
 def pieces(scene: Scene, tables: Tables, name: str, _field: str) -> list[Piece]:
     """Texels of all textures and of the environment that an image is.
 
-    An alpha that no texture reads, or that isn't stored because it is 1 everywhere (`table_derivatives.asked_tables`
+    An alpha that no texture reads, or that isn't stored because it is 1 everywhere (`table_derivatives.with_requested`
     has it stored), has the derivative 0.
     """
     pixels = scene.images[name].pixels

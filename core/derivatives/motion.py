@@ -52,7 +52,7 @@ def may_move(path: str) -> bool:
 
 
 def motion(scene: Scene, tables: Tables, wrt: Collection[str]) -> Motion:
-    """What moves with the parameters `wrt` of a scene with tables of `table_derivatives.asked_tables`."""
+    """What moves with the parameters `wrt` of a scene with tables of `table_derivatives.with_requested`."""
     wanted = requested_tables(scene, tables, wrt)
     moving = np.zeros(len(tables.vertices), bool)
     for first, last in wanted.get("vertices", ()):

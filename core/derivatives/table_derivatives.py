@@ -34,7 +34,7 @@ from .linear_map import Piece
 
 # Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
 TableDerivative = dict[str, NDArray[np.float64]]
-# Table name to the (n, 2) spans of rows [first, last) that derivatives are wanted of.
+# Table name to the (n, 2) spans of rows [first, last) that derivatives are requested of.
 Requested = dict[str, NDArray[np.int64]]
 
 _PIECES = {
@@ -113,7 +113,7 @@ def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> Ta
     Parameters
     ----------
     tables
-        From `asked_tables`.
+        From `with_requested`.
     tangent
         Parameter path to an array of the parameter's shape.
 
@@ -140,12 +140,12 @@ def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> Ta
 def pull_back(
     scene: Scene, tables: Tables, gradients: Mapping[str, NDArray[np.float64]], wrt: Iterable[str]
 ) -> dict[str, NDArray[np.float64]]:
-    """Gradients of the asked parameters from gradients of the tables (the transpose of `push_forward`).
+    """Gradients of the requested parameters from gradients of the tables (the transpose of `push_forward`).
 
     Parameters
     ----------
     tables
-        From `asked_tables`.
+        From `with_requested`.
     gradients
         Of all tables that `requested_tables` names.
 
@@ -191,44 +191,55 @@ def requested_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Reques
     return {name: _united(found) for name, found in spans.items()}
 
 
-def asked_tables(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
-    """The tables that derivatives with respect to `wrt` are taken of.
+def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
+    """The tables with everything that derivatives with respect to `wrt` read; the same object if nothing is missing.
 
-    What is zero adds nothing to a picture and is left out of its tables; its derivative isn't zero. So lobes whose
-    weights are asked for count as present, surfaces whose anisotropy is asked for have the tangents that it is about,
-    and the environment's image is there even if its colour is black. Numbers
-    of expressions that are asked for get places of their own in the programs' constants, and images that are asked for
-    keep an alpha that is 1 everywhere.
+    What is zero adds nothing to a picture and is left out of its tables, but its derivative is not zero. Closures
+    whose weights are requested count as present. Surfaces whose anisotropy is requested have the tangents that it is
+    about. The environment's image is there even if its colour is black. Requested numbers of expressions have places
+    of their own in the programs' constants, and requested images keep an alpha that is 1 everywhere.
     """
-    asked: dict[str, set[str]] = {}
-    expressions, with_alpha = [], []
+    fields: dict[str, set[str]] = {}
+    expressions, with_alpha = set(), set()
     for path in wrt:
         parameters.owner(scene, path)
         collection, name, field = parameters.split(path)
         if collection == "materials" and field.startswith(parameters.TEXTURES):
-            expressions.append((name, field[len(parameters.TEXTURES) :]))
+            expressions.add((name, field[len(parameters.TEXTURES) :]))
         elif collection == "materials":
-            asked.setdefault(name, set()).add(field)
+            fields.setdefault(name, set()).add(field)
         elif collection == "images" and _loses_alpha(scene, tables, name):
-            with_alpha.append(name)
+            with_alpha.add(name)
     flags = tables.materials.flags.copy()
     for name, first in zip(scene.materials, tables.materials.first_closure, strict=False):
         material = scene.materials[name]
         for k, part in enumerate(material.parts if isinstance(material, Mixture) else (name,)):
-            if part in asked:
-                flags[first + k] = material_table.flags(scene.closures(name)[k], asked[part])
+            if part in fields:
+                flags[first + k] = material_table.flags(scene.closures(name)[k], fields[part])
     if not np.array_equal(flags, tables.materials.flags):
         tables = replace(tables, materials=replace(tables.materials, flags=flags))
-    if tables.environment_pixels is None and not {"world.color", "world.strength"}.isdisjoint(wrt):
+    if tables.environment_pixels is None and shows_environment(scene, wrt):
         tables = replace(tables, environment_pixels=environment_pixels(scene))
-    # Those whose anisotropy isn't 0 have their tangents in any case.
-    anisotropic = [name for name, fields in asked.items()
-                   if "anisotropy" in fields and getattr(scene.materials[name], "anisotropy", None) == 0.0]
-    if expressions or with_alpha or anisotropic:
-        meshes = placed_meshes(scene)
-        compiled = compile_textures(scene, tables.origin, meshes, expressions, with_alpha, anisotropic)
+    # Materials whose anisotropy is not 0 have their tangents in any case.
+    with_tangents = {name for name, requested in fields.items()
+                     if "anisotropy" in requested and getattr(scene.materials[name], "anisotropy", None) == 0.0}
+    known = tables.textures
+    if known is not None:
+        expressions |= known.numbers.keys()
+        with_alpha |= known.with_alpha
+        with_tangents |= known.with_tangents
+        if (expressions, with_alpha, with_tangents) == (set(known.numbers), known.with_alpha, known.with_tangents):
+            return tables
+    if expressions or with_alpha or with_tangents:
+        compiled = compile_textures(scene, tables.origin, placed_meshes(scene), sorted(expressions), with_alpha,
+                                    with_tangents, known)
         tables = replace(tables, textures=compiled)
     return tables
+
+
+def shows_environment(scene: Scene, wrt: Collection[str]) -> bool:
+    """Whether derivatives with respect to `wrt` read the environment's image, whatever its colour."""
+    return scene.world.image is not None and not {"world.color", "world.strength"}.isdisjoint(wrt)
 
 
 def _loses_alpha(scene: Scene, tables: Tables, name: str) -> bool:

@@ -43,7 +43,7 @@ def _weight(closure: int, k: int, parts: int) -> list[Piece]:
 def _number_pieces(tables: Tables, name: str, field: str) -> list[Piece]:
     if tables.textures is None or (name, field) not in tables.textures.numbers:
         raise RuntimeError(f"the tables were compiled without the numbers of material '{name}', textures['{field}']; "
-                           "take those of table_derivatives.asked_tables")
+                           "take those of table_derivatives.with_requested")
     found = tables.textures.numbers[name, field]
     return [piece for table in ("constants", "lookups") for piece in _scattered(f"texture_{table}", found, table)]
 

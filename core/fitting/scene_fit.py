@@ -12,7 +12,7 @@ import numpy as np
 
 from .._check import choice, function, mapping, names, number, whole
 from .._fields import optional
-from ..derivatives.table_derivatives import asked_tables, requested_tables
+from ..derivatives.table_derivatives import requested_tables, with_requested
 from ..reference import diffuse_tables
 from ..rendering.engine import Progress, engine_class
 from ..rendering.options import MOST_THREADS, checked_bounces, checked_progress
@@ -184,7 +184,7 @@ def fit(
     steps = _checked_steps(paths, step_sizes)
     unknowns = [unknown(work, path, steps.get(path), smoothness, slide) for path in paths]
 
-    renderer = Renderer(work, threads=threads, engine=engine, learn=True)
+    renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=paths)
     renderer.watched = False  # nobody else has the copy
     run = Run(
         work, renderer, seen, unknowns, loss,
@@ -221,7 +221,7 @@ def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool) -> list[str]:
     for path, count in Counter(paths).items():
         if count > 1:
             raise ValueError(f"fit: wrt names '{path}' more than once")
-    requested_tables(work, asked_tables(work, flatten(work), paths), paths)  # raises for each that has no derivative
+    requested_tables(work, with_requested(work, flatten(work), paths), paths)  # raises for each that has no derivative
     if narrow:
         diffuse_tables.check(paths)
     return paths

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from .._check import names, whole
 from ..derivatives.decisions import Decisions
 from ..derivatives.motion import may_move
-from ..derivatives.table_derivatives import asked_tables
+from ..derivatives.table_derivatives import with_requested
 from ..reference import diffuse_tables
 from ..reference.simplify import obstacles
 from ..rendering.engine import engine_class
@@ -115,11 +115,11 @@ def plan(
         diffuse_tables.check(wrt)
     if isinstance(scene, Renderer):
         decided = scene.decide(wrt, max_depth=max_depth)
-        tables = asked_tables(given, scene.tables, wrt)
+        tables = with_requested(given, scene.tables, wrt)
     else:
         with prepared(scene) as renderer:
             decided = renderer.decide(wrt, max_depth=max_depth)
-            tables = asked_tables(given, renderer.tables, wrt)
+            tables = with_requested(given, renderer.tables, wrt)
     words = SceneWords.of(fixed, decided)
     share = None
     if measure and "caustics" in words.by_part:

@@ -16,7 +16,22 @@ from ..derivatives.table_derivatives import Requested, TableDerivative, shapes
 from ..scene import parameters
 from ..tables import lights as light_table
 from ..tables import materials as material_table
-from ..tables.lights import DIRECTION, ELLIPSE, POINT, RADIANCE, RECTANGLE
+from ..tables.lights import (
+    CONE,
+    DIRECTION,
+    DISK,
+    ELLIPSE,
+    LINEAR_CONE,
+    ONE_MINUS_COS,
+    POINT,
+    POSITION,
+    RADIANCE,
+    RADIUS,
+    RECTANGLE,
+    SHINES_TO,
+    SMOOTH_CONE,
+    SPHERE,
+)
 from ..tables.materials import COLUMNS, EMISSION
 from ..tables.tables import Tables
 
@@ -33,9 +48,32 @@ _SAME = ("vertices", "environment", "camera", "instance_to_world")
 _COLOR, _GLOW = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
 
 
+class DiffuseTables:
+    """Materials and lights of a flat, diffuse, directly lit scene: views of its tables, one row for each.
+
+    Lights with a size count as lights without: intensity and irradiance are those of the whole light.
+    """
+
+    def __init__(self, tables: Tables) -> None:
+        _, _, points, suns = _rows(tables)
+        first = tables.materials.first_closure[:-1]
+        lights = tables.lights.params
+        self.albedo = tables.materials.params[first, _COLOR]  # (M, 3)
+        self.emission = tables.emission  # (M, 3)
+        self.two_sided = tables.emission_two_sided.astype(bool)  # (M,)
+        self.point_position = lights[points, POSITION]  # (P, 3) relative to the origin
+        radius = lights[points, RADIUS]
+        disk = np.where(radius > 0.0, np.pi * radius**2, 1.0)
+        self.point_intensity = lights[points, RADIANCE] * disk[:, None]  # (P, 3) W/sr
+        self.sun_direction = lights[suns, SHINES_TO]  # (D, 3) unit, direction of travel
+        height = lights[suns, ONE_MINUS_COS]  # of the cone's cap: the cosine integrates to pi sin^2 over it
+        cap = np.where(height > 0.0, np.pi * height * (2.0 - height), 1.0)
+        self.sun_irradiance = lights[suns, RADIANCE] * cap[:, None]  # (D, 3)
+
+
 @dataclass
 class Derivative:
-    """A tangent of, or a gradient with respect to, the tables of the same names and shapes in `Tables`."""
+    """A tangent of, or a gradient with respect to, the tables of the same names in `Tables` and `DiffuseTables`."""
 
     vertices: NDArray[np.float64]
     albedo: NDArray[np.float64]
@@ -49,7 +87,13 @@ class Derivative:
     @staticmethod
     def zero(tables: Tables) -> Derivative:
         """A `Derivative` of zeros."""
-        return Derivative(**{f.name: np.zeros(getattr(tables, f.name).shape) for f in fields(Derivative)})
+        return Derivative(**{name: np.zeros(values.shape) for name, values in narrow_values(tables).items()})
+
+
+def narrow_values(tables: Tables) -> dict[str, NDArray[np.float32]]:
+    """The values of what a `Derivative` has tangents or gradients of, by the same names."""
+    diffuse = DiffuseTables(tables)
+    return {f.name: getattr(diffuse if hasattr(diffuse, f.name) else tables, f.name) for f in fields(Derivative)}
 
 
 @dataclass
@@ -75,7 +119,7 @@ def check(wrt: Iterable[str]) -> None:
 
 
 def asked(tables: Tables, wanted: Requested) -> Asked:
-    """What is asked for by `wanted` rows of the tables of `table_derivatives.asked_tables`."""
+    """What is asked for by `wanted` rows of the tables of `table_derivatives.with_requested`."""
     rows = {name: _inside(shape[0], wanted.get(name)) for name, shape in shapes(tables).items()}
     moving = [rows["vertices"][a:b].any() for a, b in zip(tables.mesh_first_vertex, tables.mesh_first_vertex[1:],
                                                           strict=False)]
@@ -127,8 +171,10 @@ def _rows(tables: Tables) -> tuple[Rows, Rows, Rows, Rows]:
     """Rows of the materials' (first) closures, of area lights, of point lights and of suns."""
     kind = tables.lights.kind
     area = np.flatnonzero((kind == RECTANGLE) | (kind == ELLIPSE))
-    closure = tables.materials.first_closure[: len(tables.albedo) - len(area)].astype(np.int64)
-    return closure, area, np.flatnonzero(kind == POINT), np.flatnonzero(kind == DIRECTION)
+    closure = tables.materials.first_closure[: -1 - len(area)].astype(np.int64)
+    spot = (tables.lights.flags & (SMOOTH_CONE | LINEAR_CONE)) != 0
+    points = np.isin(kind, (POINT, SPHERE, DISK)) & ~spot
+    return closure, area, np.flatnonzero(points), np.flatnonzero((kind == DIRECTION) | (kind == CONE))
 
 
 def _places(tables: Tables) -> list[tuple[str, tuple[str, slice], Rows, slice]]:

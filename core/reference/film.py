@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..tables.camera import PLACES
 from ..tables.tables import Tables
 from .surfaces import Floats, Ints, dot, unit
 
@@ -31,11 +32,12 @@ class Film:
     @classmethod
     def of(cls, tables: Tables) -> Film:
         """The camera of a scene's tables."""
+        row = tables.camera.astype(np.float64)
         return cls(
-            centre=tables.camera_position.astype(np.float64),
-            axes=tables.camera_axes.astype(np.float64),
-            focal=float(tables.focal),
-            principal=tables.principal_point.astype(np.float64),
+            centre=row[PLACES["camera_position"]],
+            axes=row[PLACES["camera_axes"]].reshape(3, 3),
+            focal=float(row[PLACES["focal"]][0]),
+            principal=row[PLACES["principal_point"]],
             width=tables.width,
             height=tables.height,
             clip_start=float(tables.clip_start),

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..tables.tables import Tables
+from .diffuse_tables import DiffuseTables
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+_VALUES = ("albedo", "emission", "point_position", "point_intensity", "sun_direction", "sun_irradiance")
 
 
 def dot(a: Floats, b: Floats) -> Floats:
@@ -71,6 +74,7 @@ class Surfaces:
         p = tables.vertices.astype(np.float64)[corners]
         M = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
         mesh = np.repeat(np.arange(len(tables.visible)), np.diff(tables.mesh_first_face))
+        diffuse = DiffuseTables(tables)
         return cls(
             corners=corners,
             p=p,
@@ -79,14 +83,9 @@ class Surfaces:
             material=tables.face_material.astype(np.int64),
             mesh=mesh,
             visible=tables.visible.astype(bool)[mesh],
-            albedo=tables.albedo.astype(np.float64),
-            emission=tables.emission.astype(np.float64),
-            two_sided=tables.emission_two_sided.astype(bool),
             environment=tables.environment.astype(np.float64),
-            point_position=tables.point_position.astype(np.float64),
-            point_intensity=tables.point_intensity.astype(np.float64),
-            sun_direction=tables.sun_direction.astype(np.float64),
-            sun_irradiance=tables.sun_irradiance.astype(np.float64),
+            two_sided=diffuse.two_sided,
+            **{name: getattr(diffuse, name).astype(np.float64) for name in _VALUES},
             scale=float(np.abs(tables.vertices).max(initial=1e-6)),
         )
 

@@ -12,7 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, flag, instance, mapping, names, whole
 from ..derivatives.decisions import Decisions, joined
-from ..derivatives.table_derivatives import Requested, asked_tables, pull_back_of, push_forward, requested_tables
+from ..derivatives.table_derivatives import (
+    Requested,
+    pull_back_of,
+    push_forward,
+    requested_tables,
+    shows_environment,
+    with_requested,
+)
 from ..geometry.topology import Edges
 from ..reference import diffuse_tables
 from ..reference.simplify import obstacles
@@ -66,6 +73,10 @@ class Renderer:
         seeds give equal bits for equal sequences of calls; a change of the numbers of vertices, lights or pixels
         begins anew. `render_forward` uses what gradients of the same parameters have learned, and learns nothing.
         The reference engine doesn't learn.
+    wrt
+        Parameters whose derivatives will be asked for, as in a fit. Pictures are then rendered from the same tables as
+        these derivatives, so that neither call changes the engine's scene. A picture may differ in rounding from that
+        of a renderer without `wrt`.
 
     Raises
     ------
@@ -73,11 +84,13 @@ class Renderer:
         For a wrong scene, naming the object and the field.
     """
 
-    def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False) -> None:
+    def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False,
+                 wrt: Sequence[str] = ()) -> None:
         threads = whole("renderer", "threads", threads, 0, MOST_THREADS)
         learn = flag("renderer", "learn", learn)
         self.scene = scene
-        self._tables = flat.flatten(scene)
+        self._wrt = names("renderer", "wrt", wrt, "parameter paths")
+        self._tables = with_requested(scene, flat.flatten(scene), self._wrt)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
         self._moved = False  # vertices have moved in the engine that the tables don't know of
@@ -108,7 +121,7 @@ class Renderer:
 
     def adopt(self, scene: Scene) -> bool:
         """Go on with another scene if its geometry is the same to the bit; False (and no change) if it isn't."""
-        tables = flat.flatten(scene)
+        tables = with_requested(scene, flat.flatten(scene), self._wrt)
         if self._moved or self._unfinished or not tables.same_geometry(self._tables):
             return False
         with self._change():
@@ -138,7 +151,10 @@ class Renderer:
                 if self._taken_over is not None:
                     self._taken_over.note(self.scene, paths)
                 return
-        tables = flat.flatten(self.scene, origin=self._tables.origin)
+        images = paths is None or any(path.startswith(("images.", "meshes.")) and _vertices_of(path) is None
+                                      for path in paths)
+        tables = flat.flatten(self.scene, self._tables.origin, None if images else self._tables.textures)
+        tables = with_requested(self.scene, tables, self._wrt)
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
@@ -197,13 +213,16 @@ class Renderer:
             return False
         if any(self._changes_geometry(path) for path in values):
             return False
-        if flat.shows_image(self.scene) == (self._tables.environment_pixels is None):
+        image = flat.shows_image(self.scene) or shows_environment(self.scene, self._wrt)
+        if image == (self._tables.environment_pixels is None):
             return False
         for name in moved:
             mesh, k = self.scene.meshes[name], self._tables.mesh_names.index(name)
             count = int(self._tables.mesh_first_vertex[k + 1] - self._tables.mesh_first_vertex[k])
             mesh.check_vertices(name, count)
-        tables = flat.with_values(self.scene, self._tables, values) if values else self._tables
+        tables = self._tables
+        if values:
+            tables = with_requested(self.scene, flat.with_values(self.scene, tables, values), self._wrt)
         with self._change():
             for name in moved:
                 self._moved = True
@@ -364,7 +383,7 @@ class Renderer:
 
     def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
         """The tables that a camera's derivatives with respect to some parameters are taken of, and which rows."""
-        tables = asked_tables(self.scene, self._tables, wrt)
+        tables = with_requested(self.scene, self._tables, (*self._wrt, *wrt))
         wanted = requested_tables(self.scene, tables, wrt)
         if self._engine.narrow:
             diffuse_tables.check(wrt)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .material import Material
 from .mesh import Mesh
 from .scene import Scene
 
@@ -36,12 +37,20 @@ def composed(first: F64, then: F64) -> F64:
 def stands_in_world(scene: Scene, mesh: Mesh) -> bool:
     """Whether the tables have the mesh's vertices in world space, else in its own, with transforms.
 
-    Only instanced meshes stay in their own space, and of those only what gives no light.
+    Instanced meshes stay in their own space. So do meshes that are placed by a transform and whose shading has a
+    tangent frame (a normal map, anisotropy): as in Cycles the frame is that of the mesh's own space, and its vectors
+    are turned as normals are, which no frame of world-space vectors can express under uneven scale. Meshes that give
+    light always stand in the world; their frames are `placed_tangents`.
     """
-    if mesh.instances is None:
-        return True
     closures = [closure for name in mesh.materials for closure in scene.closures(name)]
+    if mesh.instances is None and not (is_moved(mesh) and any(map(has_tangent_frame, closures))):
+        return True
     return any("emission" in closure.textures or np.any(closure.emission > 0.0) for closure in closures)
+
+
+def has_tangent_frame(closure: Material) -> bool:
+    """Whether a closure's shading depends on tangents of the surface."""
+    return "normal" in closure.textures or "anisotropy" in closure.textures or closure.anisotropy != 0.0
 
 
 def placed_meshes(scene: Scene) -> list[Mesh]:
@@ -79,6 +88,11 @@ def _instanced(mesh: Mesh) -> Mesh:
 def mirrored(place: F64) -> NDArray[np.bool_]:
     """(k,) which of the maps (k, 3, 4) mirror, and so turn the winding."""
     return np.asarray(np.linalg.det(place[:, :, :3]) < 0.0)
+
+
+def stretches(linear: F64) -> bool:
+    """Whether a linear map (3, 3) scales unevenly, and so changes angles."""
+    return not np.allclose(linear.T @ linear, np.eye(3) * (linear[:, 0] @ linear[:, 0]), rtol=1e-5, atol=1e-12)
 
 
 def cofactors(place: F64) -> F64:

@@ -1,6 +1,6 @@
 """The camera as a row of floats: the one place that says where each of its values is.
 
-Kernels differentiate with respect to this row; `tables.camera_fields` gives the same values by name.
+Kernels differentiate with respect to this row, `Tables.camera`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..scene.camera import Camera
 
-# Field of `Tables` to its places in the row, and those of the lens.
+# Value to its places in the row.
 PLACES = {
     "camera_position": slice(0, 3),  # relative to the tables' origin
     "camera_axes": slice(3, 12),  # right X, up Y, backwards Z

@@ -15,15 +15,15 @@ from ..geometry import topology
 from ..geometry.mesh_batches import batches
 from ..scene.camera import FILTERS, Camera
 from ..scene.camera import KINDS as CAMERA_KINDS
-from ..scene.light import AreaLight, PointLight, SunLight
+from ..scene.light import AreaLight
 from ..scene.material import Material, Mixture
 from ..scene.parameters import split
 from ..scene.placement import placed_meshes
 from ..scene.scene import Scene, validated
-from .camera import PLACES, camera_row
+from .camera import camera_row
 from .geometry import geometry, ray_bits
 from .lights import LightTable, light_table
-from .materials import MaterialTable, material_table
+from .materials import TWO_SIDED, MaterialTable, material_table
 from .mean_color import mean_expression
 from .textures.program import TextureTables, compile_textures
 
@@ -69,24 +69,13 @@ class Tables:
     lights: LightTable  # every light that is no mesh, for pictures
     environment_rotation: F32  # (3, 3) from world space to the image's
     environment_mask: int  # bits of the kinds of rays that see it
-    albedo: F32  # (M, 3)
-    emission: F32  # (M, 3)
-    emission_two_sided: NDArray[np.uint8]  # (M,)
-    point_position: F32  # (P, 3) relative to origin
-    point_intensity: F32  # (P, 3) W/sr
-    sun_direction: F32  # (D, 3) unit, direction of travel
-    sun_irradiance: F32  # (D, 3)
+    emission: F32  # (M, 3) mean over textures and parts, by which lights are sampled
     environment: F32  # (3,) radiance
-    camera_position: F32  # (3,) relative to origin
-    camera_axes: F32  # (3, 3) rows: right X, up Y, backwards Z
+    camera: F32  # (24,) the camera's floats in one row (`camera.PLACES`)
     camera_kind: int  # place in camera.KINDS
-    focal: float  # pixels; orthographic: pixels per metre
-    pixel_aspect: float
-    principal_point: F32  # (2,) pixels of the rendered window
-    panorama: F32  # (4,) longitude and latitude of the full picture's left, right, lower and upper edge
+    aperture_blades: int
     full_size: NDArray[np.int32]  # (2,) width and height of the full picture
     window: NDArray[np.int32]  # (2,) the rendered window's first pixel
-    aperture: F32  # (5,) radius, focus distance, blades, rotation, ratio
     filter_kind: int  # place in camera.FILTERS
     filter_width: float  # pixels
     width: int  # of the rendered window
@@ -102,12 +91,9 @@ class Tables:
         return {name: k for k, name in enumerate(self.mesh_names)}
 
     @property
-    def camera(self) -> F32:
-        """(24,) the camera's floats in one row (`camera_row.PLACES`)."""
-        lens = self.aperture[[0, 1, 3, 4]]  # radius, focus distance, rotation, ratio
-        parts = [self.camera_position, self.camera_axes.ravel(), [self.focal, self.pixel_aspect], self.principal_point,
-                 self.panorama, lens]
-        return np.concatenate([np.asarray(part, np.float32) for part in parts])
+    def emission_two_sided(self) -> NDArray[np.uint8]:
+        """(M,) 1: the backs of the material's faces emit, too."""
+        return ((self.materials.flags[self.materials.first_closure[:-1]] & TWO_SIDED) != 0).astype(np.uint8)
 
     def same_geometry(self, other: Tables) -> bool:
         """Whether meshes, their vertices and what engines build of them are the same as in other tables."""
@@ -140,20 +126,12 @@ def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]
     """The fields of `Tables` that depend on the camera."""
     x0, y0, _, _ = camera.window
     height, width = camera.size
-    row = camera_row(camera, origin)
-    part = {name: row[place] for name, place in PLACES.items()}
     return {
-        "camera_position": part["camera_position"].astype(np.float32),
-        "camera_axes": part["camera_axes"].reshape(3, 3).astype(np.float32),
+        "camera": camera_row(camera, origin).astype(np.float32),
         "camera_kind": CAMERA_KINDS.index(camera.kind),
-        "focal": float(part["focal"][0]),
-        "pixel_aspect": float(part["pixel_aspect"][0]),
-        "principal_point": part["principal_point"].astype(np.float32),
-        "panorama": part["panorama"].astype(np.float32),
+        "aperture_blades": camera.aperture_blades,
         "full_size": np.array([camera.width, camera.height], np.int32),
         "window": np.array([x0, y0], np.int32),
-        "aperture": np.array([camera.aperture_radius, camera.focus_distance, camera.aperture_blades,
-                              camera.aperture_rotation, camera.aperture_ratio], np.float32),
         "filter_kind": FILTERS.index(camera.filter),
         "filter_width": camera.filter_width,
         "width": width,
@@ -163,16 +141,19 @@ def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]
     }
 
 
-def flatten(scene: Scene, origin: NDArray[np.float64] | None = None) -> Tables:
+def flatten(
+    scene: Scene, origin: NDArray[np.float64] | None = None, earlier: TextureTables | None = None
+) -> Tables:
     """Tables of a scene, relative to `origin` (None: the centre of its bounding box).
 
+    `earlier` textures lend their arrays if images and attributes have not changed since (`compile_textures`).
     Raises ``ValueError`` as `Scene.validate` does.
     """
     validated(scene)
     meshes = placed_meshes(scene)
     placed = geometry(scene, meshes, origin)
     origin = placed["origin"]
-    textures = compile_textures(scene, origin, meshes) if _needs_textures(scene) else None
+    textures = compile_textures(scene, origin, meshes, earlier=earlier) if _needs_textures(scene) else None
     return Tables(**placed, **_values(scene, origin), textures=textures,
                   environment_pixels=environment_pixels(scene) if shows_image(scene) else None)
 
@@ -224,7 +205,7 @@ def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[s
     if "materials" in collections:
         out |= _material_values(scene)
     if "lights" in collections:
-        out |= _light_values(scene, origin)
+        out["lights"] = light_table(scene, origin)
     if "world" in collections:
         out |= {
             "environment_rotation": scene.world.rotation.astype(np.float32),
@@ -238,25 +219,9 @@ def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[s
 
 def _material_values(scene: Scene) -> dict[str, Any]:
     radiances = [_area_radiance(light) for light in scene.lights.values() if isinstance(light, AreaLight)]
-    first_closures = [scene.closures(name)[0] for name in scene.materials]
-    two_sided = [closure.emission_two_sided for closure in first_closures]
     return {
         "materials": material_table(scene, radiances),
-        "albedo": _rows([closure.base_color for closure in first_closures] + [np.zeros(3)] * len(radiances)),
         "emission": _rows([mean_emission(scene, name) for name in scene.materials] + radiances),
-        "emission_two_sided": np.array(two_sided + [False] * len(radiances), np.uint8),
-    }
-
-
-def _light_values(scene: Scene, origin: NDArray[np.float64]) -> dict[str, Any]:
-    points = [light for light in scene.lights.values() if isinstance(light, PointLight)]
-    suns = [light for light in scene.lights.values() if isinstance(light, SunLight)]
-    return {
-        "lights": light_table(scene, origin),
-        "point_position": _rows([p.position - origin for p in points]),
-        "point_intensity": _rows([p.power * p.color / (4.0 * np.pi) for p in points]),
-        "sun_direction": _rows([s.direction / np.linalg.norm(s.direction) for s in suns]),
-        "sun_irradiance": _rows([s.strength * s.color for s in suns]),
     }
 
 

@@ -11,13 +11,16 @@ std::vector<NamedTable> differentiable_tables(const SceneView& scene, const Scen
     const auto table = [](const char* name, const std::vector<float>& values) {
         return NamedTable{name, values.data(), values.size()};
     };
+    const auto shared = [&table](const char* name, const TextureTables::Shared& values) {
+        return values ? table(name, *values) : NamedTable{name, nullptr, 0};
+    };
     std::vector<NamedTable> all = {
         table("vertices", t.vertices),
         table("normals", t.normals),
         table("instance_to_world", t.instance_to_world),
         table("closure_params", t.closure_params),
-        table("texture_pixels", t.textures.pixels),
-        table("texture_attributes", t.textures.attributes),
+        shared("texture_pixels", t.textures.pixels),
+        shared("texture_attributes", t.textures.attributes),
         table("texture_lookups", t.textures.lookups),
         table("texture_constants", t.textures.constants),
         table("light_params", t.lights.params),

@@ -3,6 +3,8 @@
 #include <nanobind/nanobind.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <iterator>
 #include <memory>
 #include <stdexcept>
@@ -37,11 +39,11 @@ using edgegrad::text;
 using edgegrad::WithoutInterpreter;
 
 template <size_t N>
-void fill(float (&out)[N], nb::handle object, const char* name, size_t first = 0) {
+void fill(float (&out)[N], nb::handle object, const char* name) {
     const std::vector<float> values = column<float>(object, name);
-    if (values.size() < first + N)
-        throw std::invalid_argument(std::string("the table '") + name + "' is too short");
-    std::copy_n(values.begin() + static_cast<ptrdiff_t>(first), N, out);
+    if (values.size() != N)
+        throw std::invalid_argument(std::string("the table '") + name + "' has another length");
+    std::copy(values.begin(), values.end(), out);
 }
 
 void check_indices(const std::vector<int32_t>& indices, size_t size, const char* what, int32_t least = 0) {
@@ -63,22 +65,16 @@ void check_lights(const SceneTables::LightRows& lights) {
 
 edgegrad::CameraView read_camera(nb::handle t) {
     edgegrad::CameraView c{};
-    fill(c.position, t, "camera_position");
-    fill(c.right, t, "camera_axes", 0);
-    fill(c.up, t, "camera_axes", 3);
-    fill(c.back, t, "camera_axes", 6);
-    fill(c.principal, t, "principal_point");
+    const auto row = column<float>(t, "camera");
+    if (row.size() != edgegrad::kCameraFloats)
+        throw std::invalid_argument("the camera's row has another length");
+    static_assert(offsetof(edgegrad::CameraView, position) == 0);
+    std::memcpy(static_cast<void*>(&c), row.data(), sizeof(float) * edgegrad::kCameraFloats);
     c.kind = static_cast<edgegrad::CameraKind>(nb::cast<int32_t>(t.attr("camera_kind")));
-    c.focal = nb::cast<float>(t.attr("focal"));
-    c.pixel_aspect = nb::cast<float>(t.attr("pixel_aspect"));
-    fill(c.panorama, t, "panorama");
     const auto full = column<int32_t>(t, "full_size"), window = column<int32_t>(t, "window");
     c.full_width = full.at(0), c.full_height = full.at(1);
     c.window_x = window.at(0), c.window_y = window.at(1);
-    const auto aperture = column<float>(t, "aperture");
-    c.aperture_radius = aperture.at(0), c.focus_distance = aperture.at(1);
-    c.aperture_blades = static_cast<int32_t>(aperture.at(2));
-    c.aperture_rotation = aperture.at(3), c.aperture_ratio = aperture.at(4);
+    c.aperture_blades = nb::cast<int32_t>(t.attr("aperture_blades"));
     c.width = nb::cast<int32_t>(t.attr("width"));
     c.height = nb::cast<int32_t>(t.attr("height"));
     c.clip_start = nb::cast<float>(t.attr("clip_start"));
@@ -144,12 +140,12 @@ std::shared_ptr<const edgegrad::EnvironmentMap> read_environment_map(nb::handle 
                                                       static_cast<int32_t>(array.shape(0)));
 }
 
-SceneTables read_tables(nb::handle t) {
+SceneTables read_tables(nb::handle t, edgegrad::SharedColumns& columns) {
     SceneTables s;
     read_geometry(t, s);
     read_values(t, s);
     const nb::object textures = t.attr("textures");
-    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures);
+    if (!textures.is_none()) s.textures = edgegrad::read_textures(textures, columns);
     s.environment_map = read_environment_map(t);
     check_indices(s.face_material, s.emission.size() / 3, "face materials");
     return s;
@@ -223,7 +219,7 @@ class Scene {
  public:
     Scene(nb::handle tables, int threads, nb::handle instruction_set, nb::handle embree)
         : kernels_(edgegrad::kernels(text(instruction_set))) {
-        SceneTables s = read_tables(tables);
+        SceneTables s = read_tables(tables, columns_);
         const edgegrad::embree::Api& api = edgegrad::embree::load(text(embree));
         const WithoutInterpreter without;
         engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
@@ -239,7 +235,7 @@ class Scene {
     }
 
     void update(nb::handle tables) {
-        SceneTables s = read_tables(tables);
+        SceneTables s = read_tables(tables, columns_);
         const WithoutInterpreter without;
         engine_->update(std::move(s));
     }
@@ -331,8 +327,13 @@ class Scene {
         return decision_list(decided);
     }
 
-    // For tests: parts of derivatives (bits) that are computed though they are zero.
-    void set_force(uint64_t parts) { force_ = parts; }
+    // For tests: parts of derivatives, by name, that are computed though they are zero.
+    void set_force(nb::handle parts) {
+        force_ = 0;
+        for (size_t k = 0; k < static_cast<size_t>(edgegrad::Part::kParts); ++k)
+            if (nb::cast<bool>(parts.attr("__contains__")(edgegrad::kPartTable[k].name)))
+                force_ |= uint64_t{1} << k;
+    }
 
     const Engine& engine() const { return *engine_; }
     const char* instruction_set() const { return kernels_.name; }
@@ -352,6 +353,7 @@ class Scene {
     }
 
     const edgegrad::KernelTable& kernels_;
+    edgegrad::SharedColumns columns_;
     std::unique_ptr<Engine> engine_;
     uint64_t force_ = 0;
 };

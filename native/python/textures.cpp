@@ -157,10 +157,10 @@ ProbeTables tables_of(const Points& p) {
             {"normal", p.normal},
             {"true_normal", p.true_normal},
             {"view", p.view},
-            {"pixels", t.pixels},
+            {"pixels", *t.pixels},
             {"constants", t.constants},
             {"lookups", t.lookups},
-            {"attributes", t.attributes}};
+            {"attributes", *t.attributes}};
 }
 
 nb::dict backward(nb::handle tables, nb::handle points, nb::handle adjoint, nb::handle instruction_set) {
@@ -183,7 +183,16 @@ nb::object forward(nb::handle tables, nb::handle points, nb::handle tangents, nb
 
 }  // namespace
 
-TextureTables read_textures(nb::handle t) {
+TextureTables::Shared SharedColumn::read(nb::handle object, const char* name) {
+    nb::object array = object.attr(name);
+    if (!copy_ || !array.is(array_)) {
+        copy_ = std::make_shared<const std::vector<float>>(column<float>(object, name));
+        array_ = std::move(array);
+    }
+    return copy_;
+}
+
+TextureTables read_textures(nb::handle t, SharedColumns& columns) {
     TextureTables s;
     s.constants = column<float>(t, "constants");
     s.code = read_code(t, s.constants.size());
@@ -195,16 +204,21 @@ TextureTables read_textures(nb::handle t) {
     s.closure_weight_program = column<int32_t>(t, "closure_weight_program");
     s.closure_uv = column<int32_t>(t, "closure_uv");
     s.closure_tangent = column<int32_t>(t, "closure_tangent");
-    s.pixels = column<float>(t, "pixels");
-    s.images = read_images(t, s.pixels.size());
+    s.pixels = columns.pixels.read(t, "pixels");
+    s.images = read_images(t, s.pixels->size());
     s.lookups = column<float>(t, "lookups");
     s.tables = read_lookups(t, s.lookups.size());
     s.mesh_attributes = read_attributes(t);
-    s.attributes = column<float>(t, "attributes");
-    require_narrow(s.attributes.size(), "the meshes' attributes have");
+    s.attributes = columns.attributes.read(t, "attributes");
+    require_narrow(s.attributes->size(), "the meshes' attributes have");
     s.face_mesh = column<int32_t>(t, "face_mesh");
     s.mesh_box = column<float>(t, "mesh_box");
     return s;
+}
+
+TextureTables read_textures(nb::handle t) {
+    SharedColumns columns;
+    return read_textures(t, columns);
 }
 
 void bind_textures(nb::module_& m) {

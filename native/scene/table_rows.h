@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <type_traits>
 #include <vector>
 
@@ -22,6 +23,10 @@ const T* zero_row() {
 template <typename T>
 const T* rows_of(const std::vector<T>& table) {
     return table.empty() ? zero_row<T>() : table.data();
+}
+template <typename T>
+const T* rows_of(const std::shared_ptr<const std::vector<T>>& table) {
+    return table ? rows_of(*table) : zero_row<T>();
 }
 
 }  // namespace edgegrad

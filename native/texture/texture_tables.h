@@ -1,6 +1,7 @@
 // The textures' tables by value (core/tables/textures/program.py, TextureTables).
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "scene/table_rows.h"
@@ -9,16 +10,19 @@
 namespace edgegrad {
 
 struct TextureTables {
+    // Large arrays are shared by the tables of a scene before and after an update that leaves them as they
+    // are.
+    using Shared = std::shared_ptr<const std::vector<float>>;
     std::vector<TextureInstruction> code;
     std::vector<int32_t> program_first;
     std::vector<float> constants;
     std::vector<int32_t> closure_program, closure_weight_program, closure_uv, closure_tangent;
     std::vector<TextureImage> images;
-    std::vector<float> pixels;
+    Shared pixels;
     std::vector<TextureLookup> tables;
     std::vector<float> lookups;
     std::vector<TextureAttribute> mesh_attributes;
-    std::vector<float> attributes;
+    Shared attributes;
     std::vector<int32_t> face_mesh;
     std::vector<float> mesh_box;
 

@@ -225,3 +225,17 @@ def test_light_path_limits() -> None:
     assert made.settings.max_depth == 9
     assert (bounces.diffuse, bounces.glossy, bounces.transmission, bounces.transparent) == (1, 2, 3, 4)
     assert made.settings.clamp_indirect == 10.0 and any("clamp" in line for line in made.report.readings)
+
+
+def test_emissive_meshes_with_normal_maps_under_uneven_scale_are_told() -> None:
+    bs.empty()
+    bs.camera()
+    made = bs.normal_mapped(1.0, "ShaderNodeBsdfPrincipled", **{"Emission Strength": 1.0})
+    bs.shader(made).inputs["Emission Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    ob = bs.add("Cube", bs.cube("Cube", made), scale=(1.0, 2.0, 1.0))
+    ob.data.uv_layers.new()
+    bpy.context.view_layer.update()
+    assert any("apply its scale" in line for line in bs.export().report.lines)
+    ob.scale = (2.0, 2.0, 2.0)
+    bpy.context.view_layer.update()
+    assert not any("apply its scale" in line for line in bs.export().report.lines)

@@ -12,6 +12,7 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon import parameters, write_back
+from edgegrad_addon.derivative import _motion
 from edgegrad_addon.export.mesh import positions
 from edgegrad_addon.problem import Problem
 from tests.support import blender_scenes as bs
@@ -75,6 +76,20 @@ def test_in_place_moves_the_mesh_its_bounds_and_normals() -> None:
     fresh = bpy.data.meshes.new_from_object(ob)
     for got, want in zip(ob.data.polygons, fresh.polygons, strict=True):
         assert got.normal[:] == pytest.approx(want.normal[:], abs=1e-6)
+
+
+def test_vertices_of_an_unevenly_scaled_mesh_with_a_normal_map_are_written_in_its_own_space() -> None:
+    ob = cube()
+    ob.data.uv_layers.new()
+    ob.data.materials[0] = bs.normal_mapped(1.0)
+    bpy.context.view_layer.update()
+    mesh = bs.export().scene.meshes["Cube"]
+    assert np.allclose(mesh.transform, ob.matrix_world)
+    moved = _motion(mesh, "Y") @ mesh.transform[:3, :3].T
+    assert np.allclose(moved, [0.0, 1.0, 0.0])
+    expected = move(in_place=True)
+    assert np.allclose(positions(ob.data), expected, atol=1e-6)
+    assert np.allclose(bs.export().scene.meshes["Cube"].vertices, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("in_place", [False, True])

@@ -11,7 +11,7 @@ import pytest
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, requested_tables
+from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
 from edgegrad.rendering import native_engine
 from edgegrad.tables.tables import flatten
 from tests.support.motions import camera_moves
@@ -198,7 +198,7 @@ def test_instruction_sets_agree(name: str) -> None:
     scene = under_sky(glass("GLASS", 1.2, 0.8), smooth=True)
     tangent = {"camera.to_world": np.eye(4) * 0.0, "materials.glass.ior": np.array(1.0)}
     tangent["camera.to_world"][:3, 3] = [0.5, -0.3, 0.4]
-    tables = asked_tables(scene, flatten(scene), tangent)
+    tables = with_requested(scene, flatten(scene), tangent)
     wanted, velocity = requested_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
     images = []
     for isa in ("scalar", name):

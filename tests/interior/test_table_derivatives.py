@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edgegrad import Material, Mixture
 from edgegrad.derivatives.complex_step import jacobian
-from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, requested_tables, shapes
+from edgegrad.derivatives.table_derivatives import pull_back, push_forward, requested_tables, shapes, with_requested
 from edgegrad.scene import parameters
 from edgegrad.tables import lights as light_table
 from edgegrad.tables import tables
@@ -171,21 +171,21 @@ def test_what_is_zero_but_asked_for_is_in_the_tables() -> None:
     flat = tables.flatten(scene)
     plain = flat.materials.flags
     assert flat.environment_pixels is None
-    assert asked_tables(scene, flat, ["materials.clay.base_color", "materials.clay.roughness"]) is flat
-    asked = asked_tables(scene, flat, ["materials.clay.coat_weight", "world.strength"])
+    assert with_requested(scene, flat, ["materials.clay.base_color", "materials.clay.roughness"]) is flat
+    asked = with_requested(scene, flat, ["materials.clay.coat_weight", "world.strength"])
     assert asked.environment_pixels is not None and asked.environment_pixels.shape == (4, 8, 3)
     glossy = (asked.materials.flags & GLOSSY) != 0
     assert glossy.tolist() == [True, True, True, True, False] + [False] * (len(plain) - 5)
     assert ((plain & GLOSSY) != 0).tolist() == [False, True, True, False, False] + [False] * (len(plain) - 5)
     assert not (asked.materials.flags & LAMBERTIAN)[[0, 3]].any() and (plain & LAMBERTIAN)[[0, 3]].all()
-    alpha = asked_tables(scene, flat, ["materials.clay.alpha"]).materials.flags
+    alpha = with_requested(scene, flat, ["materials.clay.alpha"]).materials.flags
     assert (alpha & TRANSPARENCY)[[0, 3]].all() and not (plain & TRANSPARENCY).any()
 
 
 def test_asked_for_images_keep_their_alpha() -> None:
     """Of colours at alpha 1 and just below it: the derivative by alpha is that of colour times alpha, and of alpha."""
     path = "images.opaque.pixels"
-    asked = asked_tables(SCENE, FLAT, [path])
+    asked = with_requested(SCENE, FLAT, [path])
     stored = {image.name: image for image in asked.textures.stored_images}["opaque"]
     assert (stored.channels, stored.multiplied) == (4, True)
     assert {image.name: image for image in FLAT.textures.stored_images}["opaque"].channels == 3
@@ -196,7 +196,7 @@ def test_asked_for_images_keep_their_alpha() -> None:
     tangent = push_forward(SCENE, asked, {path: direction})["texture_pixels"]
     difference = (tables.flatten(scene).textures.pixels - asked.textures.pixels) / 1e-2
     np.testing.assert_allclose(difference, tangent, atol=5e-3)  # of second order: the product of both changes
-    assert asked_tables(SCENE, FLAT, ["images.rgba.pixels", "images.sky.pixels"]) is FLAT
+    assert with_requested(SCENE, FLAT, ["images.rgba.pixels", "images.sky.pixels"]) is FLAT
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, requested_tables
+from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
 from edgegrad.rendering import engine as engines
 
 native_engine = pytest.importorskip("edgegrad.rendering.native_engine", reason="the native module isn't built")
@@ -117,7 +117,7 @@ def test_forward_and_backward_are_transposes(path: str) -> None:
 def test_instruction_sets_agree(name: str) -> None:
     scene = boxes()
     tables = edgegrad.tables.tables.flatten(scene)
-    tables = asked_tables(scene, tables, WRT)
+    tables = with_requested(scene, tables, WRT)
     wanted, velocity = requested_tables(scene, tables, WRT), push_forward(scene, tables, tangent(scene))
     options = {"spp": 8, "seed": 1, "max_depth": 2}
     terms = edgegrad.TERMS

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, requested_tables
+from edgegrad.derivatives.table_derivatives import pull_back, push_forward, requested_tables, with_requested
 from edgegrad.reference import Engine
 from edgegrad.reference.engine import TERMS
 from edgegrad.rendering.renderer import Renderer
@@ -72,7 +72,7 @@ def test_forward_and_reverse_are_transposes(paths: list[str]) -> None:
     engine, tables = make_engine(scene)
     tangent = random_tangent(scene, paths)
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
-    tables = asked_tables(scene, tables, paths)
+    tables = with_requested(scene, tables, paths)
     wanted = requested_tables(scene, tables, paths)
     options: dict[str, Any] = {"spp": 4, "seed": 3, "max_depth": 2}
     image = engine.forward_exact(tables, push_forward(scene, tables, tangent), wanted, terms=TERMS, **options)
@@ -89,7 +89,7 @@ def test_each_term_is_transposed(term: str) -> None:
     engine, tables = make_engine(scene)
     tangent = random_tangent(scene, PATHS)
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
-    tables = asked_tables(scene, tables, PATHS)
+    tables = with_requested(scene, tables, PATHS)
     wanted = requested_tables(scene, tables, PATHS)
     velocity = push_forward(scene, tables, tangent)
     image = engine.forward_exact(tables, velocity, wanted, spp=4, seed=3, max_depth=2, terms=(term,))

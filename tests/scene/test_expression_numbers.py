@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from edgegrad import expression as e
-from edgegrad.derivatives.table_derivatives import asked_tables, pull_back, push_forward, requested_tables, shapes
+from edgegrad.derivatives.table_derivatives import pull_back, push_forward, requested_tables, shapes, with_requested
 from edgegrad.expression.numbers import numbers, with_numbers
 from edgegrad.scene import parameters
 from edgegrad.tables import tables
@@ -65,7 +65,7 @@ def test_places_do_what_the_numbers_do(group: str) -> None:
     cases = cases_of(group)
     scene = scene_of(list(cases.values()), meshes)
     keys = [(name, "emission") for name in scene.materials]
-    made = compile_textures(scene, asked=keys)
+    made = compile_textures(scene, requested=keys)
     plain = evaluate(scene, where)
     np.testing.assert_allclose(evaluate(scene, where, tables=made), plain, rtol=2e-4, atol=2e-4)
     moved = {}
@@ -88,7 +88,7 @@ def test_places_do_what_the_numbers_do(group: str) -> None:
 def test_equal_numbers_of_different_expressions_have_different_places() -> None:
     scene = scene_of([e.Math("MULTIPLY", P, 0.5), e.Math("MULTIPLY", P, 0.5)], corner_points(np.zeros((1, 3)))[1])
     assert np.count_nonzero(compile_textures(scene).constants == np.float32(0.5)) == 1
-    made = compile_textures(scene, asked=[("m0", "emission")])
+    made = compile_textures(scene, requested=[("m0", "emission")])
     assert made.numbers["m0", "emission"].constants[:, 0].tolist() == [0]  # the third operand isn't read
     assert np.count_nonzero(made.constants == np.float32(0.5)) == 2
 
@@ -105,7 +105,7 @@ def test_pull_back_is_the_transpose_of_push_forward() -> None:
     assert {"materials.wood.textures.specular_tint", "materials.glow.textures.roughness"} <= set(wrt)
     with pytest.raises(RuntimeError, match="compiled without the numbers of material 'wood'"):
         requested_tables(scene, flat, wrt)
-    asked = asked_tables(scene, flat, wrt)
+    asked = with_requested(scene, flat, wrt)
     rng = np.random.default_rng(8)
     gradients = {name: rng.normal(size=shape) for name, shape in shapes(asked).items()}
     pulled = pull_back(scene, asked, gradients, wrt)

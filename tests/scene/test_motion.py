@@ -7,7 +7,7 @@ import pytest
 
 from edgegrad import Scene, expression, plan
 from edgegrad.derivatives.motion import Motion, motion
-from edgegrad.derivatives.table_derivatives import asked_tables
+from edgegrad.derivatives.table_derivatives import with_requested
 from edgegrad.planning.term import Term
 from edgegrad.tables import tables
 from tests.support import shapes
@@ -18,7 +18,7 @@ FLAT = tables.flatten(SCENE)
 
 
 def moves(*wrt: str) -> Motion:
-    return motion(SCENE, asked_tables(SCENE, FLAT, wrt), wrt)
+    return motion(SCENE, with_requested(SCENE, FLAT, wrt), wrt)
 
 
 def term(name: str, *wrt: str, scene: Scene = SCENE, max_depth: int = 4) -> Term:

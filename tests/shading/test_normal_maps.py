@@ -16,23 +16,6 @@ import edgegrad
 from tests.support import blender_scenes as bs
 
 
-def normal_mapped(strength: float, node: str = "ShaderNodeBsdfDiffuse", **inputs: Any) -> Any:
-    """A material of one shader, bent by a small picture of noise."""
-    made = bs.material("Bent", (0.8, 0.8, 0.8), node, **inputs)
-    tree = made.node_tree
-    pixels = np.random.default_rng(0).uniform(0.3, 0.7, (8, 8, 4)).astype(np.float32)
-    pixels[..., 2:] = 0.95, 1.0
-    picture = bpy.data.images.new("Noise", 8, 8, float_buffer=True, is_data=True)
-    picture.pixels.foreach_set(pixels.ravel())
-    picture.update()
-    texture, bend = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeNormalMap")
-    texture.image = picture
-    bend.inputs["Strength"].default_value = strength
-    tree.links.new(texture.outputs["Color"], bend.inputs["Color"])
-    tree.links.new(bend.outputs["Normal"], bs.shader(made).inputs["Normal"])
-    return made
-
-
 def sphere(smooth: bool, material: Any, scale: Any = (1.0, 1.0, 1.0)) -> Any:
     """A sphere with UV map, tilted."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12, radius=1.0, rotation=(0.5, 0.3, 0.2), scale=scale)
@@ -54,7 +37,7 @@ def test_from_inside(strength: float, smooth: bool, tmp_path: Path) -> None:
     bs.empty()
     bs.camera((0.0, 0.0, 0.2))
     bs.light("POINT", location=(0.3, 0.2, 0.1), energy=100.0, color=(1.0, 0.5, 0.2))
-    sphere(smooth, normal_mapped(strength))
+    sphere(smooth, bs.normal_mapped(strength))
     ours, theirs = both(tmp_path)
     assert np.abs(ours - theirs).mean() < 2e-3 * theirs.mean()
     assert ours.mean() == pytest.approx(theirs.mean(), rel=3e-4)
@@ -65,17 +48,34 @@ def test_from_outside(node: str, tmp_path: Path) -> None:
     bs.empty(96)
     bs.camera((0.0, 0.0, 5.0))
     bs.light("SUN", rotation=(0.3, 0.2, 0.0), energy=3.0)
-    sphere(True, normal_mapped(1.0, node))
+    sphere(True, bs.normal_mapped(1.0, node))
     ours, theirs = both(tmp_path)
     assert np.abs(ours - theirs).mean() < 6e-3 * theirs.mean()
     assert ours.mean() == pytest.approx(theirs.mean(), rel=3e-3)
+
+
+@pytest.mark.parametrize("scale", [(1.0, 1.0, 2.5), (2.0, 0.6, 1.0), (-1.0, 1.0, 2.0)], ids=str)
+@pytest.mark.parametrize("instanced", [False, True])
+def test_uneven_scale(scale: tuple[float, float, float], instanced: bool, tmp_path: Path) -> None:
+    # Cycles computes the frame of a normal map in the object's space, and turns its vectors as it turns normals.
+    bs.empty(96)
+    bs.camera((0.0, 0.0, 6.0))
+    bs.light("SUN", rotation=(0.3, 0.2, 0.0), energy=3.0)
+    ob = sphere(True, bs.normal_mapped(1.0))
+    ob.scale = scale
+    if instanced:
+        bs.add("Second", ob.data, (50.0, 0.0, 0.0))
+    bpy.context.view_layer.update()
+    ours, theirs = both(tmp_path)
+    assert np.abs(ours - theirs).mean() < 3e-3 * theirs.mean()
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=1e-3)
 
 
 def test_the_bend_is_seen(tmp_path: Path) -> None:
     bs.empty()
     bs.camera((0.0, 0.0, 0.2))
     bs.light("POINT", location=(0.3, 0.2, 0.1), energy=100.0)
-    sphere(True, normal_mapped(1.0))
+    sphere(True, bs.normal_mapped(1.0))
     bent = edgegrad.render(bs.export().scene, spp=16)
     bs.shader(bpy.data.materials["Bent"]).inputs["Normal"].links[0].from_node.inputs["Strength"].default_value = 0.0
     assert np.abs(edgegrad.render(bs.export().scene, spp=16) - bent).mean() > 0.02 * bent.mean()

@@ -80,6 +80,23 @@ def shader(made: Any) -> Any:
     return next(node for node in made.node_tree.nodes if node.type != "OUTPUT_MATERIAL")
 
 
+def normal_mapped(strength: float, node: str = "ShaderNodeBsdfDiffuse", **inputs: Any) -> Any:
+    """A material of one shader, bent by a small picture of noise."""
+    made = material("Bent", (0.8, 0.8, 0.8), node, **inputs)
+    tree = made.node_tree
+    pixels = np.random.default_rng(0).uniform(0.3, 0.7, (8, 8, 4)).astype(np.float32)
+    pixels[..., 2:] = 0.95, 1.0
+    picture = bpy.data.images.new("Noise", 8, 8, float_buffer=True, is_data=True)
+    picture.pixels.foreach_set(pixels.ravel())
+    picture.update()
+    texture, bend = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeNormalMap")
+    texture.image = picture
+    bend.inputs["Strength"].default_value = strength
+    tree.links.new(texture.outputs["Color"], bend.inputs["Color"])
+    tree.links.new(bend.outputs["Normal"], shader(made).inputs["Normal"])
+    return made
+
+
 def mesh(name: str, points: Any, faces: Any, *materials: Any) -> Any:
     """Blender's mesh of these points and faces."""
     made = bpy.data.meshes.new(name)

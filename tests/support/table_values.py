@@ -28,10 +28,7 @@ def values(flat: Tables) -> dict[str, F64]:
         "environment": flat.environment,
         "environment_rotation": flat.environment_rotation,
         "environment_pixels": flat.environment_pixels,
-        "camera": np.concatenate([
-            flat.camera_position, flat.camera_axes.reshape(-1), [flat.focal, flat.pixel_aspect], flat.principal_point,
-            flat.panorama, flat.aperture[[0, 1, 3, 4]],
-        ]),
+        "camera": flat.camera,
     }
     if flat.textures is not None:
         for name in ("pixels", "attributes", "lookups", "constants"):

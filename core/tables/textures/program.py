@@ -21,6 +21,7 @@ from ...scene.image import Image
 from ...scene.light import AreaLight
 from ...scene.material import Material, Mixture
 from ...scene.mesh import Mesh
+from ...scene.placement import has_tangent_frame
 from ...scene.scene import Scene
 from ..materials import COLUMNS
 from . import lower_color, lower_image, lower_math, lower_procedural  # noqa: F401  (their rules are registered)
@@ -29,6 +30,8 @@ from .ops import OPCODES, Builder, Number, Output, Value
 
 REGISTERS = 128  # kTextureRegisters in native/texture/texture_view.h
 _OUTPUTS, _INPUTS = 4, 10
+# Lookups read four floats at once: so many lie behind the last one.
+_PADDING = 4
 # Of boxes that radial tangents are relative to, along each axis (BKE_mesh_texspace_calc), metres.
 _LEAST_SIZE = 2e-5
 
@@ -104,16 +107,19 @@ class TextureTables:
     mesh_box: F32  # (S, 2, 3) centre and size of the bounding box, relative to the origin
     stored_images: tuple[StoredImage, ...]  # what `pixels` consists of
     attribute_names: tuple[str, ...]  # (A)
-    numbers: Mapping[tuple[str, str], NumberPlaces]  # by material and field: where asked-for numbers are
+    numbers: Mapping[tuple[str, str], NumberPlaces]  # by material and field: where requested numbers are
+    with_alpha: frozenset[str]  # images that were stored with an alpha though it is 1 everywhere
+    with_tangents: frozenset[str]  # materials that have tangents though their anisotropy is 0
 
 
 def compile_textures(
     scene: Scene,
     origin: NDArray[np.float64] | None = None,
     meshes: Sequence[Mesh] | None = None,
-    asked: Collection[tuple[str, str]] = (),
+    requested: Collection[tuple[str, str]] = (),
     with_alpha: Collection[str] = (),
-    anisotropic: Collection[str] = (),
+    with_tangents: Collection[str] = (),
+    earlier: TextureTables | None = None,
 ) -> TextureTables:
     """Tables of all textures of a validated scene.
 
@@ -123,13 +129,16 @@ def compile_textures(
         (3,) what positions are relative to; None: the world's origin.
     meshes
         The scene's meshes in order, as they are flattened; None: as they are in the scene.
-    asked
+    requested
         Materials and fields whose expressions' numbers are parameters: each of these gets a place of its own, and
         nothing is computed from them beforehand.
     with_alpha
         Images whose alpha is kept even if it is 1 everywhere.
-    anisotropic
+    with_tangents
         Materials that have tangents even if their anisotropy is 0.
+    earlier
+        Tables of the same scene whose images and attributes have not changed since: their arrays are used again, so
+        that engines do not copy them.
 
     Raises
     ------
@@ -138,7 +147,7 @@ def compile_textures(
     """
     placed = list(scene.meshes.values()) if meshes is None else meshes[: len(scene.meshes)]
     start = np.zeros(3) if origin is None else np.asarray(origin, np.float64)
-    scene, tracked = _tracked(scene, asked)
+    scene, tracked = _tracked(scene, requested)
     resources = Resources(origin=(float(start[0]), float(start[1]), float(start[2])))
     programs = _Programs(resources)
     closure_program, closure_weight_program, closure_uv, closure_tangent = [], [], [], []
@@ -148,7 +157,7 @@ def compile_textures(
             closure_program.append(programs.of_closure(part, closure))
             weight = material.textures.get(str(k)) if isinstance(material, Mixture) else None
             closure_weight_program.append(-1 if weight is None else programs.of_weight(name, k, weight))
-            has_tangents = part in anisotropic or _has_tangents(closure)
+            has_tangents = part in with_tangents or has_tangent_frame(closure)
             uv, tangent = _tangent_attributes(closure, resources) if has_tangents else (-1, -1)
             closure_uv.append(uv)
             closure_tangent.append(tangent)
@@ -164,18 +173,20 @@ def compile_textures(
         closure_weight_program=np.array(closure_weight_program, np.int32),
         closure_uv=np.array(closure_uv, np.int32),
         closure_tangent=np.array(closure_tangent, np.int32),
-        **_images(scene.images, resources, with_alpha),
+        **_images(scene.images, resources, with_alpha, earlier),
         **_lookup_tables(resources),
-        **_attributes(placed, resources),
+        **_attributes(placed, resources, earlier),
         mesh_box=_boxes(placed, start),
         numbers={key: _places(own, programs, resources) for key, own in tracked.items()},
+        with_alpha=frozenset(with_alpha),
+        with_tangents=frozenset(with_tangents),
     )
 
 
-def _tracked(scene: Scene, asked: Collection[tuple[str, str]]) -> tuple[Scene, dict[tuple[str, str], list[Number]]]:
-    """The scene with `Number`s in the expressions that are asked for, and these."""
+def _tracked(scene: Scene, requested: Collection[tuple[str, str]]) -> tuple[Scene, dict[tuple[str, str], list[Number]]]:
+    """The scene with `Number`s in the requested expressions, and these."""
     materials, tracked = dict(scene.materials), {}
-    for name, field in asked:
+    for name, field in requested:
         textures = dict(materials[name].textures)
         own = [Number(x) for x in numbers(textures[field])]
         textures[field] = with_numbers(textures[field], own)
@@ -194,10 +205,6 @@ def _places(own: list[Number], programs: _Programs, resources: Resources) -> Num
             end += len(row)
     found = [[(k, at[id(value)]) for k, value in enumerate(own) if id(value) in at] for at in (place, in_table)]
     return NumberPlaces(len(own), *(np.array(pairs, np.int64).reshape(-1, 2) for pairs in found))
-
-
-def _has_tangents(closure: Material) -> bool:
-    return "normal" in closure.textures or "anisotropy" in closure.textures or closure.anisotropy != 0.0
 
 
 def _tangent_attributes(closure: Material, resources: Resources) -> tuple[int, int]:
@@ -297,7 +304,9 @@ def is_opaque(pixels: F32) -> bool:
     return pixels.shape[2] < 4 or bool(np.all(pixels[..., 3] == 1.0))
 
 
-def _images(images: Mapping[str, Image], resources: Resources, with_alpha: Collection[str]) -> dict[str, Any]:
+def _images(
+    images: Mapping[str, Image], resources: Resources, with_alpha: Collection[str], earlier: TextureTables | None
+) -> dict[str, Any]:
     """Each picture's pixels once; twice only if nodes read them both with and without their alpha."""
     parts: list[tuple[F32, bool]] = []
     held: dict[tuple[str, int, bool], int] = {}
@@ -320,23 +329,31 @@ def _images(images: Mapping[str, Image], resources: Resources, with_alpha: Colle
         shapes.append((pixels.shape[1], pixels.shape[0], pixels.shape[2]))
         modes.append((INTERPOLATIONS.index(interpolation), EXTENSIONS.index(extension),
                       int(alpha == "STRAIGHT" and (multiply or extension == "CLIP"))))
-    # Lookups read four floats at once: a few behind the last pixel.
-    stored = np.zeros(end + 4, np.float32)
-    for (pixels, multiply), offset in zip(parts, held.values(), strict=True):
-        place = stored[offset : offset + pixels.size].reshape(pixels.shape)
+    stored = tuple(StoredImage(name, offset, channels, multiplied)
+                   for (name, channels, multiplied), offset in held.items())
+    same = earlier is not None and stored == earlier.stored_images and len(earlier.pixels) == end + _PADDING
+    return {
+        "image_offset": np.array(offsets, np.int64),
+        "image_shape": np.array(shapes, np.int32).reshape(-1, 3),
+        "image_mode": np.array(modes, np.int32).reshape(-1, 3),
+        "pixels": earlier.pixels if earlier is not None and same else _joined(parts, end),
+        "stored_images": stored,
+    }
+
+
+def _joined(parts: Sequence[tuple[F32, bool]], size: int) -> F32:
+    """The pixels of all images, one image after the other; colours are multiplied by alpha where the flag says so."""
+    out = np.zeros(size + _PADDING, np.float32)
+    offset = 0
+    for pixels, multiply in parts:
+        place = out[offset : offset + pixels.size].reshape(pixels.shape)
+        offset += pixels.size
         if multiply:
             np.multiply(pixels[..., :3], pixels[..., 3:], out=place[..., :3])
             place[..., 3] = pixels[..., 3]
         else:
             place[...] = pixels
-    return {
-        "image_offset": np.array(offsets, np.int64),
-        "image_shape": np.array(shapes, np.int32).reshape(-1, 3),
-        "image_mode": np.array(modes, np.int32).reshape(-1, 3),
-        "pixels": stored,
-        "stored_images": tuple(StoredImage(name, offset, channels, multiplied)
-                               for (name, channels, multiplied), offset in held.items()),
-    }
+    return out
 
 
 def _lookup_tables(resources: Resources) -> dict[str, Any]:
@@ -349,7 +366,7 @@ def _lookup_tables(resources: Resources) -> dict[str, Any]:
         end += values.size
     return {
         "table_shape": np.array(shapes, np.int32).reshape(-1, 5),
-        "lookups": np.concatenate([*rows, np.zeros(4, np.float32)]),
+        "lookups": np.concatenate([*rows, np.zeros(_PADDING, np.float32)]),
     }
 
 
@@ -372,7 +389,7 @@ def _boxes(meshes: Sequence[Mesh], origin: NDArray[np.float64]) -> F32:
     return boxes
 
 
-def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, Any]:
+def _attributes(meshes: Sequence[Mesh], resources: Resources, earlier: TextureTables | None) -> dict[str, Any]:
     parts: list[F32] = []
     end = 0
     first_face = np.cumsum([0] + [len(mesh.faces) for mesh in meshes])
@@ -384,12 +401,16 @@ def _attributes(meshes: Sequence[Mesh], resources: Resources) -> dict[str, Any]:
             offsets.append(end - int(first) * 3 * count)
             components.append(count)
             if values is not None:
-                parts.append(np.ascontiguousarray(values, np.float32).reshape(-1))
-                end += parts[-1].size
+                parts.append(values)
+                end += values.size
+    names = tuple(resources.attributes)
+    same = earlier is not None and names == earlier.attribute_names and len(earlier.attributes) == end + _PADDING
     return {
         "attribute_offset": np.array(offsets, np.int64),
         "attribute_components": np.array(components, np.int32),
-        "attributes": np.concatenate([*parts, np.zeros(4, np.float32)]),
+        "attributes": earlier.attributes if earlier is not None and same else np.concatenate(
+            [*(np.ascontiguousarray(part, np.float32).reshape(-1) for part in parts), np.zeros(_PADDING, np.float32)]
+        ),
         "face_mesh": np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(first_face)),
-        "attribute_names": tuple(resources.attributes),
+        "attribute_names": names,
     }

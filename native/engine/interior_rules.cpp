@@ -29,6 +29,13 @@ bool requests_only(const Requested& requested, const std::vector<const char*>& n
     });
 }
 
+// Whether nothing but vertices is requested, and the shading normals that follow them. Others change shading
+// where no vertex moves.
+bool requests_vertices_alone(const SceneTables& tables, const Requested& requested) {
+    return requests_only(requested, {"vertices", "normals"}) &&
+           !requested.any("normals", 0, tables.normals.size());
+}
+
 // A flat Lambertian convex body alone under a constant sky looks the same from everywhere, however it moves
 // and turns.
 bool looks_the_same(const SceneView& scene, const Requested& requested) {
@@ -50,7 +57,7 @@ int32_t lobes_alone(const Requested& requested) {
 // Black meshes whose light holds its direction on all surfaces (shading/lights/fixed_direction_light.h)
 // change nothing inside of their outlines. Behind mirrors and smooth glass it doesn't.
 bool only_outlines_move(const SceneView& scene, const SceneTables& tables, const Requested& requested) {
-    if (!scene.face_held || !requests_only(requested, {"vertices", "normals"}) ||
+    if (!scene.face_held || !requests_vertices_alone(tables, requested) ||
         may_be_specular(tables, scene.followed_alpha))
         return false;
     std::vector<uint8_t> rides(tables.material_first_closure.size() - 1);
@@ -75,7 +82,7 @@ bool only_outlines_move(const SceneView& scene, const SceneTables& tables, const
 // outlines alone then change the picture.
 bool nothing_shaded_moves(const SceneView& scene, const SceneTables& tables, const Requested& requested,
                           int max_depth) {
-    if (!requests_only(requested, {"vertices", "normals"})) return false;
+    if (!requests_vertices_alone(tables, requested)) return false;
     std::vector<uint8_t> black(tables.material_first_closure.size() - 1);
     for (size_t m = 0; m < black.size(); ++m) black[m] = is_black(scene, static_cast<int32_t>(m));
     const bool lit = max_depth >= 2 && std::find(black.begin(), black.end(), 0) != black.end();

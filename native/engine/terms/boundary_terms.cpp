@@ -104,7 +104,9 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
         Decision& d = decided[part];
         const int64_t still = d.edges.still;
         d.edges = found.counts, d.edges.still = still;
-        if (found.size() == 0) decided.none(part, found.counts.kept > 0 ? Reason::kOutOfView : Reason::kFlat);
+        if (found.size() == 0)
+            decided.none(part, part == Part::kPrimaryEdges && found.counts.kept > 0 ? Reason::kOutOfView
+                                                                                    : Reason::kFlat);
         return found.size() > 0;
     };
     if (decided.computes(Part::kPrimaryEdges)) {
@@ -184,7 +186,9 @@ std::vector<BoundaryTerm> boundary_terms(const SceneView& scene, const EdgeList&
                 [&] { return over_directions(found, kDirectionSegments * samples, chains); }, chains,
                 learned_cells(samples), samples, kIndirectShare);
     }
-    for (CurveTerm& curve : curve_terms(scene, edges, options, motion, seen.get(), decided)) {
+    for (CurveTerm& curve :
+         curve_terms(scene, edges, options, motion,
+                     decided.forces(Part::kPrimaryEdges) ? nullptr : seen.get(), decided)) {
         const double samples = (learned ? learned->share[kTermOf[curve.kind]] : 1.0) * curve.share * picture;
         SamplePlan plan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind, guided);
         // What surfaces hide of others by passing through them has no aimed estimator.

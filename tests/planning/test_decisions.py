@@ -42,6 +42,8 @@ def check(made: Case, forced: Counter[str]) -> str:
     """What is wrong with the decisions on a scene; "": nothing. Counts the parts that are computed though zero."""
     tangent, _ = directions(made)
     renderer = Renderer(made.scene, threads=1)
+    native: Any = renderer._engine
+    native.guided = False  # else a part without noise takes samples from others
     options = {**made.options, "spp": min(made.options["spp"], 2)}
     planned = plan(renderer, made.wrt, max_depth=options["max_depth"]).decisions
     if "bounces" in options:

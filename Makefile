@@ -3,7 +3,7 @@
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 SHELL := /bin/bash
-.PHONY: help demo recover test test-slow test-gui lint benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
+.PHONY: help demo recover test test-slow test-gui lint docs benchmark benchmark-derivatives benchmark-triangles throughput compare-cycles stability torture sanitize sanitize-threads check-machine which-python clean
 
 # A pyenv shim exists for every version and fails for those that are not active: run it to know.
 # 3.11 comes first, because its Blender module is the oldest that is supported.
@@ -12,7 +12,7 @@ PYTHON ?= $(shell for p in python3.11 python3.13 python3 python; do \
   done; echo python3)
 
 # Instruction sets of the kernels: this machine's fastest and the scalar reference that tests compare it with.
-# Empty: all, as in wheels.
+# all: each set and the reference; empty: as in release wheels, without the reference that tests need.
 KERNELS ?= native
 
 VENV := .venv
@@ -29,6 +29,7 @@ help:
 	@echo "make test-slow   run the slow tests"
 	@echo "make test-gui    run the tests in a real Blender: BLENDER=blender EXTENSION=dist/edgegrad-0.1.0.zip"
 	@echo "make lint        ruff, clang-format, mypy"
+	@echo "make docs        build the documentation in build/docs"
 	@echo "make benchmark   times beside Mitsuba 3 (installs it; needs LLVM >= 16)"
 	@echo "make benchmark-derivatives  run time against error of derivatives, beside Mitsuba 3 (about 12 minutes)"
 	@echo "make benchmark-triangles    run times by the number of triangles, up to a million"
@@ -59,6 +60,10 @@ lint: $(VENV)/installed $(VENV)/installed-lint
 	$(RUN) -m ruff check .
 	$(VENV)/bin/clang-format --dry-run -Werror $$(git ls-files 'native/*.h' 'native/*.cpp')
 	$(RUN) -m mypy
+
+# A warning is an error: a broken link, a name that does not exist, a docstring that cannot be read.
+docs: $(VENV)/installed $(VENV)/installed-docs
+	$(RUN) -m sphinx --quiet --fail-on-warning --keep-going -b html -d build/docs/.doctrees docs build/docs
 
 throughput: $(VENV)/installed
 	$(RUN) -m tests.benchmarks.throughput
@@ -118,7 +123,7 @@ sanitize-threads: $(SANITIZED)-threads/installed
 	  TSAN_OPTIONS="halt_on_error=1 suppressions=$(CURDIR)/tests/stability/threads.suppressions" \
 	  setarch -R $(SANITIZED)-threads/bin/python -m pytest --capture=sys tests/stability/test_threads.py
 
-$(SANITIZED)/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=address,undefined
+$(SANITIZED)/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=address,undefined -C cmake.define.EDGEGRAD_KERNELS=all
 $(SANITIZED)-threads/installed: SANITIZERS := -C cmake.define.EDGEGRAD_SANITIZE=thread -C cmake.define.EDGEGRAD_KERNELS=scalar
 $(SANITIZED)/installed $(SANITIZED)-threads/installed: %/installed: $(PACKAGE) | check-machine
 	test -x $*/bin/python || $(PYTHON) -m venv --upgrade-deps $*

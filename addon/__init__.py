@@ -1,4 +1,4 @@
-"""Edgegrad's Blender add-on: exports the scene, fits it to pictures, writes the result back."""
+"""Edgegrad's Blender add-on: exports a scene, fits it to pictures, and writes the result back."""
 
 from __future__ import annotations
 

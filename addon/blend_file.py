@@ -1,4 +1,4 @@
-"""The .blend itself: opened without running the Python in it, saved completely or not at all."""
+"""Opening of .blend files without running their Python scripts, and atomic saving."""
 
 from __future__ import annotations
 
@@ -13,35 +13,36 @@ from edgegrad.images.output_files import replacing
 
 from .problem import Problem
 
-# An uncompressed .blend ends in the header of an empty block of this code; from Blender 5.0 on, headers are longer and
-# the file's version number begins with the length of its own header ("BLENDER17-…" instead of "BLENDER-…").
+# An uncompressed .blend ends with the header of an empty block with this code. From Blender 5.0 on, block headers are
+# longer, and the file starts with the length of its own header ("BLENDER17-…" instead of "BLENDER-…").
 END = b"ENDB"
 END_BYTES, END_BYTES_BEFORE_5 = 32, 24
-# The end of a compressed .blend is Zstandard's seek table: frames' sizes, then their number, flags and this number.
+# A compressed .blend ends with the seek table of Zstandard: the sizes of the frames, their number, flags and this magic
+# number.
 SEEK_TABLE = 0x8F92EAB1
 FOOTER = struct.Struct("<IBI")
 SKIPPABLE_HEADER_BYTES = 8
-CHECKSUMS = 0x80  # flag: a checksum follows each frame's sizes
+CHECKSUMS = 0x80  # flag: a checksum follows the sizes of each frame
 
 
 def open_blend(blend: str | None, allow_scripts: bool) -> str | None:
-    """Open the file, unless Blender has it open already.
+    """Open a file, unless it is already open in Blender.
 
     Parameters
     ----------
     blend
-        The file; None: the one that is open.
+        The file; None: the file that is open.
     allow_scripts
-        Whether Python in the file (drivers, registered texts) may run.
+        Whether Python scripts in the file (drivers, registered texts) may run.
 
     Returns
     -------
-    One sentence on what the user may not expect: Python in the file was not run, or there is no file; else None.
+    A warning for the user if scripts in the file were not run or no file is open; else None.
 
     Raises
     ------
     Problem
-        If the file can't be opened, or scripts are to be allowed in one that Blender has opened without them.
+        If the file cannot be opened, or if `allow_scripts` comes too late: Blender has opened the file without scripts.
     """
     opened = bpy.data.filepath and Path(bpy.data.filepath).resolve()
     path = opened if blend is None else Path(blend).resolve()
@@ -53,7 +54,7 @@ def open_blend(blend: str | None, allow_scripts: bool) -> str | None:
         except RuntimeError as error:
             raise Problem(f"file '{blend}': can't be opened ({str(error).strip()})") from None
     if not path:
-        return "no .blend is given or open, so this is about the scene that Blender starts with"
+        return "no .blend is given or open, so the scene that Blender starts with is used"
     if not bpy.app.autoexec_fail:
         return None
     skipped = f"file '{blend or opened}': Python in it was not run ({bpy.app.autoexec_fail_message})"
@@ -66,12 +67,12 @@ def open_blend(blend: str | None, allow_scripts: bool) -> str | None:
 
 
 def save_blend(path: Path) -> None:
-    """Write what is open in Blender into a file, and keep earlier versions of it as Blender's preferences say.
+    """Save the open .blend into a file, and keep earlier versions of the file as set in Blender's preferences.
 
     Raises
     ------
     WriteError
-        Naming the file; an earlier one stays as it was.
+        If the file cannot be written; names the file. An earlier file stays unchanged.
     """
     with replacing(path) as temporary:
         try:
@@ -84,7 +85,7 @@ def save_blend(path: Path) -> None:
 
 
 def is_complete(path: Path) -> bool:
-    """Whether a .blend has its end. Blender reports no error where it writes a compressed one to a full disk."""
+    """Whether a .blend file is complete. Blender reports no error if it writes a compressed file to a full disk."""
     with path.open("rb") as file:
         start = file.read(8)
         size = file.seek(0, os.SEEK_END)
@@ -105,12 +106,12 @@ def is_complete(path: Path) -> bool:
 
 
 def _with_free_space(text: str, folder: Path) -> str:
-    """Blender's reason, and what often is the real one: it reads the system's error number too late."""
+    """Add the free disk space to Blender's reason, which is often wrong: Blender reads the error number too late."""
     return f"{text}; {shutil.disk_usage(folder).free / 1e6:.3g} MB are free in its folder"
 
 
 def _keep_versions(path: Path) -> None:
-    """NAME.blend becomes NAME.blend1, that NAME.blend2 …: what Blender does itself when it saves over a file."""
+    """Rename NAME.blend to NAME.blend1, NAME.blend1 to NAME.blend2 …, as Blender does when it overwrites a file."""
     for number in range(bpy.context.preferences.filepaths.save_version, 0, -1):
         earlier = path.with_name(f"{path.name}{number - 1 or ''}")
         later = path.with_name(f"{path.name}{number}")
@@ -118,6 +119,6 @@ def _keep_versions(path: Path) -> None:
             continue
         with replacing(later) as temporary:
             try:
-                temporary.hardlink_to(earlier)  # takes no space, and `path` is never missing
+                temporary.hardlink_to(earlier)  # needs no space, and `path` always exists
             except OSError:  # a file system without hard links
                 shutil.copy2(earlier, temporary)

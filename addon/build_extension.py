@@ -1,13 +1,13 @@
-"""Build the Blender extension: one zip with the add-on and wheels of Edgegrad and of what it needs.
+"""Build the Blender extension: one zip with the add-on, and wheels of Edgegrad and its dependencies.
 
     python addon/build_extension.py --interpreter python3.11 --interpreter python3.13 --python-version 3.14
 
-Each interpreter contributes wheels for its own Python version: Edgegrad built from this source tree, its dependencies
-from the package index. 3.11 serves Blender 4.2 to 5.0; 3.12 or newer gives the stable-ABI wheel for Blender 5.1 on.
-Versions that no interpreter here has, like those of Blenders that Linux distributions build with their own Python, get
-the dependencies alone: the stable-ABI wheel serves them.
-The zip is built by Blender's own packager: that of the Blender executable, or of the bpy module installed beside this
-Python. Not part of the installed add-on.
+Each interpreter provides wheels for its own Python version: Edgegrad is built from this source tree, and its
+dependencies are downloaded from the package index. Blender 4.2 to 5.0 use Python 3.11. Python 3.12 or newer builds the
+stable-ABI wheel, which Blender 5.1 and later use. Linux distributions build Blender with other Python versions. For
+these, --python-version adds the dependencies only, and the stable-ABI wheel serves them.
+Blender's packager builds the zip: that of the Blender executable, or of the bpy module in this Python installation.
+This file is not part of the installed add-on.
 """
 
 from __future__ import annotations
@@ -26,25 +26,25 @@ from pathlib import Path
 ADDON = Path(__file__).resolve().parent
 PROJECT = ADDON.parent
 MANIFEST = "blender_manifest.toml"
-# Blender brings its own numpy, and a second one in the same process would break it.
-BROUGHT_BY_BLENDER = ("numpy",)
+# Blender includes numpy. A second numpy in the same process would break it.
+INCLUDED_IN_BLENDER = ("numpy",)
 NOT_PACKAGED = shutil.ignore_patterns(Path(__file__).name, "__pycache__", "*.pyc", ".*")
 
 
 def requirements() -> list[str]:
-    """The project's run-time dependencies that Blender does not bring."""
+    """List the run-time dependencies of the project that Blender does not include."""
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text())["project"]
     names = {text: re.split(r"[^A-Za-z0-9_.-]", text, maxsplit=1)[0].lower() for text in project["dependencies"]}
-    return [text for text, name in names.items() if name not in BROUGHT_BY_BLENDER]
+    return [text for text, name in names.items() if name not in INCLUDED_IN_BLENDER]
 
 
 def build_wheel(interpreter: str, folder: Path) -> None:
-    """Put Edgegrad's wheel, built by the interpreter, into the folder.
+    """Build Edgegrad's wheel with the interpreter, and put it into the folder.
 
     Raises
     ------
     RuntimeError
-        If it cannot be built.
+        If the wheel cannot be built.
     """
     if subprocess.run([*_pip(interpreter), "wheel", "--no-deps", "--wheel-dir", str(folder), str(PROJECT)],
                       check=False).returncode:
@@ -57,18 +57,18 @@ def collect_dependencies(interpreter: str, folder: Path, version: str | None = N
     Parameters
     ----------
     interpreter
-        The Python whose pip gets them.
+        The Python interpreter whose pip downloads them.
     folder
-        Where to put them.
+        Folder for the wheels.
     version
-        The Python version that they are for, like "3.14"; None: the interpreter's own.
+        Python version of the wheels, such as "3.14"; None: that of the interpreter.
 
     Raises
     ------
     RuntimeError
-        If one does not exist for this Python version.
+        If a dependency has no wheel for this Python version.
     """
-    # --no-deps: all that these need is numpy, or named in the project itself.
+    # --no-deps: the dependencies need only numpy and other dependencies of this project.
     command = [*_pip(interpreter), "download", "--no-deps", "--only-binary=:all:", "--dest", str(folder)]
     command += ["--implementation", "cp", "--python-version", version] if version else []
     if subprocess.run([*command, *requirements()], check=False).returncode:
@@ -81,12 +81,12 @@ def _pip(interpreter: str) -> list[str]:
 
 
 def with_wheels(manifest: str, wheels: list[str]) -> str:
-    """The manifest's text with the list of wheels added.
+    """Add the list of wheels to the text of the manifest.
 
     Raises
     ------
     ValueError
-        If it has a list of wheels already.
+        If the manifest already has a list of wheels.
     """
     if "wheels" in tomllib.loads(manifest):
         raise ValueError(f"{MANIFEST}: must not list wheels; they are added when the extension is built")
@@ -98,7 +98,7 @@ def with_wheels(manifest: str, wheels: list[str]) -> str:
 
 
 def packager(blender: str | None) -> list[str]:
-    """Command of Blender's extension packager, without its sub-command.
+    """Return the command of Blender's extension packager, without its sub-command.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def packager(blender: str | None) -> list[str]:
     executable = blender or shutil.which("blender")
     if executable:
         return [executable, "--background", "--factory-startup", "--command", "extension"]
-    bpy = importlib.util.find_spec("bpy")  # found, not imported: only its files are needed
+    bpy = importlib.util.find_spec("bpy")  # searched, not imported: only its files are needed
     if bpy is not None and bpy.origin:
         scripts = sorted(Path(bpy.origin).parent.glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"))
         if scripts:
@@ -117,12 +117,12 @@ def packager(blender: str | None) -> list[str]:
 
 
 def build(interpreters: list[str], versions: list[str], output: Path, blender: str | None = None) -> None:
-    """Write the extension's zip into the folder `output`.
+    """Write the zip of the extension into the folder `output`.
 
     Raises
     ------
     RuntimeError
-        If a wheel or the packager is missing, or a version has no wheel of Edgegrad that serves it.
+        If a wheel or the packager is missing, or if no wheel of Edgegrad supports a version.
     """
     command = packager(blender)
     output.mkdir(parents=True, exist_ok=True)
@@ -146,13 +146,14 @@ def build(interpreters: list[str], versions: list[str], output: Path, blender: s
 
 
 def main() -> None:
-    """Command line."""
+    """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--interpreter", action="append", help="Python to make wheels for (default: this one)")
+    parser.add_argument("--interpreter", action="append",
+                        help="Python interpreter to make wheels for (default: this one)")
     parser.add_argument("--python-version", action="append", default=[],
-                        help="version, like 3.14, that no interpreter here has but a Blender does")
+                        help="Python version of some Blender, such as 3.14, for which no interpreter is given")
     parser.add_argument("--blender", help="Blender executable whose packager is used")
-    parser.add_argument("--output", type=Path, default=PROJECT / "dist", help="folder of the zip")
+    parser.add_argument("--output", type=Path, default=PROJECT / "dist", help="folder for the zip")
     arguments = parser.parse_args()
     try:
         build(arguments.interpreter or [sys.executable], arguments.python_version, arguments.output, arguments.blender)

@@ -1,7 +1,7 @@
 """``blender --background file.blend --command edgegrad …`` and ``python -m edgegrad … file.blend``.
 
-Nothing is written into the .blend that was read, unless --save names it. Exit codes: 0 done, 1 a failure, said in one
-sentence, 2 wrong arguments, 130 interrupted.
+The .blend that is read stays unchanged, unless --save names it. Exit codes: 0 success; 1 failure, described in one
+sentence; 2 wrong arguments; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from .session import Picture, Request, Session, camera_names, find_camera
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns the exit code.
+    """Run one command and return the exit code.
 
     Parameters
     ----------
     argv
-        Arguments without the program's name; None: those of the process.
+        Arguments without the name of the program; None: those of the process.
     """
     try:
         arguments = _parser().parse_args(sys.argv[1:] if argv is None else list(argv))
-    except SystemExit as end:  # argparse has said why
+    except SystemExit as end:  # argparse has printed the reason
         return end.code if isinstance(end.code, int) else 2
     try:
         with warnings.catch_warnings():
@@ -59,21 +59,26 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="edgegrad", description="Fit a Blender scene to pictures.")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    fit = commands.add_parser("fit", help="move parameters until the cameras see their targets")
+    fit = commands.add_parser("fit", help="change parameters until the cameras' pictures match their targets")
     _common(fit, 16)
     _parameters(fit)
     fit.add_argument("--target", action="append", required=True, metavar="CAMERA=FILE",
-                     help="picture of a camera (its name may contain =: the longest that fits is meant)")  # fmt: skip
-    fit.add_argument("--mask", action="append", default=[], metavar="CAMERA=FILE", help="black pixels are ignored")
+                     help="target picture of a camera (the name may contain =; the longest match is used)")  # fmt: skip
+    fit.add_argument("--mask", action="append", default=[], metavar="CAMERA=FILE",
+                     help="mask of a camera's target: black pixels are ignored")  # fmt: skip
     fit.add_argument("--iterations", type=_positive, default=200)
-    fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per step (default: all)")
-    fit.add_argument("--smoothness", type=float, help="how far neighbouring vertices move along (default: by count)")
-    fit.add_argument("--vertex-step", type=float, metavar="F", help="first step, as a fraction of the object's size")
-    fit.add_argument("--slide", type=float, metavar="F", help="share of the motion along the surface that is kept")
-    fit.add_argument("--out", type=Path, metavar="DIR", help="folder for pictures before and after, and report.json")
-    fit.add_argument("--save", type=Path, metavar="BLEND", help="write the fitted scene into this .blend")
+    fit.add_argument("--views-per-iteration", type=_positive, metavar="N", help="pictures per iteration (default: all)")
+    fit.add_argument("--smoothness", type=float,
+                     help="how strongly neighbouring vertices move together (default: by number)")  # fmt: skip
+    fit.add_argument("--vertex-step", type=float, metavar="F",
+                     help="first step of vertices, as a fraction of the object's size")  # fmt: skip
+    fit.add_argument("--slide", type=float, metavar="F",
+                     help="factor in [0, 1] for the motion of vertices along the surface")  # fmt: skip
+    fit.add_argument("--out", type=Path, metavar="DIR",
+                     help="folder for pictures before and after the fit, and report.json")  # fmt: skip
+    fit.add_argument("--save", type=Path, metavar="BLEND", help="save the fitted scene as this .blend")
     where = fit.add_mutually_exclusive_group()
-    where.add_argument("--shape-key", action="store_true", help="write vertices as a new shape key (default)")
+    where.add_argument("--shape-key", action="store_true", help="write vertices into a new shape key (default)")
     where.add_argument("--in-place", action="store_true", help="write vertices into the mesh itself")
     fit.set_defaults(run=_fit)
 
@@ -83,11 +88,11 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--out", type=Path, required=True, metavar="FILE", help=".exr or .png")
     render.set_defaults(run=_render)
 
-    gradient = commands.add_parser("gradient", help="how a camera's picture changes with a parameter")
+    gradient = commands.add_parser("gradient", help="derivative of a camera's picture with respect to a parameter")
     _common(gradient, 64)
     _parameters(gradient)
     gradient.add_argument("--direction", choices=[d.lower() for d in DIRECTIONS], default="normal",
-                          help="where vertices move (default: normal)")  # fmt: skip
+                          help="direction in which vertices move (default: normal)")  # fmt: skip
     gradient.add_argument("--camera", help="name of the camera (default: the active one)")
     gradient.add_argument("--out", type=Path, required=True, metavar="FILE",
                           help=".exr for the values, .png for a picture (red brighter, blue darker)")  # fmt: skip
@@ -96,19 +101,20 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _common(parser: argparse.ArgumentParser, samples: int) -> None:
-    parser.add_argument("blend", nargs="?", help="the .blend to open (default: the one that is open)")
-    parser.add_argument("--samples", type=_positive, default=samples, help=f"per pixel (default: {samples})")
+    parser.add_argument("blend", nargs="?", help="the .blend to open (default: the open file)")
+    parser.add_argument("--samples", type=_positive, default=samples, help=f"samples per pixel (default: {samples})")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--allow-scripts", action="store_true",
-                        help="run Python in the .blend: drivers and registered texts (default: don't; a file that "
-                        "Blender opens before --command follows blender's own --enable-autoexec)")  # fmt: skip
+                        help="run Python scripts in the .blend: drivers and registered texts (default: off; a file "
+                        "that Blender opens before --command follows Blender's --enable-autoexec)")  # fmt: skip
+
 
 
 def _parameters(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--vertices", action="append", default=[], metavar="OBJECT")
     parser.add_argument("--base-color", action="append", default=[], metavar="MATERIAL")
     parser.add_argument("--emission", action="append", default=[], metavar="MATERIAL")
-    parser.add_argument("--power", action="append", default=[], metavar="LIGHT", help="a light's power or strength")
+    parser.add_argument("--power", action="append", default=[], metavar="LIGHT", help="power or strength of a light")
 
 
 def _positive(text: str) -> int:
@@ -133,13 +139,13 @@ def _by_camera(option: str, texts: Sequence[str]) -> dict[str, str]:
     cameras = sorted(camera_names(bpy.context.scene), key=len, reverse=True)
     out: dict[str, str] = {}
     for text in texts:
-        # A camera's name may contain "=", and so may a file's.
+        # Names of cameras and of files may contain "=".
         named = next((name for name in cameras if text.startswith(f"{name}=")), text.partition("=")[0])
         camera, path = named, text[len(named) + 1 :]
         if not camera or not path:
             raise Problem(f"{option} '{text}': must have the form CAMERA=FILE")
         if camera in out:
-            raise Problem(f"{option} '{text}': camera '{camera}' has one already")
+            raise Problem(f"{option} '{text}': camera '{camera}' already has a {option.removeprefix('--')}")
         out[camera] = path
     return out
 
@@ -173,7 +179,7 @@ def _fit(arguments: argparse.Namespace) -> list[str]:
     _print_warnings(session.export.report.lines)
     _print_notes(session.notes)
     if arguments.save is None:
-        _print_notes(["the fitted scene will be in no file; --save BLEND writes it into one"])
+        _print_notes(["the fitted scene will not be saved; --save BLEND saves it as a file"])
     output.write_before(session)
     with ProgressBar("fit") as bar:
         note = ""
@@ -221,7 +227,7 @@ def _gradient(arguments: argparse.Namespace) -> list[str]:
 
 
 def _shown(bar: ProgressBar, note: Callable[[], str] = str) -> Callable[[float], None]:
-    """Progress for the bar."""
+    """Make a progress function that updates the bar."""
     return lambda fraction: bar.update(fraction, note())
 
 
@@ -245,6 +251,6 @@ def _show_warning(message: Warning | str, category: type[Warning], filename: str
 
 
 def _say(text: str, stream: TextIO | None = None) -> None:
-    """Print to stderr, or to `stream`; a closed pipe or a log on a full disk must not end the work."""
+    """Print to stderr, or to `stream`; a closed pipe or a full disk must not stop the work."""
     with contextlib.suppress(OSError, ValueError):
         print(f"edgegrad: {text}", file=stream or sys.stderr, flush=True)

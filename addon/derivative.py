@@ -1,4 +1,4 @@
-"""The derivative picture of one of Blender's values."""
+"""The derivative of a picture with respect to values of Blender's scene."""
 
 from __future__ import annotations
 
@@ -20,20 +20,21 @@ DIRECTIONS = ("NORMAL", "X", "Y", "Z")
 
 def derivative_picture(context: Any, names: Names, direction: str, samples: int, camera: Any = None, seed: int = 0,
                        progress: Any = None) -> tuple[NDArray[np.float32], Export, list[str]]:  # fmt: skip
-    """How the picture changes when one value grows.
+    """Render the derivative of the picture with respect to some values.
 
     Parameters
     ----------
     names
-        The value or values; they grow together, each by 1 per unit (vertices: by 1 m).
+        The values. The derivative is along the direction in which each increases by 1 unit (vertices move by 1 m).
     direction
-        Where vertices move: "NORMAL" outwards along their normals, or along a world axis "X", "Y", "Z".
+        Direction in which vertices move: "NORMAL", outwards along their normals, or a world axis "X", "Y" or "Z".
     samples
-        Per pixel.
+        Samples per pixel.
 
     Returns
     -------
-    (H, W, 3) float32, the export, and what the picture leaves out though it may not be zero, in sentences.
+    The derivative (H, W, 3) float32, the export, and sentences that name terms of the derivative which were not
+    computed although they may be non-zero.
     """
     names.check_objects(context.evaluated_depsgraph_get(), in_place=True)
     export = export_differentiable(context, camera)
@@ -54,11 +55,11 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
 
 
 def _motion(mesh: edgegrad.Mesh, direction: str) -> NDArray[np.float64]:
-    """(n, 3) the motion of vertices, in their space, that is 1 m in the world along their normals or an axis."""
+    """(n, 3) motion of vertices, in mesh space, that equals 1 m in world space along their normals or an axis."""
     linear = mesh.transform[:3, :3]
     vertices = mesh.vertices @ linear.T
     if direction == "NORMAL":
-        # The front of the faces stays outside where the transform mirrors.
+        # A mirroring transform reverses the normals of the vertices in world space; outwards is the other direction.
         along = np.sign(np.linalg.det(linear)) * _normals(vertices, mesh.faces)
     else:
         along = np.zeros_like(vertices)
@@ -67,5 +68,5 @@ def _motion(mesh: edgegrad.Mesh, direction: str) -> NDArray[np.float64]:
 
 
 def _normals(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.float64]:
-    """(n, 3) unit normals, faces weighted by area; zero for vertices without faces."""
+    """(n, 3) unit vertex normals, area-weighted means over the faces; zero for vertices without faces."""
     return vertex_normals(vertices, faces, np.arange(len(vertices)))

@@ -1,4 +1,4 @@
-"""What a fit and a gradient see: the scene as it is rendered, with its limits of light paths."""
+"""Export of the scene for fits and gradients, with the light path limits of its render settings."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from edgegrad.rendering.renderer import MAX_DERIVATIVE_DEPTH
 
 from .export import Export, export_camera, export_scene
 
-# The reference engine takes textures' mean colours only.
+# Resolution of baked images for the reference engine, which uses only the mean colours of textures.
 MEAN_RESOLUTION = 64
 
 
 def export_differentiable(context: Any, camera: Any = None) -> Export:
-    """Export the scene that `camera` (None: the active one) sees, for derivatives.
+    """Export the scene for derivatives, seen by `camera` (None: the active camera).
 
-    Where only the reference engine can be loaded, the nearest flat, diffuse scene stands for it, and the report says
-    what differs.
+    If only the reference engine can be loaded, the scene is simplified to a flat-shaded, diffuse one, and the report
+    names each simplification.
     """
     scene, depsgraph = context.scene, context.evaluated_depsgraph_get()
     if not _narrow():
@@ -35,13 +35,13 @@ def export_differentiable(context: Any, camera: Any = None) -> Export:
 
 
 def export_view(camera: Any, context: Any, export: Export) -> edgegrad.Camera:
-    """Another camera of an export from `export_differentiable`."""
+    """Export another camera for an export of `export_differentiable`."""
     view = export_camera(camera.evaluated_get(context.evaluated_depsgraph_get()), context.scene, export.report)
     return edgegrad.differentiable(edgegrad.Scene(view))[0].camera if _narrow() else view
 
 
 def not_computed(export: Export, paths: list[str]) -> list[str]:
-    """Sentences on what derivatives with respect to `paths` leave out though it may not be zero."""
+    """Sentences that name terms of the derivative which are not computed although they may be non-zero."""
     missing = edgegrad.plan(export.scene, paths, max_depth=export.settings.max_depth, measure=CAUSTIC_SAMPLES).missing
     return [f"not computed: {sentence}" for sentence in missing]
 

@@ -1,4 +1,4 @@
-"""What ``edgegrad fit`` writes: the fitted .blend, a report, and a picture of each camera before and after."""
+"""Output files of ``edgegrad fit``: the fitted .blend, a report, and pictures of each camera before and after."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from .session import Session, absolute
 SPP = 64  # samples per pixel of the pictures
 BEFORE, AFTER = "before", "after"
 SUFFIXES = (".exr", ".png")
-# What must not keep other files from being written.
+# Errors of one picture that must not prevent the output of other files.
 NOT_RENDERED = (ValueError, RuntimeError, FloatingPointError, MemoryError)
-# Bytes of a picture's name that come from its camera's: file systems take 255 in all.
+# Bytes of a picture's name for the name of its camera; file systems limit the whole name to 255 bytes.
 NAME_BYTES = 200
 
 
 @dataclass
 class FitOutput:
-    """The files of a fit. Whatever can be checked is checked before the fit; afterwards the result comes first.
+    """The output files of a fit. They are checked before the fit; after it, the fitted scene is written first.
 
     Attributes
     ----------
     folder
-        For pictures and the report; None: none are written.
+        Folder for pictures and the report; None: they are not written.
     blend
-        For the fitted scene; None: it isn't saved.
+        File for the fitted scene; None: it is not saved.
     names
-        Of the cameras' pictures, without prefix and suffix; known after `prepare`.
+        Maps a camera to the name of its pictures, without prefix and suffix; set by `prepare`.
     written
-        What has been written of the result so far.
+        Result files that have been written so far.
     """
 
     folder: Path | None
@@ -53,21 +53,21 @@ class FitOutput:
     written: list[Path] = field(default_factory=list)
 
     def check(self) -> None:
-        """Raise `WriteError` unless the .blend and files in the folder can be written. Needs no open .blend."""
+        """Raise `WriteError` unless the .blend and files in the folder can be written. No .blend need be open."""
         if self.blend is not None:
             check_outputs([self.blend], (".blend",))
         if self.folder is not None:
             check_output_folder(self.folder)
 
     def prepare(self, session: Session) -> None:
-        """Make the folder and find names for all files in it.
+        """Create the folder, and choose the names of all files in it.
 
         Raises
         ------
         WriteError
-            If one of the files can't be written.
+            If a file cannot be written.
         Problem
-            If one would take the place of a target or a mask.
+            If a file would replace a target or a mask.
         """
         if self.folder is None:
             return
@@ -84,12 +84,12 @@ class FitOutput:
         check_outputs([self._report], (".json",))
 
     def write_before(self, session: Session) -> None:
-        """Write the cameras' pictures as they are at the start; raises `Problem` at the first failure."""
+        """Write the pictures of the cameras before the fit; raise `Problem` at the first failure."""
         for failure in self._write_pictures(session, BEFORE):
             raise Problem(failure)
 
     def write(self, session: Session, result: edgegrad.FitResult) -> list[str]:
-        """Write the fitted scene, then the report, then the pictures; a failure of one does not stop the others.
+        """Write the fitted scene, then the report, then the pictures. A failure of one does not stop the others.
 
         Returns
         -------
@@ -98,7 +98,7 @@ class FitOutput:
         Raises
         ------
         KeyboardInterrupt
-            Saying what has been written, and what failed.
+            If the user interrupts; names the files that were written, and the failures.
         """
         failures: list[str] = []
         self.written.clear()
@@ -121,7 +121,7 @@ class FitOutput:
             return
         except OSError as error:
             yield str(error)
-        # The fit may have taken hours, so its result is not given up for want of space in one folder.
+        # The fit may have taken hours, so a full disk must not lose its result: try the temporary folder.
         try:
             rescue = _save_in_temporary_folder(blend.name)
             self.written.append(rescue)
@@ -139,13 +139,13 @@ class FitOutput:
         return [self.folder / f"{prefix}_{self.names[camera]}{suffix}" for suffix in SUFFIXES]
 
     def _write_pictures(self, session: Session, prefix: str) -> Iterator[str]:
-        """Render and write; yields a sentence for each failure."""
+        """Render and write the pictures; yield a sentence for each failure."""
         if self.folder is None:
             return
         try:
             renderer, limits = edgegrad.Renderer(session.export.scene), session.export.settings
         except NOT_RENDERED as error:
-            yield f"no picture {prefix} the fit can be rendered ({error})"
+            yield f"the pictures {prefix} the fit can't be rendered ({error})"
             return
         for picture, target in zip(session.request.pictures, session.targets, strict=True):
             try:
@@ -195,13 +195,13 @@ def _save_in_temporary_folder(name: str) -> Path:
 
 
 def picture_names(cameras: Sequence[str]) -> dict[str, str]:
-    """A name for each camera's pictures: its own with only safe characters, and a number where two would be equal.
+    """Choose a file name for each camera: its own name with safe characters, and a number if two names would be equal.
 
-    Names are compared as file systems do that ignore case and the form of accents.
+    Names that differ only in case or in the encoding of accents count as equal, as on some file systems.
     """
     out: dict[str, str] = {}
     taken: set[str] = set()
-    # Cameras that keep their own name come first: a number belongs to those that can't.
+    # Cameras whose own name is safe come first, so that they keep it without a number.
     for camera in sorted(cameras, key=lambda camera: _safe(camera) != camera):
         name, number = _safe(camera), 1
         while _as_compared(name) in taken:

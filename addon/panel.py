@@ -1,4 +1,4 @@
-"""The sidebar tab Edgegrad of the 3D view."""
+"""The Edgegrad tab in the sidebar of the 3D view."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import bpy
 
 from .status import STATUS
 
-# Mean width of a character, pixels at scale 1, and what a panel's margins and an icon take.
+# Mean width of a character, and width of the margins and an icon of a panel; pixels at scale 1.
 CHARACTER, MARGINS = 6.6, 52
 
 
 class TargetList(bpy.types.UIList):
-    """A line per target: camera, picture, mask."""
+    """List of the targets; each line shows camera, picture and mask."""
 
     bl_idname = "EDGEGRAD_UL_targets"
 
@@ -27,7 +27,7 @@ class TargetList(bpy.types.UIList):
 
 
 class MainPanel(bpy.types.Panel):
-    """Targets, parameters, and the three buttons."""
+    """Panel with the targets, the parameters, and the buttons Fit, Render and Gradient."""
 
     bl_idname = "EDGEGRAD_PT_main"
     bl_label = "Edgegrad"
@@ -63,7 +63,7 @@ class MainPanel(bpy.types.Panel):
             column.operator("edgegrad.fit", icon="PLAY")
         else:
             layout.progress(factor=STATUS.fraction, type="BAR", text=STATUS.text)
-            layout.label(text="Esc: back to the start, Enter: keep the best")
+            layout.label(text="Esc: cancel, Enter: stop and keep the best")
         layout.prop(settings, "direction")
         row = layout.row(align=True)
         row.operator("edgegrad.render", icon="RENDER_STILL")
@@ -71,7 +71,7 @@ class MainPanel(bpy.types.Panel):
 
 
 class NotesPanel(bpy.types.Panel):
-    """What the last operator had to say of this scene."""
+    """Panel with the warnings and notes of the last operator on this scene."""
 
     bl_idname = "EDGEGRAD_PT_notes"
     bl_parent_id = "EDGEGRAD_PT_main"

@@ -1,4 +1,4 @@
-"""What a fit may move, in Blender's words, and where each value is read and written."""
+"""The parameters of a fit in Blender's terms, and the places where their values are read and written."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .problem import Problem
 
 @dataclass
 class Names:
-    """Objects, materials and lights whose values may move.
+    """Names of the objects, materials and lights whose values a fit may change.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class Names:
     base_color, emission
         Names of materials.
     power
-        Names of light objects: the power, or a sun's strength.
+        Names of light objects; the parameter is the power, or the strength of a sun.
     """
 
     vertices: tuple[str, ...] = ()
@@ -36,7 +36,7 @@ class Names:
     power: tuple[str, ...] = ()
 
     def check_objects(self, depsgraph: Any, in_place: bool) -> None:
-        """Raise `Problem` for objects whose vertices can't be fitted. Evaluates; so call it before the export."""
+        """Raise `Problem` for objects whose vertices cannot be fitted. Call this before the export: it evaluates."""
         for name in dict.fromkeys(self.vertices):
             ob = bpy.data.objects.get(name)
             if ob is None:
@@ -44,12 +44,12 @@ class Names:
             write_back.check_vertices(ob, depsgraph, in_place)
 
     def paths(self, export: Export) -> list[str]:
-        """Parameter paths in the exported scene.
+        """Return the parameter paths in the exported scene.
 
         Raises
         ------
         Problem
-            If a name is none of the scene's, or can't be written.
+            If the scene has no such object, material or light, or if its value cannot be written.
         """
         out = [self._mesh_path(name, export) for name in self.vertices]
         for fieldname, names in (("base_color", self.base_color), ("emission", self.emission)):
@@ -62,7 +62,7 @@ class Names:
         for name in self.power:
             light = export.scene.lights.get(name)
             if light is None:
-                raise Problem(f"light '{name}': {_among('there is no such light that is rendered', export.lights)}")
+                raise Problem(f"light '{name}': {_among('no light of this name is rendered', export.lights)}")
             write_back.check_light(name)
             out.append(f"lights.{name}.{'strength' if isinstance(light, edgegrad.SunLight) else 'power'}")
         if not out:
@@ -75,16 +75,17 @@ class Names:
         if not exported:
             raise Problem(f"object '{name}': isn't rendered (hidden, without faces, or outside the view layer)")
         if len(exported) > 1 or export.meshes[exported[0]].instance:
-            raise Problem(f"object '{name}': is instanced; the vertices of instances can't be fitted in this version")
+            raise Problem(f"object '{name}': is instanced; the vertices of instances can't be fitted in this version; "
+                          "make its instances real")
         return f"meshes.{exported[0]}.vertices"
 
 
 def write(export: Export, path: str, before: Any, after: Any, in_place: bool) -> None:
-    """Write the value `after` of a parameter, which was `before` at the export, into Blender's data."""
+    """Write the value `after` of a parameter into Blender's data; `before` is its value at the export."""
     collection, name, fieldname = values.split(path)
     if collection == "meshes":
         source = export.meshes[name]
-        # From Blender's object space to that of the vertices, which a transform of their own may place.
+        # Transform from Blender's object space to the space of the exported vertices, which may have a transform.
         matrix = np.linalg.inv(export.scene.meshes[name].transform) @ source.matrix
         write_back.write_vertices(bpy.data.objects[source.object], matrix, np.asarray(before),
                                   np.asarray(after), in_place)  # fmt: skip
@@ -96,4 +97,4 @@ def write(export: Export, path: str, before: Any, after: Any, in_place: bool) ->
 
 def _among(problem: str, known: Any) -> str:
     names = ", ".join(f"'{name}'" for name in known) or "none"
-    return f"{problem} (there are: {names})"
+    return f"{problem} (known: {names})"

@@ -1,4 +1,4 @@
-"""What goes wrong, is approximated or was read, said once and by name."""
+"""Errors for the user, and the report of an export: warnings and readings, each issued once."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from dataclasses import dataclass, field
 
 
 class Problem(RuntimeError):
-    """Something that the user has to change first; its text is one sentence for them."""
+    """An error that the user can correct; its text is one sentence."""
 
 
 @dataclass
 class Report:
-    """What an export has to say.
+    """Warnings and other messages of an export.
 
     Attributes
     ----------
     lines
-        Warnings: one per object, light or node, each saying what was done instead.
+        Warnings, each about one object, light or node; they say what was done instead.
     readings
-        One per material and world, saying what was read, baked or approximated, and per scene, of settings that
-        renders here don't have.
+        One line per material and world, which says what was read, baked or approximated, and lines about settings
+        of the scene that Edgegrad does not support.
     """
 
     lines: list[str] = field(default_factory=list)
@@ -27,11 +27,11 @@ class Report:
     _seen: set[tuple[str, str]] = field(default_factory=set, repr=False)
 
     def warn(self, where: str, what: str) -> None:
-        """Note that `what` differs about `where` ("light 'Sun'"), once."""
+        """Add the warning `what` about the object `where` ("light 'Sun'"), once."""
         self._add(self.lines, where, what)
 
     def tell(self, where: str, what: str) -> None:
-        """Note how `where` was read, once."""
+        """Add a line on how `where` was read, once."""
         self._add(self.readings, where, what)
 
     def _add(self, lines: list[str], where: str, what: str) -> None:

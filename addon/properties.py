@@ -1,6 +1,6 @@
-"""What a .blend remembers: the targets and the settings of the panel."""
+"""Properties that are saved in the .blend: the targets and the settings of the panel."""
 
-# No postponed annotations in this file: Blender reads properties from them.
+# This file has no postponed annotations, since Blender reads properties from annotations.
 from typing import Any
 
 import bpy
@@ -9,7 +9,7 @@ from .derivative import DIRECTIONS
 from .parameters import Names
 from .session import Picture, Request
 
-# From 4.5 on Blender warns about // in paths that don't have this option, which older versions don't know.
+# From 4.5 on, Blender warns about // in paths without this option. Older versions do not have the option.
 PATH_OPTIONS = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
 
 def _is_camera(_: Any, ob: Any) -> bool:
@@ -17,17 +17,17 @@ def _is_camera(_: Any, ob: Any) -> bool:
 
 
 class TargetItem(bpy.types.PropertyGroup):
-    """A picture of what a camera should see."""
+    """A camera and its target picture."""
 
     camera: bpy.props.PointerProperty(name="Camera", type=bpy.types.Object, poll=_is_camera)  # type: ignore[valid-type]
     image: bpy.props.StringProperty(name="Image", subtype="FILE_PATH", options=PATH_OPTIONS,  # type: ignore[valid-type]
-                                    description="Picture that this camera should see: EXR, PNG or JPEG")  # fmt: skip
+                                    description="Target picture of this camera: EXR, PNG or JPEG")  # fmt: skip
     mask: bpy.props.StringProperty(name="Mask", subtype="FILE_PATH", options=PATH_OPTIONS,  # type: ignore[valid-type]
                                    description="Picture whose black pixels are ignored; may be empty")  # fmt: skip
 
 
 class Settings(bpy.types.PropertyGroup):
-    """Scene.edgegrad."""
+    """Settings of the panel, stored as Scene.edgegrad."""
 
     targets: bpy.props.CollectionProperty(type=TargetItem)  # type: ignore[valid-type]
     active_target: bpy.props.IntProperty()  # type: ignore[valid-type]
@@ -38,22 +38,24 @@ class Settings(bpy.types.PropertyGroup):
     iterations: bpy.props.IntProperty(name="Iterations", default=200, min=1, soft_max=1000)  # type: ignore[valid-type]
     samples: bpy.props.IntProperty(  # type: ignore[valid-type]
         name="Samples", default=16, min=1, soft_max=256,
-        description="Quality of each iteration: samples per pixel. More make it surer, and slower")
+        description="Samples per pixel of each iteration. More samples reduce the noise and take longer")
     smoothness: bpy.props.FloatProperty(  # type: ignore[valid-type]
         name="Smoothness", default=0.0, min=0.0, soft_max=1000.0,
-        description="How far neighbouring vertices move along with each other; 0: chosen by the number of vertices")
+        description="How strongly neighbouring vertices move together; 0: chosen by the number of vertices")
     write_to: bpy.props.EnumProperty(  # type: ignore[valid-type]
-        name="Write to", items=(("SHAPE_KEY", "Shape Key", "A new shape key; the old shape stays as its basis"),
+        name="Write to", items=(("SHAPE_KEY", "Shape Key", "A new shape key; the original shape stays as its basis"),
                                 ("MESH", "Mesh", "The mesh itself")))  # fmt: skip
     direction: bpy.props.EnumProperty(  # type: ignore[valid-type]
-        name="Direction", items=tuple((d, d.capitalize(), "Where vertices move in the gradient") for d in DIRECTIONS))
+        name="Direction", items=tuple((d, d.capitalize(), "Direction of the vertices in the gradient")
+                                      for d in DIRECTIONS))  # fmt: skip
+
 
 
 CLASSES: tuple[Any, ...] = (TargetItem, Settings)
 
 
 def chosen(context: Any) -> Names:
-    """The parameters that the toggles choose, of the selected mesh objects (else of the active one)."""
+    """Return the parameters chosen in the panel, of the selected mesh objects or else of the active one."""
     settings = context.scene.edgegrad
     objects = [ob for ob in context.view_layer.objects if ob.select_get() and ob.type == "MESH"]
     active = context.view_layer.objects.active
@@ -67,7 +69,7 @@ def chosen(context: Any) -> Names:
 
 
 def request(context: Any) -> Request:
-    """The fit that the panel describes."""
+    """Return the fit that is set in the panel."""
     settings = context.scene.edgegrad
     pictures = [Picture(item.camera.name if item.camera else "", item.image, item.mask) for item in settings.targets]
     return Request(

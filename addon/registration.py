@@ -1,4 +1,4 @@
-"""Everything that the add-on makes known to Blender, in one place."""
+"""Registration of all classes, properties and commands of the add-on."""
 
 from __future__ import annotations
 

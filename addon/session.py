@@ -1,4 +1,4 @@
-"""One fit from Blender's data to Blender's data: prepare (reads), run (touches nothing of Blender), write."""
+"""One fit of Blender's data in three steps: `prepare` reads them, `run` does not access them, `write` changes them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .problem import Problem
 
 @dataclass
 class Picture:
-    """A target: the name of its camera, its file, and a file whose black pixels are ignored."""
+    """A target: name of the camera, file of the picture, and file of the mask, whose black pixels are ignored."""
 
     camera: str
     image: str
@@ -32,24 +32,24 @@ class Picture:
 
 @dataclass
 class Request:
-    """What to fit, and how.
+    """Parameters and options of a fit.
 
     Attributes
     ----------
     pictures, names
-        The targets, and what may move.
+        The targets, and the parameters to fit.
     iterations, samples, seed
-        Steps; samples per pixel of each; equal seeds give equal results.
+        Number of steps, samples per pixel of each step, and seed; equal seeds give equal results.
     smoothness
-        Preconditioning of vertices (`edgegrad.fit`); None: by the mesh's size.
+        Preconditioning of vertices (`edgegrad.fit`); None: chosen from the number of vertices.
     vertex_step
-        First step of the vertex that moves most, as a fraction of its object's size; None: the default.
+        Largest displacement of a vertex in the first step, as a fraction of the object's size; None: the default.
     slide
-        Share in [0, 1] of the vertices' motion along their surface that is kept (`edgegrad.fit`); None: the default.
+        Factor in [0, 1] for the tangential motion of vertices (`edgegrad.fit`); None: the default.
     views_per_iteration
-        Pictures per step, in turn; None: all.
+        Number of pictures per step, cycling through all; None: all.
     in_place
-        Whether vertices are written to the mesh itself instead of a new shape key.
+        Whether to write vertices into the mesh itself, instead of a new shape key.
     """
 
     pictures: list[Picture]
@@ -66,12 +66,13 @@ class Request:
 
 @dataclass
 class Session:
-    """A prepared fit. `run` may be called in another thread: it reads nothing of Blender.
+    """A prepared fit. `run` may be called in another thread, since it does not access Blender's data.
 
     Attributes
     ----------
     notes
-        Sentences on what the derivatives leave out though it may not be zero (`edgegrad.plan`).
+        Sentences that name terms of the derivative which are not computed although they may be non-zero
+        (`edgegrad.plan`).
     """
 
     request: Request
@@ -83,16 +84,16 @@ class Session:
 
     @classmethod
     def prepare(cls, context: Any, request: Request) -> Session:
-        """Read everything from Blender and the target files; nothing is changed.
+        """Read Blender's data and the target files, without a change.
 
         Raises
         ------
         Problem, ValueError
-            With one sentence naming what is wrong.
+            For wrong data; the message is one sentence that names the object.
         """
         scene = context.scene
         if not request.pictures:
-            raise Problem("there is no target; add a camera and a picture of what it should see")
+            raise Problem("there is no target; add a camera and its target picture")
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
         depsgraph = context.evaluated_depsgraph_get()
         request.names.check_objects(depsgraph, request.in_place)
@@ -118,7 +119,7 @@ class Session:
         progress: Callable[[float], None] | None = None,
         on_cancel: str = "restore",
     ) -> edgegrad.FitResult:
-        """Run `edgegrad.fit` on the exported scene; Blender's data stay as they are."""
+        """Run `edgegrad.fit` on the exported scene; Blender's data stay unchanged."""
         steps = {path: self.request.vertex_step for path in self.wrt
                  if path.endswith(".vertices") and self.request.vertex_step is not None}  # fmt: skip
         return edgegrad.fit(
@@ -140,7 +141,7 @@ class Session:
         )
 
     def write(self, result: edgegrad.FitResult) -> bool:
-        """Write a result into Blender's data; returns whether anything was written."""
+        """Write a result into Blender's data; return whether anything was written."""
         kept = [path for path in self.wrt if not np.array_equal(result.values[path], self.before[path])]
         for path in kept:
             parameters.write(self.export, path, self.before[path], result.values[path], self.request.in_place)
@@ -149,12 +150,12 @@ class Session:
 
 
 def camera_names(scene: Any) -> list[str]:
-    """The names of the scene's camera objects."""
+    """Return the names of the camera objects in the scene."""
     return [ob.name for ob in scene.objects if ob.type == "CAMERA"]
 
 
 def find_camera(scene: Any, name: str) -> Any:
-    """The scene's camera object of this name.
+    """Return the camera object of this name in the scene.
 
     Raises
     ------
@@ -164,12 +165,12 @@ def find_camera(scene: Any, name: str) -> Any:
     ob = scene.objects.get(name)
     if ob is None or ob.type != "CAMERA":
         known = ", ".join(f"'{known}'" for known in camera_names(scene)) or "none"
-        raise Problem(f"camera '{name}': there is no such camera in scene '{scene.name}' (there are: {known})")
+        raise Problem(f"camera '{name}': there is no such camera in scene '{scene.name}' (known: {known})")
     return ob
 
 
 def absolute(path: str) -> Path:
-    """A file's path; one that begins with // is relative to the .blend, as everywhere in Blender."""
+    """Resolve a path; // at the beginning means the folder of the .blend, as everywhere in Blender."""
     return Path(bpy.path.abspath(path))
 
 

@@ -1,4 +1,4 @@
-"""What the panel shows of the last operator and of the fit that runs; no .blend remembers it."""
+"""Messages of the last operator and progress of the running fit, for the panel; not saved in the .blend."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import bpy
 
 @dataclass
 class Status:
-    """What there is to show.
+    """State that the panel shows.
 
     Attributes
     ----------
     warnings, notes
-        Sentences on what was exported in another way, and on what derivatives leave out.
+        Sentences on approximations of the export, and on terms that the derivatives lack.
     scene
-        File and scene that they are about.
+        File and name of the scene that the sentences are about.
     fraction
-        Part of the running fit that is done; None: no fit runs.
+        Completed fraction of the running fit; None: no fit is running.
     text
-        What the fit's progress bar says.
+        Text of the progress bar.
     """
 
     warnings: Sequence[str] = ()
@@ -31,13 +31,13 @@ class Status:
     text: str = ""
 
     def say(self, warnings: Sequence[str], notes: Sequence[str]) -> None:
-        """Replace what is shown by what an operator says of the current scene."""
+        """Replace the sentences by those of an operator on the current scene."""
         self.warnings, self.notes, self.scene = tuple(warnings), tuple(dict.fromkeys(notes)), _scene()
         redraw()
 
     @property
     def lines(self) -> list[tuple[str, str]]:
-        """(icon, sentence) of what is said of the current scene."""
+        """List (icon, sentence) for the current scene."""
         if self.scene != _scene():
             return []
         return [*(("ERROR", line) for line in self.warnings), *(("INFO", line) for line in self.notes)]
@@ -47,7 +47,7 @@ STATUS = Status()
 
 
 def redraw() -> None:
-    """Have the sidebars of 3D views drawn again: Blender doesn't know that what they show has changed."""
+    """Redraw the sidebars of 3D views: Blender does not notice changes of the status."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -1,4 +1,4 @@
-"""Results back into Blender: vertices to the original mesh, values to the sockets and lights they came from."""
+"""Write results into Blender: vertices into the original mesh, values into the sockets and lights they come from."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ F64 = NDArray[np.float64]
 
 
 def check_vertices(ob: Any, depsgraph: Any, in_place: bool) -> None:
-    """Raise `Problem` unless moving the evaluated vertices of the object means moving those of its own mesh.
+    """Raise `Problem` unless the evaluated vertices of the object are those of its own mesh.
 
-    Modifiers that change nothing are fine. One that moves vertices or changes the topology is refused by name:
-    what is fitted are the vertices that are rendered, and they must be those that can be written.
+    A fit moves the rendered vertices, and writes them into the mesh. Therefore a modifier that moves vertices or
+    changes the topology is refused by name. Other modifiers are allowed.
     """
     where = f"object '{ob.name}'"
     if ob.type != "MESH":
@@ -41,9 +41,9 @@ def check_vertices(ob: Any, depsgraph: Any, in_place: bool) -> None:
     if keys is not None and ob.show_only_shape_key:
         raise Problem(f"{where}: shows only its active shape key; switch 'Shape Key Lock' off first")
     if keys is not None and not keys.use_relative and not in_place:
-        raise Problem(f"{where}: its shape keys are absolute, to which none can be added; write in place instead")
+        raise Problem(f"{where}: its shape keys are absolute, so no shape key can be added; write in place instead")
     if abs(np.linalg.det(np.array(ob.matrix_world, np.float64)[:3, :3])) < 1e-30:
-        raise Problem(f"{where}: is scaled to zero, so its vertices can't be found back")
+        raise Problem(f"{where}: is scaled to zero, so its vertices can't be written back; apply or change its scale")
     _check_modifiers(ob, depsgraph)
 
 
@@ -77,7 +77,7 @@ def _check_modifiers(ob: Any, depsgraph: Any) -> None:
     if len(full[0]) != len(base[0]) or not np.array_equal(full[1], base[1]):
         raise Problem(f"{where}: its evaluated mesh has another topology than the mesh '{ob.data.name}'")
     if ob.data.shape_keys is None and not np.array_equal(full[0], base[0], equal_nan=True):
-        raise Problem(f"{where}: its vertices are moved by something else than modifiers (its parent?), "
+        raise Problem(f"{where}: its vertices are moved by something other than modifiers (its parent?), "
                       "so they can't be fitted")  # fmt: skip
 
 
@@ -92,24 +92,24 @@ def _same(a: tuple[Any, Any], b: tuple[Any, Any]) -> bool:
 
 
 def write_vertices(ob: Any, matrix: F64, before: F64, after: F64, in_place: bool) -> None:
-    """Move an object's own vertices by what a fit moved them in the world.
+    """Apply the world-space displacement of vertices by a fit to the object's own mesh.
 
     Parameters
     ----------
     ob
         The object (original), checked by `check_vertices`.
     matrix
-        (4, 4) from its space to the world's, as exported.
+        (4, 4) transform from object space to world space at the export.
     before, after
-        (n, 3) world positions at the export and now.
+        (n, 3) world-space positions at the export and after the fit.
     in_place
-        False: as a new shape key of value 1, which leaves the old shape as it is; True: the mesh itself, with all
-        its shape keys moved along, so that their differences stay.
+        False: write a new shape key of value 1, and keep the old shape. True: write the mesh itself, and displace
+        all its shape keys equally, which keeps their differences.
     """
     mesh = ob.data
     if len(mesh.vertices) != len(after):
         raise Problem(f"object '{ob.name}': its mesh changed while it was fitted; nothing was written")
-    # The difference is carried back, not the position: vertices that didn't move keep every bit.
+    # Transform the displacement, not the position, so that vertices that did not move keep their bits.
     moved = np.linalg.solve(matrix[:3, :3], (after - before).T).T
     if in_place:
         _move(mesh, moved)
@@ -126,12 +126,12 @@ def write_vertices(ob: Any, matrix: F64, before: F64, after: F64, in_place: bool
 
 
 def _move(mesh: Any, moved: F64) -> None:
-    # A mesh with shape keys shows their mix and ignores its own vertices; both are kept in step.
+    # A mesh with shape keys shows their mix and ignores its own vertices. Both are updated.
     for key in mesh.shape_keys.key_blocks if mesh.shape_keys is not None else ():
         _set_key(key, _key(key, len(moved)) + moved)
     points = np.ascontiguousarray(positions(mesh) + moved, np.float32)
     mesh.attributes["position"].data.foreach_set("vector", points.ravel())
-    mesh.vertices[0].co = points[0]  # this one assignment makes Blender update bounds and normals
+    mesh.vertices[0].co = points[0]  # an assignment to a vertex makes Blender update bounds and normals
 
 
 def _key(key: Any, count: int) -> NDArray[np.float32]:
@@ -145,7 +145,7 @@ def _set_key(key: Any, points: NDArray[Any]) -> None:
 
 
 def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
-    """Raise `Problem` unless this field of the material can be written; returns Blender's material."""
+    """Raise `Problem` unless this field of the material can be written; return Blender's material."""
     where = f"material '{name}'"
     material = None if reading.material is None else bpy.data.materials.get(reading.material)
     if material is None:
@@ -163,7 +163,7 @@ def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
 
 
 def write_material(reading: MaterialReading, name: str, fieldname: str, value: F64) -> None:
-    """Write a base colour or an emission to the sockets that it was read from."""
+    """Write a base colour or an emission into the sockets that it was read from."""
     material = check_material(reading, name, fieldname)
     if fieldname == "base_color":
         if reading.base_color is None:
@@ -179,7 +179,7 @@ def write_material(reading: MaterialReading, name: str, fieldname: str, value: F
 
 
 def check_light(name: str) -> Any:
-    """Raise `Problem` unless the light object's power can be written; returns Blender's light."""
+    """Raise `Problem` unless the power of the light object can be written; return Blender's light."""
     ob = bpy.data.objects.get(name)
     if ob is None or ob.type != "LIGHT":
         raise Problem(f"light '{name}': there is no such light")
@@ -190,11 +190,11 @@ def check_light(name: str) -> Any:
         raise Problem(f"light '{name}': is shared with object '{sharing[0]}', which would change too; "
                       "make it single-user first")  # fmt: skip
     if not getattr(ob.data, "normalize", True):
-        raise Problem(f"light '{name}': its power can't be fitted while its 'Normalize' option is off")
+        raise Problem(f"light '{name}': its power can't be fitted while its 'Normalize' option is off; switch it on")
     return ob.data
 
 
 def write_power(name: str, value: float) -> None:
-    """Write a fitted power (or a sun's strength) to the light object of this name."""
+    """Write a fitted power, or the strength of a sun, into the light object of this name."""
     light = check_light(name)
     light.energy = value / power_factor(light)

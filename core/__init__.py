@@ -21,7 +21,7 @@ from .scene.material import Material, Mixture
 from .scene.mesh import Mesh
 from .scene.scene import Scene, World
 
-# `edgegrad.NAME` can be imported as a module for each of these, whatever room its file stands in.
+# `import edgegrad.losses` works for each of these modules, whichever package holds its file.
 for _module in (losses, optimisers, parameters, procedural):
     sys.modules[f"{__name__}.{_module.__name__.rpartition('.')[2]}"] = _module
 

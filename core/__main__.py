@@ -1,7 +1,7 @@
 """The command line: ``python -m edgegrad COMMAND …``.
 
-``render``, ``gradient`` and ``fit`` work on .blend files and need the bpy module; they are the add-on's
-own commands, the same as ``blender --command edgegrad …``. ``info`` needs neither Blender nor bpy.
+``render``, ``gradient`` and ``fit`` work on .blend files and need the bpy module. They run the same code as
+``blender --command edgegrad …``. ``info`` needs neither Blender nor bpy.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ USAGE = """\
 usage: python -m edgegrad COMMAND [options]
 
   render FILE.blend ...    render a picture
-  gradient FILE.blend ...  the derivative of a picture, as a picture
+  gradient FILE.blend ...  render the derivative of a picture
   fit FILE.blend ...       fit the scene to its target pictures
-  info                     the engine, its instruction set, Embree and the threads it uses
+  info                     show the engine, its instruction set, the Embree library and the number of threads
 
-python -m edgegrad COMMAND --help tells a command's options."""
+python -m edgegrad COMMAND --help lists the options of a command."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; returns the process's exit code (2: wrong usage)."""
+    """Run a command and return the exit code of the process; 2 means wrong usage."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     command = arguments[0] if arguments else ""
     if command in ("-h", "--help", "help"):
@@ -55,7 +55,7 @@ def _info(options: list[str]) -> int:
 
 
 def information() -> dict[str, str]:
-    """What this installation runs on, name to value."""
+    """Engine, instruction sets, threads and versions of this installation, by name."""
     out = {"edgegrad": _version("edgegrad"), "Python": f"{platform.python_version()}, {platform.machine()}"}
     try:
         from .rendering import native_engine
@@ -64,7 +64,7 @@ def information() -> dict[str, str]:
         out["instruction set"] = ", ".join(native_engine.instruction_sets()) + " (the first is used)"
         out["Embree"] = f"{native_engine.embree_version()} ({native_engine.embree_library()})"
     except (ImportError, RuntimeError) as error:
-        out["engine"] = f"reference (the native one can't be loaded: {error})"
+        out["engine"] = f"reference (the native engine cannot be loaded: {error})"
     out["threads"] = str(os.cpu_count() or 1)
     out |= {name: _version(name) for name in ("embreex", "numpy", "OpenEXR", "cholespy", "pillow", "bpy")}
     return out
@@ -78,7 +78,7 @@ def _version(package: str) -> str:
 
 
 def _blender(arguments: list[str]) -> int:
-    """Hand over to the add-on, which knows .blend files."""
+    """Run a command of the add-on, which reads .blend files."""
     command = arguments[0]
     if importlib.util.find_spec("bpy") is None:
         print(

@@ -1,7 +1,8 @@
 """Checks of user input: each failure is one sentence that names the object and the field.
 
-Every check takes where the value is ("mesh 'cube'"), the field's name and the value, and returns the value in the form
-that the package computes with. What already has that form is returned itself.
+Every check takes the object in words ("mesh 'cube'"), the name of the field and its value. It returns the value in the
+form that the package computes with, or the value itself if it already has that form. A failed check raises
+``ValueError``.
 """
 
 from __future__ import annotations
@@ -18,25 +19,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-# Kinds of rays that an object can be hidden from (Blender's ray visibility).
+# Kinds of rays for which an object can be invisible (Blender's ray visibility).
 RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
-# Engines compute in single precision: the largest number that it holds, and the largest length whose square it holds
-# with room for sums.
+# Largest number in single precision, in which the engines compute, and largest length: the sum of a few squared lengths
+# must not overflow.
 LARGEST = float(np.finfo(np.float32).max)
 LARGEST_LENGTH = 1e18
 
-# Tolerance of a rigid transform's axes: poses come from single precision.
+# Tolerance of the scalar products of a rigid transform's axes: poses often come from single precision.
 _ORTHONORMAL = 1e-4
 
-# Characters that systems allow in a path.
+# Longest file path, in characters, that operating systems accept.
 _LONGEST_PATH = 4096
-# Characters of a value that an error message shows.
+# Longest value, in characters, that an error message shows in full.
 _SHOWN = 60
 
 
 def shown(value: Any) -> str:
-    """`value` in a few words for an error message: numbers and text as they are, anything large by its kind."""
+    """Describe `value` for an error message: numbers and text as they are, anything larger by its type and shape."""
     if isinstance(value, np.ndarray):
         return f"an array of {value.dtype} of the shape {value.shape}" if value.ndim else shown(value.item())
     if value is None or isinstance(value, (str, bytes, numbers.Number, np.generic)):
@@ -44,7 +45,7 @@ def shown(value: Any) -> str:
         brief.maxstring = brief.maxother = brief.maxlong = _SHOWN
         try:
             return brief.repr(value)
-        except ValueError:  # a whole number of more digits than Python writes
+        except ValueError:  # Python refuses to print an integer of thousands of digits
             return "a number of thousands of digits"
     if isinstance(value, type):
         return f"the class {value.__name__}"
@@ -62,11 +63,11 @@ def array(
     most: float = LARGEST,
     booleans: bool = False,
 ) -> NDArray[Any]:
-    """`value` as a finite C-contiguous array of the shape (None: any size) and type asked for.
+    """Return `value` as a finite C-contiguous array of the given shape (None: any size) and dtype.
 
-    An array that already fits is returned itself, so that editing it in place goes on working. Numbers are converted
-    where that keeps their values but for rounding; `booleans` says whether False and True count as 0 and 1. Floats must
-    not be larger than `most`, of either sign.
+    An array that already fits is returned itself, so that the caller can keep editing it in place. Numbers are
+    converted if their values stay the same up to rounding. `booleans` accepts False and True as 0 and 1. Floats must
+    lie within [-most, most], and numbers must not be below `least`.
     """
     out = shaped(where, name, value, shape, dtype, booleans=booleans)
     if out.dtype.kind == "f" and out.size and not (-most <= out.min() and out.max() <= most):  # NaN passes neither
@@ -80,30 +81,30 @@ def array(
 def shaped(
     where: str, name: str, value: Any, shape: tuple[int | None, ...], dtype: DTypeLike, *, booleans: bool = False
 ) -> NDArray[Any]:
-    """`value` as `array` gives it, but of any size and not finite."""
+    """Convert `value` like `array`, without limits: floats may be of any size, infinite or NaN."""
     source = numeric(where, name, value, booleans=booleans)
     _check_shape(where, name, source, shape)
-    wanted = np.dtype(dtype)
-    if source.dtype == wanted:
+    target = np.dtype(dtype)
+    if source.dtype == target:
         return source if source.flags.c_contiguous else np.asarray(source, order="C")
-    if wanted.kind == "i":
+    if target.kind == "i":
         low, high = _whole_range(where, name, source)
-        if low < np.iinfo(wanted).min or high > np.iinfo(wanted).max:
+        if low < np.iinfo(target).min or high > np.iinfo(target).max:
             raise ValueError(f"{where}: {name} contains {low if low < 0 else high}, which is too large for an index")
     with np.errstate(over="ignore", invalid="ignore"):
-        return np.asarray(source, dtype=wanted, order="C")
+        return np.asarray(source, dtype=target, order="C")
 
 
 def numeric(where: str, name: str, value: Any, *, booleans: bool = False) -> NDArray[Any]:
-    """`value` as an array of real numbers of any type and shape."""
+    """Convert `value` to an array of real numbers of any dtype and shape."""
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        raise ValueError(f"{where}: {name} is a masked array, in which numbers are missing; fill it first")
+        raise ValueError(f"{where}: {name} is a masked array with missing numbers; call its filled() first")
     try:
         out = np.asarray(value)
     except MemoryError:
         raise
-    except Exception as error:  # `__array__` of foreign types raises whatever it likes
-        raise ValueError(f"{where}: {name} can't be read as an array of numbers ({error})") from None
+    except Exception as error:  # `__array__` of foreign types may raise anything
+        raise ValueError(f"{where}: {name} cannot be read as an array of numbers ({error})") from None
     kind = out.dtype.kind
     if kind not in ("biuf" if booleans else "iuf"):
         what = {"c": "complex numbers", "b": "booleans"}.get(kind) if out.ndim else None
@@ -120,24 +121,24 @@ def _kind_words(value: Any, out: NDArray[Any]) -> str:
 def light_values(
     where: str, name: str, value: Any, shape: tuple[int | None, ...], dtype: DTypeLike = np.float32
 ) -> NDArray[Any]:
-    """`value` as a picture of linear light: whole numbers would be code values, which are none."""
+    """Return `value` as a picture of linear light; integers are refused, since they are code values of a file."""
     if getattr(value, "dtype", None) != dtype:
         source = numeric(where, name, value)
         if source.dtype.kind != "f" and source.size:
-            raise ValueError(f"{where}: {name} holds whole numbers ({source.dtype}), but must be linear light; of a "
-                             "picture's code values make it by edgegrad.images.srgb_to_linear(codes / 255)")
+            raise ValueError(f"{where}: {name} holds whole numbers ({source.dtype}), but must be linear light; convert "
+                             "8-bit code values by edgegrad.images.srgb_to_linear(codes / 255)")
     return array(where, name, value, shape, dtype)
 
 
 def within(where: str, name: str, numbers: NDArray[Any], among: int, says: str, of: str) -> None:
-    """Refuse numbers outside of 0 to among - 1; `says` and `of` are such words as "name vertex" and "vertices"."""
+    """Refuse indices outside [0, among); the error message uses `says` ("name vertex") and `of` ("vertices")."""
     low, high = (int(numbers.min()), int(numbers.max())) if numbers.size else (0, -1)
     if low < 0 or high >= among:
         raise ValueError(f"{where}: {name} {says} {low if low < 0 else high}, but there are {among} {of}")
 
 
 def _whole_range(where: str, name: str, source: NDArray[Any]) -> tuple[int, int]:
-    """Least and greatest of an array's numbers, which must be whole."""
+    """Return the smallest and largest number of an array of whole numbers; refuse fractions."""
     if not source.size:
         return 0, 0
     if source.dtype.kind == "f":
@@ -155,9 +156,9 @@ def _check_shape(where: str, name: str, source: NDArray[Any], shape: tuple[int |
         want is None or want == got for want, got in zip(shape, source.shape, strict=True)
     )
     if not fits:
-        wanted = ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "")
+        expected = ", ".join("n" if n is None else str(n) for n in shape) + ("," if len(shape) == 1 else "")
         got = str(source.shape) if source.ndim else f"the single number {source.item():g}"
-        raise ValueError(f"{where}: {name} must have the shape ({wanted}), not {got}")
+        raise ValueError(f"{where}: {name} must have the shape ({expected}), not {got}")
 
 
 def _check_finite(where: str, name: str, out: NDArray[Any]) -> None:
@@ -179,7 +180,7 @@ def number(
     greatest: float | None = None,
     most: float = LARGEST,
 ) -> float:
-    """`value` as a finite float within the limits, not larger than `most`, of either sign."""
+    """Return `value` as a finite float within the limits and within [-most, most]."""
     out = value if type(value) is float else _real(where, name, value)
     if not math.isfinite(out):
         raise ValueError(f"{where}: {name} is not finite")
@@ -201,8 +202,8 @@ def _real(where: str, name: str, value: Any) -> float:
         try:
             return float(value)
         except OverflowError:
-            raise ValueError(f"{where}: {name} is too large for a number") from None
-    if hasattr(value, "__array__") and not isinstance(value, np.generic):  # a single number of numpy, torch …
+            raise ValueError(f"{where}: {name} is too large for a float") from None
+    if hasattr(value, "__array__") and not isinstance(value, np.generic):  # a scalar of numpy, torch …
         out = numeric(where, name, value)
         if out.ndim == 0:
             return float(out)
@@ -210,7 +211,7 @@ def _real(where: str, name: str, value: Any) -> float:
 
 
 def derived(where: str, what: str, value: Any) -> None:
-    """Refuse what follows from several fields, each of which is within its own limits, and is too large."""
+    """Refuse a quantity that is too large although each of the fields it is computed from is within its limits."""
     size = float(np.max(np.abs(value), initial=0.0))
     if not size <= LARGEST:
         raise ValueError(_too_large(where, what, size, LARGEST))
@@ -222,7 +223,7 @@ def _too_large(where: str, name: str, size: float, most: float) -> str:
 
 
 def whole(where: str, name: str, value: Any, least: int, most: int) -> int:
-    """`value` as an int within [least, most]."""
+    """Return `value` as an int within [least, most]."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
         raise ValueError(f"{where}: {name} must be a whole number, not {shown(value)}")
     if not least <= value <= most:
@@ -231,7 +232,7 @@ def whole(where: str, name: str, value: Any, least: int, most: int) -> int:
 
 
 def _items(value: Any) -> tuple[Any, ...] | None:
-    """What a list holds; None: it is none. Letters are no items of a text."""
+    """Return the items of a list or other iterable; None for text and for anything that is not iterable."""
     if isinstance(value, (str, bytes)):
         return None
     try:
@@ -241,7 +242,7 @@ def _items(value: Any) -> tuple[Any, ...] | None:
 
 
 def wholes(where: str, name: str, value: Any, count: int, least: int, most: int) -> tuple[int, ...]:
-    """`value` as a tuple of `count` ints within [least, most]."""
+    """Return `value` as a tuple of `count` ints within [least, most]."""
     items = _items(value)
     if items is None or len(items) != count:
         raise ValueError(f"{where}: {name} must be {count} whole numbers, not {shown(value)}")
@@ -249,28 +250,28 @@ def wholes(where: str, name: str, value: Any, count: int, least: int, most: int)
 
 
 def flag(where: str, name: str, value: Any) -> bool:
-    """`value` as True or False."""
+    """Return `value`, which must be True or False."""
     if not isinstance(value, (bool, np.bool_)):
         raise ValueError(f"{where}: {name} must be True or False, not {shown(value)}")
     return bool(value)
 
 
 def text(where: str, name: str, value: Any) -> str:
-    """`value`, which must be a str."""
+    """Return `value`, which must be a str."""
     if not isinstance(value, str):
         raise ValueError(f"{where}: {name} must be text, not {shown(value)}")
     return value
 
 
 def choice(where: str, name: str, value: Any, among: Sequence[str]) -> str:
-    """`value` as one of some words."""
+    """Return `value`, which must be one of the words in `among`."""
     if not isinstance(value, str) or value not in among:
         raise ValueError(f"{where}: {name} must be one of {', '.join(among)}, not {shown(value)}")
     return value
 
 
 def names(where: str, name: str, value: Any, what: str = "names") -> tuple[str, ...]:
-    """`value` as a tuple of texts; one text by itself is none."""
+    """Return `value` as a tuple of str; a single str is refused."""
     items = _items(value)
     if items is None:
         raise ValueError(f"{where}: {name} must be a list of {what}, not {shown(value)}")
@@ -281,7 +282,7 @@ def names(where: str, name: str, value: Any, what: str = "names") -> tuple[str, 
 
 
 def rays(where: str, name: str, value: Any) -> frozenset[str]:
-    """`value` as a set of kinds of rays (`RAYS`)."""
+    """Return `value` as a set of kinds of rays (`RAYS`)."""
     items = _items(value)
     if items is None:
         raise ValueError(f"{where}: {name} must be a set of {', '.join(RAYS)}, not {shown(value)}")
@@ -292,23 +293,23 @@ def rays(where: str, name: str, value: Any) -> frozenset[str]:
 
 
 def instance(where: str, name: str, value: Any, kinds: type | tuple[type, ...]) -> Any:
-    """`value`, which must be an object of one of some classes."""
+    """Return `value`, which must be an instance of one of the classes `kinds`."""
     if not isinstance(value, kinds):
         several = kinds if isinstance(kinds, tuple) else (kinds,)
-        wanted = " or ".join(f"edgegrad.{kind.__name__}" for kind in several)
-        raise ValueError(f"{where}: {name} must be an {wanted}, not {shown(value)}")
+        expected = " or ".join(f"edgegrad.{kind.__name__}" for kind in several)
+        raise ValueError(f"{where}: {name} must be an {expected}, not {shown(value)}")
     return value
 
 
 def function(where: str, name: str, value: Any) -> Any:
-    """`value`, which must be something to call."""
+    """Return `value`, which must be callable and not a class."""
     if not callable(value) or isinstance(value, type):
         raise ValueError(f"{where}: {name} must be a function, not {shown(value)}")
     return value
 
 
 def mapping(where: str, name: str, value: Any, item: Callable[[str, str, Any], Any] | None = None) -> Mapping[str, Any]:
-    """`value` as a mapping from texts to what `item` checks."""
+    """Return `value` as a mapping from str to values that `item` has checked."""
     if not isinstance(value, Mapping):
         raise ValueError(f"{where}: {name} must be a dict by name, not {shown(value)}")
     for key in value:
@@ -321,7 +322,7 @@ def mapping(where: str, name: str, value: Any, item: Callable[[str, str, Any], A
 
 
 def file_path(where: str, name: str, value: Any) -> Path:
-    """`value` as the path of a file."""
+    """Return `value` as the path of a file; the file need not exist."""
     if not isinstance(value, (str, os.PathLike)) or not isinstance(os.fspath(value), str):
         raise ValueError(f"{where}: {name} must be the path of a file, not {shown(value)}")
     if "\0" in os.fspath(value) or len(os.fspath(value)) > _LONGEST_PATH:
@@ -330,7 +331,7 @@ def file_path(where: str, name: str, value: Any) -> Path:
 
 
 def orthonormal(where: str, name: str, matrix: NDArray[np.float64], what: str) -> None:
-    """Refuse a matrix whose upper left 3 x 3 part isn't made of three unit vectors at right angles."""
+    """Refuse a matrix whose upper left 3 x 3 part is not orthonormal."""
     axes = matrix[:3, :3]
     if not np.allclose(axes @ axes.T, np.eye(3), atol=_ORTHONORMAL):
         raise ValueError(f"{where}: {name} must be a {what}; its axes are not orthonormal")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from .geometry.topology import Edges
 from .rendering.non_finite import Dropped
-from .scene.bounces import Bounces
+from .rendering.options import RenderOptions
 from .tables.tables import Tables
 from .tables.textures.program import TextureTables
 
@@ -25,7 +25,8 @@ def texture_operations() -> list[str]: ...
 def evaluate_textures(
     tables: TextureTables, points: Any, rows: NDArray[np.float32], instruction_set: str
 ) -> None: ...
-# Derivatives of rows (P, WIDTH) and of BSDFs (value and emission, (n, 6)), for tests (native/adjoint/probe_sweeps.cpp).
+# For tests: derivatives of table rows (P, WIDTH) and BSDFs (value and emission, (n, 6)); see
+# native/adjoint/probe_sweeps.cpp.
 def textures_backward(
     tables: TextureTables, points: Any, adjoint: F32, instruction_set: str
 ) -> dict[str, NDArray[np.float64]]: ...
@@ -33,7 +34,7 @@ def textures_forward(tables: TextureTables, points: Any, tangents: object, instr
 def bsdfs_backward(
     materials: object, points: object, adjoint: F32, instruction_set: str
 ) -> dict[str, NDArray[np.float64]]: ...
-# Values and derivatives of what reads a scene (native/adjoint/scene_probes.h), (n, 9) per point.
+# For tests: values and derivatives, (n, 9), of functions that read a scene (native/adjoint/scene_probes.h).
 def scene_probe_backward(
     kind: int, scene: object, probe: object, adjoint: F32, instruction_set: str
 ) -> dict[str, NDArray[np.float64]]: ...
@@ -43,7 +44,7 @@ def scene_probe_forward(
 def bsdfs_forward(materials: object, points: object, tangents: object, instruction_set: str) -> F32: ...
 
 class LearnedSampling:
-    share: Sequence[float]  # by term (core/rendering/budget.py)
+    share: Sequence[float]  # relative number of samples of each term (core/rendering/budget.py)
     @property
     def taken(self) -> Sequence[float]: ...
 
@@ -52,13 +53,11 @@ class Scene:
     def set_edges(self, edges: Edges) -> None: ...
     @property
     def instruction_set(self) -> str: ...
-    guided: bool
-    aimed: float
     def update(self, tables: Tables) -> None: ...
     def update_values(self, tables: Tables) -> None: ...
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], origin: NDArray[np.float64]) -> None: ...
     def set_camera(self, tables: Tables) -> None: ...
-    # Light sampling by itself, for tests (native/tasks/light_probe_task.h).
+    # For tests: light sampling alone (native/tasks/light_probe_task.h).
     def sample_lights(self, position: F32, normal: F32, u: F32, v: F32, both_sides: bool) -> dict[str, F32]: ...
     def meet_lights(
         self, position: F32, normal: F32, w: F32, face: NDArray[np.int32], r: F32, bsdf_pdf: F32, kind: int,
@@ -66,18 +65,12 @@ class Scene:
     ) -> dict[str, F32]: ...
     def sample_environment_light(self, u: F32, v: F32) -> dict[str, F32]: ...
     def look_at_environment(self, w: F32) -> dict[str, F32]: ...
-    def render(
-        self, spp: int, seed: int, max_depth: int, bounces: Bounces, caustics_alone: bool, progress: Progress
-    ) -> NDArray[np.float32]: ...
+    def render(self, options: RenderOptions, progress: Progress) -> NDArray[np.float32]: ...
     def forward(
         self,
         tangent: dict[str, NDArray[np.float64]],
         wanted: dict[str, NDArray[np.int64]],
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        terms: Sequence[str],
+        options: RenderOptions,
         learned: LearnedSampling | None,
         progress: Progress,
     ) -> tuple[NDArray[np.float32], list[Dropped], list[DecisionRow]]: ...
@@ -85,18 +78,11 @@ class Scene:
         self,
         adjoint: NDArray[np.float32],
         wanted: dict[str, NDArray[np.int64]],
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        terms: Sequence[str],
+        options: RenderOptions,
         learned: LearnedSampling | None,
         progress: Progress,
     ) -> tuple[dict[str, NDArray[np.float64]], list[Dropped], list[DecisionRow]]: ...
-    def decide(
-        self, requested: dict[str, NDArray[np.int64]], max_depth: int, bounces: Bounces, terms: Sequence[str]
-    ) -> list[DecisionRow]: ...
-    def force(self, parts: Sequence[str]) -> None: ...
+    def decide(self, requested: dict[str, NDArray[np.int64]], options: RenderOptions) -> list[DecisionRow]: ...
 def evaluate_bsdfs(
     materials: object, points: object, instruction_set: str, favoured: int = 0
 ) -> dict[str, NDArray[np.float32]]: ...

@@ -8,19 +8,19 @@ from types import TracebackType
 from typing import TextIO
 
 WIDTH = 24  # characters of the bar
-REDRAW = 0.1  # seconds between two drawings on a terminal
-LINE = 10.0  # seconds between two lines where the output is no terminal (a log file)
+REDRAW = 0.1  # seconds between two updates on a terminal
+LINE = 10.0  # seconds between two lines if the output is not a terminal (a log file)
 
 
 class ProgressBar:
-    """A bar that is redrawn on a terminal, and a line from time to time in a log.
+    """A bar that is redrawn in place on a terminal, or printed as occasional lines to a log.
 
     Parameters
     ----------
     label
-        What is being done.
+        Name of the work, shown before the bar.
     stream
-        Where to write; None: stderr. Without one (a GUI process on Windows has none) nothing is written.
+        Output stream; None: stderr. Nothing is written if stderr does not exist, as in a GUI process on Windows.
     """
 
     def __init__(self, label: str, stream: TextIO | None = None) -> None:
@@ -41,7 +41,7 @@ class ProgressBar:
             self._write("\n")
 
     def update(self, fraction: float, note: str = "") -> None:
-        """Show the part `fraction` in [0, 1] as done, with a short note behind the bar."""
+        """Show progress `fraction`, in [0, 1], and a short note after the bar."""
         now = time.monotonic()
         if fraction < 1.0 and now - self.drawn < (REDRAW if self.live else LINE):
             return
@@ -65,5 +65,5 @@ class ProgressBar:
         try:
             self.stream.write(text)
             self.stream.flush()
-        except (OSError, ValueError):  # a closed pipe must not end the work
+        except (OSError, ValueError):  # a closed pipe must not stop the work
             self.stream = None

@@ -1,4 +1,4 @@
-"""Export: the evaluated dependency graph as an `edgegrad.Scene`, and what is needed to write results back."""
+"""Export of the evaluated dependency graph to an `edgegrad.Scene`, with the information to write results back."""
 
 from .camera import export_camera
 from .scene import Export, export_scene

@@ -1,6 +1,6 @@
-"""What materials ask of a mesh: UV maps, colours, coordinates, tangents and values of the object, by name.
+"""Attributes that materials read from meshes: UV maps, colours, coordinates, tangents and values of the object.
 
-Names in parentheses are no names of Blender's layers; Blender's own are used as they are.
+Layers of Blender's mesh keep their names. Names in parentheses are other attributes, which have no layer.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ OBJECT_NORMAL = "(object normal)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 PROPERTY = "(object property) "
 TANGENT = ".tangent"
-NO_UV = "(none)"  # no mesh has it: tangents run around the Z axis then
+NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
 
-# Values of one object or instance: meshes that have them can't be shared by instances.
+# Values of one object or instance. A mesh with such an attribute cannot be shared by instances.
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION)
 
 WORD = 0xFFFFFFFF
 
-# Data type of a layer -> its values' name, how many they are, and what Blender stores.
+# Maps the data type of a layer to the name of the value, the number of components, and the stored type.
 LAYERS: dict[str, tuple[str, int, type[np.generic]]] = {
     "FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "INT8": ("value", 1, np.int32),
     "BOOLEAN": ("value", 1, np.bool_), "FLOAT_VECTOR": ("vector", 3, np.float32), "FLOAT2": ("vector", 2, np.float32),
@@ -46,7 +46,7 @@ LAYERS: dict[str, tuple[str, int, type[np.generic]]] = {
 
 
 def name_hash(name: str) -> int:
-    """Cycles' random number of an object that is no instance: the final mix of lookup3 (Jenkins 2006)."""
+    """Cycles' random number of an object that is not an instance: the final mix of lookup3 (Jenkins 2006)."""
     text = 0
     for byte in name.encode():
         text = (text * 37 + byte) & WORD
@@ -57,14 +57,14 @@ def name_hash(name: str) -> int:
     a = b = c = (0xDEADBEEF + (2 << 2) + 13) & WORD
     a = (a + text) & WORD
     for k in (14, 11, 25, 16, 4, 14, 24):
-        # The roles of the three words rotate: c from b, a from c, b from a.
+        # The roles of the three words rotate: c changes by b, then a by c, then b by a.
         c = ((c ^ b) - turned(b, k)) & WORD
         a, b, c = b, c, a
     return b
 
 
 def layer(name: str) -> Attribute:
-    """The values of a layer; 0 on meshes that don't have it, as in Blender."""
+    """Expression that reads a layer; 0 on meshes without the layer, as in Blender."""
     return Attribute(name, required=False)
 
 
@@ -75,16 +75,16 @@ def is_of_object(name: str) -> bool:
 
 @dataclass(frozen=True)
 class ObjectValues:
-    """What attributes of an object or instance are made of.
+    """An object or instance whose attributes are read.
 
     Attributes
     ----------
     object
         The evaluated object.
     matrix
-        (4, 4) to world space.
+        (4, 4) transform to world space.
     random_id
-        Blender's random number of the instance; 0: it is none.
+        Blender's random number of the instance; 0: the object is not an instance.
     """
 
     object: Any
@@ -92,7 +92,7 @@ class ObjectValues:
     random_id: int
 
     def value(self, name: str) -> tuple[float, ...] | None:
-        """An attribute of the whole object; None: it has no such property."""
+        """Return an attribute of the whole object; None if it has no such property."""
         ob = self.object
         if name == RANDOM:
             number = self.random_id & WORD if self.random_id else name_hash(ob.original.name)
@@ -119,7 +119,7 @@ class ObjectValues:
 
 
 def read_attributes(mesh: Any, arrays: MeshArrays, names: Iterable[str], of: ObjectValues) -> dict[str, F32]:
-    """Attributes (m, 3, c) of a mesh in its own space by name; those that it doesn't have are left out."""
+    """Read attributes (m, 3, c) of a mesh, in object space, by name; leave out those that the mesh does not have."""
     found = {name: _read(mesh, arrays, name, of) for name in names}
     return {name: np.ascontiguousarray(value, np.float32) for name, value in found.items() if value is not None}
 
@@ -152,14 +152,14 @@ def _read(mesh: Any, arrays: MeshArrays, name: str, of: ObjectValues) -> Any:
 
 
 def uv_layer(mesh: Any, name: str) -> Any:
-    """The UV map of this name, or the one that is active in renders; None: there is none."""
+    """Return the UV map of this name, for ACTIVE_UV the map that is active in renders; None if there is none."""
     if name == ACTIVE_UV:
         return next((layer for layer in mesh.uv_layers if layer.active_render), None)
     return mesh.uv_layers.get(name)
 
 
 def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
-    """Byte colours come linear, as Cycles has them."""
+    """Read a layer as corner values (m, 3, c). Byte colours are linear, as in Cycles."""
     if layer is None or layer.data_type not in LAYERS:
         return None
     sizes = {"POINT": len(mesh.vertices), "CORNER": len(mesh.loops), "FACE": len(mesh.polygons)}
@@ -176,7 +176,7 @@ def _layer(layer: Any, mesh: Any, arrays: MeshArrays) -> Any:
 
 
 def _generated(mesh: Any) -> F32:
-    """(n, 3) coordinates in the mesh's texture space, which is its bounding box unless it was set by hand."""
+    """(n, 3) coordinates in the texture space of the mesh: its bounding box, unless the user has set it."""
     points = np.empty((len(mesh.vertices), 3), np.float32)
     mesh.vertices.foreach_get("undeformed_co", points.ravel())
     size = np.array(mesh.texspace_size, np.float32)
@@ -185,10 +185,10 @@ def _generated(mesh: Any) -> F32:
 
 
 def tangents(arrays: MeshArrays, uv: F32) -> F32:
-    """(m, 3, 4) tangents along u and the bitangents' signs, as MikkTSpace has them for triangles.
+    """(m, 3, 4) tangents along u and signs of the bitangents, as MikkTSpace computes them for triangles.
 
-    Corners of one position, normal, UV coordinate and orientation share the sum of their triangles' tangents, each
-    made perpendicular to the normal and weighted by its angle.
+    Corners with equal position, normal, UV coordinate and orientation share one tangent: the sum of the tangents of
+    their triangles, each projected perpendicular to the normal and weighted by the angle at the corner.
     """
     p, t = arrays.positions[arrays.faces], np.asarray(uv, np.float32)
     (e1, e2), (d1, d2) = ([x[:, k] - x[:, 0] for k in (1, 2)] for x in (p, t))
@@ -214,7 +214,7 @@ def tangents(arrays: MeshArrays, uv: F32) -> F32:
 
 
 def _across(v: F32, normal: F32) -> F32:
-    """The part of vectors that is perpendicular to unit vectors."""
+    """The part of vectors `v` that is perpendicular to the unit vectors `normal`."""
     return v - normal * np.einsum("fck,fck->fc", v, normal)[..., None]
 
 

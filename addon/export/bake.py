@@ -1,4 +1,8 @@
-"""Baking: what no expression stands for becomes an image, by Cycles, on a copy of the object in a scene of its own."""
+"""Baking of node outputs to images.
+
+A node that no expression can represent is baked by Cycles. The bake works on a copy of the object in a temporary scene,
+so Blender's data stay unchanged.
+"""
 
 from __future__ import annotations
 
@@ -16,33 +20,33 @@ import edgegrad
 from .materials import BakedOutput
 from .nodes import by_identifier, group_output
 
-MARGIN = 8  # pixels around each piece of the surface that repeat its edge
-SAMPLES = 4  # per pixel: textures are evaluated, no light
+MARGIN = 8  # pixels around each UV island that repeat its border
+SAMPLES = 4  # per pixel; bakes evaluate textures without lighting, so their only noise is that of antialiasing
 UV_NAME = "Edgegrad bake"
 
 
 class BakeError(Exception):
-    """A bake that failed; its text says why."""
+    """Raised if a bake fails; its text is the reason."""
 
 
 @dataclass
 class Temporary:
-    """Blender's data that are removed at the end, whatever happens."""
+    """Blender's data that are removed at the end, also after an error."""
 
     data: list[Any] = field(default_factory=list)
     found: list[Callable[[], Any]] = field(default_factory=list)
 
     def later(self, find: Callable[[], Any]) -> None:
-        """Remember what Blender will have made by then."""
+        """Register data that Blender will create; `find` returns them at the end, or None."""
         self.found.append(find)
 
     def __call__(self, new: Any) -> Any:
-        """Remember something new."""
+        """Register new data, and return them."""
         self.data.append(new)
         return new
 
     def remove(self) -> None:
-        """Remove all, what was made last first."""
+        """Remove all registered data in reverse order of their creation."""
         self.data = [one for find in self.found if (one := find()) is not None] + self.data
         self.found = []
         while self.data:
@@ -51,7 +55,7 @@ class Temporary:
 
 @contextmanager
 def temporary() -> Iterator[Temporary]:
-    """Data that live as long as the block."""
+    """Provide data that exist only within the block."""
     held = Temporary()
     try:
         yield held
@@ -60,12 +64,12 @@ def temporary() -> Iterator[Temporary]:
 
 
 class ObjectBaker:
-    """A copy of an evaluated object, unwrapped, ready to have its materials baked.
+    """A copy of an evaluated object with a new UV map, on which materials can be baked.
 
     Attributes
     ----------
     uv
-        (c, 2) where each corner of Blender's mesh lies in the images.
+        (c, 2) position in the baked images of each corner of Blender's mesh.
     """
 
     def __init__(self, keep: Temporary, evaluated: Any, depsgraph: Any, matrix: NDArray[np.float64],
@@ -94,7 +98,7 @@ class ObjectBaker:
         active = next((layer.name for layer in self._mesh.uv_layers if layer.active_render), None)
         layer = self._mesh.uv_layers.new(name=UV_NAME, do_init=False)
         if layer is None:
-            raise BakeError("it has as many UV maps as a mesh can have")
+            raise BakeError("it already has the largest number of UV maps that a mesh can have; remove one")
         name = layer.name
         self._mesh.uv_layers.active = layer
         with self._context():
@@ -104,12 +108,12 @@ class ObjectBaker:
                                                objects_in_mode_unique_data=[self._object]):  # fmt: skip
                     bpy.ops.mesh.reveal()
                     bpy.ops.mesh.select_all(action="SELECT")
-                    # Margins are fractions of the image.
+                    # smart_project takes margins as fractions of the image.
                     bpy.ops.uv.smart_project(island_margin=MARGIN / self._resolution, scale_to_bounds=False)
             finally:
                 bpy.ops.object.mode_set(mode="OBJECT")
         layer = self._mesh.uv_layers[name]
-        if active is not None:  # nodes without a name go on reading the user's map
+        if active is not None:  # nodes without a map's name must keep reading the user's map
             self._mesh.uv_layers[active].active_render = True
         uv = np.empty((len(self._mesh.loops), 2), np.float32)
         layer.uv.foreach_get("vector", uv.ravel())
@@ -124,12 +128,12 @@ class ObjectBaker:
             yield
 
     def bake(self, material: Any, baked: BakedOutput) -> edgegrad.Image:
-        """The image of one node's output on this object.
+        """Bake the output of one node on this object to an image.
 
         Raises
         ------
         BakeError
-            If Blender can't.
+            If Blender cannot bake it.
         """
         size = self._resolution
         with temporary() as keep:
@@ -140,7 +144,7 @@ class ObjectBaker:
                 if chosen:
                     wired = keep(material.copy())
                     _wire(wired, baked, keep)
-                    wanted = image
+                    target = image
                 else:
                     wired = keep(bpy.data.materials.new("Edgegrad bake"))
                     if wired.node_tree is None:
@@ -159,12 +163,12 @@ class ObjectBaker:
                 for k in range(len(self._mesh.materials)):
                     self._mesh.materials[k] = None
             pixels = np.empty(size * size * 4, np.float32)
-            wanted.pixels.foreach_get(pixels)
+            target.pixels.foreach_get(pixels)
         return edgegrad.Image(_filled(pixels.reshape(size, size, 4)[::-1]))
 
 
 def _filled(pixels: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(H, W, 3): where nothing was baked, the mean of what was, so that it doesn't change means."""
+    """(H, W, 3) colours; pixels outside the bake get the mean of the baked ones, which keeps the mean of the image."""
     color = np.nan_to_num(pixels[..., :3], posinf=0.0, neginf=0.0)
     covered = pixels[..., 3] > 0.0
     if covered.any():
@@ -182,7 +186,7 @@ def _take_image(material: Any, image: Any) -> None:
 
 
 def _wire(material: Any, baked: BakedOutput, keep: Temporary) -> None:
-    """Make a copied material show one output of a node, which may be inside groups (they are copied, too)."""
+    """Connect one output of a node to the surface of a copied material; groups around the node are copied too."""
     tree, around = material.node_tree, []
     for name in baked.groups:
         node = tree.nodes[name]

@@ -1,4 +1,4 @@
-"""Which materials have to be baked on which meshes, and what comes of it."""
+"""Baking of the materials of an export: which materials are baked on which meshes, and the use of the images."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
 
 
 def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph: Any, resolution: int) -> None:
-    """Bake what the materials in use ask for, each mesh for itself.
+    """Bake the outputs that the materials need, on each mesh separately.
 
-    A material that is baked on several meshes gets a copy for each but the first, "NAME (OBJECT)". Where a bake fails,
-    the sockets' own values are used, with a warning.
+    If a material is baked on several meshes, each mesh except the first uses a copy of it, "NAME (OBJECT)". If a bake
+    fails, the values of the sockets are used, with a warning.
 
     Parameters
     ----------
     resolution
-        Of the images, pixels; 0: nothing is baked.
+        Width and height of the images, pixels; 0: nothing is baked.
     """
     taken: set[str] = set()
     for group in meshes.groups():
         used = [group.slots[k] for k in np.unique(np.clip(group.arrays.slots, 0, len(group.slots) - 1))]
-        wanted = {name: out.materials[name] for name in used if out.materials[name].baked}
-        if not wanted or resolution <= 0:
+        needed = {name: out.materials[name] for name in used if out.materials[name].baked}
+        if not needed or resolution <= 0:
             continue
-        found = _bake_on(group, wanted, images, depsgraph, resolution, out)
+        found = _bake_on(group, needed, images, depsgraph, resolution, out)
         for name, pictures in found.items():
             new = name if name not in taken else f"{name} ({group.sources[0].object})"
             number = 1
@@ -42,7 +42,7 @@ def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph:
                 number += 1
                 new = f"{name} ({group.sources[0].object} {number})"
             taken.add(new)
-            out.baked[new] = wanted[name].with_images(pictures, new)
+            out.baked[new] = needed[name].with_images(pictures, new)
             group.slots = tuple(new if slot == name else slot for slot in group.slots)
     for name, reading in out.materials.items():
         if not reading.baked:
@@ -53,20 +53,20 @@ def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph:
     out.materials |= out.baked
 
 
-def _bake_on(group: Group, wanted: dict[str, MaterialReading], images: Images, depsgraph: Any, resolution: int,
+def _bake_on(group: Group, needed: dict[str, MaterialReading], images: Images, depsgraph: Any, resolution: int,
              out: Export) -> dict[str, dict[str, str]]:  # fmt: skip
-    """Bake these materials on one mesh; their stand-in images -> names of images in the scene."""
+    """Bake these materials on one mesh; map the stand-in images of each to names of images in the scene."""
     source = group.sources[0]
-    found: dict[str, dict[str, str]] = {name: {} for name in wanted}
+    found: dict[str, dict[str, str]] = {name: {} for name in needed}
     try:
         with temporary() as keep:
             evaluated = bpy.data.objects[source.object].evaluated_get(depsgraph)
             baker = ObjectBaker(keep, evaluated, depsgraph, source.matrix, resolution)
             if len(baker.uv) != group.corner_count:
-                raise BakeError("its mesh is another one than that which is rendered")
+                raise BakeError("its mesh differs from the rendered one")
             uv = np.ascontiguousarray(baker.uv[group.arrays.corners])
             group.attributes[BAKED_UV] = uv
-            for name, reading in wanted.items():
+            for name, reading in needed.items():
                 for baked in reading.baked:
                     stand_in = reading.stand_in(baked)
                     picture = f"{stand_in} on {source.object}"
@@ -79,7 +79,7 @@ def _bake_on(group: Group, wanted: dict[str, MaterialReading], images: Images, d
                     if baked.normal:
                         group.attributes[BAKED_UV + TANGENT] = tangents(group.arrays, uv)
     except (BakeError, KeyError, RuntimeError) as error:
-        for name in wanted:
+        for name in needed:
             _failed(out, name, source.object, error)
     return found
 

@@ -1,4 +1,4 @@
-"""Blender's camera and render size as an `edgegrad.Camera`."""
+"""Export of Blender's camera and picture size to an `edgegrad.Camera`."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ MILLIMETRE = 1e-3
 
 
 def picture_size(scene: Any) -> tuple[int, int]:
-    """Width and height of the scene's full picture, pixels, its percentage applied as Blender does."""
+    """Width and height of the full picture, pixels, after Blender's resolution percentage."""
     render = scene.render
     return (max(1, render.resolution_x * render.resolution_percentage // 100),
             max(1, render.resolution_y * render.resolution_percentage // 100))  # fmt: skip
 
 
 def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
-    """The camera object (evaluated) with the scene's render size.
+    """Export an evaluated camera object with the picture size of the scene.
 
     Parameters
     ----------
@@ -32,16 +32,16 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
     scene
         Blender's scene, for the render size, the region and the pixel filter.
     report
-        Takes one warning per setting that isn't modelled.
+        Receives one warning for each setting that is not supported.
 
     Raises
     ------
     Problem
-        If it is no camera, or one of a kind that can't be rendered.
+        If the object is not a camera, or a camera of an unsupported type.
     """
     where = f"camera '{camera.name}'"
     if camera.type != "CAMERA":
-        raise Problem(f"object '{camera.name}': is no camera")
+        raise Problem(f"object '{camera.name}': is not a camera")
     lens = camera.data
     if lens.type not in KINDS:
         raise Problem(f"{where}: its type is {lens.type}, which can't be rendered; choose another in its settings")
@@ -51,7 +51,7 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
     width, height = picture_size(scene)
     render = scene.render
     matrix = np.array(camera.matrix_world, np.float64)
-    matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)  # a camera's scale doesn't change its picture
+    matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)  # the scale of a camera does not change its picture
     out = edgegrad.Camera(
         to_world=matrix,
         width=width,
@@ -76,8 +76,8 @@ def _projection(out: edgegrad.Camera, lens: Any) -> None:
         out.longitude = np.array([_panorama(lens, "longitude_min"), _panorama(lens, "longitude_max")])
         out.latitude = np.array([_panorama(lens, "latitude_min"), _panorama(lens, "latitude_max")])
         return
-    # The sensor's size, or an orthographic camera's scale, belongs to the side it is fitted to, measured in
-    # widths of a pixel, and the shift is a fraction of that side.
+    # The sensor size, or the scale of an orthographic camera, refers to the fitted side of the picture, measured in
+    # pixel widths. The shift is a fraction of that side.
     high = out.height * out.pixel_aspect
     horizontal = lens.sensor_fit == "HORIZONTAL" or (lens.sensor_fit == "AUTO" and out.width >= high)
     fitted = out.width if horizontal else high
@@ -92,7 +92,7 @@ def _depth_of_field(out: edgegrad.Camera, lens: Any, matrix: NDArray[np.float64]
     if not dof.use_dof:
         return
     f_number = max(dof.aperture_fstop, 1e-5)
-    # Cycles takes an orthographic camera's focal length to be 1 m.
+    # Cycles uses a focal length of 1 m for orthographic cameras.
     length = 1.0 if lens.type == "ORTHO" else lens.lens * MILLIMETRE
     out.aperture_radius = length / (2.0 * f_number)
     distance = float(dof.focus_distance)
@@ -109,12 +109,12 @@ def _depth_of_field(out: edgegrad.Camera, lens: Any, matrix: NDArray[np.float64]
 
 
 def _panorama(lens: Any, name: str) -> Any:
-    """A panorama's setting: the camera's own from Blender 5.0 on, Cycles' before."""
+    """Read a setting of a panorama: a property of the camera from Blender 5.0 on, of Cycles before."""
     return getattr(lens, name) if hasattr(lens, name) else getattr(lens.cycles, name)
 
 
 def _region(render: Any, width: int, height: int, where: str, report: Report) -> tuple[int, int, int, int] | None:
-    """The render region in pixels, rounded as Blender does; None: the full picture."""
+    """Return the render region in pixels, rounded like Blender; None: the full picture."""
     if not render.use_border:
         return None
     # Blender multiplies in float32 and truncates.
@@ -125,7 +125,7 @@ def _region(render: Any, width: int, height: int, where: str, report: Report) ->
         report.warn(where, "its render region is empty; the full picture is rendered")
         return None
     if not render.use_crop_to_border:
-        report.warn(where, "only the render region is in the picture, as with 'Crop to Render Region'")
+        report.warn(where, "the picture contains only the render region, as with 'Crop to Render Region'")
     return x0, height - y1, x1, height - y0
 
 
@@ -133,7 +133,7 @@ def _pixel_filter(scene: Any) -> tuple[str, float]:
     cycles = getattr(scene, "cycles", None)
     kind = getattr(cycles, "pixel_filter_type", "BLACKMAN_HARRIS")
     if kind == "BOX":
-        return kind, 1.0  # Cycles ignores the width then
-    # What Cycles calls the width is that of the filter's bulk: its window ends at twice (Gaussian: three times) that.
+        return kind, 1.0  # Cycles ignores the width of box filters
+    # The full support of a filter is twice (Gaussian: three times) what Cycles calls its width.
     whole = 3.0 if kind == "GAUSSIAN" else 2.0
     return kind, whole * max(float(getattr(cycles, "filter_width", scene.render.filter_size)), 0.01)

@@ -1,4 +1,7 @@
-"""Worlds that have to be baked: Cycles renders them as an equirectangular picture, and their sun by itself."""
+"""Baking of worlds: Cycles renders the world to an equirectangular image, and the sun of a sky texture separately.
+
+The sun is too small and too bright for an image of practical size. It becomes a sun light of the same irradiance.
+"""
 
 from __future__ import annotations
 
@@ -23,22 +26,22 @@ from .visibility import RAYS
 from .world import WorldReading
 
 SAMPLES = 16
-# The sun's disc is rendered in this many pixels, in a picture somewhat larger than itself.
+# Pixels along each side of the picture of the sun's disc, and size of this picture relative to the disc.
 DISC_PIXELS = 64
 AROUND_DISC = 1.25
 SUN_NAME = "(sky) sun"
-# Textures of the sky that have a sun; the others are smooth.
+# Types of sky textures that have a sun.
 WITH_SUN = ("NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING")
 
 F32 = NDArray[np.float32]
 
 
 def bake_world(world: WorldReading, scene: Any, images: Images, resolution: int, report: Report) -> None:
-    """Render the world's nodes into an image; a sky's sun becomes a light."""
+    """Render the nodes of the world to an image; the sun of a sky texture becomes a light."""
     name = scene.world.name
     where = f"world '{name}'"
     if resolution <= 0:
-        report.warn(where, "its nodes can't be read and aren't baked; it is black")
+        report.warn(where, "its nodes can't be read and are not baked; it is black")
         return
     try:
         with temporary() as keep:
@@ -56,17 +59,17 @@ def bake_world(world: WorldReading, scene: Any, images: Images, resolution: int,
                 for sun in suns:
                     sun.disc(True)
                 picture = baker.panorama(resolution)
-                report.warn(where, "its sky is turned by nodes, so that the sun stays in its baked image")
+                report.warn(where, "its sky is rotated by nodes, so the sun stays in the baked image")
     except Problem:
         raise
     except (RuntimeError, OSError, ValueError) as error:
-        report.warn(where, f"its nodes can't be read nor baked ({str(error).strip()}); it is black")
+        report.warn(where, f"its nodes can be neither read nor baked ({str(error).strip()}); it is black")
         return
     key = f"{name} (baked)"
     images.found[key] = edgegrad.Image(np.maximum(picture, 0.0))
     world.value.image, world.value.color = key, np.ones(3)
     report.tell(where, f"baked to an image of {resolution} x {resolution // 2}"
-                + (f", its sun read as {len(world.suns)} light" if world.suns else ""))  # fmt: skip
+                + (f", its sun exported as {len(world.suns)} light" if world.suns else ""))  # fmt: skip
 
 
 class _Sky:
@@ -75,12 +78,12 @@ class _Sky:
     def __init__(self, node: Any, outermost: bool) -> None:
         self.node = node
         self.sun_type = node.sky_type if node.sun_disc else ""
-        # Where the node's direction isn't the ray's, the sun's place is unknown.
+        # If nodes transform the direction of the ray, the direction of the sun is unknown.
         vector = by_identifier(node.inputs, "Vector")
         self.plain = outermost and (vector is None or not vector.enabled or feed(vector).output is None)
 
     def disc(self, shown: bool) -> None:
-        """Switch the disc."""
+        """Show or hide the disc of the sun."""
         self.node.sun_disc = shown
 
 
@@ -110,7 +113,7 @@ class _WorldBaker:
         cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
         settings = scene.render.image_settings
         settings.file_format, settings.color_mode, settings.color_depth = "OPEN_EXR", "RGB", "32"
-        # Blender makes this image when it renders first.
+        # Blender creates this image at the first render.
         if "Render Result" not in bpy.data.images:
             keep.later(lambda: bpy.data.images.get("Render Result"))
         self._lens = keep(bpy.data.cameras.new("Edgegrad bake"))
@@ -122,7 +125,7 @@ class _WorldBaker:
             visibility.camera = True
 
     def panorama(self, resolution: int) -> F32:
-        """(resolution / 2, resolution, 3) the whole sphere, +X in the middle."""
+        """Render the whole sphere to (resolution / 2, resolution, 3), with +X in the middle."""
         self._lens.type = "PANO"
         panorama = self._lens if hasattr(self._lens, "panorama_type") else self._lens.cycles
         panorama.panorama_type = "EQUIRECTANGULAR"
@@ -130,11 +133,11 @@ class _WorldBaker:
         return self._render(resolution, resolution // 2)
 
     def sun(self, sky: _Sky) -> edgegrad.SunLight | None:
-        """The light of a sky's disc: its irradiance is that of the disc with the sky minus that of the sky alone."""
+        """Make the sun light of a sky texture; its irradiance is that with the disc minus that without it."""
         node = sky.node
         angle = float(node.sun_size)
         elevation, turn = float(node.sun_elevation), float(node.sun_rotation)
-        # Rotation 0 is +Y, and the sun goes round clockwise seen from above.
+        # Rotation 0 is +Y; the sun rotates clockwise, seen from above.
         to_sun = np.array([np.sin(turn) * np.cos(elevation), np.cos(turn) * np.cos(elevation), np.sin(elevation)])
         self._lens.type = "PERSP"
         self._lens.sensor_fit, self._lens.sensor_width, self._lens.lens_unit = "HORIZONTAL", 36.0, "MILLIMETERS"
@@ -153,7 +156,7 @@ class _WorldBaker:
         strength = float(irradiance.max())
         if not strength > 0.0:
             return None  # below the horizon
-        # The sky's disc is seen by the camera, too.
+        # Unlike other suns, the disc of a sky texture is visible to the camera.
         return edgegrad.SunLight(-to_sun, strength, angle, color=np.maximum(irradiance, 0.0) / strength,
                                  visible_to=frozenset(RAYS))  # fmt: skip
 
@@ -166,13 +169,13 @@ class _WorldBaker:
                 bpy.ops.render.render(write_still=True, scene=self._scene.name)
                 return np.asarray(read_image(render.filepath)[..., :3], np.float32)
         except (OSError, ValueError) as error:
-            # Not the world's fault: a scene with a black world instead would be fitted in vain.
+            # This is an error of the disk, not of the world: a fit with a black world instead would be useless.
             raise Problem(f"world '{self._name}': its picture can't be kept in the temporary folder "
                           f"'{tempfile.gettempdir()}' ({error}); make space, or set TMPDIR") from None  # fmt: skip
 
 
 def _own_groups(tree: Any, keep: Temporary) -> None:
-    """Copies of a tree's groups, so that their nodes can be changed."""
+    """Replace the groups of a tree by copies, so that their nodes can be changed."""
     for node in tree.nodes:
         if node.type == "GROUP" and node.node_tree is not None:
             node.node_tree = keep(node.node_tree.copy())

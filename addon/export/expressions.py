@@ -1,6 +1,6 @@
-"""Shader node graphs as `edgegrad.expression` trees.
+"""Translation of shader node graphs to `edgegrad.expression` trees.
 
-What each node means is in the modules `read_inputs`, `read_colors` and `read_textures`, which register themselves.
+The modules `read_inputs`, `read_colors` and `read_textures` register one function for each type of node.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ READERS: dict[str, NodeReader] = {}
 
 
 def reads(*types: str) -> Callable[[NodeReader], NodeReader]:
-    """Registers the decorated function as what reads nodes of these types: (reader, node, groups, output)."""
+    """Register the decorated function (reader, node, groups, output) as the translation of these node types."""
 
     def register(function: NodeReader) -> NodeReader:
         for one in types:
@@ -39,26 +39,26 @@ def reads(*types: str) -> Callable[[NodeReader], NodeReader]:
 
 
 class Unreadable(Exception):
-    """A node that no expression stands for; its text is the node's label and the reason."""
+    """Raised for a node that no expression can represent; its text is the label of the node and the reason."""
 
 
 @dataclass
 class Reader:
-    """Reads the sockets of one material, light or world.
+    """Translates the sockets of one material, light or world.
 
     Attributes
     ----------
     images
-        Takes the images that are found; None: image textures can't be read.
+        Receives the images that the nodes read; None: image textures are unreadable.
     bake
-        Called with an output and the groups around its node where no expression stands for it: gives one that
-        reads its baked image, or None if it can't be baked either.
+        Called with an output that no expression can represent, and the groups around its node. Returns an
+        expression that reads the baked image, or None if the output cannot be baked.
     material_index
         Blender's pass index of the material.
     world_to_camera
-        (4, 4) into Cycles' camera space, in which Z is the depth; None: there is no camera.
+        (4, 4) transform to Cycles' camera space, in which Z is the depth; None: there is no camera.
     notes
-        What was approximated, in a few words each.
+        One short text for each approximation.
     """
 
     images: Images | None = None
@@ -69,12 +69,12 @@ class Reader:
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 
     def value(self, socket: Any, groups: Groups = ()) -> Operand:
-        """What an input receives, converted to its own type.
+        """Translate the value that an input receives, converted to the type of the input.
 
         Raises
         ------
         Unreadable
-            If no expression stands for it.
+            If no expression can represent it.
         """
         found = feed(socket, groups)
         if found.output is not None:
@@ -88,17 +88,17 @@ class Reader:
         return value
 
     def get(self, node: Any, identifier: str, groups: Groups) -> Operand:
-        """What the node's input of this identifier (or name) receives."""
+        """Translate the input of a node with this identifier or name."""
         return self.value(by_identifier(node.inputs, identifier), groups)
 
     def get_or(self, node: Any, identifier: str, groups: Groups, default: Operand | None) -> Any:
-        """As `get`, but `default` where nothing is linked to the input."""
+        """Translate an input like `get`, but return `default` if nothing is linked to it."""
         socket = by_identifier(node.inputs, identifier)
         found = feed(socket, groups)
         return default if found.output is None and found.input == socket else self.value(socket, groups)
 
     def output(self, output: Any, groups: Groups) -> Operand:
-        """The value of a node's output."""
+        """Translate the output of a node."""
         key = (output, groups)
         if key not in self._known:
             self._known[key] = self._read(output, groups)
@@ -129,7 +129,7 @@ class Reader:
 
 
 def has_texture_mapping(node: Any) -> bool:
-    """Whether a texture node has a mapping of its own (from Blender 2.7) that changes anything."""
+    """Whether a texture node has its own mapping (a setting of Blender 2.7) that changes the coordinates."""
     mapping = getattr(node, "texture_mapping", None)
     if mapping is None:
         return False
@@ -139,7 +139,7 @@ def has_texture_mapping(node: Any) -> bool:
 
 
 def own_value(socket: Any) -> Operand:
-    """An input's own value."""
+    """Return the value that is set at an input."""
     if not hasattr(socket, "default_value"):
         return 0.0
     value = socket.default_value
@@ -151,7 +151,7 @@ def own_value(socket: Any) -> Operand:
 
 
 def converted(value: Operand, source: str, target: str) -> Operand:
-    """Blender's implicit conversion from one type of socket to another."""
+    """Apply Blender's implicit conversion from one socket type to another."""
     if target not in SCALARS or source in SCALARS:
         if isinstance(value, tuple) and source == "VECTOR" and target == "RGBA":
             return (*value[:3], 1.0)
@@ -165,7 +165,7 @@ def converted(value: Operand, source: str, target: str) -> Operand:
 
 
 def folded(value: Operand) -> Operand:
-    """The expression, or its four components if they are constants."""
+    """Return the expression, or its four components if they are constants."""
     if not isinstance(value, Expression):
         return value
     numbers = [c for c in Lowering(Builder(), Resources()).components(value) if isinstance(c, (int, float))]
@@ -175,24 +175,24 @@ def folded(value: Operand) -> Operand:
 
 
 def rgb(value: Operand) -> NDArray[np.float64] | None:
-    """(3,) the constant's first three components; None: it is an expression."""
+    """(3,) first three components of a constant; None for an expression."""
     if isinstance(value, Expression):
         return None
     return np.array(value[:3], np.float64) if isinstance(value, tuple) else np.full(3, float(value))
 
 
 def number(value: Operand) -> float | None:
-    """A constant's first component; None: it is an expression."""
+    """First component of a constant; None for an expression."""
     found = rgb(value)
     return None if found is None else float(found[0])
 
 
 def constant(socket: Any, groups: Groups = ()) -> NDArray[np.float64] | None:
-    """(3,) the value that an input has everywhere; None: it varies, or can't be read."""
+    """(3,) constant value of an input; None if it varies or cannot be read."""
     try:
         return rgb(folded(Reader().value(socket, groups)))
     except Unreadable:
         return None
 
 
-from . import read_colors, read_inputs, read_textures  # noqa: E402, F401  (they register themselves)
+from . import read_colors, read_inputs, read_textures  # noqa: E402, F401  (they register node types)

@@ -1,4 +1,4 @@
-"""Blender's images as linear arrays."""
+"""Export of Blender's images to linear arrays."""
 
 from __future__ import annotations
 
@@ -14,40 +14,41 @@ from edgegrad.images import srgb_to_linear
 DATA_SPACES = ("Non-Color", "Raw", "Generic Data")
 # Linear Rec.709 is Blender's working space unless the file says otherwise.
 LINEAR_SPACES = ("Linear Rec.709", "Linear")
-# The conversion of 8 bit sRGB codes.
+# Linear light of the 8-bit sRGB codes.
 FROM_SRGB = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
 
 
 class UnreadableImage(Exception):
-    """An image whose pixels can't be had as they are; its text says why."""
+    """Raised for an image whose pixels cannot be read; its text is the reason."""
 
 
 @dataclass
 class Images:
-    """The images of an export by their name in the scene, each read once.
+    """The images of an export by their names in the scene. Each image is read once.
 
     Attributes
     ----------
     coded
-        Whether 8 bit sRGB images may be read as codes: Cycles interpolates those, and makes them linear afterwards.
+        Whether 8-bit sRGB images may be read as code values, since Cycles interpolates code values and converts the
+        result to linear light.
     """
 
     found: dict[str, edgegrad.Image] = field(default_factory=dict)
     coded: bool = True
 
     def interpolates_codes(self, image: Any) -> bool:
-        """Whether Cycles interpolates an image's codes instead of its linear colours."""
+        """Whether Cycles interpolates the code values of an image instead of its linear colours."""
         return self.coded and not image.is_float and image.colorspace_settings.name == "sRGB"
 
     def read(self, image: Any, codes: bool = False) -> str:
-        """Read Blender's image, linear or as the codes that it holds; returns its name in the scene.
+        """Read Blender's image, as linear light or as code values, and return its name in the scene.
 
         Raises
         ------
         UnreadableImage
             For sequences, movies, tiles, missing files and colour spaces that only Blender can convert.
         """
-        # The same file may be used in two colour spaces: those are two images in Blender, too.
+        # An image may be used both as linear light and as code values; these are two images in the scene.
         name = f"{image.name_full} (sRGB codes)" if codes else image.name_full
         if name not in self.found:
             self.found[name] = edgegrad.Image(_pixels(image, codes))
@@ -55,7 +56,7 @@ class Images:
 
 
 def alpha_mode(image: Any, alpha_is_used: bool) -> str:
-    """The word of `edgegrad.expression.ImageTexture` for what Cycles does with an image's alpha."""
+    """Return the mode of `edgegrad.expression.ImageTexture` that matches the use of an image's alpha in Cycles."""
     if image.alpha_mode == "NONE":
         return "NONE"
     if image.alpha_mode == "CHANNEL_PACKED" or image.colorspace_settings.name in DATA_SPACES:
@@ -64,7 +65,7 @@ def alpha_mode(image: Any, alpha_is_used: bool) -> str:
 
 
 def _pixels(image: Any, codes: bool) -> NDArray[np.float32]:
-    """(H, W, c) linear (or codes), alpha straight, row 0 on top."""
+    """(H, W, c) linear light or code values, with straight alpha and row 0 on top."""
     if image.source not in ("FILE", "GENERATED"):
         raise UnreadableImage(f"is a {image.source.lower()}")
     width, height = image.size
@@ -79,7 +80,7 @@ def _pixels(image: Any, codes: bool) -> NDArray[np.float32]:
         pixels = pixels[..., [0, 0, 0, 1]]
     pixels = pixels.copy()
     if image.is_float:
-        # Blender holds float images in its working space, colours multiplied by alpha.
+        # Blender stores float images in its working space, with premultiplied alpha.
         if pixels.shape[2] == 4 and space not in DATA_SPACES and image.alpha_mode not in ("CHANNEL_PACKED", "NONE"):
             alpha = pixels[..., 3:]
             pixels[..., :3] /= np.where(alpha > 0.0, alpha, 1.0)

@@ -1,8 +1,9 @@
-"""Blender's lights in Blender's units, as measured against Cycles.
+"""Export of Blender's lights. The units below were determined by comparison with Cycles.
 
-Measured: an area light's radiance is P / (pi A), A scaled with the object, P not; a point light's intensity
-P / (4 pi); a sun's strength is its irradiance. Without 'Normalize' the first is P / pi, the second P r^2
-(P / pi for radius 0), the third's disc has the radiance P. New lights aren't seen by the camera, none casts shadows.
+With the option 'Normalize' and the power P, an area light of the world-space area A has the radiance P / (pi A), a
+point light has the intensity P / (4 pi), and the strength of a sun is its irradiance. Without 'Normalize', an area
+light has the radiance P / pi, a point light of the radius r has the intensity P r^2 (P / pi for radius 0), and the disc
+of a sun has the radiance P.
 """
 
 from __future__ import annotations
@@ -24,21 +25,21 @@ F64 = NDArray[np.float64]
 
 
 def power_factor(light: Any) -> float:
-    """What `energy` is multiplied with before it is emitted (the exposure of Blender 4.5 and later)."""
+    """Factor between `energy` and the emitted power, from the exposure of Blender 4.5 and later."""
     return float(2.0 ** getattr(light, "exposure", 0.0))
 
 
 def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report: Report) -> Light | None:
-    """The light, or None with a warning if it can't be rendered.
+    """Export a light; return None, with a warning, if it cannot be rendered.
 
     Parameters
     ----------
     light_object
         Object of type LIGHT (evaluated).
     matrix
-        (4, 4) its world transform (that of the instance).
+        (4, 4) transform of the object or instance to world space.
     visible
-        Kinds of rays that see it, its instancer's settings applied.
+        Kinds of rays that see the light, including the settings of its instancer.
     """
     light = light_object.data
     where = f"light '{light_object.name}'"
@@ -63,10 +64,10 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     if out is None:
         return None
     out.color = color
-    # The camera never sees a sun.
+    # The camera never sees sun lights in Cycles.
     out.visible_to = (visible | {"shadow"}) - ({"camera"} if light.type == "SUN" else set())
     cycles = getattr(light, "cycles", None)
-    out.casts_shadow = bool(getattr(cycles, "cast_shadow", light.use_shadow))  # Cycles' own before Blender 4.3
+    out.casts_shadow = bool(getattr(cycles, "cast_shadow", light.use_shadow))  # a property of Cycles before Blender 4.3
     return out
 
 
@@ -88,9 +89,9 @@ def _point_or_spot(light: Any, matrix: F64, where: str, power: float, report: Re
     wide = 0.5 * (scale[0] + scale[1]) / max(scale[2], 1e-20)  # Blender scales the cone with the object
     half = float(np.arctan(wide * np.tan(0.5 * min(light.spot_size, np.pi - 1e-4))))
     if not np.isclose(scale[0], scale[1], rtol=1e-3):
-        report.warn(where, "its cone is scaled to an ellipse; a circle of the mean width stands for it")
+        report.warn(where, "its cone is scaled to an ellipse; a circular cone of the mean width is used")
     elif not np.isclose(wide, 1.0, rtol=1e-3) and light.spot_blend > 0.0:
-        report.warn(where, "its cone is scaled; the soft edge is that of an unscaled cone of the same width")
+        report.warn(where, "its cone is scaled; the soft edge of an unscaled cone of the same width is used")
     if getattr(light, "use_square", False):
         report.warn(where, "its cone is square in the viewport only; it is round, as in Cycles")
     return edgegrad.SpotLight(position, -matrix[:3, 2] / scale[2], power, 2.0 * half, light.spot_blend, radius, sphere)
@@ -110,15 +111,15 @@ def _area_light(light: Any, matrix: F64, where: str, power: float, report: Repor
     shape = "RECTANGLE" if light.shape in ("SQUARE", "RECTANGLE") else "ELLIPSE"
     if not getattr(light, "normalize", True):  # then energy is per square metre
         power *= float(size.prod()) * (1.0 if shape == "RECTANGLE" else np.pi / 4.0)
-    # Blender's slider ends at 180 degrees rounded to float32.
+    # The largest value in Blender is 180 degrees, rounded to float32.
     spread = min(float(light.spread), float(np.pi))
     return edgegrad.AreaLight(to_world, size, shape, power, spread if spread < np.pi - 1e-6 else float(np.pi))
 
 
 def _emission(light: Any, where: str, report: Report) -> F64:
-    """(3,) what the light's nodes multiply it with: constant Emission is read, anything else reported."""
+    """(3,) factor of the power from the nodes of the light; only a constant Emission node is supported."""
     tree = light.node_tree
-    # From 5.1 on lights always have nodes, and asking for `use_nodes` is deprecated.
+    # From 5.1 on, lights always have nodes, and `use_nodes` is deprecated.
     if tree is None or (bpy.app.version < (5, 1, 0) and not light.use_nodes):
         return np.ones(3)
     output = tree.get_output_node("CYCLES")
@@ -129,9 +130,9 @@ def _emission(light: Any, where: str, report: Report) -> F64:
         return np.zeros(3)
     node = shader.output.node
     if node.type != "EMISSION":
-        report.warn(where, f"its shader node '{node.name}' can't be read; power and colour are used")
+        report.warn(where, f"its shader node '{node.name}' can't be read; only power and colour are used")
         return np.ones(3)
     color, strength = (constant(node.inputs[name], shader.groups) for name in ("Color", "Strength"))
     if color is None or strength is None:
-        report.warn(where, "its shader nodes vary with place or direction; power and colour are used")
+        report.warn(where, "its shader nodes vary with position or direction; only power and colour are used")
     return (np.ones(3) if color is None else color) * (1.0 if strength is None else strength[0])

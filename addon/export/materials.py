@@ -1,4 +1,4 @@
-"""Blender's materials as `edgegrad.Material`s and sums of them."""
+"""Export of Blender's materials to `edgegrad.Material`s and `edgegrad.Mixture`s."""
 
 from __future__ import annotations
 
@@ -18,40 +18,40 @@ from . import attributes, nodes
 from .expressions import Reader, number
 from .images import Images
 from .shader_nodes import read_shader
-from .shaders import Leaf, Part, parts
+from .shaders import Closure, Part, parts
 
-# Cycles' colour of faces without a material.
+# Colour of faces without a material in Cycles.
 DEFAULT_COLOR = 0.8
-PART = "/shader "  # between a mixture's name and its part's
-# Inputs that a fit may write, by the shader node's type.
+PART = "/shader "  # separates the name of a mixture from that of its part
+# Inputs for (base colour, emission colour, emission strength) that a fit may write, by type of shader node.
 WRITABLE = {"BSDF_PRINCIPLED": ("Base Color", "Emission Color", "Emission Strength"), "BSDF_DIFFUSE": ("Color", "", ""),
             "EMISSION": ("", "Color", "Strength")}  # fmt: skip
 
 
 @dataclass
 class SocketPath:
-    """An input of a node, by names, as references to nodes don't survive an undo."""
+    """An input of a node by names, since references to nodes become invalid after an undo."""
 
     node: str
     socket: str
 
     def find(self, material: Any) -> Any:
-        """The socket in the material's node tree."""
+        """Return the socket in the node tree of the material."""
         return material.node_tree.nodes[self.node].inputs[self.socket]
 
 
 @dataclass(frozen=True)
 class BakedOutput:
-    """An output of a node that has to be baked, by names.
+    """An output of a node that must be baked, by names.
 
     Attributes
     ----------
     groups
         Names of the group nodes around the node.
     node, output
-        Its name, and the output's identifier.
+        Name of the node, and identifier of its output.
     normal
-        Whether it is a normal, to be baked as a normal map.
+        Whether the output is a normal, which is baked as a normal map.
     """
 
     groups: tuple[str, ...]
@@ -62,22 +62,22 @@ class BakedOutput:
 
 @dataclass
 class MaterialReading:
-    """A material as it was read, and the sockets that its values came from.
+    """An exported material, and the sockets from which its values were read.
 
     Attributes
     ----------
     value
-        What is rendered.
+        The exported material.
     parts
-        The shaders that a mixture sums, by name.
+        The parts of a mixture by name.
     material
         Name of Blender's material; None for faces without one.
     base_color, emission_color, emission_strength
-        Sockets to write to; None: the material has no such socket.
+        Sockets for fitted values; None: the material has no such socket.
     fed
-        Fields -> the node that feeds their sockets.
+        Maps a field to the node that is linked to its socket.
     baked
-        What has to be baked before it can be rendered.
+        Outputs that must be baked before the material can be rendered.
     """
 
     value: edgegrad.Material | edgegrad.Mixture
@@ -90,16 +90,16 @@ class MaterialReading:
     baked: list[BakedOutput] = field(default_factory=list)
 
     def stand_in(self, baked: BakedOutput) -> str:
-        """Name of the image that its expressions read for what has to be baked."""
+        """Name of the placeholder image that expressions read for an output that must be baked."""
         return f"{self.material} (baked {self.baked.index(baked)})"
 
     def with_images(self, names: Mapping[str, str], name: str) -> MaterialReading:
-        """A copy of another name whose expressions read other images.
+        """Return a copy with another name, whose expressions read other images.
 
         Parameters
         ----------
         names
-            Stand-ins -> images. Expressions that read a stand-in without an image are dropped.
+            Maps placeholders to images. Expressions with a placeholder that has no image are dropped.
         """
         known = {self.stand_in(one) for one in self.baked} - set(names)
 
@@ -116,16 +116,16 @@ class MaterialReading:
         return replace(self, value=replace(value, parts=keys), parts=parts)
 
     def shaders(self) -> list[edgegrad.Material]:
-        """The shaders that it consists of."""
+        """Return the closures of the material."""
         return [self.value] if isinstance(self.value, edgegrad.Material) else list(self.parts.values())
 
     def expressions(self) -> Iterator[Expression]:
-        """All its expressions."""
+        """Yield all expressions of the material."""
         for one in (self.value, *self.parts.values()):
             yield from one.textures.values()
 
     def attributes(self) -> set[str]:
-        """Names of the attributes that it asks of its meshes."""
+        """Return the names of the attributes that the material reads from meshes."""
         names = {n.name for expression in self.expressions() for n in nodes_of(expression)
                  if isinstance(n, e.Attribute)}  # fmt: skip
         for one in self.shaders():
@@ -136,14 +136,14 @@ class MaterialReading:
 
 
 def read_material(material: Any, images: Images, report: Report, world_to_camera: Any = None) -> MaterialReading:
-    """Read a material; a warning for each thing that is approximated, and a line on how it was read.
+    """Read a material; report a warning for each approximation, and a line on what was read.
 
     Parameters
     ----------
     material
         Blender's material (original), or None for faces without one.
     images
-        Takes the images that it reads.
+        Receives the images that the material reads.
     world_to_camera
         As in `Reader`.
     """
@@ -151,7 +151,7 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         return MaterialReading(edgegrad.Material(np.full(3, DEFAULT_COLOR)))
     where = f"material '{material.name}'"
     tree = material.node_tree
-    # From 5.0 on materials always have nodes, and asking for `use_nodes` is deprecated.
+    # From 5.0 on, materials always have nodes, and `use_nodes` is deprecated.
     if tree is None or (bpy.app.version < (5, 0, 0) and not material.use_nodes):
         color = np.clip(np.array(material.diffuse_color[:3], np.float64), 0.0, 1.0)
         return MaterialReading(edgegrad.Material(color), material=material.name)
@@ -162,13 +162,13 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         return reading
     for name in ("Volume", "Displacement"):
         if name in output.inputs and nodes.source(output.inputs[name]) is not None:
-            report.warn(where, f"what is linked to '{name}' of its output is ignored")
+            report.warn(where, f"the node that is linked to '{name}' of its output is ignored")
     _Reading(material, images, world_to_camera, reading).read(output, report)
     return reading
 
 
 def renamed(value: Expression, names: Mapping[str, str]) -> Expression:
-    """An expression that reads images by other names."""
+    """Rename the images of an expression."""
     done: dict[int, Expression] = {}
     for node in nodes_of(value):
         changes: dict[str, Any] = {f.name: done[id(operand)] for f in fields(node)  # type: ignore[arg-type]
@@ -185,7 +185,7 @@ def _black() -> edgegrad.Material:
 
 
 class _Reading:
-    """The reading of one material."""
+    """The translation of the node tree of one material."""
 
     def __init__(self, material: Any, images: Images, world_to_camera: Any, reading: MaterialReading) -> None:
         self.material = material
@@ -194,8 +194,8 @@ class _Reading:
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
-        leaves = [(part, self._leaf(part)) for part in found]
-        merged = _merge_emission(leaves)
+        closures = [(part, self._closure(part)) for part in found]
+        merged = _merge_emission(closures)
         name = self.material.name_full
         if len(merged) == 1 and merged[0][0].weight == 1.0:
             self.reading.value = merged[0][1]
@@ -206,24 +206,24 @@ class _Reading:
             keys = [f"{name}{PART}{k}: {nodes.label(part.node, part.groups)}" for k, (part, _) in enumerate(merged)]
             textures = {str(k): part.weight for k, (part, _) in enumerate(merged)
                         if isinstance(part.weight, Expression)}  # fmt: skip
-            self.reading.parts = dict(zip(keys, (leaf for _, leaf in merged), strict=True))
+            self.reading.parts = dict(zip(keys, (closure for _, closure in merged), strict=True))
             self.reading.value = edgegrad.Mixture(tuple(keys), weights, textures)
         where = f"material '{self.material.name}'"
         for note in self.reader.notes:
             report.warn(where, note)
         report.tell(where, self._summary([part for part, _ in merged]))
 
-    def _leaf(self, part: Part) -> edgegrad.Material:
-        return read_shader(Leaf(self.reader, part.node, part.groups, edgegrad.Material(), self._bake_normal))
+    def _closure(self, part: Part) -> edgegrad.Material:
+        return read_shader(Closure(self.reader, part.node, part.groups, edgegrad.Material(), self._bake_normal))
 
     def _bake(self, output: Any, groups: nodes.Groups, normal: bool = False) -> Expression | None:
         if output.type not in ("VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA"):
             return None
         path = tuple(group.name for group in groups)
-        wanted = BakedOutput(path, output.node.name, output.identifier, normal)
-        if wanted not in self.reading.baked:
-            self.reading.baked.append(wanted)
-        image = self.reading.stand_in(wanted)
+        baked = BakedOutput(path, output.node.name, output.identifier, normal)
+        if baked not in self.reading.baked:
+            self.reading.baked.append(baked)
+        image = self.reading.stand_in(baked)
         value = e.ImageTexture(image, attributes.layer(attributes.BAKED_UV), extension="EXTEND", alpha="NONE")
         return e.Channel(value, 0) if output.type in ("VALUE", "INT", "BOOLEAN") else value
 
@@ -231,7 +231,7 @@ class _Reading:
         return self._bake(feed.output, feed.groups, normal=True)
 
     def _note_sockets(self, found: list[Part]) -> None:
-        """Remember the sockets of the outermost tree that a fit may write."""
+        """Record the sockets of the outermost tree that a fit may write."""
         for part in found:
             color, emission, strength = WRITABLE.get(part.node.type, ("", "", ""))
             if color:
@@ -267,23 +267,23 @@ class _Reading:
         return "; ".join(out)
 
 
-def _merge_emission(leaves: list[tuple[Part, edgegrad.Material]]) -> list[tuple[Part, edgegrad.Material]]:
-    """Emission nodes that are simply added to one other shader become its emission: one shader instead of two."""
-    glowing = [(part, leaf) for part, leaf in leaves if part.node.type == "EMISSION"]
-    rest = [(part, leaf) for part, leaf in leaves if part.node.type != "EMISSION"]
-    if len(rest) > 1 or any(part.weight != 1.0 for part, _ in leaves) or (rest and not _takes_emission(rest[0][1])):
-        return leaves
-    textured = any("emission" in leaf.textures for _, leaf in leaves)
-    if not glowing or (textured and len(leaves) > 1):
-        return leaves
-    part, first = rest[0] if rest else glowing[0]
-    total = np.sum([leaf.emission for _, leaf in leaves], axis=0)
+def _merge_emission(closures: list[tuple[Part, edgegrad.Material]]) -> list[tuple[Part, edgegrad.Material]]:
+    """Merge Emission nodes that are added to one other shader into the emission of that shader."""
+    emissive = [(part, closure) for part, closure in closures if part.node.type == "EMISSION"]
+    rest = [(part, closure) for part, closure in closures if part.node.type != "EMISSION"]
+    if len(rest) > 1 or any(part.weight != 1.0 for part, _ in closures) or (rest and not _takes_emission(rest[0][1])):
+        return closures
+    textured = any("emission" in closure.textures for _, closure in closures)
+    if not emissive or (textured and len(closures) > 1):
+        return closures
+    part, first = rest[0] if rest else emissive[0]
+    total = np.sum([closure.emission for _, closure in closures], axis=0)
     return [(part, replace(first, emission=total))]
 
 
-def _takes_emission(leaf: edgegrad.Material) -> bool:
-    """Whether light that is added to a shader is that which it emits: nothing lies above its emission."""
+def _takes_emission(closure: edgegrad.Material) -> bool:
+    """Whether emission added to a shader equals emission by the shader itself: no coat or sheen lies above it."""
     covered = ("coat_weight", "sheen_weight")
-    plain = all(getattr(leaf, key) == 0.0 and key not in leaf.textures for key in covered)
-    opaque = leaf.alpha == 1.0 and "alpha" not in leaf.textures and leaf.kind in ("PRINCIPLED", "DIFFUSE", "GLOSSY")
-    return plain and opaque
+    plain = all(getattr(closure, key) == 0.0 and key not in closure.textures for key in covered)
+    opaque = closure.alpha == 1.0 and "alpha" not in closure.textures
+    return plain and opaque and closure.kind in ("PRINCIPLED", "DIFFUSE", "GLOSSY")

@@ -1,4 +1,4 @@
-"""Evaluated meshes as arrays, with the calls that copy memory instead of walking item by item."""
+"""Evaluated meshes as arrays, read by Blender's bulk functions instead of loops over items."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from .normals import read_normals
 
 @dataclass
 class MeshArrays:
-    """A mesh in its own space: n vertices, m triangles, c corners of Blender's polygons.
+    """A mesh in object space with n vertices, m triangles and c corners of Blender's polygons.
 
     Attributes
     ----------
     positions
         (n, 3) float32.
     faces
-        (m, 3) vertex indices, triangles.
+        (m, 3) vertex indices of the triangles.
     corners
-        (m, 3) the corner of Blender's mesh that each triangle's corner is.
+        (m, 3) corner of Blender's mesh for each corner of a triangle.
     polygons
-        (m,) the polygon that each triangle is a part of.
+        (m,) polygon that contains each triangle.
     slots
         (m,) material index of each triangle.
     smoothing
-        (m, 3) as `edgegrad.Mesh.smoothing`; None: flat.
+        (m, 3) as in `edgegrad.Mesh.smoothing`; None: flat.
     normals
-        (k, 3) Blender's normals by that index; None: flat.
+        (k, 3) Blender's normals, indexed by `smoothing`; None: flat.
     exact
-        Whether those normals are certainly the angle-weighted ones of the triangles.
+        Whether the normals certainly equal the angle-weighted normals of the triangles.
     """
 
     positions: NDArray[np.float32]
@@ -46,7 +46,7 @@ class MeshArrays:
 
 
 def positions(mesh: Any) -> NDArray[np.float32]:
-    """(n, 3) positions of a mesh's vertices."""
+    """(n, 3) positions of the vertices of a mesh."""
     out = np.empty((len(mesh.vertices), 3), np.float32)
     if len(out):
         mesh.attributes["position"].data.foreach_get("vector", out.ravel())
@@ -62,7 +62,7 @@ def corner_vertices(mesh: Any) -> NDArray[np.int32]:
 
 
 def read_mesh(mesh: Any) -> MeshArrays:
-    """Positions, triangles and shading normals of a mesh; triangulated as Blender and Cycles do."""
+    """Read positions, triangles and shading normals of a mesh, with the triangulation of Blender and Cycles."""
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
     corners = np.empty((count, 3), np.int32)
@@ -71,7 +71,7 @@ def read_mesh(mesh: Any) -> MeshArrays:
     if count:
         mesh.loop_triangles.foreach_get("loops", corners.ravel())
         mesh.loop_triangle_polygons.foreach_get("value", polygon)
-    # The attribute is absent when all faces use the first material.
+    # The attribute is absent if all faces use the first material.
     attribute = mesh.attributes.get("material_index")
     if attribute is not None and attribute.domain == "FACE" and attribute.data_type == "INT" and count:
         of_polygon = np.empty(len(mesh.polygons), np.int32)

@@ -1,4 +1,7 @@
-"""Evaluated objects as `edgegrad.Mesh`es: those that share a mesh and look alike become instances of one."""
+"""Export of evaluated objects to `edgegrad.Mesh`es.
+
+Objects with the same mesh, materials and settings become instances of one mesh.
+"""
 
 from __future__ import annotations
 
@@ -30,17 +33,17 @@ class Placed:
     Attributes
     ----------
     object
-        Valid while Blender's iterator is at it.
+        Valid only during its step of Blender's iterator.
     source, holder
-        Where it comes from, and the name of the object or its instancer.
+        Origin in Blender, and name of the object or of its instancer.
     slots
-        Names of its materials.
+        Names of the materials.
     visible
-        Kinds of rays that meet it.
+        Kinds of rays that can hit the object.
     random_id
         Blender's random number of the instance.
     apart
-        Whether instances of different holders must not be shared (lights are linked to holders).
+        Whether instances of different holders need separate meshes, since lights are linked to holders.
     """
 
     object: Any
@@ -54,7 +57,10 @@ class Placed:
 
 @dataclass
 class Group:
-    """Placements of one mesh with the same looks; `corner_count` is that of Blender's mesh."""
+    """Instances of one mesh with equal materials and settings.
+
+    `corner_count` is the number of corners of Blender's mesh.
+    """
 
     arrays: MeshArrays
     attributes: dict[str, F32]
@@ -67,7 +73,7 @@ class Group:
 
 
 class PlacedMeshes:
-    """Collects evaluated objects while Blender's iterator runs; `build` then makes the scene's meshes."""
+    """Collects evaluated objects while Blender's iterator runs; `build` then makes the meshes of the scene."""
 
     def __init__(self, report: Report) -> None:
         self._report = report
@@ -75,7 +81,7 @@ class PlacedMeshes:
         self._groups: dict[tuple[Any, ...], Group] = {}
 
     def add(self, placed: Placed, names: set[str]) -> None:
-        """Read an object's mesh with the attributes of these names."""
+        """Read the mesh of an object, with the attributes of these names."""
         ob, data = placed.object, placed.object.data
         pointer = data.as_pointer()
         if pointer not in self._arrays:
@@ -99,11 +105,11 @@ class PlacedMeshes:
         self._groups[key].holders.append(placed.holder)
 
     def groups(self) -> list[Group]:
-        """What has been read: meshes, each with all its placements."""
+        """Return the collected meshes, each with all its instances."""
         return list(self._groups.values())
 
     def build(self, sources: dict[str, Source]) -> dict[str, edgegrad.Mesh]:
-        """The scene's meshes by name; writes where each comes from into `sources`."""
+        """Make the meshes of the scene by name; store the origin of each in `sources`."""
         from .scene import unused_name
 
         out: dict[str, edgegrad.Mesh] = {}
@@ -122,19 +128,19 @@ class PlacedMeshes:
 
 
 def _terminator(ob: Any) -> float:
-    """Shadow terminator geometry offset: the object's own from Blender 5.0 on, Cycles' before."""
+    """Read the shadow terminator geometry offset: an object property from Blender 5.0 on, of Cycles before."""
     if hasattr(ob, "shadow_terminator_geometry_offset"):
         return float(ob.shadow_terminator_geometry_offset)
     return float(getattr(getattr(ob, "cycles", None), "shadow_terminator_geometry_offset", 0.0))
 
 
 def _materials(group: Group) -> dict[str, Any]:
-    # Cycles takes the last slot for indices beyond it.
+    # Cycles uses the last slot for larger indices.
     return {"materials": group.slots, "face_material": np.clip(group.arrays.slots, 0, len(group.slots) - 1)}
 
 
 def _in_own_space(group: Group) -> edgegrad.Mesh:
-    """The mesh in Blender's object space."""
+    """Make a mesh in object space."""
     arrays = group.arrays
     vertices = arrays.positions.astype(np.float64)
     normals = None
@@ -147,9 +153,10 @@ def _in_own_space(group: Group) -> edgegrad.Mesh:
 
 
 def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
-    """The mesh where it stands, with the front of its faces outside even if it is mirrored.
+    """Make a mesh in world space; a mirrored mesh keeps the orientation of its faces.
 
-    Its vertices are in the world, unless it has tangents and is scaled unevenly, which only a transform expresses.
+    A mesh with tangents and a non-uniform scale stays in object space and gets a transform, since tangents in world
+    space cannot express such a scale.
     """
     arrays = group.arrays
     linear = matrix[:3, :3]
@@ -159,7 +166,7 @@ def _in_world(group: Group, matrix: F64) -> edgegrad.Mesh:
     vertices = np.ascontiguousarray(arrays.positions @ linear.T + matrix[:3, 3], np.float64)
     faces, smoothing, normals = arrays.faces, arrays.smoothing, None
     if smoothing is not None and arrays.normals is not None and not flat:
-        # Stretching changes angles, and with them the normals that the triangles would give.
+        # A non-uniform scale changes the angles of the triangles, and thus the angle-weighted normals.
         given = arrays.normals @ np.linalg.inv(linear)
         normals = given_normals(vertices, faces, smoothing, given, arrays.exact and not stretches(linear))
     attributes = {

@@ -1,27 +1,27 @@
-"""Walking through shader nodes: reroutes, muted nodes and node groups are looked through."""
+"""Traversal of shader node links; reroutes, muted nodes and node groups are followed to the actual source."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-PASSED_THROUGH = 256  # sockets in a row, after which the walk gives up
+PASSED_THROUGH = 256  # largest number of reroutes, muted nodes and groups that are followed
 
 Groups = tuple[Any, ...]  # group nodes around a node, outermost first
 
 
 class Feed(NamedTuple):
-    """What feeds an input.
+    """Source of the value of an input.
 
     Attributes
     ----------
     output
-        The socket of the node that does; None: nothing.
+        Output socket that is linked to the input; None: there is none.
     input
-        Without one, the input whose own value counts; None: none does, the value is zero.
+        Without `output`: input socket whose own value is used; None: the value is zero.
     groups
-        Group nodes around either of them.
+        Group nodes around this socket, outermost first.
     through
-        Types of the sockets between, from the asking input on; each converts the value.
+        Types of the sockets on the way, starting at the requested input; each of them converts the value.
     """
 
     output: Any
@@ -31,7 +31,7 @@ class Feed(NamedTuple):
 
 
 def feed(socket: Any, groups: Groups = ()) -> Feed:
-    """What feeds an input socket of a node inside these groups."""
+    """Find the source of an input socket of a node inside these groups."""
     through: list[str] = []
     for _ in range(PASSED_THROUGH):
         link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
@@ -43,7 +43,7 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
             socket = node.inputs[0]
             continue
         if node.mute:
-            # Internal links run from a muted node's input to its output.
+            # Internal links connect inputs of a muted node to its outputs.
             inner = next((pass_.from_socket for pass_ in node.internal_links if pass_.to_socket == output), None)
         elif node.type == "GROUP":
             end = group_output(node)
@@ -62,30 +62,30 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
 
 
 def group_output(node: Any) -> Any:
-    """The node whose inputs are a group node's outputs; None: it has none."""
+    """Return the node whose inputs are the outputs of a group node; None if there is none."""
     if node.node_tree is None:
         return None
     return next((n for n in node.node_tree.nodes if n.type == "GROUP_OUTPUT" and n.is_active_output), None)
 
 
 def by_identifier(sockets: Any, identifier: str) -> Any:
-    """The socket of this identifier, else of this name (identifiers stay when Blender renames sockets)."""
+    """Return the socket of this identifier, else of this name (Blender versions rename sockets, not identifiers)."""
     found = next((s for s in sockets if s.identifier == identifier), None)
     return found if found is not None else next((s for s in sockets if s.name == identifier), None)
 
 
 def source(socket: Any) -> Any:
-    """The output socket that feeds an input of a tree's outermost level; None if there is none."""
+    """Return the output socket that is linked to an input at the outermost level of a tree; None if there is none."""
     return feed(socket).output
 
 
 def label(node: Any, groups: Groups = ()) -> str:
-    """A node's name with those of the groups around it."""
+    """Return the name of a node, preceded by the names of the groups around it."""
     return " / ".join([*(group.name for group in groups), node.name])
 
 
 def own_value_of(socket: Any) -> float | tuple[float, ...]:
-    """A socket's own number, vector or colour, whatever is linked to it; zero where it has none."""
+    """Return the value that is set at a socket, even if it is linked; zero for a socket without a value."""
     value = getattr(socket, "default_value", 0.0)
     if isinstance(value, (bool, int, float)):
         return float(value)

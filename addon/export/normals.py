@@ -1,4 +1,4 @@
-"""Blender's shading normals as groups of corners that share one."""
+"""Blender's shading normals, as groups of corners with a common normal."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# Normals that differ by less (the sine of 0.1 degrees) are what the triangles give by themselves.
+# Normals count as equal to the angle-weighted normals of the triangles if they differ by less. A larger tolerance
+# ignores custom normals; a smaller one keeps normals that differ by rounding only, and these do not follow moving
+# vertices.
 SAME_NORMAL = 2e-3
 
 F32 = NDArray[np.float32]
@@ -16,20 +18,21 @@ I32 = NDArray[np.int32]
 
 
 def read_normals(mesh: Any, vertex: I32, corners: I32, polygon: I32) -> tuple[I32, F32, bool] | None:
-    """Groups of corners with the same normal, the normals, and whether the triangles certainly give them.
+    """Read groups of corners with equal normals, the normals, and whether they certainly follow from the triangles.
 
     Parameters
     ----------
     vertex
         (c,) vertex of each corner.
     corners
-        (m, 3) the corner that each triangle's corner is.
+        (m, 3) corner of Blender's mesh for each corner of a triangle.
     polygon
-        (m,) each triangle's polygon.
+        (m,) polygon of each triangle.
 
     Returns
     -------
-    (m, 3) group of each triangle's corner, -1 on flat faces; (k, 3) normals by group. None: flat all over.
+    (m, 3) group of each triangle corner, -1 on flat faces; (k, 3) normal of each group; and the flag. None: the whole
+    mesh is flat.
     """
     custom = bool(mesh.has_custom_normals)
     if mesh.normals_domain == "FACE" and not custom:
@@ -60,19 +63,19 @@ def corner_normals(mesh: Any) -> F32:
 
 
 def _usable(normals: F32) -> F32:
-    """Normals of loose vertices and of faces without area are zero, which no normal may be."""
+    """Replace zero normals, which loose vertices and degenerate faces have, by +Z: a normal must not be zero."""
     normals[~(np.abs(normals).max(axis=1, initial=0.0) > 0.0)] = (0.0, 0.0, 1.0)
     return normals
 
 
 def _grouped(vertex: I32, normals: F32) -> tuple[I32, NDArray[np.int64]]:
-    """Group of each corner by vertex and normal (to the bit), and the first corner of each group."""
+    """Group the corners by vertex and by the bits of the normal; also return the first corner of each group."""
     _, first, group = np.unique(bits(vertex, normals), return_index=True, return_inverse=True)
     return group.reshape(-1).astype(np.int32), first
 
 
 def bits(*columns: NDArray[Any]) -> NDArray[np.uint64]:
-    """A 64 bit hash (FNV-1a on words) of each row; rows are told apart by it."""
+    """A 64-bit hash (FNV-1a on words) of each row, which identifies equal rows."""
     prime, out = np.uint64(0x100000001B3), np.uint64(0xCBF29CE484222325)
     result = np.full(len(columns[0]), out)
     for column in columns:
@@ -86,14 +89,14 @@ def bits(*columns: NDArray[Any]) -> NDArray[np.uint64]:
 
 
 def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact: bool) -> F64 | None:
-    """The normals if they differ from the triangles' angle-weighted ones, else None.
+    """Return unit normals if they differ from the angle-weighted normals of the triangles, else None.
 
     Parameters
     ----------
     normals
         (k, 3) in the space of the vertices, of any length.
     exact
-        Whether they are known not to differ.
+        Whether they certainly do not differ.
     """
     if exact:
         return None
@@ -104,7 +107,7 @@ def given_normals(vertices: F64, faces: I32, smoothing: I32, normals: F64, exact
 
 
 def angle_weighted(vertices: F64, faces: I32, smoothing: I32, count: int) -> F64:
-    """(count, 3) unit normals of groups of corners: the mean of their faces' normals, weighted by the angles."""
+    """(count, 3) unit normals of groups of corners: mean of the face normals, weighted by the corner angles."""
     corner = vertices[faces]
     ahead = corner[:, [1, 2, 0]] - corner
     ahead /= np.maximum(np.sqrt(np.einsum("fck,fck->fc", ahead, ahead)), 1e-30)[..., None]

@@ -1,4 +1,4 @@
-"""Nodes that compute: numbers, vectors, colours, ramps and curves."""
+"""Translation of nodes that compute numbers, vectors and colours, and of ramps and curves."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ def _curves(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     def row(x: float) -> Any:
         if len(curves) == 1:
             return (mapping.evaluate(curves[0], x),) * 3
-        if len(curves) == 4:  # the last one is applied to all channels first
+        if len(curves) == 4:  # the last curve is applied first, to all channels
             x = mapping.evaluate(curves[3], x)
         return tuple(mapping.evaluate(c, x) for c in curves[:3])
 

@@ -1,4 +1,4 @@
-"""Nodes that say where a ray has met which surface: coordinates, attributes, objects, rays."""
+"""Translation of nodes that describe the hit point: coordinates, attributes, object and ray."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Rows = tuple[tuple[float, float, float, float], ...]
 
 
 def rows(matrix: Any) -> Any:
-    """The first three rows of a matrix as `edgegrad.expression.Transform` takes them."""
+    """Convert the first three rows of a matrix to the form of `edgegrad.expression.Transform`."""
     return tuple(tuple(float(c) for c in row) for row in np.asarray(matrix, np.float64)[:3])
 
 
 def unreadable(node: Any, groups: Groups, what: str) -> Unreadable:
-    """The error for a part of a node that no expression stands for."""
+    """Make the error for a part of a node that no expression can represent."""
     return Unreadable(f"node '{label(node, groups)}' ({what})")
 
 
@@ -41,7 +41,7 @@ def _uv_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 @reads("TEX_COORD")
 def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if node.from_instancer and output.identifier in ("Generated", "UV"):
-        reader.note(f"node '{label(node, groups)}' takes the coordinates of the object, not of its instancer")
+        reader.note(f"node '{label(node, groups)}' uses the coordinates of the object, not of its instancer")
     name = output.identifier
     if name == "Generated":
         return attributes.layer(attributes.GENERATED)
@@ -110,9 +110,9 @@ def _light_path(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
     if name == "Is Reflection Ray":
         return e.Math("ADD", e.LightPath("DIFFUSE"), e.LightPath("GLOSSY"))
     if name == "Ray Depth":
-        reader.note(f"'{name}' of node '{label(node, groups)}' is 0 for camera rays, else 1")
+        reader.note(f"'{name}' of node '{label(node, groups)}' is 0 for camera rays and 1 for all other rays")
         return e.Math("SUBTRACT", 1.0, e.LightPath("CAMERA"))
-    reader.note(f"'{name}' of node '{label(node, groups)}' is taken to be 0")
+    reader.note(f"'{name}' of node '{label(node, groups)}' is replaced by 0")
     return 0.0
 
 
@@ -132,13 +132,14 @@ def _normal(reader: Reader, node: Any, groups: Groups) -> Operand | None:
         found: Operand | None = reader.get_or(node, "Normal", groups, None)
         return found
     except Unreadable as error:
-        reader.note(f"the normal of node '{label(node, groups)}' is the smooth one, as {error} can't be read")
+        reader.note(f"node '{label(node, groups)}' uses the smooth normal, since {error} can't be read")
         return None
 
 
 @reads("BUMP", "NORMAL_MAP", "BEVEL")
 def _disturbed_normal(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    reader.note(f"the smooth normal stands for node '{label(node, groups)}' where it isn't linked to a shader's normal")
+    reader.note(f"node '{label(node, groups)}' is replaced by the smooth normal where it is not linked to a shader's "
+                "normal")
     return e.Coordinates("NORMAL")
 
 
@@ -147,7 +148,7 @@ def _blackbody(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
     temperature = reader.get(node, "Temperature", groups)
     if isinstance(temperature, e.Expression) or bpy.app.version < (4, 5, 0):
         raise unreadable(node, groups, node.bl_label)
-    # A light of that temperature has the colour; there is no other way to ask Blender for it.
+    # Blender converts a temperature to a colour only as a property of a light.
     light = bpy.data.lights.new("Edgegrad temperature", "POINT")
     try:
         light.temperature = float(temperature[0] if isinstance(temperature, tuple) else temperature)

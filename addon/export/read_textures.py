@@ -1,4 +1,4 @@
-"""Image and procedural textures."""
+"""Translation of image and procedural texture nodes."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .nodes import Groups, label
 INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "Smart": "CUBIC"}
 
 
-# Linear colours of codes, as a curve.
+# Conversion of code values to linear light, as the table of a curve.
 FROM_CODES = tuple((float(c),) * 3 for c in FROM_SRGB)
 
 
 def read_image(reader: Reader, node: Any, groups: Groups, codes: bool = False) -> str:
-    """Name of a node's image in the scene."""
+    """Read the image of a node, and return its name in the scene."""
     if node.image is None or reader.images is None:
         raise Unreadable(f"node '{label(node, groups)}' (no image)")
     try:
@@ -56,7 +56,7 @@ def _environment(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
 
 
 def _place(reader: Reader, node: Any, groups: Groups) -> Operand:
-    """The vector of a procedural texture: generated coordinates where nothing is linked."""
+    """Translate the vector of a procedural texture; generated coordinates if nothing is linked."""
     value: Operand = reader.get_or(node, "Vector", groups, attributes.layer(attributes.GENERATED))
     return value
 
@@ -81,7 +81,7 @@ def _white_noise(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
 
 
 def _inputs(reader: Reader, node: Any, groups: Groups, *names: str) -> dict[str, Any]:
-    """Fields of an expression -> what the inputs receive that are called like them ("Detail Scale")."""
+    """Translate inputs, by name of the corresponding field ("Detail Scale" -> "detail_scale")."""
     return {name.lower().replace(" ", "_"): reader.get(node, name, groups) for name in names}
 
 

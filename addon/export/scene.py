@@ -1,4 +1,8 @@
-"""The whole scene: walks the evaluated instances, and puts together what the readers find."""
+"""Export of the whole scene.
+
+The export visits the evaluated instances twice. The first pass reads the materials, which say which attributes the
+meshes need. The second pass reads meshes and lights. Then materials and the world are baked where needed.
+"""
 
 from __future__ import annotations
 
@@ -31,18 +35,18 @@ BAKE_RESOLUTION = 1024
 
 @dataclass
 class Source:
-    """Where an exported mesh or light comes from.
+    """Origin in Blender of an exported mesh or light.
 
     Attributes
     ----------
     object, data
-        Names of Blender's object and of its original data.
+        Name of Blender's object, and name of its original data.
     matrix
-        (4, 4) from the object's space to the world's.
+        (4, 4) transform from object space to world space.
     instance
-        Whether it was made by an instancer, or stands for several objects.
+        Whether an instancer made it, or whether it represents several objects.
     objects
-        Names of all objects that it stands for.
+        Names of all objects that it represents.
     holder
         Full name of the object, or of its instancer.
     """
@@ -57,7 +61,7 @@ class Source:
 
 @dataclass
 class Export:
-    """An exported scene and where its parts come from; keys are the scene's own."""
+    """An exported scene and the origin of its parts, by their names in the scene."""
 
     scene: edgegrad.Scene
     settings: RenderSettings = field(default_factory=RenderSettings)
@@ -70,26 +74,26 @@ class Export:
 
 def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAKE_RESOLUTION,
                  coded: bool = True) -> Export:  # fmt: skip
-    """Export what is rendered.
+    """Export all objects that are rendered.
 
     Parameters
     ----------
     scene
         Blender's scene.
     depsgraph
-        Its evaluated dependency graph (``context.evaluated_depsgraph_get()``); viewport settings of modifiers.
+        Evaluated dependency graph (``context.evaluated_depsgraph_get()``), with the viewport settings of modifiers.
     camera
-        Camera object; None: the scene's active one.
+        Camera object; None: the active camera of the scene.
     bake
-        Width and height, in pixels, of the images that take what no expression stands for (an environment's has half
-        the height); 0: nothing is baked.
+        Width and height, in pixels, of baked images (the image of an environment has half the height); 0: nothing is
+        baked.
     coded
-        Whether 8 bit sRGB images may be held as codes, as `Images` says; False: for the means of their colours.
+        Whether 8-bit sRGB images may be stored as code values (`Images`); False if mean colours are needed.
 
     Raises
     ------
     Problem
-        If there is no camera, or it can't be rendered.
+        If there is no camera, or a camera of an unsupported type.
     """
     camera = camera or scene.camera
     if camera is None:
@@ -100,14 +104,14 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     images = Images(coded=coded)
     shown = rendered_objects(depsgraph.view_layer)
     walk = _Walk(depsgraph, shown, out)
-    # Materials are read before meshes, as they say which attributes these need, and not while Blender's
-    # iterator lives, as reading may make data of its own.
+    # Materials are read before meshes, which need the names of the attributes. They are read outside Blender's
+    # iterator, since reading may create data and thus invalidate the iterator.
     for material in walk.materials():
         out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
     world = read_world(scene, images, report)
     meshes = walk.meshes_and_lights()
     for name in not_evaluated(depsgraph, shown):
-        report.warn(f"object '{name}'", "is hidden in the viewport, so it isn't evaluated; it is left out")
+        report.warn(f"object '{name}'", "is hidden in the viewport, so Blender does not evaluate it; it is left out")
     bake_materials(out, meshes, images, depsgraph, bake)
     if world.baked:
         bake_world(world, scene, images, bake, report)
@@ -125,7 +129,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
 
 
 def _world_to_camera(view: edgegrad.Camera) -> NDArray[np.float64]:
-    # In Cycles' camera space Z is the depth.
+    # In Cycles' camera space, Z is the depth.
     flip = np.diag(np.array([1.0, 1.0, -1.0, 1.0]))
     return np.asarray(flip @ np.linalg.inv(view.to_world), np.float64)
 
@@ -135,7 +139,7 @@ def _key(material: Any) -> str:
 
 
 class _Walk:
-    """Two walks over the evaluated instances: one for materials, one for meshes and lights."""
+    """The two passes over the evaluated instances: one for materials, one for meshes and lights."""
 
     def __init__(self, depsgraph: Any, shown: set[str], out: Export) -> None:
         self.depsgraph = depsgraph
@@ -144,7 +148,7 @@ class _Walk:
         self.linking = uses_linking(depsgraph.view_layer)
 
     def _instances(self) -> Any:
-        """(instance, object, object or instancer) of all that is rendered; each is valid in its turn only."""
+        """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
         for instance in self.depsgraph.object_instances:
             ob = instance.object
             if ob.type not in ("MESH", "LIGHT"):
@@ -157,7 +161,7 @@ class _Walk:
             yield instance, ob, holder
 
     def materials(self) -> list[Any]:
-        """All materials (original) in use, None for faces without one."""
+        """List all used original materials; None stands for faces without a material."""
         found: dict[str, Any] = {}
         for _, ob, _ in self._instances():
             if ob.type == "MESH":
@@ -166,7 +170,7 @@ class _Walk:
         return list(found.values())
 
     def meshes_and_lights(self) -> PlacedMeshes:
-        """Reads the meshes, and writes the lights into the export."""
+        """Read the meshes, and write the lights into the export."""
         out = self.out
         meshes = PlacedMeshes(out.report)
         lights: dict[str, Any] = {}
@@ -192,14 +196,14 @@ class _Walk:
 
 
 def _slots(ob: Any) -> list[Any]:
-    """Original materials of an evaluated object's slots, which may be linked to the object or to its data."""
+    """Original materials of the slots of an evaluated object; slots may be linked to the object or to its data."""
     materials = [slot.material for slot in ob.material_slots] or [None]
     return [None if material is None else material.original for material in materials]
 
 
 def unused_name(source: Source, holder: str, taken: Any) -> str:
-    """Object's own name, or "instancer/object", with a number if it is taken."""
-    # The mesh of a text or curve comes as an instance of the object itself.
+    """Return the name of the object, or "instancer/object", with a number if the name is in use."""
+    # Blender lists the mesh of a text or curve as an instance of the object itself.
     base = f"{holder}/{source.object}" if source.instance and holder != source.object else source.object
     name, number = base, 1
     while name in taken:
@@ -208,17 +212,21 @@ def unused_name(source: Source, holder: str, taken: Any) -> str:
 
 
 def _warn_of_frames(out: Export) -> None:
-    """A warning for emissive meshes whose normal maps no transform keeps exact: light is sampled in the world."""
+    """Warn of emissive meshes with tangents and a non-uniform scale.
+
+    The vertices of emissive meshes are in world space, where light is sampled, and tangents in world space cannot
+    express such a scale exactly.
+    """
     for name, mesh in out.scene.meshes.items():
         uneven = any(stretches(place[:, :3]) for place in places(mesh))
         framed = any(is_tangent(key, values) for key, values in mesh.attributes.items())
         if uneven and framed and out.scene.emits(name):
-            out.report.warn(f"object '{out.meshes[name].object}'", "emits light and is scaled unevenly, so that its "
+            out.report.warn(f"object '{out.meshes[name].object}'", "emits light and has a non-uniform scale, so its "
                             "normal maps and anisotropy are approximate; apply its scale")  # fmt: skip
 
 
 def _link_lights(out: Export) -> None:
-    """Receivers and blockers of the lights, and a warning for emissive meshes, which light everything."""
+    """Set receivers and blockers of the lights; warn of meshes with light linking, which is not supported."""
     holders = {name: source.holder for name, source in out.meshes.items()}
     for name, source in out.lights.items():
         light, ob = out.scene.lights[name], bpy.data.objects.get(source.object)

@@ -1,4 +1,4 @@
-"""What Blender's render settings say about light paths."""
+"""Light path limits from Blender's render settings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import edgegrad
 
 from ..problem import Report
 
-# Cycles counts scatterings; a path has a segment more at either end, to the camera and to the light.
+# Cycles counts scattering events between surfaces. A path has two more segments: to the camera and to the light.
 SEGMENTS_AROUND_BOUNCES = 2
 
 
@@ -24,11 +24,12 @@ class RenderSettings:
     Attributes
     ----------
     max_depth
-        Path segments (`edgegrad.render`).
+        Largest number of path segments (`edgegrad.render`).
     bounces
-        Most scatterings of each kind.
+        Bounce limits by kind of scattering event.
     clamp_direct, clamp_indirect
-        Cycles' limits of a sample's brightness, 0: none. Pictures here aren't clamped, which would darken them.
+        Cycles' limits of the brightness of a sample; 0: none. Edgegrad does not clamp, since that makes pictures too
+        dark.
     """
 
     max_depth: int = 2
@@ -39,16 +40,18 @@ class RenderSettings:
 
 def render_export(scene: edgegrad.Scene, settings: RenderSettings, samples: int, seed: int = 0,
                   progress: Callable[[float], None] | None = None) -> NDArray[np.float32]:  # fmt: skip
-    """The picture of an exported scene, with the scene's limits of light paths.
+    """Render an exported scene with its light path limits.
 
-    Returns (H, W, 3) float32 as `edgegrad.render`.
+    Returns
+    -------
+    (H, W, 3) float32, as from `edgegrad.render`.
     """
     return edgegrad.Renderer(scene).render(spp=samples, seed=seed, max_depth=settings.max_depth,
                                            bounces=settings.bounces, progress=progress)  # fmt: skip
 
 
 def read_settings(scene: Any, report: Report) -> RenderSettings:
-    """Light path limits of Blender's scene; those of a scene without Cycles' settings are Blender's defaults."""
+    """Read the light path limits of Blender's scene; Blender's defaults if it has no settings of Cycles."""
     cycles = getattr(scene, "cycles", None)
 
     def limit(name: str, default: int) -> int:
@@ -67,5 +70,5 @@ def read_settings(scene: Any, report: Report) -> RenderSettings:
     )
     for kind, value in (("direct", settings.clamp_direct), ("indirect", settings.clamp_indirect)):
         if value > 0.0:
-            report.tell(f"scene '{scene.name}'", f"{kind} light isn't clamped here; Cycles clamps it to {value:g}")
+            report.tell(f"scene '{scene.name}'", f"{kind} light is not clamped; Cycles clamps it to {value:g}")
     return settings

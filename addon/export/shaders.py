@@ -1,4 +1,4 @@
-"""Trees of Mix and Add shaders as weighted sums, and what each shader node is as an `edgegrad.Material`."""
+"""Translation of trees of Mix and Add shaders to weighted sums of closures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from . import attributes
 from .expressions import Reader, Unreadable, folded, number, rgb
 from .nodes import Feed, Groups, by_identifier, feed, label, own_value_of
 
-# Fields with a range of their own; all other numbers are shares in [0, 1].
+# Ranges of fields; all other numbers are in [0, 1].
 RANGES = {"ior": (1e-3, 1e3), "coat_ior": (1.0, 1e3), "anisotropy": (-1.0, 1.0), "anisotropy_rotation": (-1e6, 1e6),
           "specular_ior_level": (0.0, 1e3), "specular_tint": (0.0, 1e3), "emission": (0.0, 1e9),
           "normal_strength": (0.0, 1e3), "coat_tint": (0.0, 1e3), "sheen_tint": (0.0, 1e3)}  # fmt: skip
@@ -33,7 +33,7 @@ class Part:
 
 
 def parts(reader: Reader, surface: Feed, weight: Operand = 1.0) -> Iterator[Part]:
-    """The shaders that a tree of Mix and Add shaders sums; weights are multiplied along the way."""
+    """Yield the shaders in a tree of Mix and Add shaders, each with the product of the weights on its path."""
     if surface.output is None:
         return
     node, groups = surface.output.node, surface.groups
@@ -44,23 +44,23 @@ def parts(reader: Reader, surface: Feed, weight: Operand = 1.0) -> Iterator[Part
         try:
             factor = folded(reader.value(node.inputs[0], groups))
         except Unreadable as error:
-            reader.note(f"the factor of node '{label(node, groups)}' is its own value, as {error} can't be read")
+            reader.note(f"node '{label(node, groups)}' uses its socket's value as factor, since {error} can't be read")
             factor = float(node.inputs[0].default_value)
         if not isinstance(factor, Expression):
             factor = float(np.clip(number(factor) or 0.0, 0.0, 1.0))
-            shares: tuple[Operand, Operand] = (1.0 - factor, factor)
+            weights: tuple[Operand, Operand] = (1.0 - factor, factor)
         else:
             second = e.Clamp(factor)
-            shares = (e.Math("SUBTRACT", 1.0, second), second)
-        for socket, share in zip(node.inputs[1:3], shares, strict=True):
-            if share != 0.0:
-                yield from parts(reader, feed(socket, groups), product(weight, share))
+            weights = (e.Math("SUBTRACT", 1.0, second), second)
+        for socket, part in zip(node.inputs[1:3], weights, strict=True):
+            if part != 0.0:
+                yield from parts(reader, feed(socket, groups), product(weight, part))
     else:
         yield Part(node, groups, weight)
 
 
 def product(a: Operand, b: Operand) -> Operand:
-    """Product of two numbers."""
+    """Return the product of two numbers or expressions."""
     if not isinstance(a, Expression) and not isinstance(b, Expression):
         return float(number(a) or 0.0) * float(number(b) or 0.0)
     if a == 1.0 or b == 1.0:
@@ -69,13 +69,14 @@ def product(a: Operand, b: Operand) -> Operand:
 
 
 @dataclass
-class Leaf:
-    """Fills a `Material` from one shader node's inputs.
+class Closure:
+    """Fills the `Material` of one closure from the inputs of its shader node.
 
     Attributes
     ----------
     bake_normal
-        Called with the feed of a Normal input that no normal map gives; the expression of a baked normal map.
+        Called with the feed of a Normal input that is not a normal map; returns the expression of a baked normal
+        map.
     """
 
     reader: Reader
@@ -85,7 +86,7 @@ class Leaf:
     bake_normal: Callable[[Feed], Expression | None] | None = None
 
     def note(self, text: str) -> None:
-        """Note an approximation of this node."""
+        """Add a note on an approximation of this node."""
         self.reader.note(f"node '{label(self.node, self.groups)}': {text}")
 
     def has(self, name: str) -> bool:
@@ -93,20 +94,20 @@ class Leaf:
         return by_identifier(self.node.inputs, name) is not None
 
     def read(self, name: str) -> Operand:
-        """What an input receives; its own value, with a note, if that can't be read."""
+        """Translate an input; if that fails, use the value set at its socket and add a note."""
         socket = by_identifier(self.node.inputs, name)
         try:
             return folded(self.reader.value(socket, self.groups))
         except Unreadable as error:
-            self.note(f"'{name}' is its own value, as {error} can't be read")
+            self.note(f"'{name}' is its socket's value, since {error} can't be read")
             return own_value_of(socket)
 
     def own(self, name: str) -> Operand:
-        """An input's own value, whatever is linked to it."""
+        """Return the value that is set at an input, even if it is linked."""
         return own_value_of(by_identifier(self.node.inputs, name))
 
     def set(self, field: str, name: str) -> None:
-        """Take a field of the material from an input."""
+        """Set a field of the material from an input."""
         self.put(field, self.read(name), self.own(name))
 
     def put(self, field: str, value: Operand, fallback: Operand) -> None:
@@ -125,13 +126,13 @@ class Leaf:
         setattr(self.material, field, clipped if field in COLORS else float(clipped[0]))
 
     def set_all(self, names: dict[str, str]) -> None:
-        """`set` for each field -> input that the node has."""
+        """Call `set` for each pair field -> input whose input the node has."""
         for field, name in names.items():
             if self.has(name):
                 self.set(field, name)
 
     def emission(self, color: str, strength: str) -> None:
-        """Emission of a colour times a strength."""
+        """Set the emission to the product of a colour input and a strength input."""
         own = rgb(self.own(color)) * (number(self.own(strength)) or 0.0)  # type: ignore[operator]
         a, b = self.read(color), self.read(strength)
         constant, factor = rgb(a), number(b)
@@ -146,7 +147,7 @@ class Leaf:
         self.put("emission", e.VectorMath("MULTIPLY", a, b), tuple(np.maximum(own, 0.0)))
 
     def normal(self, name: str = "Normal") -> None:
-        """Normal maps in tangent space are read, anything else linked to a shader's normal is baked."""
+        """Set the normal map. Tangent-space normal maps are translated; other nodes at a Normal input are baked."""
         socket = by_identifier(self.node.inputs, name)
         found = None if socket is None else feed(socket, self.groups)
         if found is None or found.output is None:
@@ -155,12 +156,12 @@ class Leaf:
         if node.type == "NEW_GEOMETRY" and found.output.identifier == "Normal":
             return
         if node.type == "NORMAL_MAP" and node.space == "TANGENT":
-            inner = Leaf(self.reader, node, found.groups, self.material)
+            inner = Closure(self.reader, node, found.groups, self.material)
             color, strength = inner.read("Color"), inner.read("Strength")
             if number(strength) == 0.0:
                 return
             inner.put("normal_strength", strength, inner.own("Strength"))
-            # A normal map counts only if it is a texture; a constant one is an expression, too.
+            # The material uses a normal map only if it is a texture, so a constant becomes an expression.
             constant = rgb(color)
             if constant is not None:
                 if np.allclose(constant, (0.5, 0.5, 1.0)):
@@ -171,13 +172,13 @@ class Leaf:
             return
         baked = None if self.bake_normal is None else self.bake_normal(found)
         if baked is None:
-            self.note(f"what node '{label(node, found.groups)}' does to its normal is left out")
+            self.note(f"the effect of node '{label(node, found.groups)}' on its normal is left out")
             return
         self.put("normal", baked, (0.5, 0.5, 1.0))
         self.material.normal_uv = attributes.BAKED_UV
 
     def tangent(self) -> None:
-        """The direction that anisotropy is relative to: a UV map's, or around the object's Z axis."""
+        """Set the tangents for anisotropy: those of a UV map, or those around the Z axis of the object."""
         if self.material.anisotropy == 0.0 and "anisotropy" not in self.material.textures:
             return
         socket = by_identifier(self.node.inputs, "Tangent")
@@ -187,7 +188,7 @@ class Leaf:
         if node is not None and node.type == "TANGENT" and node.direction_type == "UV_MAP":
             uv = node.uv_map or attributes.ACTIVE_UV
         elif node is not None and not (node.type == "TANGENT" and node.axis == "Z"):
-            self.note("its tangent can't be read; anisotropy turns around the object's Z axis")
+            self.note("its tangent can't be read; anisotropy uses tangents around the object's Z axis")
         if "normal" not in self.material.textures:
             self.material.normal_uv = uv
         elif uv != self.material.normal_uv:

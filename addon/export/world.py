@@ -1,4 +1,4 @@
-"""The world: a colour, an environment image, or whatever Cycles makes of its nodes as an image."""
+"""Export of the world: a colour, an environment image, or a request to bake its nodes to an image."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from .visibility import RAYS
 
 @dataclass
 class WorldReading:
-    """The world, and the light of its sky's sun, if it has one.
+    """The exported world, and the sun lights of its sky textures.
 
     Attributes
     ----------
     baked
-        Whether its nodes have to be baked.
+        Whether the nodes of the world must be baked.
     """
 
     value: edgegrad.World
@@ -35,7 +35,7 @@ class WorldReading:
 
 
 def read_world(scene: Any, images: Images, report: Report) -> WorldReading:
-    """The environment of Blender's scene."""
+    """Read the world of Blender's scene."""
     world = scene.world
     if scene.render.film_transparent:
         report.warn(f"scene '{scene.name}'", "its film is transparent, but the world is rendered as background")
@@ -63,7 +63,7 @@ def _visible_to(world: Any) -> frozenset[str]:
 
 
 def _background(surface: nodes.Feed, images: Images, where: str, report: Report) -> edgegrad.World | None:
-    """A Background node of constant strength and a constant colour or a turned environment image, else None."""
+    """Read a Background node of constant strength with a constant colour or a rotated environment image, else None."""
     node, groups = surface.output.node, surface.groups
     if node.type not in ("BACKGROUND", "EMISSION"):
         return None
@@ -99,7 +99,7 @@ def _with_image(out: edgegrad.World, color: e.Operand, where: str, report: Repor
 
 
 class _Directions(Reader):
-    """Reads a world's nodes: coordinates are the direction of the ray."""
+    """Translates the nodes of a world, whose coordinates are the direction of the ray."""
 
     def __init__(self, images: Images) -> None:
         super().__init__(images)
@@ -120,7 +120,7 @@ DIRECTION = e.Attribute("(direction)")
 
 
 def _rotation(vector: e.Operand) -> NDArray[np.float64] | None:
-    """(3, 3) the rotation that a chain of Mapping nodes does to the direction; None: it is something else."""
+    """(3, 3) rotation by a chain of Mapping nodes; None if the vector is not a rotated direction of the ray."""
     out = np.eye(3)
     while isinstance(vector, e.Transform):
         matrix = np.array(vector.matrix)
@@ -130,5 +130,5 @@ def _rotation(vector: e.Operand) -> NDArray[np.float64] | None:
             return None
         out = out @ (linear / scale)
         vector = vector.vector
-    turned = np.allclose(out @ out.T, np.eye(3), atol=1e-5)
-    return out if vector == DIRECTION and turned else None
+    is_rotation = np.allclose(out @ out.T, np.eye(3), atol=1e-5)
+    return out if vector == DIRECTION and is_rotation else None

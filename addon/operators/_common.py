@@ -1,4 +1,4 @@
-"""What the operators share: messages and pictures in Blender."""
+"""Shared by the operators: messages and pictures in Blender."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from ..problem import Problem, Report
 from ..status import STATUS
 
-# What a person can put right; anything else is a defect and shows with its traceback.
+# Errors that the user can correct. Any other exception is a defect of Edgegrad and shows its traceback.
 EXPECTED = (Problem, ValueError, OSError, FloatingPointError, ImportError)
 
 
 def tell(operator: Any, report: Report, notes: Sequence[str] = ()) -> None:
-    """Pass an export's warnings, and notes on what derivatives leave out, to Blender's message area and the panel."""
+    """Show the warnings of an export, and notes on the derivatives, in Blender's message area and in the panel."""
     STATUS.say(report.lines, notes)
     for line in report.lines:
         operator.report({"WARNING"}, line)
@@ -26,13 +26,13 @@ def tell(operator: Any, report: Report, notes: Sequence[str] = ()) -> None:
 
 
 def refuse(operator: Any, error: BaseException) -> set[str]:
-    """Report an error; returns what the operator returns."""
+    """Report an error; return the result of the operator."""
     operator.report({"ERROR"}, str(error))
     return {"CANCELLED"}
 
 
 def show(name: str, pixels: NDArray[Any]) -> Any:
-    """Make the picture (H, W, 3), linear, row 0 on top, an image in Blender; replaces one of the same name."""
+    """Show a linear picture (H, W, 3), row 0 on top, as an image in Blender; replace an image of the same name."""
     height, width = pixels.shape[:2]
     image = bpy.data.images.get(name)
     if image is not None and tuple(image.size) != (width, height):
@@ -49,14 +49,14 @@ def show(name: str, pixels: NDArray[Any]) -> Any:
 
 
 def _open(image: Any) -> None:
-    """Show the image in an Image Editor; where there is none, open one as the preferences say for renders."""
+    """Show the image in an Image Editor; if there is none, open one as set in the preferences for renders."""
     if bpy.app.background:
         return
     editor = _image_editor()
     if editor is None:
         bpy.ops.render.view_show("INVOKE_DEFAULT")
         editor = _image_editor()
-    if editor is not None:  # else the preferences keep the window as it is
+    if editor is not None:  # None if the preferences do not open an editor
         editor.spaces.active.image = image
 
 

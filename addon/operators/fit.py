@@ -1,4 +1,4 @@
-"""edgegrad.fit"""
+"""The operator edgegrad.fit."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ..status import STATUS, redraw
 from . import _common
 
 POLL_SECONDS = 0.1
-# Looking around is allowed while a fit runs, editing isn't.
+# Events that pass to Blender while a fit runs: the user may navigate, but not edit.
 NAVIGATION = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "MOUSEMOVE", "TRACKPADPAN", "TRACKPADZOOM"}
 
 
 class Job:
-    """A fit in its own thread, which touches nothing of Blender."""
+    """A fit in its own thread, which does not access Blender's data."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -35,7 +35,7 @@ class Job:
     def _run(self) -> None:
         try:
             self.result = self.session.run(callback=self._tell, progress=self._check)
-        except BaseException as error:  # shown by the operator: nothing else sees a thread's exception
+        except BaseException as error:  # the operator reports it: Python drops exceptions of threads
             self.error = error
 
     def _tell(self, step: Any) -> str | None:
@@ -43,7 +43,7 @@ class Job:
         return self.stop_as
 
     def _check(self, fraction: float) -> None:
-        """Called many times per iteration: going back to the start need not wait for a step's end."""
+        """Cancel the fit if requested. It is called many times per iteration, so a cancellation takes effect soon."""
         self.fraction = fraction
         if self.stop_as == "restore":
             raise edgegrad.Cancelled
@@ -54,12 +54,12 @@ class Job:
         return self._thread.is_alive()
 
     def wait(self) -> None:
-        """Until the thread has ended."""
+        """Wait until the thread has ended."""
         self._thread.join()
 
 
 class Fit(bpy.types.Operator):
-    """Move the chosen parameters until the cameras see their target pictures. Esc: back to the start; Enter: stop"""
+    """Change the chosen parameters until the pictures match their targets. Esc: cancel; Enter: stop, keep the best"""
 
     bl_idname = "edgegrad.fit"
     bl_label = "Fit"
@@ -68,7 +68,7 @@ class Fit(bpy.types.Operator):
     _job: Job | None = None
 
     def execute(self, context: Any) -> set[str]:
-        """Run to the end; Blender waits (background mode, scripts)."""
+        """Run the fit while Blender waits (background mode, scripts)."""
         try:
             session = Session.prepare(context, request(context))
             result = session.run()
@@ -80,7 +80,7 @@ class Fit(bpy.types.Operator):
         return {"FINISHED"}
 
     def invoke(self, context: Any, _: Any) -> set[str]:
-        """Run in a thread, with a progress line, until done or Esc."""
+        """Run the fit in a thread, with a progress bar, until it ends or the user stops it."""
         try:
             session = Session.prepare(context, request(context))
         except _common.EXPECTED as error:
@@ -107,7 +107,7 @@ class Fit(bpy.types.Operator):
         return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
 
     def cancel(self, context: Any) -> None:
-        """Blender closes, or loads another file."""
+        """Stop the fit, since Blender closes or loads another file."""
         if self._job is not None:
             self._job.stop_as = "restore"
             self._job.wait()
@@ -140,7 +140,7 @@ class Fit(bpy.types.Operator):
             text += "   stopping"
         STATUS.fraction, STATUS.text = job.fraction, text
         redraw()
-        context.workspace.status_text_set(f"Edgegrad: {text}   Esc: back to the start   Enter: stop and keep the best")
+        context.workspace.status_text_set(f"Edgegrad: {text}   Esc: cancel   Enter: stop and keep the best")
 
     def _clean_up(self, context: Any) -> None:
         context.window_manager.event_timer_remove(self._timer)

@@ -1,6 +1,6 @@
-"""edgegrad.gradient"""
+"""The operator edgegrad.gradient."""
 
-# No postponed annotations in this file: Blender reads properties from them.
+# This file has no postponed annotations, since Blender reads properties from annotations.
 from typing import Any
 
 import bpy
@@ -14,7 +14,7 @@ from . import _common
 
 
 class Gradient(bpy.types.Operator):
-    """Show how the picture changes with the chosen parameters: red is brighter, blue darker, white the same"""
+    """Show the derivative of the picture by the chosen parameters: red is brighter, blue darker, white no change"""
 
     bl_idname = "edgegrad.gradient"
     bl_label = "Gradient"
@@ -31,5 +31,5 @@ class Gradient(bpy.types.Operator):
         _common.tell(self, export.report, notes)
         codes = images.derivative_image(picture)
         _common.show("Edgegrad Gradient", images.srgb_to_linear(codes / np.float32(255.0)))
-        self.report({"INFO"}, "the picture is the image 'Edgegrad Gradient'")
+        self.report({"INFO"}, "the derivative is in the image 'Edgegrad Gradient'")
         return {"FINISHED"}

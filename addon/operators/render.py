@@ -1,6 +1,6 @@
-"""edgegrad.render"""
+"""The operator edgegrad.render."""
 
-# No postponed annotations in this file: Blender reads properties from them.
+# This file has no postponed annotations, since Blender reads properties from annotations.
 from typing import Any
 
 import bpy
@@ -10,7 +10,7 @@ from . import _common
 
 
 class Render(bpy.types.Operator):
-    """Render the active camera's picture with Edgegrad into the image 'Edgegrad Render'"""
+    """Render the picture of the active camera with Edgegrad into the image 'Edgegrad Render'"""
 
     bl_idname = "edgegrad.render"
     bl_label = "Render"
@@ -26,5 +26,5 @@ class Render(bpy.types.Operator):
             return _common.refuse(self, error)
         _common.tell(self, export.report)
         _common.show("Edgegrad Render", picture)
-        self.report({"INFO"}, "the picture is the image 'Edgegrad Render'")
+        self.report({"INFO"}, "the picture is in the image 'Edgegrad Render'")
         return {"FINISHED"}

@@ -1,4 +1,4 @@
-"""The two buttons beside the list of targets."""
+"""The operators that add and remove targets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class AddTarget(bpy.types.Operator):
 
 
 class RemoveTarget(bpy.types.Operator):
-    """Remove the target from the list; its files stay"""
+    """Remove the target from the list; its files are kept"""
 
     bl_idname = "edgegrad.target_remove"
     bl_label = "Remove Target"

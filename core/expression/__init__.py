@@ -1,4 +1,4 @@
-"""Expressions: values that differ from point to point of a surface, as Blender's shader nodes compute them."""
+"""Expressions: values that vary over a surface, computed like Blender's shader nodes."""
 
 from . import procedural
 from .nodes import (

@@ -1,13 +1,13 @@
-"""Expressions: values that differ from point to point of a surface, as Blender's shader nodes compute them.
+"""Expressions: values that vary over a surface, computed like Blender's shader nodes.
 
-An expression is a tree of frozen dataclasses, which may share branches; a number, or a tuple of three or four
-numbers, stands for a constant wherever an expression may. Each value has four components: a colour with alpha,
-a vector, or one number repeated. Where a number is asked for, the first component counts: Blender's implicit
-conversions are nodes of their own here (`Luminance` from a colour, `Average` from a vector). Only `Attribute`,
-`ImageTexture`, `Ramp` and `Combine` give an alpha; the fourth component of all other nodes is 1.
+An expression is a tree of frozen dataclasses, in which branches may be shared. A constant operand is a number, or a
+tuple of three or four numbers. Each value has four components: a colour with alpha, a vector, or one repeated number.
+An operand that should be a number uses the first component. Blender's implicit conversions are separate nodes here:
+`Luminance` converts a colour to a number, `Average` a vector. Only `Attribute`, `ImageTexture`, `Ramp` and `Combine`
+compute the fourth component (alpha); it is 1 for all other nodes.
 
-Each node does what the node of the same name does in Cycles (Blender 5.0), including its treatment of
-infinities: division by zero gives 0, roots and logarithms of negative numbers give 0.
+Each node computes the same value as the node of the same name in Cycles (Blender 5.0). As there, division by zero and
+roots and logarithms of negative numbers return 0.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ def _operand(where: str, name: str, value: Any) -> Any:
     return tuple(number(where, f"operand {name}", one) for one in value)
 
 
-# By a field's type, what it may be. Tables and matrices are checked where they become a program's (`lowering`).
+# Check for each field type. Tables and matrices are checked when an expression is compiled
+# (`tables.textures.lowering`).
 _CHECKS: dict[str, Check] = {
     "Operand": _operand, "Operand | None": optional(_operand), "str": text, "bool": flag, "float": number,
     "int": by(whole, -(2**31), 2**31 - 1),
@@ -47,9 +48,9 @@ def _checked_fields(kind: Any) -> tuple[tuple[str, Check], ...]:
 
 
 class Expression:
-    """Base of all nodes."""
+    """Base class of all nodes."""
 
-    # Field to the words that it may be.
+    # Maps a field to its allowed words.
     choices: ClassVar[dict[str, tuple[str, ...]]] = {}
 
     def __post_init__(self) -> None:
@@ -90,18 +91,18 @@ COLOR_MODELS = ("RGB", "HSV", "HSL")
 RANGE_STEPS = ("LINEAR", "STEPPED", "SMOOTHSTEP", "SMOOTHERSTEP")
 
 
-# ---- Where the ray has met the surface ----
+# ---- Values at the surface point that the ray has hit ----
 @dataclass(frozen=True)
 class Attribute(Expression):
-    """A mesh's attribute, interpolated: UV map, colour, any values; 0 where the mesh has none of that name.
+    """An interpolated attribute of the mesh (UV map, colour, other values); 0 if the mesh does not have it.
 
-    One value per corner is repeated, two are (u, v, 0, 1), three (x, y, z, 1).
+    Attributes of one value repeat it; two values become (u, v, 0, 1), three become (x, y, z, 1).
 
     Attributes
     ----------
     required
-        Whether a scene is refused in which no mesh with the material has the attribute; False: it is 0 there, as in
-        Blender.
+        True: a scene is invalid if no mesh with the material has the attribute. False: a missing attribute is 0,
+        as in Blender.
     """
 
     name: str
@@ -110,14 +111,15 @@ class Attribute(Expression):
 
 @dataclass(frozen=True)
 class Coordinates(Expression):
-    """A vector that the hit itself gives, in world space.
+    """A geometric vector at the hit point, in world space.
 
     Attributes
     ----------
     kind
-        ``"POSITION"``; ``"NORMAL"`` (smooth, without normal maps) and ``"TRUE_NORMAL"`` (of the triangle), unit
-        vectors on the viewer's side; ``"INCOMING"``, the unit vector to where the ray came from;
-        ``"REFLECTION"``, that one mirrored at the normal. Generated and object coordinates are attributes.
+        ``"POSITION"``: the hit point, metres. ``"NORMAL"`` (smooth, without normal maps) and ``"TRUE_NORMAL"`` (of
+        the triangle): unit normals on the viewer's side. ``"INCOMING"``: unit vector towards the origin of the
+        ray. ``"REFLECTION"``: the incoming vector, reflected about the normal. Generated and object coordinates
+        are attributes.
     """
 
     kind: str
@@ -126,7 +128,7 @@ class Coordinates(Expression):
 
 @dataclass(frozen=True)
 class Backfacing(Expression):
-    """1 where the ray has met the back (clockwise) side, else 0."""
+    """1 if the ray has hit the back (clockwise) side, else 0."""
 
 
 @dataclass(frozen=True)
@@ -145,12 +147,12 @@ class LightPath(Expression):
 
 @dataclass(frozen=True)
 class Fresnel(Expression):
-    """Reflectance of a smooth dielectric of some IOR, seen from where the ray came from.
+    """Reflectance of a smooth dielectric in the direction of the incoming ray.
 
     Attributes
     ----------
     ior
-        Relative to the outside; inside (backfacing) its inverse is used.
+        Index of refraction relative to the outside; its inverse is used on back faces.
     normal
         Unit vector, or None for the smooth normal.
     """
@@ -161,7 +163,7 @@ class Fresnel(Expression):
 
 @dataclass(frozen=True)
 class LayerWeight(Expression):
-    """Weight that depends on the angle between normal and viewer.
+    """Weight from the angle between the normal and the direction to the viewer.
 
     Attributes
     ----------
@@ -178,7 +180,7 @@ class LayerWeight(Expression):
 # ---- Images and tables ----
 @dataclass(frozen=True)
 class ImageTexture(Expression):
-    """An image of the scene at `vector` (x to the right, y upwards, [0, 1] is the image once).
+    """A lookup in an image of the scene at `vector`: x to the right, y upwards, both in [0, 1] within the image.
 
     Attributes
     ----------
@@ -189,14 +191,14 @@ class ImageTexture(Expression):
     extension
         ``"REPEAT"``, ``"EXTEND"``, ``"CLIP"`` (transparent black outside) or ``"MIRROR"``.
     projection
-        ``"FLAT"``; ``"BOX"`` (the three sides of a cube by the object-space `normal`, mixed over the width
-        `blend`); ``"SPHERE"`` or ``"TUBE"`` in the cube [0, 1]; ``"EQUIRECTANGULAR"`` or ``"MIRROR_BALL"``
-        (the vector is a direction).
+        ``"FLAT"``; ``"BOX"`` (projection from three sides, chosen by the object-space `normal` and mixed over
+        the width `blend`); ``"SPHERE"`` or ``"TUBE"`` within the cube [0, 1]^3; ``"EQUIRECTANGULAR"`` or
+        ``"MIRROR_BALL"``, for which the vector is a direction.
     alpha
-        What a transparent pixel's colour is: ``"STRAIGHT"``, interpolated in proportion to alpha and not darkened
-        by it (Cycles, where the alpha output is in use); ``"PREMULTIPLIED"``, multiplied by alpha (Cycles, where
-        it is not); ``"CHANNEL_PACKED"``, colour and alpha have nothing to do with each other; ``"NONE"``, the same
-        with alpha 1. They differ for images of four channels only.
+        How alpha affects the colour, for images of four channels. ``"STRAIGHT"``: the interpolation of the colour
+        is weighted by alpha, then alpha is divided out (Cycles, if the alpha output is used).
+        ``"PREMULTIPLIED"``: the colour is multiplied by alpha (Cycles, if the alpha output is unused).
+        ``"CHANNEL_PACKED"``: colour and alpha are independent. ``"NONE"``: like CHANNEL_PACKED, with alpha 1.
     """
 
     image: str
@@ -213,17 +215,18 @@ class ImageTexture(Expression):
 
 @dataclass(frozen=True)
 class Ramp(Expression):
-    """A colour ramp, sampled: row i of the table is its colour at i / (n - 1). Blender 5.0's
-    Cycles takes 257 rows.
+    """A sampled colour ramp: row i of the table is the colour at i / (n - 1).
+
+    Cycles in Blender 5.0 samples 257 rows.
 
     Attributes
     ----------
     factor
-        Clamped to [0, 1].
+        Position in the ramp; clamped to [0, 1].
     table
         n >= 2 rows of four numbers.
     interpolate
-        False for Blender's CONSTANT ramps: the row below.
+        Whether to interpolate between rows linearly; False, for Blender's CONSTANT ramps: use the lower row.
     """
 
     factor: Operand
@@ -233,16 +236,16 @@ class Ramp(Expression):
 
 @dataclass(frozen=True)
 class Curves(Expression):
-    """RGB, vector and float curves, sampled: row i of the table is at minimum + i / (n - 1) (maximum - minimum).
+    """Sampled RGB, vector or float curves: row i is the value at minimum + i / (n - 1) (maximum - minimum).
 
     Attributes
     ----------
     table
         n >= 2 rows of three numbers, one for each component; 257 in Blender 5.0's Cycles.
     factor
-        0: `value` itself, 1: the curve.
+        Interpolation weight: 0 returns `value` itself, 1 the curve.
     extrapolate
-        Whether the curve goes on straight outside of its range, or level.
+        Outside the range, continue the curve linearly (True) or with its end value (False).
     """
 
     value: Operand
@@ -256,7 +259,7 @@ class Curves(Expression):
 # ---- Numbers and vectors ----
 @dataclass(frozen=True)
 class Math(Expression):
-    """Blender's Math node, on each component by itself.
+    """Blender's Math node, applied to each component.
 
     Attributes
     ----------
@@ -276,14 +279,14 @@ class Math(Expression):
 
 @dataclass(frozen=True)
 class VectorMath(Expression):
-    """Blender's Vector Math node; operations with a number as result repeat it.
+    """Blender's Vector Math node. A scalar result is repeated in all components.
 
     Attributes
     ----------
     operation
         One of `VECTOR_OPERATIONS`, in Blender's names.
     scale
-        Of SCALE; the ratio of refractive indices of REFRACT.
+        Factor of SCALE, or ratio of the refractive indices of REFRACT.
     """
 
     operation: str
@@ -296,14 +299,14 @@ class VectorMath(Expression):
 
 @dataclass(frozen=True)
 class Transform(Expression):
-    """An affine map of a vector: Blender's Mapping node of any type is one.
+    """An affine map of a vector; represents all types of Blender's Mapping node.
 
     Attributes
     ----------
     matrix
-        Three rows of four numbers, the last column is added.
+        Three rows of four numbers; the last column is the translation.
     normalize
-        Whether the result is made a unit vector (Mapping of type NORMAL).
+        Whether the result is normalised (Mapping of type NORMAL).
     """
 
     vector: Operand
@@ -313,7 +316,7 @@ class Transform(Expression):
 
 @dataclass(frozen=True)
 class Channel(Expression):
-    """One component (0 to 3), repeated."""
+    """One component (index 0 to 3), repeated in all components."""
 
     value: Operand
     index: int
@@ -321,7 +324,7 @@ class Channel(Expression):
 
 @dataclass(frozen=True)
 class Combine(Expression):
-    """A vector or colour of the first components of three (four) values."""
+    """A vector or colour from the first components of three or four values."""
 
     x: Operand
     y: Operand
@@ -338,14 +341,15 @@ class Average(Expression):
 
 @dataclass(frozen=True)
 class MapRange(Expression):
-    """Blender's Map Range node, on each component by itself.
+    """Blender's Map Range node, applied to each component.
 
     Attributes
     ----------
     interpolation
         ``"LINEAR"``, ``"STEPPED"`` (in `steps` steps), ``"SMOOTHSTEP"`` or ``"SMOOTHERSTEP"``.
     vector
-        Whether the node's data type is a vector: an empty range then gives `to_min`, else 0.
+        Whether the data type of the node is a vector. An empty range [from_min, from_max] returns `to_min` for
+        vectors, and 0 for numbers.
     """
 
     value: Operand
@@ -362,12 +366,12 @@ class MapRange(Expression):
 
 @dataclass(frozen=True)
 class Clamp(Expression):
-    """min(max(value, minimum), maximum), on each component by itself.
+    """min(max(value, minimum), maximum), for each component.
 
     Attributes
     ----------
     swap
-        Whether the limits are swapped where minimum > maximum (Blender's type RANGE).
+        Whether the limits are swapped if minimum > maximum (Blender's type RANGE).
     """
 
     value: Operand
@@ -379,12 +383,12 @@ class Clamp(Expression):
 # ---- Colours ----
 @dataclass(frozen=True)
 class Mix(Expression):
-    """Blender's Mix node; of floats and vectors too, as blend ``"MIX"``.
+    """Blender's Mix node. Floats and vectors are mixed with the blend mode ``"MIX"``.
 
     Attributes
     ----------
     factor
-        0: `a`; one number, or one for each component (non-uniform vector mix).
+        0 returns `a`. One number, or one for each component (non-uniform vector mix).
     blend
         One of `BLENDS`, in Blender's names.
     """
@@ -400,7 +404,7 @@ class Mix(Expression):
 
 @dataclass(frozen=True)
 class ColorModel(Expression):
-    """A colour in other coordinates, each in [0, 1]: RGB to or from HSV or HSL.
+    """Conversion of a colour between RGB and HSV or HSL, with all coordinates in [0, 1].
 
     Attributes
     ----------
@@ -416,12 +420,12 @@ class ColorModel(Expression):
     def __post_init__(self) -> None:
         super().__post_init__()
         if (self.source == "RGB") == (self.target == "RGB"):
-            raise ValueError("expression ColorModel: one of source and target must be RGB")
+            raise ValueError("expression ColorModel: exactly one of source and target must be RGB")
 
 
 @dataclass(frozen=True)
 class HueSaturation(Expression):
-    """Blender's Hue/Saturation/Value node; hue 0.5 changes nothing."""
+    """Blender's Hue/Saturation/Value node; hue 0.5 leaves the hue unchanged."""
 
     color: Operand
     hue: Operand = 0.5
@@ -441,7 +445,7 @@ class BrightContrast(Expression):
 
 @dataclass(frozen=True)
 class Gamma(Expression):
-    """Each component, where it is positive, to the power of gamma."""
+    """Each positive component to the power of gamma."""
 
     color: Operand
     gamma: Operand = 1.0
@@ -449,7 +453,7 @@ class Gamma(Expression):
 
 @dataclass(frozen=True)
 class Invert(Expression):
-    """1 - color, in proportion to the factor."""
+    """Interpolation between the colour (factor 0) and 1 - color (factor 1)."""
 
     color: Operand
     factor: Operand = 1.0
@@ -457,13 +461,13 @@ class Invert(Expression):
 
 @dataclass(frozen=True)
 class Luminance(Expression):
-    """Rec.709 luminance, repeated: RGB to BW, and Blender's implicit conversion of a colour to a number."""
+    """Rec.709 luminance, repeated: Blender's RGB to BW node and implicit conversion of a colour to a number."""
 
     color: Operand
 
 
 def operands(node: Expression) -> Iterator[Expression]:
-    """The nodes that feed a node."""
+    """Yield the direct operands of a node that are expressions."""
     for f in fields(node):  # type: ignore[arg-type]
         value = getattr(node, f.name)
         if isinstance(value, Expression):
@@ -471,19 +475,20 @@ def operands(node: Expression) -> Iterator[Expression]:
 
 
 def nodes_of(node: Expression, but: Container[int] = ()) -> list[Expression]:
-    """A node and all nodes below it, each once, operands before those that use them.
+    """List a node and all nodes below it, each once, with operands before the nodes that use them.
 
     Parameters
     ----------
     but
-        Ids of nodes to leave out, with what only they use.
+        Ids (`id`) of nodes to leave out, together with nodes that only they use.
 
     Raises
     ------
     ValueError
-        If a node is a part of itself.
+        If the expression has a cycle.
     """
-    # By identity and without recursion: trees may share branches many times over, and be deep.
+    # Nodes are compared by identity, and the traversal has its own stack: equality tests and recursion would fail on
+    # trees that are deep or share branches many times.
     found: dict[int, Expression] = {}
     open_: set[int] = set()  # nodes between the root and the top of the stack
     stack: list[tuple[Expression, bool]] = [(node, False)]
@@ -510,5 +515,5 @@ def images_of(node: Expression) -> set[str]:
 
 
 def required_attributes(node: Expression) -> set[str]:
-    """Names of the attributes that some mesh must have."""
+    """Names of the attributes that at least one mesh with the material must have."""
     return {found.name for found in nodes_of(node) if isinstance(found, Attribute) and found.required}

@@ -1,4 +1,4 @@
-"""The numbers in an expression, as one vector: constants, ramps' and curves' tables, transforms' matrices."""
+"""The numbers in an expression as one vector: constants, the tables of ramps and curves, the matrices of transforms."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from numpy.typing import NDArray
 
 from .nodes import Expression, nodes_of
 
-# How the types of fields begin that hold numbers, or may; whole numbers and words are no parameters.
+# Prefixes of the types of fields that may hold numbers. Integers and words are no parameters.
 _NUMERIC = ("Operand", "float", "tuple")
 
 
 def numbers(root: Expression) -> NDArray[np.float64]:
-    """(n,) all numbers: nodes in the order of `expression.nodes_of`, their fields in the order of the class."""
+    """(n,) all numbers: nodes in the order of `nodes_of`, the fields of a node in the order of its class."""
     return np.array([x for node in nodes_of(root) for _, value in _own(node) for x in _flat(value)], np.float64)
 
 
 def with_numbers(root: Expression, values: Iterable[float]) -> Expression:
-    """The expression with other numbers in the same order.
+    """Replace the numbers of an expression by `values`, in the order of `numbers`.
 
     Raises
     ------
     ValueError
-        If there are more or fewer than the expression has.
+        If there are more or fewer values than numbers in the expression.
     """
     supply = iter(values)
     made: dict[int, Expression] = {}
@@ -46,7 +46,7 @@ def with_numbers(root: Expression, values: Iterable[float]) -> Expression:
 
 
 def _own(node: Expression) -> Iterator[tuple[str, Any]]:
-    """Names and values of a node's fields that hold numbers."""
+    """Yield the names and values of the fields of a node that hold numbers."""
     for f in fields(node):  # type: ignore[arg-type]
         value = getattr(node, f.name)
         if str(f.type).startswith(_NUMERIC) and value is not None and not isinstance(value, Expression):
@@ -64,7 +64,7 @@ def _flat(value: Any) -> Iterator[Any]:
 def _filled(value: Any, supply: Iterator[float]) -> Any:
     if isinstance(value, (tuple, list)):
         out = []
-        for item in value:  # a comprehension would swallow the end of the supply
+        for item in value:  # not a generator: it would turn StopIteration into RuntimeError
             out.append(_filled(item, supply))
         return tuple(out)
     return next(supply)

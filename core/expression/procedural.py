@@ -1,4 +1,4 @@
-"""Procedural textures: expressions that need neither image nor table (Blender's Texture nodes)."""
+"""Procedural textures (Blender's Texture nodes): expressions without an image or a table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ VORONOI_METRICS = ("EUCLIDEAN", "MANHATTAN", "CHEBYCHEV", "MINKOWSKI")
 
 @dataclass(frozen=True)
 class Checker(Expression):
-    """A checkerboard of two colours in space; its Fac output has the colours 1 and 0."""
+    """A 3D checkerboard of two colours. Blender's Fac output is this node with the colours 1 and 0."""
 
     vector: Operand
     color1: Operand = 1.0
@@ -41,12 +41,12 @@ class Gradient(Expression):
 
 @dataclass(frozen=True)
 class WhiteNoise(Expression):
-    """A random number, or colour, in [0, 1] for each value of the coordinates.
+    """A random number or colour in [0, 1] for each value of the coordinates.
 
     Attributes
     ----------
     w
-        The only coordinate in 1D, the fourth one in 4D.
+        The only coordinate in 1D, the fourth coordinate in 4D.
     output
         ``"VALUE"`` or ``"COLOR"``.
     """
@@ -65,11 +65,11 @@ class Noise(Expression):
     Attributes
     ----------
     w
-        The only coordinate in 1D, the fourth one in 4D.
+        The only coordinate in 1D, the fourth coordinate in 4D.
     kind
         One of `NOISES`.
     normalize
-        Whether FBM is mapped to [0, 1].
+        Whether the range of FBM is mapped to [0, 1].
     output
         ``"FAC"`` (a number) or ``"COLOR"``.
     """
@@ -92,17 +92,17 @@ class Noise(Expression):
 
 @dataclass(frozen=True)
 class Voronoi(Expression):
-    """Cells around random points.
+    """Distances, colours and positions of the cells around random points (Worley noise).
 
     Attributes
     ----------
     feature
         One of `VORONOI_FEATURES`.
     metric
-        One of `VORONOI_METRICS`; `exponent` belongs to MINKOWSKI.
+        One of `VORONOI_METRICS`; only MINKOWSKI uses `exponent`.
     output
-        ``"DISTANCE"`` (also of DISTANCE_TO_EDGE), ``"COLOR"``, ``"POSITION"``, ``"W"``, or ``"RADIUS"`` of
-        N_SPHERE_RADIUS.
+        ``"DISTANCE"`` (also for DISTANCE_TO_EDGE), ``"COLOR"``, ``"POSITION"``, ``"W"``, or ``"RADIUS"`` (only for
+        N_SPHERE_RADIUS).
     """
 
     vector: Operand = 0.0
@@ -159,7 +159,7 @@ class Wave(Expression):
 
 @dataclass(frozen=True)
 class Magic(Expression):
-    """A psychedelic colour; its Fac output is the `Average`.
+    """Blender's Magic texture, a colour; the Fac output of the node is its `Average`.
 
     Attributes
     ----------

@@ -1,1 +1,1 @@
-"""Fitting: losses, optimisers, and the loop that makes a scene match pictures."""
+"""Fitting: losses, optimisers, and the loop that changes a scene until its pictures match target pictures."""

@@ -1,4 +1,7 @@
-"""Within what a fit keeps each kind of parameter, and how long its first step is."""
+"""Range and default first step of each kind of parameter in a fit.
+
+Positions, directions and poses are not here: `rigid_variables` and `variables` set their steps.
+"""
 
 from __future__ import annotations
 
@@ -9,33 +12,33 @@ import numpy as np
 from ..scene import parameters
 from ..scene.scene import Scene
 
-# Steps of colours and shares, absolute; of angles, radians; of UV maps and lens shifts, in widths of the picture; of
-# powers, sizes and radiances as a fraction of their value.
-SHARE_STEP = 0.03
+# First steps: of colours and weights, absolute; of angles, radians; of UV maps and lens shifts, widths of the picture;
+# of powers, sizes and radiances, a fraction of their value. Larger steps converge in fewer iterations, but overshoot.
+WEIGHT_STEP = 0.03
 ANGLE_STEP = 0.03
-PLACE_STEP = 0.01
+SHIFT_STEP = 0.01
 RELATIVE_STEP = 0.03
-# Sizes that start above zero stay above this part of it: a light without size is one of another kind, from which
-# no derivative leads back.
+# Sizes stay above this fraction of their initial value. A light of size 0 is another kind of light: it has no
+# derivative by its size, so the fit could not enlarge it again.
 LEAST_SIZE = 1e-3
 
-_ANY, _SHARE, _POSITIVE = (-np.inf, np.inf), (0.0, 1.0), (0.0, np.inf)
+_ANY, _UNIT, _POSITIVE = (-np.inf, np.inf), (0.0, 1.0), (0.0, np.inf)
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What a parameter is: its range, and whether its steps go by its value.
+    """Range and first step of a kind of parameter.
 
     Attributes
     ----------
     range
-        Least and greatest value.
+        Smallest and largest value.
     step
-        Of the first step; relative ones as a fraction of the value.
+        Length of the first step; a relative one is a fraction of the value.
     relative
         Whether the step is relative.
     size
-        Whether it must stay above zero.
+        Whether the value must stay above zero (`LEAST_SIZE`).
     """
 
     range: tuple[float, float]
@@ -44,50 +47,50 @@ class Kind:
     size: bool = False
 
 
-_COLOR = Kind(_SHARE, SHARE_STEP)
-_AMOUNT = Kind(_POSITIVE, RELATIVE_STEP, relative=True)
+_COLOR = Kind(_UNIT, WEIGHT_STEP)
+_POWER = Kind(_POSITIVE, RELATIVE_STEP, relative=True)
 _SIZE = Kind(_POSITIVE, RELATIVE_STEP, relative=True, size=True)
 _OPENING = Kind((0.0, np.pi), RELATIVE_STEP, relative=True, size=True)
 
-# By field, where that is the same for all that have it.
+# Kinds by field name: a field means the same on every object.
 _FIELDS: dict[str, Kind] = {
     **dict.fromkeys(
         ("base_color", "specular_tint", "coat_tint", "sheen_tint", "metallic", "roughness", "diffuse_roughness",
          "transmission", "coat_weight", "coat_roughness", "sheen_weight", "sheen_roughness", "alpha",
          "subsurface_weight", "blend", "normal"), _COLOR),
-    **dict.fromkeys(("color", "specular_ior_level", "normal_strength", "weights"), Kind(_POSITIVE, SHARE_STEP)),
-    **dict.fromkeys(("emission", "power", "strength"), _AMOUNT),
+    **dict.fromkeys(("color", "specular_ior_level", "normal_strength", "weights"), Kind(_POSITIVE, WEIGHT_STEP)),
+    **dict.fromkeys(("emission", "power", "strength"), _POWER),
     **dict.fromkeys(("radius", "size", "ortho_width", "pixel_aspect", "focus_distance", "aperture_radius",
                      "aperture_ratio"), _SIZE),
     **dict.fromkeys(("angle", "spread"), _OPENING),
     "fov_x": Kind((0.0, np.pi - 0.01), RELATIVE_STEP, relative=True, size=True),
-    "ior": Kind((0.01, np.inf), SHARE_STEP),
-    "coat_ior": Kind((1.0, np.inf), SHARE_STEP),
-    "anisotropy": Kind((-1.0, 1.0), SHARE_STEP),
+    "ior": Kind((0.01, np.inf), WEIGHT_STEP),
+    "coat_ior": Kind((1.0, np.inf), WEIGHT_STEP),
+    "anisotropy": Kind((-1.0, 1.0), WEIGHT_STEP),
     "anisotropy_rotation": Kind(_ANY, ANGLE_STEP / (2.0 * np.pi)),  # turns
     **dict.fromkeys(("aperture_rotation", "longitude", "latitude"), Kind(_ANY, ANGLE_STEP)),
-    "shift": Kind(_ANY, PLACE_STEP),
+    "shift": Kind(_ANY, SHIFT_STEP),
 }  # fmt: skip
 
 
 def kind_of(scene: Scene, path: str) -> Kind:
-    """What a parameter that is no position, direction or pose is."""
+    """Return the kind of a parameter that is not a position, a direction or a pose."""
     collection, name, field = parameters.split(path)
     value = np.asarray(parameters.get(scene, path))
     within = bool(value.size) and value.min() >= 0.0 and value.max() <= 1.0
     if collection == "images":
-        # An environment's image is radiance; what else lies within [0, 1] is a colour, a share or a normal map.
-        return _AMOUNT if scene.world.image == name else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
+        # The image of the environment is radiance. Any other image within [0, 1] is a colour, a weight or a normal map.
+        return _POWER if scene.world.image == name else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
     if field.startswith(parameters.ATTRIBUTES):
         uv = value.shape[-1] == 2
-        return Kind(_ANY, PLACE_STEP) if uv else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
+        return Kind(_ANY, SHIFT_STEP) if uv else _COLOR if within else Kind(_ANY, RELATIVE_STEP, relative=True)
     if field.startswith(parameters.TEXTURES):
         return Kind(_ANY, RELATIVE_STEP, relative=True)
     return _FIELDS[field]
 
 
 def limits(scene: Scene, path: str) -> tuple[float, float]:
-    """Least and greatest value of a parameter's entries during a fit."""
+    """Return the smallest and largest value that entries of a parameter may have during a fit."""
     kind = kind_of(scene, path)
     low, high = kind.range
     value = np.asarray(parameters.get(scene, path), np.float64)
@@ -95,12 +98,12 @@ def limits(scene: Scene, path: str) -> tuple[float, float]:
 
 
 def first_step(scene: Scene, path: str) -> float:
-    """Default length of a parameter's first step."""
+    """Return the default length of the first step of a parameter."""
     kind = kind_of(scene, path)
     if not kind.relative:
         return kind.step
     value = np.abs(np.asarray(parameters.get(scene, path), np.float64))
-    # The mean of many: one bright texel must not set the pace. From 0 there is no scale to go by: the step is in the
-    # parameter's own unit.
+    # Large arrays use the mean, so that one bright texel does not set the step. A parameter that starts at 0 has no
+    # scale: its step is in its own unit.
     scale = float(value.mean() if parameters.split(path)[0] in ("images", "meshes") else value.max())
     return kind.step * (scale or 1.0)

@@ -1,8 +1,9 @@
 """Preconditioned vertex positions: u = (I + lambda L) x (Nicolet, Jacobson & Jakob 2021).
 
-An optimiser moves u instead of the positions x. A step in u is a step in x filtered twice by
-(I + lambda L)^-1, which spreads what a few silhouette vertices feel over their neighbourhood and
-leaves translations as they are, since L maps constants to 0.
+Boundary terms give gradients at the few vertices of a silhouette. Plain gradient steps would move these alone and
+crumple the surface. Therefore the optimiser moves u instead of the positions x, with L the graph Laplacian of the mesh.
+A step in u equals a step in x that is filtered twice by (I + lambda L)^-1: the filter spreads the gradient of a vertex
+over its neighbourhood. It leaves translations unchanged, since L maps constants to 0.
 """
 
 from __future__ import annotations
@@ -15,29 +16,30 @@ from ..geometry import topology
 
 F64 = NDArray[np.float64]
 
-# Preconditioning: lambda per welded vertex, so that a disturbance spreads over the same part of a
-# surface however finely it is divided (sqrt(lambda) edges, and edges get shorter by sqrt(vertices)).
+# Default lambda per welded vertex. A local gradient spreads over about sqrt(lambda) edges, and the length of an edge is
+# proportional to 1 / sqrt(vertices): so it spreads over the same distance at any resolution of the mesh. A larger value
+# gives smoother, slower changes of shape.
 SMOOTHNESS_PER_VERTEX = 1.0 / 100.0
 SMOOTHNESS_RANGE = (1.0, 1000.0)
-# Beyond, rounding in 1 + lambda L leaves nothing of the 1, without which the matrix has no inverse.
+# For larger lambda, I is lost in the rounding of I + lambda L, and L alone is singular.
 MOST_SMOOTHNESS = 1e9
 
 
 class LargeSteps:
-    """The maps between positions and preconditioned unknowns of one mesh.
+    """Maps between the vertex positions of one mesh and the preconditioned unknowns u.
 
-    Vertices at one position (split at UV seams or normals) share one unknown: they are welded by
-    `topology.weld`, so seams can't tear.
+    Coincident vertices (split at UV seams or sharp edges) share one unknown, so a seam cannot tear: `topology.weld`
+    welds them.
 
     Parameters
     ----------
     vertices
-        (n, 3) positions that decide what is welded.
+        (n, 3) positions; coincident ones are welded.
     faces
         (m, 3) vertex indices.
     smoothness
-        lambda >= 0. A disturbance spreads over about sqrt(lambda) edges; 0 leaves only the welding.
-        None: by the number of welded vertices.
+        lambda >= 0. The gradient of a vertex spreads over about sqrt(lambda) edges; 0: welding only. None: chosen
+        from the number of welded vertices.
     """
 
     def __init__(self, vertices: F64, faces: NDArray[np.integer], smoothness: float | None) -> None:
@@ -54,7 +56,7 @@ class LargeSteps:
         self._solver = None if self.smoothness == 0.0 else self._factor()
 
     def unknowns(self, vertices: F64) -> F64:
-        """u = (I + lambda L) x: (k, 3) unknowns of (n, 3) positions; k welded vertices."""
+        """Return the (k, 3) unknowns u = (I + lambda L) x of (n, 3) positions, for k welded vertices."""
         x = self._gather(vertices) / self.copies
         neighbours = np.stack([
             np.bincount(self.row, x[self.column, axis], minlength=self.count) for axis in range(3)
@@ -62,19 +64,19 @@ class LargeSteps:
         return x + self.smoothness * (self.degree[:, None] * x - neighbours)
 
     def vertices(self, unknowns: F64) -> F64:
-        """(n, 3) positions x = (I + lambda L)^-1 u of (k, 3) unknowns; all copies of one vertex equal."""
+        """Return the (n, 3) positions x = (I + lambda L)^-1 u of (k, 3) unknowns; copies of a vertex are equal."""
         return np.ascontiguousarray(self._solve(unknowns)[self.label])
 
     def gradient(self, vertex_gradient: F64) -> F64:
-        """(k, 3) gradient of the unknowns from the (n, 3) one of the positions: the transpose of `vertices`."""
+        """Return the (k, 3) gradient by u from the (n, 3) gradient by the positions: the transpose of `vertices`."""
         return self._solve(self._gather(vertex_gradient))
 
     def _gather(self, rows: F64) -> F64:
-        """Sum over the copies of each welded vertex: the transpose of spreading by `label`."""
+        """Sum over the copies of each welded vertex: the transpose of indexing by `label`."""
         return np.stack([np.bincount(self.label, rows[:, axis], minlength=self.count) for axis in range(3)], axis=1)
 
     def _factor(self) -> CholeskySolverD:
-        """Sparse Cholesky factor of the symmetric positive definite I + lambda L, L = degree - adjacency."""
+        """Factorise the symmetric positive definite I + lambda L, with L = degree - adjacency, by sparse Cholesky."""
         diagonal = np.arange(self.count)
         row = np.concatenate([diagonal, self.row]).astype(np.int32)
         column = np.concatenate([diagonal, self.column]).astype(np.int32)
@@ -90,7 +92,7 @@ class LargeSteps:
 
 
 def _neighbours(faces: NDArray[np.int64], count: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows and columns of the adjacency matrix: every pair of different vertices joined by an edge, both ways."""
+    """Rows and columns of the adjacency matrix: each pair of vertices with a common edge, in both orders."""
     start, end = faces[:, [0, 1, 2]].ravel(), faces[:, [1, 2, 0]].ravel()
     apart = start != end
     start, end = start[apart], end[apart]

@@ -1,14 +1,14 @@
-"""Losses between a rendered image and its target, each with its adjoint image in closed form.
+"""Losses between a rendered image and its target, with adjoint images in closed form.
 
 A loss is a function ``loss(image, target, mask=None) -> (value, adjoint)``; ``adjoint`` is
 d value / d image, the input of `edgegrad.render_backward`.
 
-The image is noisy, and that has a consequence: with value = E[rho(I - T)] the gradient is
-sum_p rho'(I_p - T_p) dI_p. If the adjoint rho'(I - T) and the derivative dI come from the *same*
-samples they are correlated and their product is biased (for L2 by the covariance of I and dI; for L1
-worse, since the sign of noise is not its mean). Derivatives therefore draw random numbers that are
-independent of those of pictures, also for equal seeds: L2 is unbiased. L1 is not where the noise is
-larger than the difference, since its sign is then random.
+The image I is a noisy estimate. For a loss sum_p rho(I_p - T_p) with target T, the gradient is
+sum_p rho'(I_p - T_p) dI_p. If the adjoint rho'(I - T) and the derivative dI came from the *same* samples, they would be
+correlated and the product biased; for L2, the bias is the covariance of I and dI. Therefore derivatives use random
+numbers that are independent of those of pictures, even for equal seeds. With these, the gradient of L2 is unbiased. The
+gradient of L1 stays biased in pixels whose noise exceeds the difference, since the sign of the difference is then
+random.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ Result = tuple[float, F32]
 
 
 class Loss(Protocol):
-    """What `edgegrad.fit` takes as its loss."""
+    """Signature of the loss of `edgegrad.fit`."""
 
     def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
-        """(value, d value / d image)."""
+        """Return (value, d value / d image)."""
         ...
 
 
 def l1(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
-    """Mean absolute difference over the unmasked pixels and channels.
+    """Mean absolute difference over pixels and channels, weighted by the mask.
 
     Parameters
     ----------
     image, target
         (H, W, 3) linear Rec.709.
     mask
-        (H, W) weight of each pixel, >= 0; None: all 1. The mean is weighted by it.
+        (H, W) weight of each pixel, >= 0; None: all 1.
 
     Returns
     -------
-    value, and adjoint (H, W, 3) float32; the derivative of |x| at 0 is taken as 0.
+    The value and the adjoint (H, W, 3) float32. The derivative of |x| at 0 counts as 0.
     """
     difference, weight = _difference(image, target, mask)
     scale = 1.0 / (3.0 * weight.sum())
@@ -57,7 +57,7 @@ def l1(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Re
 
 
 def l2(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
-    """Mean squared difference over the unmasked pixels and channels; see `l1` for the parameters."""
+    """Mean squared difference over pixels and channels, weighted by the mask; parameters as for `l1`."""
     difference, weight = _difference(image, target, mask)
     scale = 1.0 / (3.0 * weight.sum())
     weighted = scale * weight[..., None] * difference
@@ -66,21 +66,21 @@ def l2(image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Re
 
 @dataclass(frozen=True)
 class Pyramid(Checked):
-    """Sum of a loss over an image pyramid: coarse levels see an edge that is many pixels off.
+    """Sum of a loss over an image pyramid. Coarse levels give a gradient even if an edge is many pixels off.
 
-    The masked difference mask * (I - T) is filtered by [1 2 1]/4 along both axes and averaged over
-    2 x 2 pixels from each level to the next (linear, so the adjoint is the transposed chain). A
-    level's value is sum rho(d) / (3 sum mask_level); the levels' values are added with `weights`.
+    Each level follows from the one before, beginning with mask * (I - T): a filter [1 2 1]/4 along both axes, then the
+    mean over 2 x 2 pixels. This chain is linear, so the adjoint is the transposed chain. The value of a level is
+    sum rho(d) / (3 sum mask_level), and the loss is the sum over the levels, weighted by `weights`.
 
     Attributes
     ----------
     levels
-        Number of levels, the full picture included; None: down to 8 pixels along the shorter side.
+        Number of levels, including the full resolution; None: down to 8 pixels along the shorter side.
     power
         2: rho(d) = d²; 1: rho(d) = |d|.
     focus
-        None: all levels weigh the same. Otherwise 0 puts the weight on the coarsest level, 1 on the
-        finest; each level next to the focus has half the weight of the one before.
+        None: all levels have the same weight. Otherwise a position between the coarsest level (0) and the finest
+        (1); the weight of a level halves with each level of distance from it.
     """
 
     levels: int | None = None
@@ -97,11 +97,11 @@ class Pyramid(Checked):
         self.check_fields("Pyramid")
 
     def at(self, progress: float) -> Pyramid:
-        """The loss for the part `progress` in [0, 1] of a fit that goes from coarse to fine."""
+        """Return the loss at the progress in [0, 1] of a fit that goes from coarse to fine."""
         return replace(self, focus=min(max(number("Pyramid.at", "progress", progress), 0.0), 1.0))
 
     def weights(self, count: int) -> F64:
-        """(count,) weights of the levels from fine to coarse; their sum is 1."""
+        """Return (count,) weights of the levels, from fine to coarse; their sum is 1."""
         if self.focus is None:
             return np.full(count, 1.0 / count)
         away = np.abs(np.arange(count) - (1.0 - self.focus) * (count - 1))
@@ -111,7 +111,7 @@ class Pyramid(Checked):
     def __call__(self, image: ArrayLike, target: ArrayLike, mask: ArrayLike | None = None) -> Result:
         difference, weight = _difference(image, target, mask)
         count = self.levels or _automatic_levels(weight.shape)
-        share = self.weights(count)
+        level_weight = self.weights(count)
         rho, slope = _RHO[self.power]
         difference = difference * weight[..., None]
         total, slopes, shapes = 0.0, [], []
@@ -119,7 +119,7 @@ class Pyramid(Checked):
             if level:
                 shapes.append(difference.shape)
                 difference, weight = _halve(difference), _halve(weight[..., None])[..., 0]
-            scale = share[level] / (3.0 * weight.sum())
+            scale = level_weight[level] / (3.0 * weight.sum())
             total += scale * float(rho(difference).sum())
             slopes.append(scale * slope(difference))
         adjoint = slopes.pop()
@@ -147,7 +147,7 @@ def _automatic_levels(shape: tuple[int, ...]) -> int:
 
 
 def _blur(x: F64) -> F64:
-    """[1 2 1]/4 along both axes with zeros outside: a symmetric matrix, so it is its own transpose."""
+    """Filter by [1 2 1]/4 along both axes, with zeros outside. The matrix is symmetric: it is its own transpose."""
     for axis in (0, 1):
         padded = np.pad(x, [(1, 1) if a == axis else (0, 0) for a in range(x.ndim)])
         low, mid, high = (np.take(padded, range(k, k + x.shape[axis]), axis) for k in range(3))
@@ -156,7 +156,7 @@ def _blur(x: F64) -> F64:
 
 
 def _halve(x: F64) -> F64:
-    """Blur, then the mean of 2 x 2 pixels (zeros complete an odd row or column)."""
+    """Blur, then average 2 x 2 pixels; zeros complete an odd row or column."""
     x = _blur(x)
     x = np.pad(x, [(0, x.shape[0] % 2), (0, x.shape[1] % 2), (0, 0)])
     return 0.25 * (x[0::2, 0::2] + x[1::2, 0::2] + x[0::2, 1::2] + x[1::2, 1::2])

@@ -1,4 +1,7 @@
-"""What an optimiser moves of positions, directions and poses: steps that keep directions' lengths and shapes rigid."""
+"""Optimised variables for positions, directions and poses.
+
+The steps keep the lengths of directions, and transforms move rigidly: the gradient is projected to these changes.
+"""
 
 from __future__ import annotations
 
@@ -17,16 +20,17 @@ from .optimisers import AdamMatrix, AdamUniform
 
 F64 = NDArray[np.float64]
 
-# Memory of the squared gradient. The usual 0.999 keeps the large gradients of the start in mind longer
-# than most fits last, and slows their end down.
+# Decay rate of the mean squared gradient. The usual 0.999 remembers the large gradients of the first iterations longer
+# than most fits last, which makes the last steps too short. A smaller value lets noise into the step size.
 BETA2 = 0.98
-# First steps: radians (of poses also of moves, as a fraction of the extent), and of positions as that fraction.
+# First steps: TURN_STEP in radians, for poses also as a fraction of the extent; MOVE_STEP of positions as a fraction of
+# the extent. Larger steps converge in fewer iterations, but overshoot.
 TURN_STEP = 0.02
 MOVE_STEP = 0.02
 
 
 class Positions:
-    """A point in space."""
+    """A point in space, optimised by `AdamUniform`."""
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path
@@ -40,7 +44,7 @@ class Positions:
 
 
 class Directions:
-    """Directions (..., 3): they turn and keep their lengths."""
+    """Directions (..., 3): steps rotate them and keep their lengths."""
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path
@@ -51,7 +55,7 @@ class Directions:
 
     def take_step(self, gradient: F64, factor: float) -> Any:
         unit = self.value / self._length
-        # By the unit direction, and across it.
+        # Gradient by the unit direction, without its radial part.
         across = self._length * (gradient - unit * np.sum(unit * gradient, axis=-1, keepdims=True))
         turned = self._optimiser.update(unit, across, factor)
         self.value = self._length * turned / np.linalg.norm(turned, axis=-1, keepdims=True)
@@ -59,11 +63,12 @@ class Directions:
 
 
 class Poses:
-    """Transforms (..., 4, 4) that move rigidly, or rotations (3, 3) that turn.
+    """Transforms (..., 4, 4) or rotations (3, 3), changed by rigid motions.
 
-    A step turns about the pivot by a vector w (radians) and moves by t: linear part A and offset m become R A and
-    R (m - pivot) + pivot + t. With gradients g_j of the columns c_j of (A, m - pivot), that of w is the sum of
-    c_j x g_j, that of t is g_3. One optimiser sees both, t in units of the extent.
+    A step rotates about the pivot by the vector w (radians) and translates by t: the linear part A and the offset m
+    become R A and R (m - pivot) + pivot + t. Let c_j be the columns of (A, m - pivot) and g_j the gradients by them.
+    Then the gradient by w is sum_j c_j x g_j, and the gradient by t is g_3. One optimiser moves both; the unit of t is
+    the extent of the moved object.
     """
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
@@ -93,24 +98,24 @@ class Poses:
 
 
 def rotations(vectors: F64) -> F64:
-    """(..., 3, 3) rotations about axes (..., 3) by their lengths in radians (Rodrigues)."""
+    """(..., 3, 3) rotations by vectors (..., 3): axis times angle in radians (Rodrigues' formula)."""
     angle = np.linalg.norm(vectors, axis=-1)[..., None, None]
     x, y, z = np.moveaxis(vectors, -1, 0)
     zero = np.zeros_like(x)
     skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*vectors.shape, 3)
-    # sin(a)/a and (1 - cos(a))/a^2, both of which have limits at 0.
+    # sin(a)/a and (1 - cos(a))/a^2, written with sinc, which is exact at 0.
     half = np.sinc(angle / (2.0 * np.pi))
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * skew + 0.5 * half * half * (skew @ skew))
 
 
 def scene_extent(scene: Scene) -> float:
-    """Diagonal of the bounding box of all that stands in the scene, metres; 1 if that is nothing."""
+    """Diagonal of the bounding box of all meshes, metres; 1 for a scene without meshes or extent."""
     corners = [corner for mesh in placed_meshes(scene) for corner in _box(mesh)]
     return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0 if corners else 1.0
 
 
 def _box(mesh: Mesh) -> F64:
-    """(k, 3) corners that span all copies of a mesh."""
+    """(k, 3) corners of the bounding boxes of all instances of a mesh, in world space."""
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
     place = places(mesh)
@@ -118,21 +123,21 @@ def _box(mesh: Mesh) -> F64:
 
 
 def depth_seen(scene: Scene, camera: Camera) -> float:
-    """Depth of what a camera sees: the median of the vertices in its picture, else of those before it.
+    """Typical depth of the visible objects: median depth of the vertices in the picture, else of those in front.
 
-    A camera that turns about what it sees, instead of about itself, keeps it in the picture: of the two ways to move
-    the picture aside, turning and moving, only one is left, and they no longer work against each other.
+    A camera pose uses a pivot at this depth. A rotation about it keeps the objects in the picture, while a rotation
+    about the camera shifts the picture just like a translation. The optimiser could not separate these two.
     """
     points = np.concatenate([np.zeros((0, 3)), *(expanded(mesh).vertices for mesh in placed_meshes(scene))])
     depth = depths(camera, points)
-    before = depth > 0.0
-    seen = before & in_picture(camera, points)
-    chosen = depth[seen] if seen.any() else depth[before]
+    in_front = depth > 0.0
+    seen = in_front & in_picture(camera, points)
+    chosen = depth[seen] if seen.any() else depth[in_front]
     return float(np.median(chosen)) if len(chosen) else scene_extent(scene)
 
 
 def _pivot_and_extent(scene: Scene, path: str, value: F64) -> tuple[F64, float]:
-    """What a pose turns about, and the extent that its moves go by."""
+    """Return the pivot of the rotations of a pose, and the extent that is the unit of its translations."""
     held, field = parameters.owner(scene, path)
     if isinstance(held, Camera):
         return value[:3, 3] - depth_seen(scene, held) * value[:3, 2], scene_extent(scene)
@@ -142,6 +147,6 @@ def _pivot_and_extent(scene: Scene, path: str, value: F64) -> tuple[F64, float]:
     extent = float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
     if field == "transform":
         return 0.5 * (corners.min(axis=0) + corners.max(axis=0)), extent
-    # Instances turn within the object's transform, each about its own middle.
+    # Each instance rotates about its own centre, in the space of the object's transform.
     middle = 0.5 * (held.vertices.min(axis=0) + held.vertices.max(axis=0))
     return value[:, :3, :3] @ middle + value[:, :3, 3], extent

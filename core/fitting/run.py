@@ -1,4 +1,10 @@
-"""A fit while it runs: renders, differentiates and steps, and keeps the best values."""
+"""The loop of a fit.
+
+Each iteration renders the picture of each target, evaluates the loss and its adjoint picture, pulls the adjoint back to
+a gradient by the parameters (`Renderer.render_backward`), and makes one step of each optimiser. Pictures and gradients
+are Monte Carlo estimates, so the loop shortens its steps towards the end and compares losses that are averaged over a
+few iterations.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +20,8 @@ from numpy.typing import NDArray
 
 from .._check import choice, flag, function, numeric, shown
 from ..planning.scene_plan import Plan, plan
-from ..rendering.engine import Progress
 from ..rendering.one_shot import CAUSTIC_SAMPLES
+from ..rendering.options import Progress
 from ..rendering.renderer import Renderer
 from ..scene import parameters
 from ..scene.scene import Scene
@@ -26,34 +32,36 @@ from .zero_gradients import why_untouched
 
 F64 = NDArray[np.float64]
 
-# The step's length falls from 1 to LAST_STEP along a cosine, so that the end averages out the noise.
+# Factor of the step length at the end; it falls from 1 along a cosine. Short last steps average out the noise of the
+# gradients, but a factor that is too small stops the fit early.
 LAST_STEP = 0.05
-# A step is the best so far by the mean loss of this many iterations: one lucky noisy picture is not progress.
+# Iterations over which the loss is averaged before it is compared with the best so far: the loss of a single noisy
+# picture may be small by chance.
 SMOOTHED_OVER = 5
-# Iterations whose losses tell how noisy they are.
+# Last iterations whose losses are used to estimate the noise of the loss.
 NOISE_OVER = 20
 ON_CANCEL = ("restore", "best")
 
 
 @dataclass(frozen=True)
 class FitStep:
-    """What a fit's callback is told after each iteration.
+    """State of a fit that its callback receives after each iteration.
 
     Attributes
     ----------
     iteration, iterations
-        Iterations done, from 1 on, and to do in all.
+        Number of iterations done, at least 1, and their total number.
     loss
-        Loss at this iteration's values, before its step; of several pictures the weighted mean, each
-        with its newest value.
+        Loss at the values of this iteration, before its step. With several pictures: weighted mean of the most
+        recent loss of each.
     smoothed
-        Mean of the loss over the last iterations.
+        Mean of the loss over the last few iterations.
     best
-        Iteration (from 1 on) whose values would be kept so far.
+        Iteration, counted from 1, with the best values so far.
     seconds
-        Since the fit began.
+        Seconds since the fit began.
     values
-        Parameter path to the value after the step; not to be written to.
+        Maps a parameter path to the value after the step. Read-only.
     """
 
     iteration: int
@@ -69,7 +77,7 @@ Callback = Callable[[FitStep], bool | str | None]
 
 
 class Run:
-    """The state of a fit."""
+    """The state of a running fit."""
 
     def __init__(
         self, work: Scene, renderer: Renderer, seen: list[View], unknowns: list[Unknown], loss: Loss, *,
@@ -83,13 +91,18 @@ class Run:
         self.start = self._values()
         self.best_values, self.best, self.least = self.start, 0, np.inf
         self.losses: list[float] = []
-        self.newest = np.full(len(seen), np.nan)  # each picture's loss when it was last rendered
+        self.newest = np.full(len(seen), np.nan)  # most recent loss of each picture
         self.touched = {u.path: np.zeros(np.shape(self.start[u.path]), bool) for u in unknowns}
         self.order = np.random.default_rng(seed).permutation(len(seen))
 
     def iterate(self, callback: Callback | None) -> str | None:
-        """All iterations; returns how it was stopped, or None."""
-        full_turn = -(-len(self.seen) // self.per_iteration)  # iterations until every picture was seen
+        """Run all iterations.
+
+        Returns
+        -------
+        None, or how the callback stopped the fit: "restore", "best", or "callback" if `on_cancel` decides.
+        """
+        full_turn = -(-len(self.seen) // self.per_iteration)  # iterations until every picture was rendered
         for k in range(self.iterations):
             gradient = self._gradient(k)
             self._record(k >= full_turn - 1)
@@ -104,17 +117,17 @@ class Run:
                 if isinstance(answer, str):
                     return choice("fit", "what the callback returns", answer, ON_CANCEL)
                 if answer is not None and not flag("fit", "what the callback returns", answer):
-                    return "as asked"
+                    return "callback"
         return None
 
     def measure_end(self) -> None:
-        """The loss after the last step, with the pictures of the last turn rendered anew."""
+        """Render all pictures once more and record the loss after the last step."""
         for j in range(len(self.seen)):
             self._value(self.iterations, j, 1.0)
         self._record(True)
 
     def _gradient(self, k: int) -> dict[str, F64]:
-        """Gradient of the loss at iteration k over its pictures; also keeps their losses."""
+        """Return the gradient of the loss over the pictures of iteration k, and record their losses."""
         count = len(self.seen)
         first = k * self.per_iteration
         total = {item.path: np.zeros(np.shape(self.start[item.path])) for item in self.unknowns}
@@ -140,7 +153,11 @@ class Run:
         return total
 
     def _value(self, k: int, j: int, done: float) -> NDArray[np.float32]:
-        """Render picture j, note its loss, and return the adjoint of this iteration's form of the loss."""
+        """Render picture j, record its loss, and return the adjoint picture of this iteration.
+
+        The recorded loss is the same function in all iterations. The adjoint is that of `loss.at(progress)`, if the
+        loss has a schedule.
+        """
         view = self.seen[j]
         image = self.renderer.render(
             spp=self.spp, **self.limits, seed=self._seed(k, j, 0), camera=view.camera,
@@ -159,20 +176,22 @@ class Run:
         return np.asarray(view.weight * adjoint, np.float32)
 
     def _record(self, complete: bool) -> None:
-        """Note the loss of the current values; keep them if they are the best."""
+        """Record the loss of the current values, and keep the values if they are the best."""
         weight = np.array([view.weight for view in self.seen])
         known = np.isfinite(self.newest)
         self.losses.append(float((weight * self.newest)[known].sum() / weight[known].sum()))
-        # Of values that only noise tells apart the latest are the best: shrinking steps average the noise of many.
+        # If losses differ by less than their noise, the latest values count as the best: the shorter steps at the end
+        # average the noise of many gradients.
         if complete and self.smoothed() <= self.least + self._noise():
             self.least, self.best = min(self.least, self.smoothed()), len(self.losses) - 1
             self.best_values = self._values()
 
     def smoothed(self) -> float:
+        """Mean of the loss over the last few iterations."""
         return float(np.mean(self.losses[-SMOOTHED_OVER:]))
 
     def _noise(self) -> float:
-        """Standard error of the smoothed loss, from the differences of successive losses, which no trend hides."""
+        """Standard error of the smoothed loss, from differences of successive losses, which remove a trend."""
         steps = np.diff(self.losses[-NOISE_OVER:])
         return float(np.sqrt(0.5 * np.mean(steps**2) / SMOOTHED_OVER)) if len(steps) else 0.0
 
@@ -186,20 +205,20 @@ class Run:
         )
 
     def _seed(self, k: int, j: int, kind: int) -> int:
-        """Independent seeds for every iteration, picture, and kind (0: picture, 1: derivative)."""
+        """Seed of iteration k, picture j and kind (0: picture, 1: derivative); all seeds are independent."""
         return int(np.random.SeedSequence([self.seed, k, j, kind]).generate_state(1)[0])
 
-    def _part(self, done: float, offset: float, share: float) -> Progress | None:
-        """The progress of one render as part of the whole fit's."""
+    def _part(self, done: float, offset: float, fraction: float) -> Progress | None:
+        """Map the progress of one render to the progress of the whole fit."""
         report = self.progress
         if report is None:
             return None
         scale = 1.0 / (self.per_iteration * (self.iterations + 1))
-        return lambda fraction: report(min(done + (offset + share * fraction) * scale, 1.0))
+        return lambda part: report(min(done + (offset + fraction * part) * scale, 1.0))
 
     @cached_property
     def plan(self) -> Plan:
-        """What derivatives by the fitted parameters consist of."""
+        """The plan of the derivatives with respect to the fitted parameters."""
         return plan(self.work, [item.path for item in self.unknowns], max_depth=self.limits["max_depth"],
                     measure=CAUSTIC_SAMPLES)
 
@@ -215,7 +234,7 @@ class Run:
 
 
 def _checked_loss(found: Any, image: NDArray[np.float32]) -> tuple[float, NDArray[Any]]:
-    """What a loss has returned, if it has the form (value, adjoint); finite or not."""
+    """Return what a loss has returned, if it has the form (value, adjoint); the numbers may be non-finite."""
     if not isinstance(found, tuple) or len(found) != 2:
         raise ValueError(f"fit: loss must return (value, adjoint), not {shown(found)}")
     value = numeric("fit", "the value that loss returns", found[0])

@@ -1,4 +1,8 @@
-"""Fitting a scene to pictures."""
+"""`edgegrad.fit`: gradient-based fitting of scene parameters to pictures.
+
+This module checks the arguments, makes one variable for each parameter (`variables`) and one view for each target
+(`targets`), runs the loop (`run`) on a copy of the scene, and writes the best values back.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,8 @@ from .._check import choice, function, mapping, names, number, whole
 from .._fields import optional
 from ..derivatives.table_derivatives import requested_tables, with_requested
 from ..reference import diffuse_tables
-from ..rendering.engine import Progress, engine_class
-from ..rendering.options import MOST_THREADS, checked_bounces, checked_progress
+from ..rendering.engine import engine_class
+from ..rendering.options import MOST_THREADS, Progress, checked_bounces, checked_progress
 from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Cancelled, Renderer
 from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
@@ -31,27 +35,27 @@ from .zero_gradients import untouched_part
 
 @dataclass(frozen=True)
 class FitResult:
-    """What a fit found.
+    """Result of a fit.
 
     Attributes
     ----------
     values
-        Parameter path to the value that the scene has now.
+        Maps a parameter path to the value that the scene has now.
     losses
-        Loss before each step and, unless cancelled, after the last one.
+        Loss before each step and, unless the fit was cancelled, after the last step.
     best
-        Index into `losses` of the values that are kept: with the least smoothed loss, and the latest of those
-        that only noise tells apart.
+        Index into `losses` of the best values: those with the smallest smoothed loss. Among values whose losses
+        differ by less than the noise, the latest.
     seconds
-        Of the whole fit.
+        Duration of the whole fit.
     cancelled
         Whether the callback or the progress function stopped it.
     untouched
-        Parameter path to the share of its entries whose gradient was 0 in every iteration: nothing in
-        the pictures depended on them (they moved only as their neighbours took them along).
+        Maps a parameter path to the fraction of its entries whose gradient was 0 in every iteration: no picture
+        depended on these entries. The preconditioner may still have moved such vertices with their neighbours.
     notes
-        Sentences: what the derivatives leave out though it may not be zero (`Plan.missing`), and of which
-        parameters a part has no gradient, and why.
+        Sentences that name terms of the derivative which were not computed although they may be non-zero
+        (`Plan.missing`), and parameters of which a part has no gradient, with the reason.
     """
 
     values: dict[str, Any]
@@ -85,78 +89,79 @@ def fit(
     callback: Callback | None = None,
     progress: Progress | None = None,
 ) -> FitResult:
-    """Move parameters of the scene until its pictures look like the targets.
+    """Change parameters of the scene until its pictures match the targets.
 
-    The scene is changed once, at the end: while it runs a copy is fitted, so whatever happens before
-    (an error, a cancel, Ctrl-C) leaves the scene as it was.
+    The fit works on a copy and changes the scene once, at the end. An error, a cancellation or Ctrl-C before that
+    leaves the scene unchanged.
 
     Parameters
     ----------
     scene
-        Where to start, and where the result is written.
+        The initial scene; the result is written to it.
     targets
-        One or more pictures with their cameras (`Target`); a bare (H, W, 3) array is a picture seen by
-        the scene's camera.
+        One or more pictures with their cameras (`Target`). A bare (H, W, 3) array is a picture of the scene's
+        camera.
     wrt
-        Parameter paths that may move.
+        Paths of the parameters to fit.
     iterations
-        Steps to make.
+        Number of steps.
     spp
-        The quality of each iteration: samples per pixel of its pictures and of their derivatives. 4 to 16 do for
-        most fits, as the steps average over iterations; more make steps surer, and slower in proportion.
+        Samples per pixel of the pictures and derivatives of each iteration. 4 to 16 suffice for most fits, since
+        the optimiser averages over iterations. More samples reduce the noise of a step; time is proportional.
     gradient_spp
-        Samples per pixel of the derivatives alone; None: `spp`. Pictures and derivatives have independent seeds,
-        without which the gradient would be biased.
+        Samples per pixel of the derivatives, if they differ from those of the pictures; None: `spp`.
     max_depth, bounces
-        Path segments, and most scatterings of each kind, as for `edgegrad.render`.
+        Largest number of path segments, and bounce limits by kind, as for `edgegrad.render`.
     loss
-        A loss of `edgegrad.losses` or any function of its form; None: `Pyramid()`. A loss with a
-        method ``at(part done)`` is asked for each iteration's form (the pyramid goes from coarse to
-        fine); the loss that is reported and compared stays the same throughout.
+        A loss of `edgegrad.losses` or any function with the same signature; None: `Pyramid()`. If the loss has a
+        method ``at(progress)``, each iteration uses the adjoint of the loss that it returns (the pyramid goes from
+        coarse to fine). Reported and compared values always come from the loss itself.
     smoothness
-        lambda of the vertices' preconditioning, see `LargeSteps`; None: by the number of vertices;
-        0: none.
+        lambda of the preconditioner of vertices, see `LargeSteps`; None: chosen from the number of vertices; 0: no
+        preconditioning.
     slide
-        Share in [0, 1] of the vertices' motion along their surface that is kept (1: all). Such motion
-        changes no shape except at open borders and material borders, but spreads vertices unevenly.
-        None: 0.2 for closed meshes, 1 for those with open borders.
+        Factor in [0, 1] for the tangential motion of vertices (1: unchanged). Tangential motion does not change the
+        shape, except at open borders and material borders, but it makes the spacing of vertices uneven.
+        None: 0.2 for closed meshes, 1 for meshes with open borders.
     step_sizes
-        Parameter path to the length of its first step: for vertices that of the vertex that moves most,
-        as a fraction of their mesh's bounding box diagonal; of positions as a fraction of the scene's; of
-        directions radians; of poses both together; else in the parameter's unit. Those not named get a default: 0.02
-        for all of these, 0.03 for colours and shares, 3 % of the value for powers, radiances and sizes.
-        Later steps follow the gradient and shrink towards the end.
+        Maps a parameter path to the length of its first step. Vertices: the largest displacement of a vertex, as a
+        fraction of the diagonal of the mesh's bounding box. Positions: a fraction of the diagonal of the scene's
+        bounding box. Directions: radians. Poses: a rotation in radians, and a translation of the same number of
+        diagonals (of the mesh; for cameras and lights, of the scene). Other parameters: the unit of the parameter.
+        Defaults are 0.02 for vertices, positions, directions and poses; 0.03 for colours and weights; 3 % of the value
+        for powers, radiances and sizes. Later steps follow the gradient and become shorter towards the end.
     views_per_iteration
-        Pictures that each iteration renders, all of them in turn; None: all.
+        Number of pictures that each iteration renders; successive iterations cycle through all pictures. None: all.
     seed
-        Equal seeds give equal results, for any number of threads.
+        Seed of the random numbers. Equal seeds give equal results, for any number of threads.
     threads, engine
         As for `edgegrad.Renderer`.
     on_cancel
-        What a cancelled fit leaves: "restore", the scene as it was, or "best", the best step so far.
+        State of the scene after a cancelled fit: "restore" leaves it unchanged, "best" writes the best values so
+        far.
     callback
-        Called after each iteration. Returning False or raising `Cancelled` stops the fit as
-        `on_cancel` says; returning "restore" or "best" stops it that way.
+        Called with a `FitStep` after each iteration. If it returns False or raises `Cancelled`, the fit stops and
+        `on_cancel` applies. If it returns "restore" or "best", the fit stops and the returned word applies.
     progress
-        Called with the fraction of the whole fit several times per iteration; raising `Cancelled`
-        stops it as `on_cancel` says.
+        Called with the completed fraction of the fit several times per iteration. If it raises `Cancelled`, the
+        fit stops and `on_cancel` applies.
 
     Returns
     -------
-    The result; every value stays in its range, directions keep their lengths, poses stay rigid motions of
-    where they started.
+    The result. Every value is within its range, directions have their initial lengths, and poses differ from the
+    initial ones by rigid motions.
 
     Raises
     ------
     ValueError
-        Before anything is rendered, for a wrong scene, target, path or option, naming it.
+        For a wrong scene, target, path or option, before anything is rendered; names it.
     FloatingPointError
-        If a gradient or loss is not finite, naming the parameter or target.
+        If a gradient or loss is not finite; names the parameter or target.
 
     Warns
     -----
     RuntimeWarning
-        If no picture depends on a parameter.
+        If no picture depends on a parameter; names the parameter and the likely reason.
     """
     started = time.monotonic()
     validated(scene)
@@ -185,7 +190,7 @@ def fit(
     unknowns = [unknown(work, path, steps.get(path), smoothness, slide) for path in paths]
 
     renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=paths)
-    renderer.watched = False  # nobody else has the copy
+    renderer.watched = False  # no other code can change the copy
     run = Run(
         work, renderer, seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,
@@ -198,7 +203,7 @@ def fit(
             run.measure_end()
     except Cancelled:
         stop = on_cancel
-    stop = on_cancel if stop == "as asked" else stop
+    stop = on_cancel if stop == "callback" else stop
     missing = run.plan.missing
     cameras = [view.camera for view in seen]
     parts = [untouched_part(work, cameras, path, touched) for path, touched in run.touched.items()]
@@ -221,7 +226,7 @@ def _checked_paths(work: Scene, wrt: Sequence[str], narrow: bool) -> list[str]:
     for path, count in Counter(paths).items():
         if count > 1:
             raise ValueError(f"fit: wrt names '{path}' more than once")
-    requested_tables(work, with_requested(work, flatten(work), paths), paths)  # raises for each that has no derivative
+    requested_tables(work, with_requested(work, flatten(work), paths), paths)  # raises for paths without derivatives
     if narrow:
         diffuse_tables.check(paths)
     return paths
@@ -237,7 +242,7 @@ def _checked_steps(paths: list[str], step_sizes: Mapping[str, float] | None) -> 
 
 
 def _copy(scene: Scene) -> Scene:
-    """A scene with its own objects that shares the arrays, which `parameters.put` replaces and never writes to."""
+    """Copy the objects of a scene. The arrays are shared: `parameters.put` replaces arrays and never writes to them."""
     return Scene(
         replace(scene.camera),
         {name: replace(mesh) for name, mesh in scene.meshes.items()},

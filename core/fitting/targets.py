@@ -1,4 +1,4 @@
-"""The pictures that a fit aims at, checked against the cameras that they belong to."""
+"""Target pictures of a fit, checked against their cameras."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from ..scene.scene import Scene
 
 @dataclass
 class Target(Checked):
-    """A picture that the scene should look like.
+    """A picture that the scene should match.
 
     Attributes
     ----------
     image
-        (H, W, 3) linear Rec.709 radiance of the camera's size (of its crop); or (H, W, 4) with straight alpha, as
-        `images.read_image` gives it: it is then put over the scene's world, which is what a render
-        shows where nothing stands.
+        (H, W, 3) linear Rec.709 radiance of the size of the camera's picture or crop, or (H, W, 4) with straight
+        alpha, as returned by `images.read_image`. A picture with alpha is composited over the scene's world, as a
+        render shows the world behind the objects.
     camera
-        Where it was taken from; None: the scene's camera.
+        Camera that took the picture; None: the scene's camera.
     mask
         (H, W) weight of each pixel, >= 0 (0: ignored); None: all 1.
     weight
-        Weight of this picture among several, > 0.
+        Weight of this picture among the targets, > 0.
     """
 
     image: ArrayLike
@@ -57,20 +57,20 @@ class View:
     weight: float
 
 
-# Samples per pixel of the world behind pictures with alpha: of an image of the world, which has edges of its own.
+# Samples per pixel of the world behind pictures with alpha; more samples reduce the noise of a textured world.
 WORLD_SPP = 64
 
-# One or several targets; a bare picture is one seen by the scene's camera.
+# One or several targets; a bare picture belongs to the scene's camera.
 Targets = Target | NDArray[Any] | Sequence[Target | NDArray[Any]]
 
 
 def views(scene: Scene, targets: Targets, engine: str = "auto") -> list[View]:
-    """Checked targets with weights whose mean is 1.
+    """Check the targets, and scale their weights to a mean of 1.
 
     Raises
     ------
     ValueError
-        Naming the target by its place in the list, and the field.
+        For a wrong target; names its position in the list and the field.
     """
     if not isinstance(targets, (Target, Iterable)) or isinstance(targets, (str, bytes, Mapping)):
         raise ValueError(f"fit: targets must be an edgegrad.Target, a picture or a list of them, not {shown(targets)}")
@@ -87,7 +87,7 @@ def _view(scene: Scene, where: str, target: Target | NDArray[Any], engine: str) 
         target = Target(target)
     if not isinstance(target, Target):
         raise ValueError(f"{where}: must be an edgegrad.Target or a picture, not {shown(target)}")
-    target = replace(target)  # the user's own stays as it is
+    target = replace(target)  # the caller's target stays unchanged
     target.check_fields(where)
     camera = scene.camera if target.camera is None else target.camera
     try:
@@ -105,7 +105,7 @@ def _view(scene: Scene, where: str, target: Target | NDArray[Any], engine: str) 
         )
     if image.shape[2] == 4:
         alpha = image[..., 3:]
-        # Where alpha is 0 an EXR may still hold light (a glow), which adds to the background.
+        # EXR pixels with alpha 0 may still contain light (a glow), which adds to the background.
         image = image[..., :3] * np.where(alpha > 0.0, alpha, 1.0)
         if (alpha < 1.0).any():
             image += (1.0 - alpha) * _world_alone(scene, camera, engine)
@@ -120,6 +120,6 @@ def _view(scene: Scene, where: str, target: Target | NDArray[Any], engine: str) 
 
 
 def _world_alone(scene: Scene, camera: Camera, engine: str) -> NDArray[np.float32]:
-    """What the camera sees where nothing stands."""
+    """Render the world without objects."""
     behind = Scene(camera, world=scene.world, images=scene.images)
     return Renderer(behind, engine=engine).render(spp=WORLD_SPP, max_depth=1)

@@ -1,4 +1,4 @@
-"""What an optimiser moves for each parameter: its step, its limits, and for vertices the preconditioner."""
+"""Optimised variables: for each parameter its optimiser, step size and limits, for vertices also the preconditioner."""
 
 from __future__ import annotations
 
@@ -18,25 +18,26 @@ from .rigid_variables import BETA2, Directions, Poses, Positions
 
 F64 = NDArray[np.float64]
 
-# Default of the first step of vertices as a fraction of their mesh's bounding box diagonal.
+# Default first step of vertices, as a fraction of the diagonal of the mesh's bounding box.
 VERTEX_STEP = 0.02
-# Share of the motion along the surface that closed meshes keep; those with open borders keep all.
+# Default factor for the tangential motion of vertices of closed meshes. A smaller value keeps vertices evenly spaced,
+# but material borders and UV maps cannot move along the surface.
 SLIDE = 0.2
 
 
 class Unknown(Protocol):
-    """One parameter of a fit."""
+    """The variable of one parameter of a fit."""
 
     path: str
     step: float
 
     def take_step(self, gradient: F64, factor: float) -> Any:
-        """The parameter's next value, after a step of `factor` times the parameter's own length."""
+        """Make one step, of `factor` times the step length of the parameter, and return the next value."""
         ...
 
 
 class Values:
-    """Numbers, colours, texels: Adam on the values themselves, clipped to their range."""
+    """Numbers, colours and texels: Adam on the values, which are clipped to their range."""
 
     def __init__(self, scene: Scene, path: str, step: float | None) -> None:
         self.path = path
@@ -51,13 +52,13 @@ class Values:
 
 
 class Vertices:
-    """A mesh's vertices: AdamUniform on the preconditioned, welded positions.
+    """The vertices of a mesh: AdamUniform on the preconditioned, welded positions (`LargeSteps`).
 
-    A picture of a smooth surface tells, to first order, only its motion along the normal. What the
-    preconditioner makes of that has parts along the surface as well: a growing bump drags the
-    vertices around it along. These change no shape, but let vertices drift from where they belong,
-    so only the share `slide` of them is kept. With T = n n^T + slide (1 - n n^T) a step is
-    T (I + lambda L)^-2 T times the gradient: symmetric and positive, so it still goes downhill.
+    To first order, only the normal motion of a smooth surface changes its picture. The preconditioner turns such a
+    gradient into a step that also has tangential parts: a growing bump drags the vertices around it along. Tangential
+    motion does not change the shape, but it makes the vertices drift. Therefore it is scaled by `slide`. With
+    T = n n^T + slide (1 - n n^T), a step is T (I + lambda L)^-2 T times the gradient. This matrix is symmetric and
+    positive, so the step is a descent direction.
     """
 
     def __init__(
@@ -68,7 +69,8 @@ class Vertices:
         self.value = mesh.vertices
         extent = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))
         if not extent > 0.0:
-            raise ValueError(f"parameter '{path}': all vertices are at one place; the mesh has no extent to move by")
+            raise ValueError(f"parameter '{path}': all vertices are at one place, so the mesh has no extent that sets "
+                             "the length of a step; separate its vertices")
         self.step = (VERTEX_STEP if step is None else step) * extent
         self._steps = LargeSteps(mesh.vertices, mesh.faces, smoothness)
         self._faces = mesh.faces
@@ -83,26 +85,26 @@ class Vertices:
             return self.value
         change = self._restrained(self._steps.vertices(move))
         if self._length is None:
-            # The filter shortens what is local by up to lambda times the degree. The length of a step is
-            # meant in space, so the first one is stretched to it, and all later ones by as much.
+            # The filter shortens a local step by a factor of up to lambda times the degree. `step` is a length in
+            # space: the first step is scaled to this length, and all later steps by the same factor.
             longest = float(np.linalg.norm(change, axis=1).max())
             self._length = factor * self.step / longest if longest > 0.0 else None
-        # All copies of a welded vertex get the same change, so seams can't tear.
+        # All copies of a welded vertex get the same change, so a seam cannot tear.
         self.value = self.value + (1.0 if self._length is None else self._length) * change
         return self.value
 
     def _restrained(self, vectors: F64) -> F64:
-        """T times vectors at the vertices."""
+        """Multiply vectors at the vertices by T: scale their tangential part by `slide`."""
         if self._slide == 1.0:
             return vectors
         normal = vertex_normals(self.value, self._faces, self._steps.label)
-        along = np.einsum("ij,ij->i", vectors, normal)[:, None] * normal
-        free = ~normal.any(axis=1)  # no normal, no direction to prefer
-        return np.where(free[:, None], vectors, self._slide * vectors + (1.0 - self._slide) * along)
+        normal_part = np.einsum("ij,ij->i", vectors, normal)[:, None] * normal
+        free = ~normal.any(axis=1)  # vertices without a normal move freely
+        return np.where(free[:, None], vectors, self._slide * vectors + (1.0 - self._slide) * normal_part)
 
 
 def vertex_normals(vertices: F64, faces: NDArray[np.integer], label: NDArray[np.int64]) -> F64:
-    """(n, 3) unit normals, the mean of the faces at each welded vertex by area; 0 where that is 0."""
+    """(n, 3) unit vertex normals: area-weighted mean over the faces at each welded vertex; 0 if the mean is 0."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     twice_area = np.repeat(np.cross(b - a, c - a), 3, axis=0)
     at = label[faces.ravel()]
@@ -113,14 +115,14 @@ def vertex_normals(vertices: F64, faces: NDArray[np.integer], label: NDArray[np.
 
 
 def _closed(faces: NDArray[np.int32], label: NDArray[np.int64]) -> bool:
-    """Whether no edge is an open border, whose vertices show their motion along the surface."""
+    """Whether the mesh has no open border. Tangential motion of a border changes the shape."""
     return bool((np.diff(topology.edges(faces, label).face_first.astype(np.int64)) > 1).all())
 
 
 def unknown(
     scene: Scene, path: str, step: float | None, smoothness: float | None, slide: float | None
 ) -> Unknown:
-    """The unknown of a parameter; `step`, `smoothness` and `slide` None: the defaults above."""
+    """Make the variable of a parameter; None for `step`, `smoothness` or `slide` means its default."""
     field = parameters.split(path)[2]
     if field == "vertices":
         return Vertices(scene, path, step, smoothness, slide)

@@ -1,4 +1,4 @@
-"""Why a fit finds no gradient for a parameter, or for a part of it."""
+"""Explanations for parameters whose gradient is zero in all iterations of a fit, entirely or in part."""
 
 from __future__ import annotations
 
@@ -16,14 +16,19 @@ from ..scene.material import Mixture
 from ..scene.placement import expanded
 from ..scene.scene import Scene
 
-# A smaller part than this isn't worth a word: few meshes are seen from all sides.
+# Smallest fraction of zero entries that is reported: the cameras rarely see all sides of a mesh.
 WORTH_A_NOTE = 0.01
 
 
 def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, planned: Plan) -> str:
-    """The likeliest reason why the gradient of the parameter `path` is zero everywhere.
+    """Return the most likely reason why the gradient of the parameter `path` is zero everywhere.
 
-    `losses` are those of the pictures; `planned` is the plan of the scene by this parameter and others.
+    Parameters
+    ----------
+    losses
+        Most recent loss of each picture.
+    planned
+        Plan of the derivatives with respect to all fitted parameters.
     """
     collection, name, fieldname = parameters.split(path)
     if not losses.any():
@@ -31,7 +36,7 @@ def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, planned:
     if collection == "materials" and not _is_used(scene, name):
         return "no mesh uses this material"
     if planned.zero.get(path) == UNREAD:
-        return "nothing of the picture reads it (it is textured, or of no effect on what has no size)"
+        return f"{UNREAD} (a texture replaces it, or it has no effect on a light without size)"
     if collection == "lights" and fieldname == "color" and np.size(parameters.get(scene, path)):
         held = parameters.owner(scene, path)[0]
         if not getattr(held, "power", getattr(held, "strength", 1.0)):
@@ -41,16 +46,16 @@ def why_untouched(scene: Scene, losses: NDArray[np.float64], path: str, planned:
     if fieldname in ("power", "strength") and not np.any(parameters.owner(scene, path)[0].color):
         return "its colour is black"
     return planned.zero.get(path) or ("nothing that the cameras see depends on it (out of view, hidden, "
-                                      "unlit, or all of it masked)")
+                                      "unlit, or masked)")
 
 
 def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: NDArray[np.bool_]) -> str | None:
-    """A sentence on the entries of a parameter whose gradient was exactly 0 in all pictures, and why; None: too few.
+    """Describe the entries of a parameter whose gradient was exactly 0 in all pictures; None if there are few.
 
     Parameters
     ----------
     touched
-        Of the parameter's shape: where the gradient was not 0.
+        Array of the parameter's shape: True where some gradient was not 0.
     """
     if not touched.any() or touched.mean() > 1.0 - WORTH_A_NOTE:
         return None
@@ -70,6 +75,6 @@ def untouched_part(scene: Scene, cameras: Sequence[Camera], path: str, touched: 
 
 
 def _is_used(scene: Scene, name: str) -> bool:
-    """Whether a mesh has the material, or a mixture that it is a part of."""
+    """Whether a mesh uses the material, or a mixture that contains it."""
     users = {name, *(other for other, m in scene.materials.items() if isinstance(m, Mixture) and name in m.parts)}
     return any(not users.isdisjoint(mesh.materials) for mesh in scene.meshes.values())

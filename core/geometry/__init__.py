@@ -1,1 +1,1 @@
-"""Questions about the geometry of meshes: which edges exist, which shapes are convex, which boxes meet."""
+"""Geometry of meshes: edge topology, convexity, bounding boxes and intersecting pairs."""

@@ -1,4 +1,4 @@
-"""Which points lie within a camera's picture, hidden or not."""
+"""Tests whether points lie within the picture of a camera; occlusion is ignored."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def depths(camera: Camera, points: F64) -> F64:
 
 
 def in_picture(camera: Camera, points: F64) -> NDArray[np.bool_]:
-    """(n,) whether points (n, 3) lie before the camera and within the window that it renders.
+    """(n,) whether points (n, 3) lie in front of the camera and within its rendered window.
 
-    All points are within the pictures of panoramic cameras.
+    For panoramic cameras, every point counts as within the picture.
     """
     if camera.kind not in ("PERSPECTIVE", "ORTHOGRAPHIC"):
         return np.ones(len(points), bool)

@@ -1,4 +1,4 @@
-"""Small meshes joined, so that array operations are worth their overhead where a scene has very many of them."""
+"""Batches of small meshes: one array operation on a batch replaces many operations on tiny arrays."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from ..scene.mesh import Mesh
 
-# Vertices and faces of a batch: enough for the overhead to vanish, few enough for temporary arrays to stay in caches.
+# Vertices and faces of a batch. Larger batches amortise the overhead of array operations; smaller ones keep temporary
+# arrays in the caches.
 _SIZE = 1 << 16
 
 
 def batches(sizes: Sequence[int] | NDArray[np.int64]) -> Iterator[tuple[int, int]]:
-    """Runs [first, last) of consecutive meshes of some sizes; a larger one than a batch is one by itself."""
+    """Yield runs [first, last) of consecutive meshes by their sizes; a mesh larger than a batch is a run of its own."""
     end = np.cumsum(sizes)
     first, before = 0, 0
     while first < len(end):
@@ -26,16 +27,16 @@ def batches(sizes: Sequence[int] | NDArray[np.int64]) -> Iterator[tuple[int, int
 
 @dataclass
 class Batch:
-    """Consecutive meshes as one.
+    """Consecutive meshes, concatenated.
 
     Attributes
     ----------
     first, last
-        Which of the meshes.
+        Range [first, last) of the meshes in the batch.
     vertices, faces
-        Of all of them.
+        (v, 3) vertices and (f, 3) faces of all meshes of the batch.
     first_vertex, first_face
-        (n + 1,) where those of each begin.
+        (n + 1,) index of the first vertex and face of each mesh.
     """
 
     first: int
@@ -47,17 +48,17 @@ class Batch:
 
     @property
     def mesh_of_vertex(self) -> NDArray[np.int64]:
-        """(v,) number of each vertex' mesh in the batch."""
+        """(v,) index, within the batch, of the mesh of each vertex."""
         return np.repeat(np.arange(self.last - self.first), np.diff(self.first_vertex))
 
     @property
     def mesh_of_face(self) -> NDArray[np.int64]:
-        """(f,) number of each face's mesh in the batch."""
+        """(f,) index, within the batch, of the mesh of each face."""
         return np.repeat(np.arange(self.last - self.first), np.diff(self.first_face))
 
 
 def corners(meshes: Sequence[Mesh]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(n, 3) lower and upper corners around each mesh's vertices."""
+    """(n, 3) lower and upper corners of the bounding box of each mesh."""
     low, high = np.empty((len(meshes), 3)), np.empty((len(meshes), 3))
     counts = np.array([len(mesh.vertices) for mesh in meshes], np.int64)
     for first, last in batches(counts):
@@ -69,7 +70,7 @@ def corners(meshes: Sequence[Mesh]) -> tuple[NDArray[np.float64], NDArray[np.flo
 
 
 def joined(meshes: Sequence[Mesh]) -> Iterator[Batch]:
-    """All of some meshes, in batches."""
+    """Concatenate meshes into batches."""
     for first, last in batches([len(mesh.vertices) + len(mesh.faces) for mesh in meshes]):
         part = meshes[first:last]
         first_vertex = np.cumsum([0, *(len(mesh.vertices) for mesh in part)])

@@ -1,8 +1,8 @@
-"""Edge topology by position: which faces meet along which segment of space.
+"""Edge topology from positions: which faces share which edge.
 
-A mesh stored with split vertices (normals, UV seams, one vertex per corner) must have the same
-boundaries as the same mesh stored shared: a seam counted as two open borders doubles its
-derivative. So coincident vertices are welded before edges are matched.
+A mesh may store one vertex several times (at sharp edges, at UV seams, or once per corner). Such a mesh must have the
+same edges as the same surface with shared vertices: a seam that is counted as two open borders doubles its derivative.
+Therefore coincident vertices are welded before edges are matched.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-# Vertices closer than this times the size of the mesh are one (derivations: "weld by position").
+# Distance, as a fraction of the size of the mesh, below which vertices are welded.
 WELD_TOLERANCE = 1e-7
 
 
@@ -25,14 +25,14 @@ class Edges:
     Attributes
     ----------
     vertices
-        (E, 2) indices of the end points, into the vertices as stored; for a welded edge those of
-        the face that comes first.
+        (E, 2) indices of the end points into the stored, unwelded vertices. If copies of an end point exist,
+        the index is that of the edge's first face.
     face_first
         (E + 1,) offsets into `faces`.
     faces
-        Face indices, all faces of edge k at ``faces[face_first[k]:face_first[k + 1]]``.
+        Face indices; the faces of edge k are ``faces[face_first[k]:face_first[k + 1]]``.
     opposite
-        Vertex index of each of those faces' third corner, in the same order.
+        Vertex index of the corner opposite the edge, for each entry of `faces`.
     """
 
     vertices: NDArray[np.uint32]
@@ -47,33 +47,34 @@ class Edges:
 def weld(
     vertices: NDArray[np.float64], tolerance: float = WELD_TOLERANCE, of: NDArray[np.int64] | None = None
 ) -> NDArray[np.int64]:
-    """Label of each vertex such that coincident vertices share one.
+    """Give each vertex a label such that coincident vertices have the same label.
 
     Parameters
     ----------
     vertices
         (n, 3) positions.
     tolerance
-        Distance below which two vertices are one, as a fraction of the diagonal of their mesh's bounding box.
+        Distance below which two vertices coincide, as a fraction of the diagonal of the mesh's bounding box.
     of
-        (n,) number of each vertex' mesh, from 0 on and without gaps, one mesh after the other: only vertices of one
-        mesh are joined. None: all are of one.
+        (n,) index of the mesh of each vertex, counted from 0 without gaps, and ascending. Vertices of different
+        meshes are never welded. None: all vertices belong to one mesh.
 
     Returns
     -------
-    (n,) labels 0 … k - 1 in the order of the first vertex that has each.
+    (n,) labels 0 … k - 1, in the order of the first vertex with each label.
     """
     if len(vertices) == 0:
         return np.zeros(0, np.int64)
-    # Copies are nearly always exact, so these are joined first and only one of each goes on.
+    # Coincident vertices are nearly always exact copies. Hashing finds these first, and only one of each remains.
     of = np.zeros(len(vertices), np.int64) if of is None else of
     distinct, copy_of = _distinct_rows(_marked(vertices + 0.0, of))  # + 0.0: -0 is 0
     points, of = vertices[distinct], of[distinct]
     low, high = _bounds(points, of)
     size = np.linalg.norm(high - low, axis=1)
     step = np.maximum(size * tolerance, float(np.finfo(np.float32).tiny))[of][:, None]
-    # A pair that a cell wall happens to divide along some axes shares a cell of the grid that is
-    # shifted by half a cell along just these axes: eight grids miss no pair closer than half a cell.
+    # Points in the same cell of a grid are candidates. A cell wall may separate a close pair along some axes, but then
+    # the pair shares a cell of the grid that is shifted by half a cell along these axes. Hence eight shifted grids find
+    # every pair closer than half a cell.
     scaled = (points - low[of]) / (2.0 * step)
     label = np.arange(len(points))
     near = _maybe_near(scaled, np.sqrt(3.0), of * (2.0 / tolerance))
@@ -86,18 +87,18 @@ def weld(
             label = _merge(label, near[members], group)
     label = label[copy_of]
     first = np.zeros(len(points), np.int64)
-    first[label[::-1]] = np.arange(len(label))[::-1]  # the last one that is written is the first vertex
+    first[label[::-1]] = np.arange(len(label))[::-1]  # in reversed order, the first vertex is written last
     first = first[label]
     return (np.cumsum(first == np.arange(len(first))) - 1)[first]
 
 
 def _marked(rows: NDArray[Any], of: NDArray[np.int64]) -> NDArray[Any]:
-    """Rows with their mesh's number as another column, where there are several meshes."""
+    """Append the mesh index to each row, if there are several meshes."""
     return np.column_stack([rows, of]) if of.any() else rows
 
 
 def _bounds(points: NDArray[np.float64], of: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(k, 3) lower and upper corners of each mesh's points."""
+    """(k, 3) lower and upper corners of the points of each mesh."""
     order = np.argsort(of, kind="stable")
     first = np.searchsorted(of[order], np.arange(int(of.max()) + 1))
     return np.minimum.reduceat(points[order], first), np.maximum.reduceat(points[order], first)
@@ -106,12 +107,11 @@ def _bounds(points: NDArray[np.float64], of: NDArray[np.int64]) -> tuple[NDArray
 def _maybe_near(
     points: NDArray[np.float64], distance: float, offset: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """Indices of points that may have another one within a distance: all that have, and few others.
+    """Indices of points that may have a neighbour within `distance`: all that have one, and few others.
 
-    Different meshes have offsets that are farther apart than the points of any mesh.
-
-    Points that are near each other are so along any direction; directions of no mesh's symmetry tell most of
-    the others, at the cost of one sort each.
+    Neighbouring points have neighbouring projections on any line. Each projection costs one sort, and drops most points
+    without a neighbour; its directions are chosen so that they are not symmetry axes of common meshes. `offset` is
+    added to the projections and keeps the points of different meshes apart.
     """
     found = np.arange(len(points))
     for direction in ([0.7013, 0.5441, 0.4606], [-0.3931, 0.8217, 0.4126], [0.4909, -0.3457, 0.7997]):
@@ -136,20 +136,20 @@ def _hash(rows: NDArray[np.uint64]) -> NDArray[np.uint64]:
 
 
 def _distinct_rows(rows: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """A row of each kind, and for each row the index of its kind."""
+    """Find distinct rows: the index of one row of each value, and for each row the number of its value."""
     key = _hash(rows.view(np.uint64))
     order = np.argsort(key)
     ordered = key[order]
-    new = np.concatenate([[True], ordered[1:] != ordered[:-1]])
-    found, copy_of = order[new], np.empty(len(rows), np.int64)
-    copy_of[order] = np.cumsum(new) - 1
-    if not np.array_equal(rows[found][copy_of], rows):  # two kinds have one key
+    first_of_key = np.concatenate([[True], ordered[1:] != ordered[:-1]])
+    found, copy_of = order[first_of_key], np.empty(len(rows), np.int64)
+    copy_of[order] = np.cumsum(first_of_key) - 1
+    if not np.array_equal(rows[found][copy_of], rows):  # a hash collision
         _, found, copy_of = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return found, copy_of.reshape(-1)
 
 
 def _shared_cells(cell: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Indices of the rows that are not alone with their cell, and a number for each one's cell."""
+    """Indices of the rows that share their cell with another row, and the number of the cell of each."""
     key = _hash(cell.view(np.uint64))
     ordered = np.sort(key)
     repeated = ordered[1:][ordered[1:] == ordered[:-1]]
@@ -164,7 +164,7 @@ def _shared_cells(cell: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[n
 def _merge(
     label: NDArray[np.int64], members: NDArray[np.int64], group: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Smallest label that each vertex reaches through shared labels and, for `members`, shared groups."""
+    """Propagate the smallest label through shared labels and, for `members`, shared groups, until nothing changes."""
     while True:
         least = np.full(int(group.max()) + 1, np.iinfo(np.int64).max)
         np.minimum.at(least, group, label[members])
@@ -177,7 +177,7 @@ def _merge(
 
 
 def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Edges:
-    """Edges of a mesh with the faces along each; needs no positions but the welded labels.
+    """Find the edges of a mesh and the faces along each, from the labels of the welded vertices.
 
     Parameters
     ----------
@@ -188,14 +188,13 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
 
     Returns
     -------
-    The edges in the order of the first face that has each (neighbours in the list are then
-    neighbours in space, which keeps rays from them coherent). Edges whose ends are one welded
-    vertex have no length and are left out.
+    The edges, in the order of the first face of each. Neighbours in this order are often neighbours in space, which
+    keeps rays from them coherent. Edges between two copies of one welded vertex have no length and are left out.
     """
     if len(faces) == 0:
         none = np.zeros(0, np.uint32)
         return Edges(np.zeros((0, 2), np.uint32), np.zeros(1, np.uint32), none, none)
-    # Corner k of a face stands for the edge from it to the next one: a, b, and the corner opposite.
+    # Corner k of a face represents the edge from corner k to the next corner: a, b, and the opposite corner.
     a, b, opposite = (np.roll(faces, -k, axis=1).ravel() for k in range(3))
     face = np.repeat(np.arange(len(faces), dtype=np.uint32), 3)
     one, other = label[a], label[b]
@@ -210,7 +209,7 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
     first = order[starts]  # the first corner of each edge
     is_first = np.zeros(len(key), bool)
     is_first[first] = True
-    rank = np.cumsum(is_first)[first] - 1 if len(key) else first  # position of each edge by its first corner
+    rank = np.cumsum(is_first)[first] - 1 if len(key) else first  # number of each edge in the order of first corners
     by_rank = np.empty_like(count)
     by_rank[rank] = count
     face_first = np.concatenate([[0], np.cumsum(by_rank)])
@@ -226,18 +225,18 @@ def edges(faces: NDArray[np.signedinteger[Any]], label: NDArray[np.int64]) -> Ed
 
 
 def _sorted(key: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The order that sorts keys and leaves equal ones as they are, and the sorted keys."""
+    """Sort keys stably: return the permutation and the sorted keys."""
     bits = max(len(key) - 1, 1).bit_length()
     if len(key) == 0 or int(key.max()).bit_length() + bits > 63:
         order = np.argsort(key, kind="stable")
         return order, key[order]
-    # Key and place in one number: sorting values is several times faster than sorting places.
+    # Pack key and index into one integer: a sort of values is faster than an argsort.
     joined = np.sort((key << bits) | np.arange(len(key)))
     return joined & ((1 << bits) - 1), joined >> bits
 
 
 def join(parts: list[Edges], vertex_first: Sequence[int], face_first: Sequence[int]) -> Edges:
-    """The edges of several meshes with indices into their concatenated vertices and faces."""
+    """Join the edges of several meshes; indices refer to the concatenated vertices and faces."""
     if not parts:
         return edges(np.zeros((0, 3), np.int32), np.zeros(0, np.int64))
     offset = np.cumsum([0] + [len(p.faces) for p in parts])

@@ -1,4 +1,4 @@
-"""Image files: OpenEXR, PNG and JPEG to and from linear Rec.709 arrays, and pictures of derivatives."""
+"""Image files: conversion of OpenEXR, PNG and JPEG to and from linear Rec.709 arrays, and pictures of derivatives."""
 
 from .derivative_picture import derivative_image, write_derivative
 from .files import READABLE, WRITABLE, linear_to_srgb, read_image, srgb_to_linear, write_image

@@ -1,4 +1,4 @@
-"""Colours of an EXR file's primaries to linear Rec.709."""
+"""Conversion of the colours of an EXR file, with any primaries, to linear Rec.709."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from .._check import numeric
 
 # (x, y) of red, green, blue and white (D65).
 REC709 = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290]])
-# Linear Rec.709 by the names of the Color Interop Forum, which Blender 5 writes.
+# Names of the Color Interop Forum, written by Blender 5, that mean linear Rec.709 or state no colour space.
 REC709_NAMES = ("lin_rec709_scene", "lin_rec709_display", "unknown", "data", "")
 
 
 def to_rec709(pixels: NDArray[np.float64], header: Mapping[str, Any], path: Path) -> NDArray[np.float64]:
-    """(…, 3) colours of a file with this EXR header, in linear Rec.709.
+    """Convert (…, 3) colours of a file with this EXR header to linear Rec.709.
 
-    A header without a statement means Rec.709, as the OpenEXR specification says. White points are
-    not adapted: a white other than D65 stays as coloured as it is.
+    A header that states no colour space means Rec.709, by the OpenEXR specification. There is no chromatic
+    adaptation: a white point other than D65 keeps its tint.
     """
     stated = header.get("chromaticities")
     if stated is not None:
@@ -31,7 +31,8 @@ def to_rec709(pixels: NDArray[np.float64], header: Mapping[str, Any], path: Path
             return pixels
         if primaries.shape != REC709.shape or not np.isfinite(primaries).all() or (primaries[:, 1] <= 0.0).any()\
                 or abs(np.linalg.det(_columns(primaries)[:, :3])) < 1e-9:
-            raise ValueError(f"image '{path}': its chromaticities {primaries.ravel().tolist()} are not usable")
+            raise ValueError(f"image '{path}': its chromaticities {primaries.ravel().tolist()} are not four valid "
+                             "(x, y) pairs; save it in linear Rec.709")
         return pixels @ (np.linalg.inv(_to_xyz(REC709)) @ _to_xyz(primaries)).T
     name = str(header.get("colorInteropID", ""))
     if name not in REC709_NAMES:
@@ -40,7 +41,7 @@ def to_rec709(pixels: NDArray[np.float64], header: Mapping[str, Any], path: Path
 
 
 def _to_xyz(primaries: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrix from RGB to CIE XYZ such that (1, 1, 1) is the white of luminance 1."""
+    """(3, 3) matrix from RGB to CIE XYZ that maps (1, 1, 1) to the white of luminance 1."""
     columns = _columns(primaries)
     scale = np.linalg.solve(columns[:, :3], columns[:, 3])
     return columns[:, :3] * scale

@@ -1,4 +1,4 @@
-"""Derivative images as pictures to look at: red is brighter, blue is darker, white is no change."""
+"""Derivative images as false-colour pictures: red is brighter, blue is darker, white is no change."""
 
 from __future__ import annotations
 
@@ -11,46 +11,46 @@ from PIL import Image, ImageDraw
 from .._check import file_path, number, numeric
 from .png import write_codes
 
-# Luminance of linear Rec.709: what "brighter" means.
+# Luminance of linear Rec.709; its derivative defines "brighter".
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-# Share of the changing pixels that the automatic scale shows without saturating.
+# Fraction of the changing pixels that the automatic scale shows without saturation.
 SHOWN = 0.99
-STRIP = 14  # pixels, height of the line that states the scale
+STRIP = 14  # pixels; height of the text line with the scale
 
 
 def picture_scale(dimage: ArrayLike) -> float:
-    """The change of luminance that is drawn fully red by default: the 99 % quantile of all that change."""
+    """Default change of luminance that is drawn as full red: the 99 % quantile over the pixels that change."""
     size = np.abs(_luminance(dimage))
     size = size[np.isfinite(size) & (size > 0.0)]
     return float(np.quantile(size, SHOWN)) if size.size else 1.0
 
 
 def derivative_image(dimage: ArrayLike, scale: float | None = None) -> NDArray[np.uint8]:
-    """Picture of a derivative image.
+    """Draw a derivative image in false colours.
 
     Parameters
     ----------
     dimage
-        (H, W, 3) derivative of linear Rec.709 radiance, as `edgegrad.render_forward` gives it; its
-        luminance is shown.
+        (H, W, 3) derivative of linear Rec.709 radiance, as returned by `edgegrad.render_forward`. The picture
+        shows its luminance.
     scale
-        Derivative drawn as full red; minus it as full blue. None: `picture_scale`.
+        Derivative that is drawn as full red; its negative is full blue. None: `picture_scale`.
 
     Returns
     -------
-    (H, W, 3) uint8 sRGB code values: white for 0, red for brighter, blue for darker, black where not
-    finite.
+    (H, W, 3) uint8 sRGB code values: white for 0, red for brighter, blue for darker, black for non-finite
+    values.
     """
     limit = picture_scale(dimage) if scale is None else number("derivative_image", "scale", scale, above=0.0)
     value = _luminance(dimage)
     finite = np.isfinite(value)
-    with np.errstate(over="ignore"):  # beyond the scale, as other large values
-        shares = np.where(finite, value, 0.0) / limit
-    return _colours(np.clip(shares, -1.0, 1.0), finite)
+    with np.errstate(over="ignore"):  # an overflow saturates like any large value
+        ratio = np.where(finite, value, 0.0) / limit
+    return _colours(np.clip(ratio, -1.0, 1.0), finite)
 
 
 def write_derivative(path: str | Path, dimage: ArrayLike, scale: float | None = None) -> float:
-    """Write `derivative_image` as a PNG with a line below it that states the scale; returns the scale."""
+    """Write `derivative_image` as a PNG, with the scale in a line below the picture; return the scale."""
     file = file_path("image", "path", path)
     if file.suffix.lower() != ".png":
         raise ValueError(f"image '{path}': a derivative picture must be a .png file")
@@ -71,13 +71,13 @@ def write_derivative(path: str | Path, dimage: ArrayLike, scale: float | None = 
 def _luminance(dimage: ArrayLike) -> NDArray[np.float64]:
     pixels = np.asarray(numeric("derivative_image", "dimage", dimage), np.float64)
     if pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
-        raise ValueError(f"derivative_image: must have the shape (H, W, 3), not {pixels.shape}")
+        raise ValueError(f"derivative_image: dimage must have the shape (H, W, 3), not {pixels.shape}")
     with np.errstate(invalid="ignore"):
         return pixels @ LUMINANCE
 
 
 def _colours(value: NDArray[np.float64], finite: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    """Red, white, blue for 1, 0, -1."""
+    """Map 1, 0, -1 to red, white, blue, with linear ramps between them; black if not finite."""
     fade = 1.0 - np.abs(value)
     red, blue = np.where(value >= 0.0, 1.0, fade), np.where(value <= 0.0, 1.0, fade)
     return np.where(finite[..., None], np.round(255.0 * np.stack([red, fade, blue], axis=-1)), 0.0).astype(np.uint8)

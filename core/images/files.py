@@ -1,8 +1,8 @@
-"""Image files: OpenEXR, PNG and JPEG to and from linear Rec.709 arrays.
+"""Image files: conversion of OpenEXR, PNG and JPEG to and from linear Rec.709 arrays.
 
-In memory an image is float32, linear light, row 0 on top, and its alpha, if it has one, is *straight*
-(colour not multiplied by alpha). Files differ: EXR stores premultiplied colour in linear light, PNG
-straight colour in sRGB code values; both are converted here and nowhere else.
+In memory, an image is float32 linear light with row 0 on top. Its alpha, if any, is *straight*: colours are not
+multiplied by alpha. EXR files store premultiplied linear colours, PNG files straight sRGB code values. All conversions
+between these forms are in this module.
 """
 
 from __future__ import annotations
@@ -30,19 +30,20 @@ F32 = NDArray[np.float32]
 READABLE = (".exr", ".png", ".jpg", ".jpeg")
 WRITABLE = (".exr", ".png")
 
-# Pixels that an EXR may have whatever its size, and pixels per byte of a larger one: no compression holds more.
+# An EXR may have MOST_EXR_PIXELS pixels whatever its file size, or MOST_PIXELS_PER_BYTE pixels per byte if that is
+# more. No compression method reaches that ratio, so a header beyond it is damaged.
 MOST_EXR_PIXELS = 1 << 26
 MOST_PIXELS_PER_BYTE = 4096
 
 
 def srgb_to_linear(code: ArrayLike) -> NDArray[np.float64]:
-    """Linear light of sRGB code values in [0, 1] (IEC 61966-2-1, exact piecewise curve)."""
+    """Convert sRGB code values in [0, 1] to linear light (the piecewise curve of IEC 61966-2-1)."""
     x = np.asarray(numeric("srgb_to_linear", "code", code), np.float64)
     return np.where(x <= 0.04045, x / 12.92, ((np.maximum(x, 0.0) + 0.055) / 1.055) ** 2.4)
 
 
 def linear_to_srgb(light: ArrayLike) -> NDArray[np.float64]:
-    """sRGB code values of linear light; the inverse of `srgb_to_linear`."""
+    """Convert linear light to sRGB code values; the inverse of `srgb_to_linear`."""
     x = np.asarray(numeric("linear_to_srgb", "light", light), np.float64)
     return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 0.0) ** (1.0 / 2.4) - 0.055)
 
@@ -53,18 +54,18 @@ def read_image(path: str | Path) -> F32:
     Parameters
     ----------
     path
-        The file. Of an EXR with several layers the one without a name is read, else Blender's
-        ``…Combined``, else the first that has R, G and B. A grey picture gives three equal channels.
+        The file. From an EXR with several layers, the unnamed layer is read, else Blender's ``…Combined``, else
+        the first layer with R, G and B. A grey picture returns three equal channels.
 
     Returns
     -------
-    (H, W, 3) float32 linear Rec.709, row 0 on top; (H, W, 4) with straight alpha in [0, 1] if the
-    file has one. Where an EXR's alpha is 0 its colour (light without coverage) is left as it is.
+    (H, W, 3) float32 linear Rec.709, row 0 on top; (H, W, 4) with straight alpha in [0, 1] if the file has alpha.
+    EXR pixels with alpha 0 keep their colour, which is light without coverage, such as a glow.
 
     Raises
     ------
     ValueError
-        Naming the path: the file is missing, can't be decoded or has a form that isn't supported.
+        If the file is missing, cannot be decoded or has an unsupported format; names the path.
     """
     file = file_path("image", "path", path)
     suffix = file.suffix.lower()
@@ -72,13 +73,13 @@ def read_image(path: str | Path) -> F32:
         raise ValueError(f"image '{path}': files of type '{suffix}' can't be read; use {', '.join(READABLE)}")
     if not file.is_file():
         raise ValueError(f"image '{path}': there is no such file")
-    with np.errstate(all="ignore"):  # pixels that are not finite are the file's
+    with np.errstate(all="ignore"):  # files may contain non-finite pixels
         image = _read_exr(file) if suffix == ".exr" else _read_coded(file)
         return np.ascontiguousarray(image, np.float32)
 
 
 def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> None:
-    """Write an EXR (float32, or float16 if `half`) or an 8 bit sRGB PNG, completely or not at all.
+    """Write an EXR (float32, or float16 if `half`) or an 8-bit sRGB PNG, completely or not at all.
 
     Parameters
     ----------
@@ -90,9 +91,9 @@ def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> No
     Raises
     ------
     ValueError
-        Naming the path, for another file type, a wrong shape or non-finite values in a PNG.
+        For another file type, a wrong shape or non-finite values in a PNG; names the path.
     OSError
-        Naming the path and the reason, if the file can't be written; an earlier file stays as it was.
+        If the file can't be written; names the path and the reason. An earlier file stays unchanged.
     """
     file = file_path("image", "path", path)
     half = flag(f"image '{path}'", "half", half)
@@ -106,16 +107,16 @@ def write_image(path: str | Path, image: ArrayLike, *, half: bool = False) -> No
         _write_exr(file, pixels, half)
     else:
         if not np.isfinite(pixels).all():
-            raise ValueError(f"image '{path}': has non-finite values, which a PNG can't hold")
+            raise ValueError(f"image '{path}': has non-finite values, which a PNG can't hold; write an .exr")
         write_codes(file, np.round(255.0 * _coded(pixels)).astype(np.uint8))
 
 
 def _writable(path: str | Path, image: ArrayLike) -> F32:
-    """The numbers of a picture of any shape, finite or not."""
+    """Convert a picture of any shape, finite or not, to float32; refuse integers."""
     pixels = numeric(f"image '{path}'", "pixels", image)
     if pixels.dtype.kind != "f":
-        raise ValueError(f"image '{path}': pixels hold whole numbers ({pixels.dtype}), but must be linear light; of a "
-                         "picture's code values make it by srgb_to_linear(codes / 255)")
+        raise ValueError(f"image '{path}': pixels hold whole numbers ({pixels.dtype}), but must be linear light; "
+                         "convert 8-bit code values by edgegrad.images.srgb_to_linear(codes / 255)")
     with np.errstate(over="ignore"):
         return np.asarray(pixels, np.float32)
 
@@ -127,7 +128,7 @@ def _coded(pixels: F32) -> NDArray[np.float64]:
 
 
 def _read_coded(path: Path) -> NDArray[Any]:
-    """PNG and JPEG: code values to linear light."""
+    """Read a PNG or JPEG, and convert its code values to linear light."""
     try:
         deep = read_deep(path)
         with Image.open(path) as opened:
@@ -135,17 +136,17 @@ def _read_coded(path: Path) -> NDArray[Any]:
             picture = ImageOps.exif_transpose(opened)
     except MemoryError:
         raise
-    except Exception as error:  # decoders raise many kinds for broken files
+    except Exception as error:  # decoders raise many types for broken files
         raise ValueError(f"image '{path}': can't be read ({error})") from None
     profile = _profile(path, picture.info)
     if deep is not None and profile is None:
         return _light(deep / 65535.0)
-    if picture.mode.startswith("I"):  # 16 bit grey
+    if picture.mode.startswith("I"):  # 16-bit grey
         grey = srgb_to_linear(np.asarray(picture, np.float64) / 65535.0)
         return np.repeat(grey[..., None], 3, axis=2)
     has_alpha = "A" in picture.getbands() or "transparency" in picture.info
     picture = picture.convert("RGBA" if has_alpha else "RGB")
-    # Pixels of a profile for other than RGB have been converted to sRGB above.
+    # Pixels whose profile has another colour space than RGB were converted to sRGB by `convert` above.
     if profile is not None and profile.profile.xcolor_space.strip() == "RGB":
         try:
             picture = ImageCms.profileToProfile(picture, profile, ImageCms.createProfile("sRGB")) or picture
@@ -158,10 +159,10 @@ _BAD_PROFILE = "its colour profile is broken; remove it, or save the picture as 
 
 
 def _profile(path: Path, info: dict[Any, Any]) -> ImageCms.ImageCmsProfile | None:
-    """The picture's colour profile, None if it has none."""
+    """Return the colour profile of the picture, None if it has none."""
     if "icc_profile" not in info:
         return None
-    if not info["icc_profile"]:  # Pillow's word for one that can't be decompressed
+    if not info["icc_profile"]:  # Pillow returns an empty profile if it can't decompress it
         raise ValueError(f"image '{path}': {_BAD_PROFILE}")
     try:
         return ImageCms.ImageCmsProfile(io.BytesIO(info["icc_profile"]))
@@ -170,7 +171,7 @@ def _profile(path: Path, info: dict[Any, Any]) -> ImageCms.ImageCmsProfile | Non
 
 
 def _light(codes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Linear light of sRGB codes in [0, 1]; alpha stays."""
+    """Convert sRGB codes in [0, 1] to linear light in place; alpha stays unchanged."""
     codes[..., :3] = srgb_to_linear(codes[..., :3])
     return codes
 
@@ -180,7 +181,7 @@ def _read_exr(path: Path) -> NDArray[Any]:
         with OpenEXR.File(str(path), separate_channels=True, header_only=True) as file:
             headers = [dict(part.header) for part in file.parts]
     except Exception as error:  # the library raises RuntimeError, ValueError and TypeError alike
-        raise ValueError(f"image '{path}': can't be read ({error}); it is damaged, or no EXR") from None
+        raise ValueError(f"image '{path}': can't be read ({error}); it is damaged or not an EXR file") from None
     for header in headers:
         _check_windows(path, header)
     try:
@@ -190,7 +191,7 @@ def _read_exr(path: Path) -> NDArray[Any]:
         raise
     except Exception as error:  # as above
         raise ValueError(f"image '{path}': can't be read ({error})") from None
-    # The library prints why pixels can't be read, and leaves them out.
+    # If pixels can't be read, the library prints the reason and omits them.
     if len(parts) < len(headers) or any(part.get("channels") and not channels for part, channels in parts):
         raise ValueError(f"image '{path}': its pixels can't be read; the file is cut off or damaged")
     layers = [(header, prefix, channels) for header, channels in parts for prefix in _layers(channels)]
@@ -201,12 +202,13 @@ def _read_exr(path: Path) -> NDArray[Any]:
     header, prefix, channels = min(
         layers, key=lambda layer: rank.get(layer[1], 1 if layer[1].endswith("Combined.") else 2)
     )
-    wanted = [prefix + c for c in ("RGB" if prefix + "R" in channels else "YYY")]
+    selected = [prefix + c for c in ("RGB" if prefix + "R" in channels else "YYY")]
     if prefix + "A" in channels:
-        wanted.append(prefix + "A")
-    planes = [np.asarray(channels[name]) for name in wanted]
+        selected.append(prefix + "A")
+    planes = [np.asarray(channels[name]) for name in selected]
     if any(p.shape != planes[0].shape for p in planes):
-        raise ValueError(f"image '{path}': its channels are subsampled, which is not supported")
+        raise ValueError(f"image '{path}': its channels are subsampled, which is not supported; save all channels at "
+                         "full resolution")
     pixels = np.stack(planes, axis=-1).astype(np.float64)
     pixels[..., :3] = to_rec709(pixels[..., :3], header, path)
     if pixels.shape[2] == 4:
@@ -216,18 +218,18 @@ def _read_exr(path: Path) -> NDArray[Any]:
 
 
 def _check_windows(path: Path, header: dict[str, Any]) -> None:
-    """Refuse windows that no picture of the file's size has: a broken header would take all memory."""
+    """Refuse windows that are too large for the size of the file: a damaged header would allocate all memory."""
     most = max(MOST_EXR_PIXELS, MOST_PIXELS_PER_BYTE * path.stat().st_size)
     for name in ("dataWindow", "displayWindow"):
         (x0, y0), (x1, y1) = (tuple(int(x) for x in corner) for corner in header[name])
         width, height = x1 - x0 + 1, y1 - y0 + 1
         if not (0 < width <= MAX_SIDE and 0 < height <= MAX_SIDE and width * height <= most):
-            raise ValueError(f"image '{path}': its {name} of {width} x {height} pixels is beyond {MAX_SIDE} a side or "
-                             f"{most:,} in all, the most for a file of its size; it is damaged")
+            raise ValueError(f"image '{path}': its {name} of {width} x {height} pixels exceeds {MAX_SIDE} a side or "
+                             f"{most:,} in all, the limit for a file of its size; it is damaged")
 
 
 def _layers(channels: dict[str, Any]) -> list[str]:
-    """Prefixes ("" or "name.") that have all of R, G, B, or Y alone."""
+    """List prefixes ("" or "name.") of layers with R, G and B, or with Y alone."""
     prefixes = dict.fromkeys(name[: name.rfind(".") + 1] for name in channels)
     return [
         p
@@ -237,7 +239,7 @@ def _layers(channels: dict[str, Any]) -> list[str]:
 
 
 def _display(pixels: NDArray[np.float64], header: dict[str, Any]) -> NDArray[np.float64]:
-    """The picture in its display window: zero where the file's data window does not reach."""
+    """Return the picture in its display window, with zeros outside the data window of the file."""
     (x0, y0), (x1, y1) = (np.asarray(corner, int) for corner in header["dataWindow"])
     (left, top), (right, bottom) = (np.asarray(corner, int) for corner in header["displayWindow"])
     if (x0, y0, x1, y1) == (left, top, right, bottom):
@@ -255,7 +257,7 @@ def _write_exr(path: Path, pixels: F32, half: bool) -> None:
         alpha = stored[..., 3:]
         stored[..., :3] *= np.where(alpha > 0.0, alpha, np.float32(1.0))
     kind: type[np.floating[Any]] = np.float16 if half else np.float32
-    if half:  # out of range would become infinite
+    if half:  # values beyond the range would become infinite
         limit = float(np.finfo(np.float16).max)
         stored = np.clip(stored, -limit, limit)
     channels = {name: np.ascontiguousarray(stored[..., k], kind) for k, name in enumerate("RGBA"[: stored.shape[2]])}
@@ -264,5 +266,5 @@ def _write_exr(path: Path, pixels: F32, half: bool) -> None:
         try:
             with OpenEXR.File(header, channels) as file:
                 file.write(str(temporary))
-        except Exception as error:  # as above
+        except Exception as error:  # the library raises several types
             raise OSError(str(error)) from None

@@ -1,7 +1,7 @@
-"""Output files: checked before the work that makes them, and afterwards either complete or as they were.
+"""Output files: permission checks before long work, and atomic replacement of the file afterwards.
 
-A file is written under a temporary name in its own folder, flushed to the disk and renamed. So a full disk, a killed
-process or an error of the writer leaves an earlier file of that name whole.
+A file is written under a temporary name in its own folder, flushed to the disk and renamed. Therefore a full disk, a
+killed process or an error of the writer leaves an earlier file of the same name unchanged.
 """
 
 from __future__ import annotations
@@ -16,33 +16,33 @@ import stat
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-# How all temporary names begin; the final name isn't part of them, since with it they could get too long.
+# Prefix of all temporary names. They do not contain the final name, since the result could be too long.
 TEMPORARY = ".edgegrad-"
-CANNOT_FLUSH = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # of file systems that know no flushing
-PROBE_BYTES = 4096  # a full disk still takes the name of a file, but not its first block
+CANNOT_FLUSH = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # raised by file systems without flushing
+PROBE_BYTES = 4096  # a full disk may accept the name of a file, but not its first block
 
 
 class WriteError(OSError, ValueError):
-    """A file that can't be written; its text is one sentence that names the file.
+    """Raised if a file can't be written; the message is one sentence that names the file.
 
-    It is an `OSError`, and a `ValueError` like everything else that `edgegrad.images.write_image` refuses.
+    It is an `OSError`, and also a `ValueError`, like all other errors of `edgegrad.images.write_image`.
     """
 
 
 def check_outputs(paths: Sequence[str | Path], suffixes: Sequence[str]) -> None:
-    """Find out, by trying, whether files can be written.
+    """Check that files can be written, by creating temporary files in their folders.
 
     Parameters
     ----------
     paths
-        The files; they may exist, their folders must.
+        The files. They need not exist, but their folders must.
     suffixes
-        The types that may be written, such as ``(".exr", ".png")``.
+        The allowed types, such as ``(".exr", ".png")``.
 
     Raises
     ------
     WriteError
-        Naming the file and the reason.
+        If a file can't be written; names the file and the reason.
     """
     tried = set()
     for path in paths:
@@ -53,18 +53,18 @@ def check_outputs(paths: Sequence[str | Path], suffixes: Sequence[str]) -> None:
         with _naming(f"file '{path}': can't be written"):
             folder = _destination(Path(path)).parent
         if folder not in tried:
-            with _naming(f"file '{path}': no file can be made in its folder"):
+            with _naming(f"file '{path}': no file can be created in its folder"):
                 _try_to_create(folder)
             tried.add(folder)
 
 
 def check_output_folder(path: str | Path) -> None:
-    """Find out, by trying, whether files can be written into a folder, which need not exist yet.
+    """Check that files can be written into a folder, which need not exist yet, by creating a temporary file.
 
     Raises
     ------
     WriteError
-        Naming the folder and the reason.
+        If no file can be written; names the folder and the reason.
     """
     with _naming(f"folder '{path}': can't be written to"):
         folder = Path(os.path.realpath(path))
@@ -77,12 +77,12 @@ def check_output_folder(path: str | Path) -> None:
 
 @contextlib.contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """A temporary path beside `path` to write to; takes the place of `path` when the block ends without an error.
+    """Yield a temporary path in the folder of `path`; rename it to `path` if the block ends without an error.
 
     Raises
     ------
     WriteError
-        Naming `path`, for an `OSError` of the block, of flushing or of renaming. The temporary file is removed.
+        If the block, the flush or the rename raises `OSError`; names `path`. The temporary file is removed.
     """
     what = f"file '{path}': can't be written"
     with _naming(what):
@@ -93,9 +93,9 @@ def replacing(path: str | Path) -> Iterator[Path]:
                 yield temporary
             except WriteError:
                 raise
-            except OSError as error:  # a library names the file that it was given
+            except OSError as error:  # the library names the temporary file
                 raise _refusal(what, error, _reason(error).replace(str(temporary), str(path))) from None
-            with contextlib.suppress(OSError):  # file systems without modes
+            with contextlib.suppress(OSError):  # file systems without permissions
                 shutil.copymode(final, temporary)
             with temporary.open("r+b") as file:
                 _flush(file.fileno())
@@ -107,7 +107,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def _destination(path: Path) -> Path:
-    """Where to write, behind symbolic links: renaming onto a link would replace the link."""
+    """Resolve symbolic links: a rename onto a link would replace the link, not its target."""
     if "\0" in str(path):
         raise OSError("its name contains a null character")
     final = Path(os.path.realpath(path))
@@ -119,7 +119,7 @@ def _destination(path: Path) -> Path:
         return final
     if not stat.S_ISREG(mode):
         raise OSError("it is a folder" if stat.S_ISDIR(mode) else "it is not a regular file")
-    # Renaming needs the folder's permission only, and would replace what its owner has protected.
+    # A rename needs the permission of the folder only, so it would replace a write-protected file.
     if not os.access(final, os.W_OK):
         raise OSError("it is write-protected")
     return final
@@ -141,14 +141,14 @@ def _unused(folder: Path, suffix: str) -> Path:
 
 
 def _remove(temporary: Path) -> None:
-    """Remove the temporary file and what its writer left beside it (Blender writes to NAME@ first)."""
+    """Remove the temporary file and files that its writer left beside it (Blender writes to NAME@ first)."""
     for left in temporary.parent.glob(glob.escape(temporary.name) + "*"):
         with contextlib.suppress(OSError):
             left.unlink()
 
 
 def _flush(descriptor: int) -> None:
-    """Wait until what was written is on the disk: some systems report only then that there was no space for it."""
+    """Wait until the data is on the disk: some systems report a full disk only then."""
     try:
         os.fsync(descriptor)
     except OSError as error:
@@ -157,7 +157,7 @@ def _flush(descriptor: int) -> None:
 
 
 def _flush_folder(folder: Path) -> None:
-    """Put the new name on the disk, where a folder can be flushed; else the system does so in its own time."""
+    """Flush the renamed entry to the disk, if the system can flush a folder."""
     with contextlib.suppress(OSError):
         descriptor = os.open(folder, os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""PNG code values: writing 8 bits, and reading the 16 bits that Pillow would cut to 8."""
+"""PNG code values: writing of 8 bits, and reading of 16 bits, which Pillow alone would truncate to 8."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from .output_files import replacing
 
 
 def write_codes(path: Path, codes: NDArray[np.uint8]) -> None:
-    """Write (H, W, 3 or 4) code values without any colour conversion (`output_files.replacing`)."""
+    """Write (H, W, 3 or 4) code values without a colour conversion, atomically (`output_files.replacing`)."""
     with replacing(path) as temporary:
         Image.fromarray(codes).save(temporary, format="PNG")
 
 
 def read_deep(path: Path) -> NDArray[Any] | None:
-    """(H, W, 3 or 4) uint16 code values of a PNG with 16 bits per channel; None for any other file.
+    """Read the (H, W, 3 or 4) uint16 code values of a PNG with 16 bits per channel; None for any other file.
 
-    Pillow has no such pixels and keeps only the first byte of each. Told that the bytes come in the
-    other order it keeps the second, so decoding twice gives both.
+    Pillow has no such pixel type and keeps only the first byte of each channel. With the opposite byte order it keeps
+    the second byte, so two decodings yield both bytes.
     """
     halves = []
     for order in ("B", "L"):

@@ -1,16 +1,16 @@
-"""Adjoint blocks: how a contribution to a pixel hangs on vertices and colours.
+"""Adjoint blocks: the dependence of a contribution to a pixel on vertices and colours.
 
-Every term of the derivative of a pixel is  sum_samples colour * (g . velocity)  where colour (one value per
-channel) is everything but the velocity, g a vector, and the velocity that of an edge point, a material
-point, the slide of a fixed pixel's ray, or a normal. A *sink* receives these blocks. `Forward` has a
-tangent and adds colour * (g . velocity) to an image. `Reverse` has an adjoint image A and scatters
-(A . colour) g to the gradient. Both go through the same two primitives, `_vertex` and `_colour`, each
-the other's transpose: so forward and reverse mode agree to rounding for equal samples.
+Every term of the derivative of a pixel is  sum_samples colour * (g . velocity). Here colour has one value per channel,
+and g is a vector. The velocity is that of an edge point, of a material point, of the hit point of a fixed pixel ray, or
+of a normal; colour and g contain all other factors. A *sink* receives these blocks. `Forward` has a tangent and adds
+colour * (g . velocity) to an image. `Reverse` has an adjoint image A and scatters (A . colour) g to the gradient. Both
+use two primitives, `_vertex` and `_colour`, whose implementations are transposes of each other. Therefore forward and
+reverse mode agree up to rounding for equal samples.
 
 ==  ================  ==================================  =========================================
 E   edge point        v = (1-u) a' + u b'                 a += (1-u) g,  b += u g
 M   material point    v = sum beta_i p_i'                 p_i += beta_i g
-S   slide             v = d n.m/(n.d)                     M with q = n (g.d)/(n.d)
+S   hit of fixed ray  v = d n.m/(n.d)                     M with q = n (g.d)/(n.d)
 N   area normal       (p1'-p0')x(p2-p0)+(p1-p0)x(p2'-p0') p1 += (p2-p0)xg, p2 += gx(p1-p0), p0 -= both
 n   unit normal       M'/|M| without its part along n     N with g <- (g - n(n.g))/|M|
 ==  ================  ==================================  =========================================
@@ -29,7 +29,7 @@ from .surfaces import Bools, Floats, Ints, Surfaces, dot
 
 
 class Sink(ABC):
-    """Receives the blocks; `pixel` (n,), `colour` (n, 3) and `g` (n, 3) throughout."""
+    """Receives the blocks. All methods take `pixel` (n,) and `colour` (n, 3), most take `g` (n, 3)."""
 
     def __init__(self, tables: Tables, surfaces: Surfaces, asked: Asked) -> None:
         self.surfaces = surfaces
@@ -39,24 +39,24 @@ class Sink(ABC):
         self.moving_face: Bools = moving[surfaces.mesh]
 
     def edge_point(self, pixel: Ints, colour: Floats, ends: Ints, u: Floats, g: Floats) -> None:
-        """Block E on the points (1-u) a + u b of edges with vertices `ends` (n, 2)."""
+        """Block E of the points (1-u) a + u b on edges with vertices `ends` (n, 2)."""
         self._vertex(pixel, colour, ends[:, 0], (1.0 - u)[:, None] * g)
         self._vertex(pixel, colour, ends[:, 1], u[:, None] * g)
 
     def material_point(self, pixel: Ints, colour: Floats, face: Ints, beta: Floats, g: Floats) -> None:
-        """Block M at barycentrics `beta` of the faces."""
+        """Block M of the points with barycentrics `beta` on the faces."""
         live = self.moving_face[face]
         corner = self.surfaces.corners[face[live]]
         for i in range(3):
             self._vertex(pixel[live], colour[live], corner[:, i], beta[live, i, None] * g[live])
 
-    def slide(self, pixel: Ints, colour: Floats, face: Ints, beta: Floats, direction: Floats, g: Floats) -> None:
-        """Block S: the point where the fixed ray along `direction` meets the moving face."""
+    def screen_point(self, pixel: Ints, colour: Floats, face: Ints, beta: Floats, direction: Floats, g: Floats) -> None:
+        """Block S of the points at which the fixed rays along `direction` hit the moving faces (screen form)."""
         n = self.surfaces.n[face]
         self.material_point(pixel, colour, face, beta, n * (dot(g, direction) / dot(n, direction))[:, None])
 
     def area_normal(self, pixel: Ints, colour: Floats, face: Ints, g: Floats) -> None:
-        """Block N on the unnormalised normal M of the faces."""
+        """Block N of the unnormalised normals M of the faces."""
         live = self.moving_face[face]
         face, pixel, colour, g = face[live], pixel[live], colour[live], g[live]
         p, corner = self.surfaces.p[face], self.surfaces.corners[face]
@@ -66,38 +66,38 @@ class Sink(ABC):
             self._vertex(pixel, colour, corner[:, i], gi)
 
     def unit_normal(self, pixel: Ints, colour: Floats, face: Ints, g: Floats) -> None:
-        """Block N on the unit normal of the faces."""
+        """Block n of the unit normals of the faces."""
         n = self.surfaces.n[face]
         size = np.linalg.norm(self.surfaces.M[face], axis=1, keepdims=True)
         self.area_normal(pixel, colour, face, (g - n * dot(n, g)[:, None]) / size)
 
     def albedo(self, pixel: Ints, colour: Floats, material: Ints) -> None:
-        """Albedo of the materials."""
+        """Derivative with respect to the albedo of the materials."""
         self._colour("albedo", pixel, colour, material)
 
     def emission(self, pixel: Ints, colour: Floats, material: Ints) -> None:
-        """Radiance of the materials, area lights included."""
+        """Derivative with respect to the emitted radiance of the materials, including area lights."""
         self._colour("emission", pixel, colour, material)
 
     def point_intensity(self, pixel: Ints, colour: Floats, light: Ints) -> None:
-        """Radiant intensity of point lights."""
+        """Derivative with respect to the radiant intensity of point lights."""
         self._colour("point_intensity", pixel, colour, light)
 
     def sun_irradiance(self, pixel: Ints, colour: Floats, light: Ints) -> None:
-        """Irradiance of suns."""
+        """Derivative with respect to the irradiance of suns."""
         self._colour("sun_irradiance", pixel, colour, light)
 
     def environment(self, pixel: Ints, colour: Floats) -> None:
-        """Radiance of the constant environment."""
+        """Derivative with respect to the radiance of the constant environment."""
         self._colour("environment", pixel, colour, None)
 
     @abstractmethod
     def _vertex(self, pixel: Ints, colour: Floats, vertex: Ints, g: Floats) -> None:
-        """colour * (g . velocity of the vertex), or its transpose."""
+        """Add colour * (g . velocity of the vertex), or its transpose."""
 
     @abstractmethod
     def _colour(self, table: str, pixel: Ints, colour: Floats, row: Ints | None) -> None:
-        """colour * (rate of the table's row), channel by channel, or its transpose; None: the table is one row."""
+        """Add colour * (tangent of the table's row) per channel, or its transpose. `row` None: the table is one row."""
 
 
 class Forward(Sink):
@@ -133,7 +133,7 @@ class Reverse(Sink):
 
     @property
     def gradient(self) -> Derivative:
-        """What was gathered so far; zero for vertices of meshes that don't move."""
+        """The accumulated gradient; zero for vertices of meshes that are not requested."""
         parts = dict(self._gradient)
         parts["vertices"] = np.where(self.moving_vertex[:, None], parts["vertices"], 0.0)
         return Derivative(**parts)

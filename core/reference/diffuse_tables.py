@@ -1,7 +1,7 @@
-"""Derivatives of flat, diffuse, directly lit scenes: the few tables that engines for these differentiate.
+"""Conversion of derivatives for engines that support only flat-shaded, diffuse, directly lit scenes.
 
-Such an engine (`EngineLike.narrow`) knows a material by one colour and one radiance, and area lights as emissive
-meshes. What it needs is part of a `TableDerivative`, and what it gives is put back into one.
+For such a narrow engine (`EngineLike.narrow`), a material is one colour and one radiance, and area lights are emissive
+meshes. `narrowed` extracts its tangent from a `TableDerivative`; `widened`, the transpose, puts its gradient into one.
 """
 
 from __future__ import annotations
@@ -41,17 +41,17 @@ _FIELDS = {
     "lights": ("power", "strength", "color"),
     "world": ("color", "strength"),
 }
-# Floats of a row of the tables that are rows one after the other.
+# Number of floats in a row, for tables that are stored as flat arrays of rows.
 _WIDTHS = {"closure_params": material_table.WIDTH, "light_params": light_table.WIDTH}
-# Tables of the same values.
+# Tables that both derivatives have in the same form.
 _SAME = ("vertices", "environment", "camera", "instance_to_world")
-_COLOR, _GLOW = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
+_COLOR, _EMISSION = (slice(COLUMNS[field][0], COLUMNS[field][0] + 3) for field in ("base_color", "emission"))
 
 
 class DiffuseTables:
-    """Materials and lights of a flat, diffuse, directly lit scene: views of its tables, one row for each.
+    """Materials and lights of a flat-shaded, diffuse, directly lit scene, as views of its tables.
 
-    Lights with a size count as lights without: intensity and irradiance are those of the whole light.
+    Point lights and suns with a size count as lights without size, with the same total intensity or irradiance.
     """
 
     def __init__(self, tables: Tables) -> None:
@@ -66,7 +66,8 @@ class DiffuseTables:
         disk = np.where(radius > 0.0, np.pi * radius**2, 1.0)
         self.point_intensity = lights[points, RADIANCE] * disk[:, None]  # (P, 3) W/sr
         self.sun_direction = lights[suns, SHINES_TO]  # (D, 3) unit, direction of travel
-        height = lights[suns, ONE_MINUS_COS]  # of the cone's cap: the cosine integrates to pi sin^2 over it
+        # The disk of half angle a integrates the cosine to pi sin^2(a).
+        height = lights[suns, ONE_MINUS_COS]
         cap = np.where(height > 0.0, np.pi * height * (2.0 - height), 1.0)
         self.sun_irradiance = lights[suns, RADIANCE] * cap[:, None]  # (D, 3)
 
@@ -81,7 +82,7 @@ class Derivative:
     point_intensity: NDArray[np.float64]
     sun_irradiance: NDArray[np.float64]
     environment: NDArray[np.float64]
-    camera: NDArray[np.float64]  # this and the next: of the primary boundary term alone
+    camera: NDArray[np.float64]  # camera and instance_to_world: primary boundary term only
     instance_to_world: NDArray[np.float64]
 
     @staticmethod
@@ -91,18 +92,18 @@ class Derivative:
 
 
 def narrow_values(tables: Tables) -> dict[str, NDArray[np.float32]]:
-    """The values of what a `Derivative` has tangents or gradients of, by the same names."""
+    """Return the values of the tables that `Derivative` has tangents or gradients of, by the same names."""
     diffuse = DiffuseTables(tables)
     return {f.name: getattr(diffuse if hasattr(diffuse, f.name) else tables, f.name) for f in fields(Derivative)}
 
 
 @dataclass
 class Asked:
-    """Which derivatives a call is asked for; the rest is skipped."""
+    """The requested derivatives; the engine skips all others."""
 
-    moving: NDArray[np.uint8]  # (S,) 1: the mesh's vertices
-    emitting: NDArray[np.uint8]  # (M,) 1: the material's emission
-    colors: bool = False  # any colour, radiance or intensity at all
+    moving: NDArray[np.uint8]  # (S,) 1: vertices of the mesh
+    emitting: NDArray[np.uint8]  # (M,) 1: emission of the material
+    colors: bool = False  # any colour, radiance or intensity
     lights: bool = False  # the strength of any point light or sun
     environment: bool = False
     camera: bool = False  # any float of the camera
@@ -110,7 +111,7 @@ class Asked:
 
 
 def check(wrt: Iterable[str]) -> None:
-    """Raise ``ValueError`` for a parameter that narrow engines don't know."""
+    """Raise ``ValueError`` for a parameter that narrow engines cannot differentiate."""
     for path in wrt:
         collection, _, field = parameters.split(path)
         if field not in _FIELDS.get(collection, ()):
@@ -119,7 +120,7 @@ def check(wrt: Iterable[str]) -> None:
 
 
 def asked(tables: Tables, wanted: Requested) -> Asked:
-    """What is asked for by `wanted` rows of the tables of `table_derivatives.with_requested`."""
+    """Translate the requested rows of the tables of `table_derivatives.with_requested`."""
     rows = {name: _inside(shape[0], wanted.get(name)) for name, shape in shapes(tables).items()}
     moving = [rows["vertices"][a:b].any() for a, b in zip(tables.mesh_first_vertex, tables.mesh_first_vertex[1:],
                                                           strict=False)]
@@ -140,7 +141,7 @@ def asked(tables: Tables, wanted: Requested) -> Asked:
 
 
 def narrowed(tables: Tables, tangent: TableDerivative) -> Derivative:
-    """The part of a tangent that narrow engines know."""
+    """Extract the part of a tangent that narrow engines differentiate."""
     out = Derivative.zero(tables)
     for name, place, rows, columns in _places(tables):
         if name in tangent:
@@ -152,7 +153,7 @@ def narrowed(tables: Tables, tangent: TableDerivative) -> Derivative:
 
 
 def widened(tables: Tables, gradient: Derivative, wanted: Requested) -> TableDerivative:
-    """A narrow engine's gradient as one of the tables that are wanted: the transpose of `narrowed`."""
+    """Convert the gradient of a narrow engine to one by the requested tables: the transpose of `narrowed`."""
     size = shapes(tables)
     out = {name: np.zeros(size[name]) for name in wanted}
     for name, place, rows, columns in _places(tables):
@@ -168,7 +169,7 @@ Rows = NDArray[np.int64]
 
 
 def _rows(tables: Tables) -> tuple[Rows, Rows, Rows, Rows]:
-    """Rows of the materials' (first) closures, of area lights, of point lights and of suns."""
+    """Rows of the first closures of materials, of area lights, of point lights and of suns."""
     kind = tables.lights.kind
     area = np.flatnonzero((kind == RECTANGLE) | (kind == ELLIPSE))
     closure = tables.materials.first_closure[: -1 - len(area)].astype(np.int64)
@@ -178,11 +179,11 @@ def _rows(tables: Tables) -> tuple[Rows, Rows, Rows, Rows]:
 
 
 def _places(tables: Tables) -> list[tuple[str, tuple[str, slice], Rows, slice]]:
-    """(table, narrow table and its rows, the table's rows, its columns)."""
+    """List (table, narrow table and rows, rows of the table, columns of the table) for each converted value."""
     closure, area, points, suns = _rows(tables)
     return [
         ("closure_params", ("albedo", slice(0, len(closure))), closure, _COLOR),
-        ("closure_params", ("emission", slice(0, len(closure))), closure, _GLOW),
+        ("closure_params", ("emission", slice(0, len(closure))), closure, _EMISSION),
         ("light_params", ("emission", slice(len(closure), None)), area, RADIANCE),
         ("light_params", ("point_intensity", slice(None)), points, RADIANCE),
         ("light_params", ("sun_irradiance", slice(None)), suns, RADIANCE),

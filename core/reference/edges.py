@@ -1,14 +1,14 @@
-"""Edges that may be seen from the camera: candidates, their part inside of the frustum, and the near faces.
+"""Edges that may be visible from the camera: candidates, their part inside the frustum, and the near faces.
 
-A jump of the radiance on the screen runs along a projected edge where its two sides differ: a silhouette, an
-open border, or a crease between flat-shaded faces (derivations A3 treats them as one case). An edge is left
-out only when nothing can jump there: two faces in one plane, on opposite sides of it, with the same
-orientation and material.
+The radiance on the screen is discontinuous along a projected edge if the two sides of the edge differ: at a silhouette,
+at an open border, or at a crease between flat-shaded faces. One estimator handles all three cases
+(native/derivations.md, A). An edge is left out only if nothing can be discontinuous there: it has two coplanar faces on
+opposite sides, with the same orientation and material.
 
-With t = b - a and N = (a - o) x t, the vector N is normal to the plane through the camera and the edge; a face
-lies on the side + or - of that plane by the sign of N.(third vertex - a). Where several faces lie on one side, the
-nearest just off the edge is the one whose plane rises least steeply: along g = +-N the ray meets the plane
-at a distance growing with -(n.g)/(n.(a - o)).
+Let o be the camera, t = b - a and N = (a - o) x t. N is normal to the plane through the camera and the edge, and a face
+lies on the side + or - of that plane by the sign of N.(third vertex - a). If several faces lie on one side, the ray
+just beside the edge hits the one whose plane is least steep: for a ray displaced along g = +-N, the distance to a plane
+grows with -(n.g)/(n.(a - o)).
 """
 
 from __future__ import annotations
@@ -21,17 +21,24 @@ from ..geometry.topology import Edges
 from .film import Film
 from .surfaces import Bools, Floats, Ints, Surfaces, dot
 
-# Faces whose normals differ by less than this (sine of the angle) count as coplanar.
+# Two faces are coplanar if the sine of the angle between their normals is below this.
 COPLANAR = 1e-6
-# A third vertex nearer to the camera plane of its edge than this (sine) lies in it: that face is seen edge-on.
+# A face is seen edge-on if the sine of its angle with the plane through the camera and the edge is below this.
 EDGE_ON = 1e-10
 
 
 @dataclass
 class EdgeTable:
-    """Edges with the faces along them, padded to k >= 2.
+    """Edges and their adjacent faces, padded to k >= 2 faces.
 
-    Vertices (E, 2); faces (E, k), the existing ones first, -1 for none; third (E, k) vertices of the faces.
+    Attributes
+    ----------
+    vertices
+        (E, 2) vertex indices.
+    faces
+        (E, k) adjacent faces first, then -1.
+    third
+        (E, k) vertex of each face that is not on the edge.
     """
 
     vertices: Ints
@@ -40,7 +47,7 @@ class EdgeTable:
 
     @classmethod
     def of(cls, edges: Edges, surfaces: Surfaces) -> EdgeTable:
-        """The edges of a scene; triangles without area take no part."""
+        """Make the table of a scene; triangles without area are ignored."""
         first = edges.face_first.astype(np.int64)
         edge = np.repeat(np.arange(len(edges)), np.diff(first))
         face, third = edges.faces.astype(np.int64), edges.opposite.astype(np.int64)
@@ -54,13 +61,13 @@ class EdgeTable:
         return cls(edges.vertices.astype(np.int64), faces, thirds)
 
     def smooth(self, surfaces: Surfaces, position: Floats) -> Bools:
-        """(E,) edges across which nothing can jump."""
+        """(E,) whether nothing can be discontinuous at an edge."""
         out = np.zeros(len(self.faces), bool)
         k = np.flatnonzero((self.faces >= 0).sum(axis=1) == 2)
         f, g = self.faces[k, 0], self.faces[k, 1]
         n0, n1 = surfaces.n[f], surfaces.n[g]
         a, b = position[self.vertices[k, 0]], position[self.vertices[k, 1]]
-        across = np.cross(n0, b - a)  # in the plane of the first face, across the edge
+        across = np.cross(n0, b - a)  # in the plane of the first face, perpendicular to the edge
         opposite = dot(across, position[self.third[k, 0]] - a) * dot(across, position[self.third[k, 1]] - a) < 0.0
         coplanar = (np.linalg.norm(np.cross(n0, n1), axis=1) < COPLANAR) & (dot(n0, n1) > 0.0)
         out[k] = coplanar & opposite & (surfaces.material[f] == surfaces.material[g])
@@ -69,7 +76,7 @@ class EdgeTable:
 
 @dataclass
 class SeenEdges:
-    """Candidate edges within the frustum.
+    """Candidate edges inside the frustum.
 
     Attributes
     ----------
@@ -78,13 +85,13 @@ class SeenEdges:
     N
         (C, 3) (a - o) x t.
     low, high
-        (C,) the part u in [low, high] of the edge within the frustum.
+        (C,) the interval [low, high] of u in which the edge is inside the frustum.
     depth
-        (C, 2) depths z at low and high; `length` (C,) pixels on the screen between them.
+        (C, 2) depths z at low and high; `length` (C,) distance between them on the screen, pixels.
     faces, third
         (C, k) all faces of each edge (-1: none) and their third vertices' positions (C, k, 3).
     near
-        (C, 2) nearest face on the side of +N and of -N; -1: none, something far is seen there.
+        (C, 2) nearest face on the side of +N and of -N; -1: none, so the background is visible there.
     """
 
     ends: Ints
@@ -100,9 +107,9 @@ class SeenEdges:
     near: Ints
 
 
-def seen_edges(table: EdgeTable, surfaces: Surfaces, position: Floats, film: Film, wanted: Bools) -> SeenEdges:
-    """The candidates among the edges `wanted` (E,)."""
-    k = np.flatnonzero(wanted & (table.faces >= 0).any(axis=1) & ~table.smooth(surfaces, position))
+def seen_edges(table: EdgeTable, surfaces: Surfaces, position: Floats, film: Film, requested: Bools) -> SeenEdges:
+    """Return the candidates among the edges that are marked in `requested` (E,)."""
+    k = np.flatnonzero(requested & (table.faces >= 0).any(axis=1) & ~table.smooth(surfaces, position))
     a, b = position[table.vertices[k, 0]], position[table.vertices[k, 1]]
     low, high = clip(film.frustum(film.camera_space(a)), film.frustum(film.camera_space(b)))
     inside = high > low
@@ -117,10 +124,10 @@ def seen_edges(table: EdgeTable, surfaces: Surfaces, position: Floats, film: Fil
 
 
 def clip(at_a: Floats, at_b: Floats) -> tuple[Floats, Floats]:
-    """The interval of u in [0, 1] on which (1-u) at_a + u at_b >= 0 in every column; low >= high: none.
+    """Return the interval of u in [0, 1] on which (1-u) at_a + u at_b >= 0 in every column; empty if low >= high.
 
-    The planes' distances are linear in u in camera space, before the perspective divide. The end
-    points themselves stay as they are: only u is clipped.
+    The columns are signed distances from the frustum planes. They are linear in u in camera space, before the
+    perspective divide. Only u is clipped; the end points of the edge stay unchanged.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = at_a / (at_a - at_b)
@@ -130,10 +137,18 @@ def clip(at_a: Floats, at_b: Floats) -> tuple[Floats, Floats]:
 
 
 def near_faces(surfaces: Surfaces, toward: Floats, N: Floats, faces: Ints, third: Floats) -> Ints:
-    """(C, 2) nearest of the edges' faces on the side of +N and of -N, -1 where no face lies there.
+    """(C, 2) nearest adjacent face of each edge on the side of +N and of -N; -1 if there is none.
 
-    toward = a - o (C, 3); third (C, k, 3) relative to a. N and n.(a - o) are the same at all points of an
-    edge, so the answer is too.
+    Parameters
+    ----------
+    toward
+        (C, 3) a - o.
+    third
+        (C, k, 3) third vertices relative to a.
+
+    Notes
+    -----
+    N and n.(a - o) are the same at all points of an edge, so one answer holds for the whole edge.
     """
     n = surfaces.n[faces]
     height = np.einsum("ckd,cd->ck", third, N)

@@ -1,8 +1,7 @@
 """The camera: rays through pixels, projection of points, splatting.
 
-A pixel is the integral of the radiance over its unit square (box filter); row 0 is on top.
-Screen position of a point at p relative to the centre, with depth z = -Z.p:
-s = (cx + f X.p/z, cy - f Y.p/z).
+A pixel is the integral of the radiance over its unit square (box filter); row 0 is on top. A point p, relative to the
+centre of projection, has the depth z = -Z.p and the screen position s = (cx + f X.p/z, cy - f Y.p/z).
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from .surfaces import Floats, Ints, dot, unit
 
 @dataclass
 class Film:
-    """The pinhole camera in float64; `axes` has the rows X (right), Y (up), Z (backwards)."""
+    """The pinhole camera in float64. The rows of `axes` are X (right), Y (up) and Z (backwards)."""
 
     centre: Floats
     axes: Floats
@@ -31,7 +30,7 @@ class Film:
 
     @classmethod
     def of(cls, tables: Tables) -> Film:
-        """The camera of a scene's tables."""
+        """Make the camera of a scene's tables."""
         row = tables.camera.astype(np.float64)
         return cls(
             centre=row[PLACES["camera_position"]],
@@ -56,12 +55,12 @@ class Film:
         return unit(across[:, :1] * X - across[:, 1:] * Y - self.focal * Z)
 
     def limits(self, direction: Floats) -> tuple[Floats, Floats]:
-        """Distances along rays at which they cross the planes clip_start and clip_end."""
+        """Distances along rays to the planes at the depths clip_start and clip_end."""
         depth_per_length = -dot(direction, self.axes[2])
         return self.clip_start / depth_per_length, self.clip_end / depth_per_length
 
     def camera_space(self, x: Floats) -> Floats:
-        """(…, 3) points as (X.p, Y.p, z): linear in the point, depth z > 0 in front."""
+        """(…, 3) points in camera space (X.p, Y.p, z). The map is affine; the depth z is positive in front."""
         p = x - self.centre
         return np.stack([p @ self.axes[0], p @ self.axes[1], -(p @ self.axes[2])], axis=-1)
 
@@ -71,7 +70,7 @@ class Film:
         return np.stack([self.principal[0] + ratio[..., 0], self.principal[1] - ratio[..., 1]], axis=-1)
 
     def frustum(self, c: Floats) -> Floats:
-        """(…, 6) signed distances, linear in the point, that are all >= 0 inside of the view frustum."""
+        """(…, 6) values, linear in the point, that are all >= 0 inside the view frustum."""
         x, y, z = c[..., 0], c[..., 1], c[..., 2]
         cx, cy = self.principal
         f = self.focal
@@ -88,11 +87,11 @@ class Film:
         )
 
     def pixel_of(self, s: Floats) -> Ints:
-        """Index of the pixel of each screen position; -1 outside of the picture."""
+        """Index of the pixel at each screen position; -1 outside the picture."""
         column, row = np.floor(s[:, 0]), np.floor(s[:, 1])
         inside = (column >= 0) & (column < self.width) & (row >= 0) & (row < self.height)
         return np.where(inside, row * self.width + column, -1).astype(np.int64)
 
     def splat(self, pixel: Ints, colour: Floats) -> Floats:
-        """(pixels, 3) sums of the samples' colours."""
+        """(pixels, 3) sum of the colours of the samples in each pixel."""
         return np.stack([np.bincount(pixel, colour[:, c], self.pixels) for c in range(3)], axis=1)

@@ -1,21 +1,21 @@
-"""Interior term: the derivative of what a fixed pixel sample sees, visibility held.
+"""Interior term: derivative of the radiance of a pixel sample, with fixed visibility.
 
-The camera ray is fixed, so its hit x1 slides on the moving surface; a point y of an area light rides on its
-triangle (material form, so the light's borders need no boundary term). With f = albedo/pi,
-h0 = f L_e/(2 r^2 P), c1 = n.w, c2 = -w.M_y and w = (y - x1)/r the sample h = h0 c1 c2 has the adjoints
+The camera ray is fixed, so its hit x1 moves along the ray (screen form). A point y of an area light moves with its
+triangle (material form), so that the borders of the light need no boundary term. Let f = albedo/pi, w = (y - x1)/r,
+c1 = n.w, c2 = -w.M_y and h0 = f L_e/(2 r^2 P), with the notation of `light`. The sample h = h0 c1 c2 has the adjoints
 
   y    : (h0/r) (n c2 - M_y c1 - 4 w c1 c2)         (material point)
-  x1   : minus that                                  (slide)
+  x1   : the negative of that                        (hit of the fixed ray)
   n    : h0 c2 w                                     (unit normal)
   M_y  : -h0 c1 w                                    (area normal)
 
 point light, h = f I c1/r^2:  x1: -(f I/r^3)(n - 3 c1 w),  n: (f I/r^2) w;     sun, h = f E c1:  n: f E w.
 
-Constant environment: only the normal's turn counts, f L_env int V n'.w dw. As int w dw over the hemisphere is
-along n and n' is not, int V w = -int (1 - V) w: summed over blocked directions only, the term vanishes exactly
-where nothing is blocked.
+Constant environment: only the rotation of the normal contributes, f L_env int V n'.w dw. The integral of w over the
+hemisphere is parallel to n, and n' is perpendicular to n, so int V n'.w dw = -int (1 - V) n'.w dw. The estimator uses
+the second form, a sum over blocked directions: it is exactly zero if nothing is blocked.
 
-Colours: h is linear in each, so the derivative is h without that colour.
+Colours: h is linear in each colour, so the derivative is h without that factor.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def interior(
 
 
 class _Hit:
-    """Camera hits: pixel, ray direction, shading points, barycentrics, f = albedo/pi (times the sample's weight)."""
+    """Camera hits: pixel, ray direction, shading points, barycentrics, and f = albedo/pi times the sample weight."""
 
     def __init__(
         self, pixel: Ints, direction: Floats, points: Points, beta: Floats, f: Floats, weight: float
@@ -67,17 +67,17 @@ class _Hit:
         self.pixel, self.direction, self.points, self.beta = pixel, direction, points, beta
         self.f, self.weight = f, weight
 
-    def slide(self, sink: Sink, row: Ints, colour: Floats, g: Floats) -> None:
-        """Block S at hits `row`."""
-        sink.slide(self.pixel[row], colour, self.points.face[row], self.beta[row], self.direction[row], g)
+    def screen_point(self, sink: Sink, row: Ints, colour: Floats, g: Floats) -> None:
+        """Send block S of the hits `row`."""
+        sink.screen_point(self.pixel[row], colour, self.points.face[row], self.beta[row], self.direction[row], g)
 
     def normal(self, sink: Sink, row: Ints, colour: Floats, g: Floats) -> None:
-        """Block N on the normals towards the viewer at hits `row`."""
+        """Send block n of the normals, oriented to the viewer, at the hits `row`."""
         sink.unit_normal(self.pixel[row], colour, self.points.face[row], self.points.side[row, None] * g)
 
 
 def _albedo(lighting: Lighting, sink: Sink, hit: _Hit, got: Arrival) -> None:
-    """d h / d albedo = irradiance/pi."""
+    """Send the derivative by the albedo, irradiance/pi."""
     material = lighting.surfaces.material[hit.points.face[got.row]]
     sink.albedo(hit.pixel[got.row], hit.weight / np.pi * got.colour * got.factor[:, None], material)
 
@@ -96,7 +96,7 @@ def _area(lighting: Lighting, sink: Sink, hit: _Hit, xi: Floats) -> None:
     g = base / r * (n * c2 - M * c1 - 4.0 * w * c1 * c2)
     sink.material_point(pixel, colour, got.face, got.beta, g)
     sink.area_normal(pixel, colour, got.face, -got.flip[:, None] * base * c1 * w)
-    hit.slide(sink, row, colour, -g)
+    hit.screen_point(sink, row, colour, -g)
     hit.normal(sink, row, colour, base * c2 * w)
 
 
@@ -107,7 +107,7 @@ def _point(lighting: Lighting, sink: Sink, hit: _Hit, light: int) -> None:
     sink.point_intensity(pixel, hit.f[row] * got.factor[:, None], got.source)
     colour = hit.f[row] * got.colour
     n, w, c1, r = hit.points.normal[row], got.w, got.c1[:, None], got.distance[:, None]
-    hit.slide(sink, row, colour, -(n - 3.0 * c1 * w) / r**3)
+    hit.screen_point(sink, row, colour, -(n - 3.0 * c1 * w) / r**3)
     hit.normal(sink, row, colour, w / r**2)
 
 

@@ -1,13 +1,14 @@
-"""Direct light: what reaches a point from the scene's lights, and what it radiates towards the viewer.
+"""Direct illumination: irradiance at a point from the lights of the scene, and its radiance towards the viewer.
 
-A diffuse point x with unit normal n towards its viewer and albedo rho radiates
+A diffuse point x with the albedo rho and the unit normal n, oriented to the viewer, has the radiance
 
   L = L_e(x) + rho/pi * ( int L_e(y) V c1 cos_y / r^2 dA_y  +  sum I V c1 / r^2  +  sum E V c1  +  int L_env V c1 dw )
 
-with w the unit direction from x to the light, c1 = n.w > 0, V the visibility. Area lights are sampled by
-area (a triangle with probability P, a point y uniform on it): with M_y its unnormalised normal turned to
-x and c2 = -w.M_y, so that cos_y dA_y = c2/2, one sample of the irradiance is L_e c1 c2 / (2 r^2 P). The
-constant environment is sampled in proportion to c1: one sample is pi L_env V.
+Here w is the unit direction from x to the light, c1 = n.w > 0, and V the visibility. Area lights are sampled by area: a
+triangle with the probability P, then a point y, uniform on it. Let M_y be the unnormalised normal of the triangle,
+oriented to x, and c2 = -w.M_y, so that cos_y times the area of the triangle is c2/2. Then one sample of the irradiance
+is L_e c1 c2 / (2 r^2 P). The constant environment is sampled with a density proportional to c1, so one sample is pi
+L_env V.
 """
 
 from __future__ import annotations
@@ -32,16 +33,16 @@ class Points:
     x, face
         (n, 3) position and (n,) triangle.
     normal
-        (n, 3) the triangle's unit normal, turned to the viewer; `side` (n,) is +1 where that is the
-        geometric normal, else -1.
+        (n, 3) unit normal of the triangle, oriented to the viewer; `side` (n,) is +1 if it equals the geometric
+        normal, else -1.
     ignore
-        (n, k) faces that shadow rays don't meet: the own triangle, or all faces of an edge.
+        (n, k) faces that shadow rays ignore: the own triangle, or all faces of an edge.
     lift
         (n,) distance along the normal at which shadow rays start.
     arms
-        (n, j, 3) half-planes along the edge on which the points lie (zeros: none), each given by a
-        direction perpendicular to the edge; `along` (n, 3) is the direction on the own face, also
-        perpendicular to the edge. None away from edges.
+        (n, j, 3) half-planes that contain the edge on which a point lies, each given by its direction perpendicular
+        to the edge (zeros: none). `along` (n, 3) is the direction of the own face, also perpendicular to the edge.
+        None for points that are not on an edge.
     """
 
     x: Floats
@@ -55,7 +56,7 @@ class Points:
 
     @classmethod
     def inside(cls, surfaces: Surfaces, x: Floats, face: Ints, view: Floats) -> Points:
-        """Points inside of triangles, seen along the directions `view`."""
+        """Make points inside triangles, seen along the directions `view`."""
         side = np.where(dot(surfaces.n[face], view) < 0.0, 1.0, -1.0)
         normal = side[:, None] * surfaces.n[face]
         return cls(x, face, normal, side, face[:, None], np.full(len(x), surfaces.rounding))
@@ -65,10 +66,10 @@ class Points:
         return replace(self, **{name: part[keep] for name, part in parts.items() if part is not None})
 
     def hidden_by_arms(self, row: Ints, w: Floats) -> Bools:
-        """Whether another face of the points' own edge hides the directions `w` (derivations A4).
+        """Whether another face of the edge on which a point lies blocks the direction `w` (rule A4 in derivations.md).
 
-        In the plane across the edge, with angles measured from the own face (0) through the normal
-        (pi/2): an arm hides w iff 0 < angle(arm) < angle(w) < pi.
+        Angles are measured in the plane perpendicular to the edge, from the own face (0) towards the normal (pi/2). An
+        arm blocks w if 0 < angle(arm) < angle(w) < pi.
         """
         if self.arms is None or self.along is None:
             return np.zeros(len(w), bool)
@@ -81,7 +82,7 @@ class Points:
 
 @dataclass
 class Arrival:
-    """Light of one kind that may reach some of the points: irradiance = colour * factor where visible.
+    """Light of one kind that may reach some of the points: irradiance = colour * factor if visible.
 
     Attributes
     ----------
@@ -92,10 +93,10 @@ class Arrival:
     c1
         (m,) cosine at the point.
     colour
-        (m, 3) radiance, radiant intensity or irradiance of the light; `source` (m,) its row in the
-        scene's table.
+        (m, 3) radiance, radiant intensity or irradiance of the light; `source` (m,) is its row in the table of
+        the scene.
     factor
-        (m,) everything else.
+        (m,) all other factors of the irradiance.
     face, beta, c2, flip, base
         Area lights only: triangle, barycentrics, c2 = -w.(flip M_y), and factor/(c1 c2).
     """
@@ -119,7 +120,7 @@ class Arrival:
 
 
 class Lighting:
-    """The lights of a scene as seen from its surfaces."""
+    """Direct illumination of the surfaces of a scene."""
 
     def __init__(self, surfaces: Surfaces, rays: Rays, choice: LightChoice | None = None) -> None:
         self.surfaces = surfaces
@@ -129,13 +130,13 @@ class Lighting:
         self.choice = choice
 
     def with_possible(self, emitting: NDArray[np.uint8]) -> Lighting:
-        """The same lights, with materials marked in `emitting` sampled even if they emit nothing now."""
+        """Return the same lights, which also sample materials marked in `emitting`, even if their emission is zero."""
         if not emitting.any():
             return self
         return Lighting(self.surfaces, self.rays, LightChoice(self.surfaces, emitting.astype(bool)))
 
     def area(self, points: Points, xi: Floats) -> Arrival:
-        """One sample of the emissive triangles per point, before visibility; xi (n, 3)."""
+        """One sample of the emissive triangles per point, without visibility; `xi` (n, 3) are random numbers."""
         s = self.surfaces
         face, beta, probability = self.choice.sample(xi)
         to = s.point(face, beta) - points.x
@@ -154,7 +155,7 @@ class Lighting:
         )
 
     def point(self, points: Points, light: int) -> Arrival:
-        """Point light `light` at every point, before visibility."""
+        """Irradiance from the point light `light` at every point, without visibility."""
         s = self.surfaces
         to = s.point_position[light] - points.x
         r = np.linalg.norm(to, axis=1)
@@ -166,7 +167,7 @@ class Lighting:
         return Arrival(keep, w[keep], r[keep], c1[keep], colour, np.full(len(keep), light), factor)
 
     def sun(self, points: Points, light: int) -> Arrival:
-        """Sun `light` at every point, before visibility."""
+        """Irradiance from the sun `light` at every point, without visibility."""
         s = self.surfaces
         w = np.broadcast_to(-s.sun_direction[light], points.x.shape)
         c1 = dot(points.normal, w)
@@ -176,9 +177,9 @@ class Lighting:
         return Arrival(keep, w[keep], far, c1[keep], colour, np.full(len(keep), light), c1[keep])
 
     def blocked(self, points: Points, row: Ints, w: Floats, distance: Floats, face: Ints | None = None) -> Bools:
-        """Whether something stands between points `row` and the lights in direction `w`.
+        """Whether something blocks the segment from points `row` in direction `w`, of length `distance`.
 
-        `face`, the light's own triangle, never blocks.
+        `face`, the triangle of the light itself, never blocks.
         """
         x = points.x[row] + points.lift[row, None] * points.normal[row]
         ignore = points.ignore[row]
@@ -191,7 +192,7 @@ class Lighting:
         return out
 
     def visible(self, points: Points, arrival: Arrival) -> Arrival:
-        """The part of the light that arrives."""
+        """Return the entries whose light is not blocked."""
         return arrival[~self.blocked(points, arrival.row, arrival.w, arrival.distance, arrival.face)]
 
     def emitted(self, points: Points) -> Floats:
@@ -201,13 +202,13 @@ class Lighting:
         return np.where(on[:, None], s.emission[s.material[points.face]], 0.0)
 
     def radiance(self, points: Points, xi: Floats, max_depth: int) -> Floats:
-        """(n, 3) radiance towards the viewer, for random numbers xi (n, LIGHT_DIMENSIONS)."""
+        """(n, 3) radiance towards the viewer, for random numbers `xi` (n, LIGHT_DIMENSIONS)."""
         s = self.surfaces
         out = self.emitted(points)
         if max_depth < 2:
             return out
         irradiance = np.zeros_like(out)
-        # A row appears once in each arrival, so fancy-index addition is safe.
+        # A row appears at most once in each arrival, so fancy-index addition adds all contributions.
         if len(self.choice):
             got = self.visible(points, self.area(points, xi[:, :3]))
             irradiance[got.row] += got.colour * got.factor[:, None]

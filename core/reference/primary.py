@@ -1,22 +1,22 @@
-"""Primary boundary term: what moving edges do to the pixels they cross. Formula (P):
+"""Primary boundary term: the change of pixels by edges that move on the screen. Formula (P):
 
   dI/dtheta = sum_edges int du (L- - L+) (f^2/z^3) N.e',    e = (1-u) a + u b,  N = (e - o) x t,  t = b - a
 
-with L+- the radiance seen just beside the edge on the side to which +-N points, f the focal length in pixels and z the
-depth of e. There are no screen normals: (f^2/z^3) N.e' du is the area in pixels that the edge sweeps.
+Here o is the camera, L+- the radiance just beside the edge on the side to which +-N points, f the focal length in
+pixels and z the depth of e. The formula needs no normals on the screen: (f^2/z^3) N.e' du is the swept area in pixels.
 
-Sampling: edges by their length on the screen inside of the frustum, uniformly along it, stratified over the
-whole list. With tau the position along the clipped edge on the screen, z0 and z1 the depths of its ends,
-u runs from low to high as tau z0/((1-tau) z1 + tau z0).
+Sampling: an edge is chosen in proportion to its length on the screen inside the frustum, and a point uniformly along
+it; the samples are stratified over the list of all edges. Let tau be the position along the clipped edge on the screen,
+and z0 and z1 the depths of its ends. Then u runs from low to high as tau z0/((1-tau) z1 + tau z0).
 
-Both sides are evaluated by construction: the near side is the adjacent face itself at e, the far side what one
-ray from the camera through e meets behind e with all faces of the edge ignored; where that ray meets something
-before e, the edge isn't seen. Both sides use the same random numbers.
+The radiance on the two sides is evaluated at e itself, not at displaced points. The near side is an adjacent face at e.
+The far side is the hit of a ray from the camera through e that ignores all faces of the edge. If this ray hits a
+surface in front of e, the edge is not visible. Both sides use the same random numbers.
 
-Contact: an edge may lie in another surface (a box that stands on a floor). Then the far side is that touched surface
-at e itself, shaded as a near one: the faces of the edge hide by rule A4. For the near faces, what lies on the other
-side of the touched plane is hidden. As a ray that steps over the edge's faces can step over the touched surface too, it
-is looked for by a second ray just beside the edge, on the side where no face of the edge is.
+Contact: an edge may lie in another surface, such as an edge of a box that stands on a floor. Then the far side is the
+touched surface at e. It is shaded like a near side: the faces of the edge block light by rule A4 of derivations.md. For
+the near faces, the touched plane blocks everything behind it. A ray that steps over the faces of the edge may also step
+over the touched surface. Therefore a second ray searches for it just beside the edge, on the side without a face.
 """
 
 from __future__ import annotations
@@ -35,16 +35,26 @@ from .radiance import CHUNK, Progress
 from .sampling import LIGHT_DIMENSIONS
 from .surfaces import Bools, Floats, Ints, dot, unit
 
-# An edge lies in a plane when the sine of the angle between them is below this.
+# An edge lies in a plane if the sine of the angle between them is below this.
 ALONG = 1e-3
 
 
 @dataclass
 class EdgeSamples:
-    """Visible points on edges: edge (n,), u (n,), position e (n, 3), pixel (n,), weight f^2/z^3/pdf (n,).
+    """Samples on edges.
 
-    `xi` are random numbers for the light, `direction` and `distance` lead from the camera to e, `far` is
-    the face behind e (-1: none), `touched` the face in which the edge lies there (-1: none).
+    Attributes
+    ----------
+    edge, u, e
+        (n,) edge, (n,) position along it, and (n, 3) position in space.
+    pixel, weight
+        (n,) pixel, and (n,) f^2/z^3 divided by the density and the number of samples.
+    xi
+        (n, LIGHT_DIMENSIONS) random numbers for the light.
+    direction, distance
+        (n, 3) unit direction and (n,) distance from the camera to e.
+    far, touched
+        (n,) face behind e, and face in which the edge lies at e; -1: none.
     """
 
     edge: Ints
@@ -76,7 +86,7 @@ def primary(
     """Send the blocks of the primary boundary term to the sink."""
     total = float(edges.length.sum())
     if total > 0.0:
-        # spp samples per pixel of edge, but no more than the interior term takes for the whole picture
+        # spp samples per pixel of edge length, but at most as many as the interior term uses for the picture.
         count = math.ceil(spp * min(total, film.pixels))
         for samples, done in _edge_samples(film, lighting, edges, count, seed):
             plus, minus = (_side(film, lighting, edges, samples, side, max_depth) for side in (0, 1))
@@ -89,7 +99,7 @@ def primary(
 def _edge_samples(
     film: Film, lighting: Lighting, edges: SeenEdges, count: int, seed: int
 ) -> Iterator[tuple[EdgeSamples, float]]:
-    """The visible ones among `count` samples, in chunks, with the fraction done."""
+    """Yield the visible ones of `count` samples in chunks, with the fraction done."""
     cumulated = np.cumsum(edges.length)
     total = cumulated[-1]
     for first in range(0, count, CHUNK):
@@ -113,7 +123,7 @@ def _edge_samples(
             u=u,
             e=e,
             pixel=film.pixel_of(film.project(c)),
-            # pdf of u: (length/total) / (du/dtau); and 1/count for the mean
+            # The density of u is (length/total) / (du/dtau); 1/count makes the sum a mean.
             weight=film.focal**2 / c[:, 2] ** 3 * du_dtau * total / (length * count),
             xi=generator.random((len(k), LIGHT_DIMENSIONS)),
             direction=direction / distance[:, None],
@@ -126,7 +136,7 @@ def _edge_samples(
 
 
 def _visible(film: Film, lighting: Lighting, edges: SeenEdges, samples: EdgeSamples) -> EdgeSamples:
-    """The samples whose point is seen, with the face behind it."""
+    """Return the samples whose point is visible, with the face behind it."""
     origin = np.broadcast_to(film.centre, samples.e.shape)
     near, end = film.limits(samples.direction)
     far, distance = lighting.rays.closest(origin, samples.direction, near, end, edges.faces[samples.edge])
@@ -141,11 +151,11 @@ def _visible(film: Film, lighting: Lighting, edges: SeenEdges, samples: EdgeSamp
 
 
 def _find_contact(lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, face: Ints, distance: Floats) -> None:
-    """Mark those of the faces hit at the distances (-1: none) in which the samples' edges lie."""
+    """Set `touched` to the face that was hit at a distance (-1: none) if the edge lies in this face."""
     s = lighting.surfaces
     n, t = s.n[face], unit(edges.t[samples.edge])
     height = np.abs(dot(n, samples.e - s.p[face, 0]))
-    # A ray beside the edge meets a plane at a grazing angle farther off; a coplanar surface far away is no contact.
+    # A ray beside the edge hits a plane at a grazing angle farther away. A distant coplanar surface is no contact.
     here = np.abs(distance - samples.distance) < 200.0 * s.contact
     lies = (face >= 0) & here & (height < s.contact) & (np.abs(dot(n, t)) < ALONG)
     samples.touched = np.where(lies, face, samples.touched)
@@ -154,7 +164,7 @@ def _find_contact(lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, fa
 def _side(
     film: Film, lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, side: int, max_depth: int
 ) -> Floats:
-    """Radiance just beside the samples: side 0 is where +N points, 1 where -N points."""
+    """Radiance just beside the samples, on side 0, to which +N points, or side 1, to which -N points."""
     s = lighting.surfaces
     near = edges.near[samples.edge, side]
     face = np.where(near >= 0, near, samples.far)
@@ -169,7 +179,7 @@ def _side(
 
 
 def _near_points(lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, near: Ints) -> tuple[Ints, Points]:
-    """Points of the adjacent faces at the edge: shadow rays ignore all faces of the edge, which hide by rule A4."""
+    """Points on the adjacent faces at the edge. Shadow rays ignore all faces of the edge; rule A4 replaces them."""
     s = lighting.surfaces
     rows = np.flatnonzero(near >= 0)
     k, face = samples.edge[rows], near[rows]
@@ -177,7 +187,7 @@ def _near_points(lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, nea
     across = _across(edges, k)
     own = edges.faces[k] == face[:, None]
     points.along = across[np.arange(len(k)), np.argmax(own, axis=1)]
-    # the two halves of a touched plane hide as faces of the edge do
+    # The two halves of a touched plane block light like faces of the edge.
     touched = samples.touched[rows]
     half = np.where((touched >= 0)[:, None], np.cross(unit(edges.t[k]), s.n[touched]), 0.0)
     points.arms = np.concatenate([np.where(own[..., None], 0.0, across), half[:, None], -half[:, None]], axis=1)
@@ -189,7 +199,7 @@ def _near_points(lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, nea
 def _touched_points(
     lighting: Lighting, edges: SeenEdges, samples: EdgeSamples, rows: Ints, side: int
 ) -> tuple[Ints, Points]:
-    """Points of the touched surface at the edge, beside it on the given side; the edge's faces hide by rule A4."""
+    """Points on the touched surface, at the edge on the given side; the faces of the edge block by rule A4."""
     s = lighting.surfaces
     k, face = samples.edge[rows], samples.touched[rows]
     points = Points.inside(s, samples.e[rows], face, samples.direction[rows])
@@ -211,7 +221,7 @@ def _across(edges: SeenEdges, k: Ints) -> Floats:
 
 
 def _far_points(film: Film, lighting: Lighting, samples: EdgeSamples, rows: Ints) -> tuple[Ints, Points]:
-    """Points behind the edge."""
+    """Points on the faces behind the edge."""
     s = lighting.surfaces
     direction = samples.direction[rows]
     t, _ = s.meet(samples.far[rows], np.broadcast_to(film.centre, direction.shape), direction)

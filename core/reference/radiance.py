@@ -1,4 +1,4 @@
-"""Camera samples and the picture: pixel = int L ds over its unit square."""
+"""Camera samples and the picture: a pixel is the integral of the radiance over its unit square."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from .surfaces import Floats, Ints
 
 Progress = Callable[[float], None]
 
-# Camera samples handled at once: bounds the memory at some 100 MB, independent of picture and samples.
+# Camera samples per array operation. More samples amortise the overhead of numpy, but need more memory.
 CHUNK = 1 << 16
 
 
 @dataclass
 class CameraSamples:
-    """A chunk of pixel samples: pixel (n,), direction (n, 3), face hit (n,; -1: none), random numbers for the light.
+    """A chunk of pixel samples: pixel (n,), direction (n, 3), hit face (n,; -1: none), random numbers for the light.
 
-    `fraction` is the part of all samples done when this chunk is.
+    `fraction` is the fraction of all samples that are done after this chunk.
     """
 
     pixel: Ints
@@ -33,14 +33,14 @@ class CameraSamples:
 
 
 def camera_samples(film: Film, lighting: Lighting, spp: int, seed: int, stream: int) -> Iterator[CameraSamples]:
-    """All samples of the picture, in chunks; equal for equal seed and stream."""
+    """Yield all samples of the picture in chunks; equal seed and stream give equal samples."""
     per_pixel = min(spp, CHUNK)
     block = max(1, CHUNK // per_pixel)
     for start in range(0, film.pixels, block):
         pixels = np.arange(start, min(start + block, film.pixels))
         for first in range(0, spp, per_pixel):
             count = min(per_pixel, spp - first)
-            # The generator is the pixels' own, so that a second part of their samples goes on in the same sequence.
+            # Each block of pixels has its own generator, so a second chunk of the same pixels continues their sequence.
             generator = np.random.default_rng([seed, stream, start])
             xi = sequence(generator, len(pixels), first, count, 2 + LIGHT_DIMENSIONS).reshape(-1, 2 + LIGHT_DIMENSIONS)
             pixel = np.repeat(pixels, count)
@@ -54,7 +54,7 @@ def camera_samples(film: Film, lighting: Lighting, spp: int, seed: int, stream: 
 
 
 def hits(film: Film, lighting: Lighting, samples: CameraSamples) -> tuple[Ints, Points, Floats]:
-    """Rows of the samples that hit a surface, their points, and the points' barycentrics."""
+    """Rows of the samples that hit a surface, the hit points, and their barycentrics."""
     row = np.flatnonzero(samples.face >= 0)
     face, direction = samples.face[row], samples.direction[row]
     t, beta = lighting.surfaces.meet(face, np.broadcast_to(film.centre, direction.shape), direction)
@@ -67,7 +67,7 @@ def hits(film: Film, lighting: Lighting, samples: CameraSamples) -> tuple[Ints, 
 def render(
     film: Film, lighting: Lighting, *, spp: int, seed: int, max_depth: int, progress: Progress | None
 ) -> Floats:
-    """The picture (height, width, 3)."""
+    """Render the picture (height, width, 3)."""
     image = np.zeros((film.pixels, 3))
     for samples in camera_samples(film, lighting, spp, seed, stream=0):
         row, points, _ = hits(film, lighting, samples)

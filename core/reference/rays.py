@@ -1,8 +1,8 @@
-"""Ray queries through embreex, with faces that a ray ignores.
+"""Ray queries with embreex, with faces that a ray ignores.
 
-embreex has no filter functions: a hit on an ignored face is stepped over by tracing again from just
-behind it. So a surface that touches an ignored face (closer than a few float32 roundings) is stepped
-over as well; the native engine's filter has not this limit.
+embreex has no filter functions. After a hit on an ignored face, the ray is traced again from just behind it. This also
+skips a surface in contact with the ignored face, within a few float32 rounding errors. The native engine uses a filter
+function and does not have this limit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..tables.tables import Tables
 from .surfaces import Bools, Floats, Ints
 
-# Rays per call of embreex; calls of several threads overlap, as embreex releases the GIL.
+# Rays per call of embreex. Smaller batches distribute better over threads; larger ones have less overhead.
 BATCH = 1 << 14
 
 
@@ -39,7 +39,7 @@ class Rays:
     def closest(
         self, origin: Floats, direction: Floats, near: Floats, far: Floats, ignore: Ints | None = None
     ) -> tuple[Ints, Floats]:
-        """The first face between `near` and `far` along each ray that isn't ignored.
+        """Find the first face between `near` and `far` along each ray that is not ignored.
 
         Parameters
         ----------
@@ -48,11 +48,11 @@ class Rays:
         near, far
             (n,) distances; far may be infinite.
         ignore
-            (n, k) faces each ray steps over; entries of -1 are none.
+            (n, k) faces that each ray ignores; -1: none.
 
         Returns
         -------
-        Face (-1: none) and distance of each ray's hit.
+        (n,) face (-1: none) and (n,) distance of the hit of each ray.
         """
         face = np.full(len(origin), -1, np.int64)
         distance = np.full(len(origin), np.inf)
@@ -68,12 +68,12 @@ class Rays:
             face[ray[~again]], distance[ray[~again]] = hit[~again], length[~again]
             ray = ray[again]
             start[ray] = length[again] + step[ray]
-            step[ray] *= 2.0  # a grazing ray could otherwise meet the same face for ever
+            step[ray] *= 2.0  # else a grazing ray could hit the same face for ever
             ray = ray[start[ray] < far[ray]]
         return face, distance
 
     def blocked(self, origin: Floats, direction: Floats, far: Floats, ignore: Ints) -> Bools:
-        """Whether a face that isn't ignored lies within `far` along each ray."""
+        """Whether each ray hits a face that is not ignored within the distance `far`."""
         out = np.zeros(len(origin), bool)
         if self._scene is None or len(origin) == 0:
             return out
@@ -96,12 +96,12 @@ class Rays:
 
     def _query(self, o: NDArray[np.float32], d: NDArray[np.float32], far: NDArray[np.float32], query: str) -> Any:
         if query == "OCCLUDED":
-            # embreex answers 0 for blocked and -1 for free.
+            # embreex returns 0 for blocked and -1 for free.
             return {"primID": self._scene.run(o, d, far, query=query)}
         hit = self._scene.run(o, d, far, output=1)
         return {"primID": hit["primID"], "tfar": hit["tfar"]}
 
 
 def _reach(far: Floats) -> NDArray[np.float32]:
-    """Ray lengths for embreex, which doesn't take infinity, nor lengths below zero."""
+    """Clip ray lengths: embreex accepts neither infinite nor negative lengths."""
     return np.clip(far, 0.0, 1e30).astype(np.float32)

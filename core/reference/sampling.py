@@ -1,4 +1,4 @@
-"""Random numbers and the distributions that the estimators draw from."""
+"""Random numbers and sampling distributions of the estimators."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ LIGHT_DIMENSIONS = 5
 def sequence(generator: np.random.Generator, points: int, first: int, count: int, dimensions: int) -> Floats:
     """(points, count, dimensions) numbers in [0, 1): entries first … first + count - 1 of one sequence per point.
 
-    The additive recurrence x_k = frac(shift + k alpha) with alpha_j = phi^-(j + 1), phi the root of
-    phi^(dimensions + 1) = phi + 1: it fills the unit cube evenly; each point has its own random
-    shift, so every number by itself is uniform and estimates are unbiased.
+    The sequence is the additive recurrence x_k = frac(shift + k alpha) with alpha_j = phi^-(j + 1), where phi is the
+    root of phi^(dimensions + 1) = phi + 1 (Roberts 2018, "R_d"). It has a low discrepancy. Each point has its own
+    random shift, so each number alone is uniform and estimates are unbiased.
     """
     phi = 2.0
     for _ in range(64):
@@ -26,10 +26,10 @@ def sequence(generator: np.random.Generator, points: int, first: int, count: int
 
 
 class LightChoice:
-    """Emissive triangles by area times radiance: face with probability P, then a point uniform on it."""
+    """Sampling of emissive triangles: a face in proportion to area times radiance, then a point on it."""
 
     def __init__(self, surfaces: Surfaces, possible: Bools) -> None:
-        """`possible` (materials,): also to be sampled while their emission is zero, as its derivative isn't."""
+        """`possible` (materials,) marks materials to sample even if their emission is zero: its derivative is not."""
         radiance = surfaces.emission.mean(axis=1)
         common = radiance.max(initial=0.0) or 1.0
         radiance = np.where(possible, np.maximum(radiance, 0.1 * common), radiance)
@@ -42,7 +42,7 @@ class LightChoice:
         return len(self.faces)
 
     def sample(self, xi: Floats) -> tuple[Ints, Floats, Floats]:
-        """Faces (n,), barycentrics (n, 3) and the faces' probabilities (n,) for random numbers (n, 3)."""
+        """Sample faces (n,), barycentrics (n, 3) and probabilities of the faces (n,) from random numbers (n, 3)."""
         k = np.searchsorted(self._cumulated, xi[:, 0] * self._cumulated[-1], side="right")
         k = np.minimum(k, len(self.faces) - 1)
         root = np.sqrt(xi[:, 1])
@@ -51,7 +51,7 @@ class LightChoice:
 
 
 def frame(n: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors that complete unit rows `n` to right-handed frames."""
+    """Two unit vectors that complete unit vectors `n` (rows) to right-handed frames (Duff et al. 2017)."""
     sign = np.where(n[:, 2] >= 0.0, 1.0, -1.0)
     a = -1.0 / (sign + n[:, 2])
     b = n[:, 0] * n[:, 1] * a
@@ -61,7 +61,7 @@ def frame(n: Floats) -> tuple[Floats, Floats]:
 
 
 def _around(n: Floats, height: Floats, turn: Floats) -> Floats:
-    """Unit directions with n.w = height, at the azimuth 2 pi turn."""
+    """Unit directions w with n.w = height and the azimuth 2 pi turn."""
     s, t = frame(n)
     radius = np.sqrt(np.maximum(1.0 - height * height, 0.0))
     phi = 2.0 * np.pi * turn
@@ -69,14 +69,15 @@ def _around(n: Floats, height: Floats, turn: Floats) -> Floats:
 
 
 def cosine_direction(n: Floats, xi: Floats) -> Floats:
-    """Directions about `n` with density cos/pi."""
+    """Directions about `n` with the density cos/pi."""
     return _around(n, np.sqrt(1.0 - xi[:, 0]), xi[:, 1])
 
 
 def mixed_direction(n: Floats, xi: Floats) -> tuple[Floats, Floats]:
-    """Directions about `n` with density (cos/pi + 1/(2 pi))/2, and that density.
+    """Directions about `n` with the density (cos/pi + 1/(2 pi))/2, and the values of this density.
 
-    With cosines alone the estimator of (dn/dt).w has infinite variance at the horizon.
+    With the density cos/pi, the estimator of (dn/dt).w would have infinite variance because of directions at the
+    horizon.
     """
     cosine = xi[:, 0] < 0.5
     stretched = np.where(cosine, 2.0 * xi[:, 0], 2.0 * xi[:, 0] - 1.0)

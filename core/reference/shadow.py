@@ -1,20 +1,24 @@
-"""Shadow boundary term: what edges do that pass between a lit point and a light. Formula (S), from the edge outwards:
+"""Shadow boundary term: edges that move between a receiver and a light. Formula (S), as an integral over the edges:
 
   dI/dtheta = sum_edges int du int dw  J f L_e sigma (t x w).[e' - lambda x1' - (1 - lambda) y']
 
-e = (1-u) a + u b on an edge with t = b - a; w a direction from a light's point y through e to the first surface
-behind it, x1; f = albedo/pi there; J = f_px^2 |n1.p|/z^3 its area on the screen per area; lambda = |e - y|/|x1 - y|; x1
-slides along its pixel's ray, y rides on its triangle. sigma = sign((t x w).(third vertex - e)) is the side of the
-occluder: the edge is a silhouette for this segment only when it is equal for all faces of the edge.
+The point e = (1-u) a + u b lies on an edge with t = b - a. The direction w goes from a point y of a light through e to
+the receiver x1, the first surface behind e, where f = albedo/pi. J = f_px^2 |n1.p|/z^3 is the area on the screen per
+area of the receiver, and lambda = |e - y|/|x1 - y|. The velocity x1' is along the ray of its pixel (screen form), and y
+moves with its triangle (material form). sigma = sign((t x w).(third vertex - e)) is the side of the occluder: the edge
+is a silhouette for this segment only if sigma is equal for all faces of the edge.
+
+Sampling by kind of light:
 
 area light    y by area: dw = |n_y.w| dA_y/|e - y|^2, one sample of L_e dw is L_e |M_y.w| / (2 P |e - y|^2)
 point light   L_e dw -> I/|e - p|^2, y fixed
 sun           L_e dw -> E,           y at infinity: lambda = 1
-environment   w about the edge, cosine to t uniform, azimuth uniform in the two wedges where both faces lie on one
-              side; with delta the angle between the faces each is alpha = pi - delta wide: density 1/(4 alpha);
-              lambda = 1
+environment   cosine between w and t uniform, azimuth about t uniform in the two wedges in which both faces lie on
+              one side of w. With the angle delta between the faces, each wedge has the angle alpha = pi - delta, so
+              the density is 1/(4 alpha); lambda = 1
 
-Edges are drawn by length (times alpha for the environment), u uniformly, stratified over the whole list.
+Edges are sampled in proportion to their length (times alpha for the environment) and u uniformly, stratified over the
+list of all edges.
 """
 
 from __future__ import annotations
@@ -35,9 +39,10 @@ from .surfaces import Floats, Ints, dot, unit
 
 @dataclass
 class Segments:
-    """Light through edge points: edge (n,), u (n,), e (n, 3), direction w (n, 3), |e - y| (n,; infinite for suns).
+    """Segments from lights through edge points: edge (n,), u (n,), e (n, 3), direction w (n, 3).
 
-    `colour` (n, 3) is L_e dw over all densities; `face` and `beta` tell where y is, face -1: not on a triangle.
+    `distance` (n,) is |e - y|, infinite for suns. `colour` (n, 3) is L_e dw divided by all densities. `face` and `beta`
+    are the triangle and barycentrics of y; face -1: y is not on a triangle.
     """
 
     edge: Ints
@@ -54,7 +59,7 @@ class Segments:
 
 
 class Occluders:
-    """The edges that can be silhouettes, with their geometry (E, ...)."""
+    """Edges that can be silhouettes, with their geometry (E, ...)."""
 
     def __init__(self, table: EdgeTable, lighting: Lighting, position: Floats) -> None:
         s = lighting.surfaces
@@ -64,13 +69,14 @@ class Occluders:
         self.t = position[self.ends[:, 1]] - self.a
         self.third = position[table.third[k]] - self.a[:, None]
         self.length = np.linalg.norm(self.t, axis=1)
-        # Across the edge, from it into each face; the angle between two faces, 0 where there are not two.
+        # Unit vectors perpendicular to the edge into each face, and the angle between two faces (0 unless there are
+        # two).
         axis = unit(self.t)
         across = unit(self.third - np.einsum("kfd,kd->kf", self.third, axis)[..., None] * axis[:, None])
         count = (self.faces >= 0).sum(axis=1)
         cosine = np.clip(dot(across[:, 0], across[:, 1]), -1.0, 1.0)
         self.delta = np.where(count == 2, np.arccos(cosine), 0.0)
-        # g0 at azimuth 0, the second face at +delta
+        # The first face has the azimuth 0, the second one +delta.
         self.b1 = across[:, 0]
         turn = np.cross(axis, self.b1)
         self.b2 = np.where(dot(turn, across[:, 1])[:, None] < 0.0, -turn, turn)
@@ -92,7 +98,7 @@ def shadow(
     """Send the blocks of the shadow boundary term to the sink; spp samples per pixel and light."""
     s = lighting.surfaces
     edges = Occluders(table, lighting, position)
-    # Static geometry under static lights has no moving shadow.
+    # If nothing moves, no shadow moves.
     if max_depth < 2 or not sink.moving_face.any() or not len(edges.length):
         return
     kinds: list[tuple[str, int]] = [("area", 0)] if len(lighting.choice) else []
@@ -117,7 +123,7 @@ def shadow(
 def _edge_points(
     weight: Floats, stratum: Ints, count: int, generator: np.random.Generator
 ) -> tuple[Ints, Floats, Floats]:
-    """Edges in proportion to their weight and u uniform on them; the probability of every edge."""
+    """Sample edges in proportion to their weight, and u uniformly; also return the probability of every edge."""
     cumulated = np.cumsum(weight)
     along = (stratum + generator.random(len(stratum))) / count * cumulated[-1]
     k = np.minimum(np.searchsorted(cumulated, along, side="right"), len(weight) - 1)
@@ -127,7 +133,7 @@ def _edge_points(
 def _light(
     lighting: Lighting, edges: Occluders, kind: str, light: int, edge: Ints, u: Floats, xi: Floats
 ) -> Segments:
-    """Segments from a light through edge points."""
+    """Make segments from a light through edge points."""
     s = lighting.surfaces
     n = len(edge)
     e = edges.a[edge] + u[:, None] * edges.t[edge]
@@ -164,10 +170,11 @@ def _light(
 
 
 def _connect(film: Film, lighting: Lighting, edges: Occluders, segments: Segments, sink: Sink) -> None:
-    """Follow the segments to the surface they light and to the camera, and send their blocks."""
+    """Connect the segments to their receivers and these to the camera, and send the blocks."""
     s = lighting.surfaces
     segments = segments[segments.colour.any(axis=1)]
-    # sigma: all faces of the edge on one side of the plane through it and the light; edge-on faces aren't there
+    # An edge is a silhouette if all its faces lie on one side of the plane through the edge and the light. Faces that
+    # are seen edge-on from the light do not count.
     across = np.cross(edges.t[segments.edge], segments.w)
     third = edges.third[segments.edge]
     height = np.einsum("nkd,nd->nk", third, across)
@@ -181,7 +188,7 @@ def _connect(film: Film, lighting: Lighting, edges: Occluders, segments: Segment
     face, gap = lighting.rays.closest(
         segments.e, segments.w, np.zeros(len(sigma)), np.full(len(sigma), np.inf), ignore
     )
-    # closer than the contact tolerance the jump is the primary boundary's
+    # A receiver in contact with the edge is handled by the primary boundary term.
     keep = np.flatnonzero((face >= 0) & (gap > s.contact))
     before = segments.distance[keep] - s.rounding - 1e-5 * np.minimum(segments.distance[keep], 1e30)
     also = np.concatenate([ignore[keep], segments.face[keep, None]], axis=1)
@@ -212,8 +219,8 @@ def _connect(film: Film, lighting: Lighting, edges: Occluders, segments: Segment
     colour = got.colour * s.albedo[s.material[x_face]] * (screen_area / np.pi)[:, None]
     G = (sigma[:, None] * across)[keep]
     # lambda = |e - y|/(|e - y| + |x1 - e|), which is 1 for lights at infinity
-    far_share = (1.0 / (1.0 + gap[keep] / got.distance))[:, None]
+    far_weight = (1.0 / (1.0 + gap[keep] / got.distance))[:, None]
     sink.edge_point(pixel, colour, edges.ends[got.edge], got.u, G)
-    sink.slide(pixel, colour, x_face, beta, direction[keep], -far_share * G)
+    sink.screen_point(pixel, colour, x_face, beta, direction[keep], -far_weight * G)
     on = np.flatnonzero(got.face >= 0)
-    sink.material_point(pixel[on], colour[on], got.face[on], got.beta[on], -((1.0 - far_share) * G)[on])
+    sink.material_point(pixel[on], colour[on], got.face[on], got.beta[on], -((1.0 - far_weight) * G)[on])

@@ -1,4 +1,4 @@
-"""Flat, diffuse, directly lit scenes, of which every engine has derivatives, and the nearest to any other scene."""
+"""Simplification of a scene to a flat-shaded, diffuse scene, which the reference engine can differentiate."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from ..tables.mean_color import mean_color, mean_expression
 
 
 def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
-    """The nearest scene whose derivatives the reference engine has, and a sentence for each thing that was simplified.
+    """Simplify a scene until the reference engine can differentiate it, with a sentence for each simplification.
 
-    Surfaces become flat-shaded, opaque and Lambertian in their mean colour, instances meshes of their own,
-    lights hard, the camera a pinhole with a box filter. Meshes keep their vertices, so that gradients and
-    results carry over.
+    Surfaces become flat-shaded, opaque and Lambertian, with their mean colour. Instances become part of one mesh.
+    Lights lose their size, and the camera becomes a pinhole with a box filter. Meshes keep their vertices, so gradients
+    with respect to them are valid for the original scene.
     """
     validated(scene)
     notes: list[str] = []
@@ -34,7 +34,7 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
     lights = {name: _light(name, light, notes) for name, light in scene.lights.items()}
     world = scene.world
     if world.image is not None or world.visible_to != frozenset(RAYS):
-        notes.append("world: its mean colour stands for the image, seen by all rays")
+        notes.append("world: its mean colour replaces the image, and all rays see it")
         color = world.color
         if world.image is not None:
             color = color * mean_color(scene.images[world.image], sphere=True)
@@ -43,7 +43,7 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
 
 
 def obstacles(scene: Scene) -> Iterator[str]:
-    """What stands in the way of exact derivatives: none for a scene from `differentiable`."""
+    """Reasons why the reference engine has no exact derivatives of a scene; none after `differentiable`."""
     yield from differentiable(scene)[1]
 
 
@@ -65,7 +65,7 @@ def _material(scene: Scene, name: str, notes: list[str]) -> Material:
     simple = isinstance(material, Material) and not material.textures
     if simple and flags(closure) & LAMBERTIAN and not flags(closure) & (TRANSPARENCY | NORMAL_MAP):
         return closure
-    notes.append(f"material '{name}': diffuse in its mean colour stands for it")
+    notes.append(f"material '{name}': is replaced by a diffuse surface of its mean colour")
     if isinstance(material, Mixture):
         parts = [(scene.closures(name)[k], w) for k, w in enumerate(material.weights)]
     else:
@@ -99,10 +99,10 @@ def _mesh(name: str, mesh: Mesh, notes: list[str]) -> Mesh:
 def _light(name: str, light: Light, notes: list[str]) -> Light:
     plain = PointLight(np.zeros(3))
     if light.receivers is not None or light.blockers is not None or not light.casts_shadow:
-        notes.append(f"light '{name}': lights all meshes and casts the shadows of all")
+        notes.append(f"light '{name}': lights all meshes, and all meshes cast its shadows")
     light = replace(light, receivers=None, blockers=None, casts_shadow=True, visible_to=plain.visible_to)
     if isinstance(light, SpotLight):
-        notes.append(f"light '{name}': a point light stands for the spot")
+        notes.append(f"light '{name}': is replaced by a point light")
         light = PointLight(light.position, light.power, light.radius, light.sphere, color=light.color)
     if isinstance(light, PointLight) and light.radius > 0.0:
         notes.append(f"light '{name}': has no size, its shadows are hard")

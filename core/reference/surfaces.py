@@ -1,4 +1,4 @@
-"""The scene's triangles in float64, with what the estimators ask of them."""
+"""The triangles of the scene in float64, and the queries that the estimators need."""
 
 from __future__ import annotations
 
@@ -37,17 +37,17 @@ class Surfaces:
     corners
         (F, 3) vertex indices.
     p
-        (F, 3 corners, 3).
+        (F, 3, 3) positions of the corners.
     M, n
-        (F, 3); n is zero for triangles without area.
+        (F, 3) normals; n is zero for triangles without area.
     material, mesh
         (F,) indices.
     visible
         (F,) whether rays hit the triangle.
     albedo, emission
-        (materials, 3); `two_sided` (materials,) whether the back emits too.
+        (materials, 3); `two_sided` (materials,): whether the back emits too.
     scale
-        Largest coordinate: float32 positions are exact to about 6e-8 of it.
+        Largest absolute coordinate; rounding errors of float32 positions are about 6e-8 times this.
     """
 
     corners: Ints
@@ -69,7 +69,7 @@ class Surfaces:
 
     @classmethod
     def of(cls, tables: Tables) -> Surfaces:
-        """The surfaces of a scene's tables."""
+        """Make the surfaces of a scene's tables."""
         corners = tables.faces.astype(np.int64)
         p = tables.vertices.astype(np.float64)[corners]
         M = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
@@ -91,22 +91,22 @@ class Surfaces:
 
     @property
     def rounding(self) -> float:
-        """Distance by which shadow rays start off their surface, and by which they end before the light."""
+        """Distance between the start of a shadow ray and its surface, and between its end and the light."""
         return 4e-6 * self.scale
 
     @property
     def contact(self) -> float:
-        """Distance within which two surfaces count as touching."""
+        """Distance below which two surfaces are in contact."""
         return 1e-5 * self.scale
 
     def point(self, face: Ints, beta: Floats) -> Floats:
-        """Points at barycentrics `beta` (n, 3) of the triangles."""
+        """Points with barycentrics `beta` (n, 3) on the triangles."""
         return np.einsum("nk,nkd->nd", beta, self.p[face])
 
     def meet(self, face: Ints, origin: Floats, direction: Floats) -> tuple[Floats, Floats]:
-        """Where rays meet the planes of their triangles: distance (n,) and barycentrics (n, 3).
+        """Intersect rays with the planes of their triangles: distance (n,) and barycentrics (n, 3).
 
-        Not finite where a ray runs within its plane.
+        Not finite if a ray is parallel to the plane.
         """
         p0, M = self.p[face, 0], self.M[face]
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,9 @@
-"""How a gradient's time is divided among the terms of the derivative."""
+"""Allocation of the time of a gradient to the terms of the derivative.
+
+The terms (interior and boundary integrals) are independent estimates, and their sum is the gradient. If a fit computes
+many similar gradients, some of them also measure the variance of each term. The next gradients draw more samples for
+terms with a large variance. `Budget` has the formula.
+"""
 
 from __future__ import annotations
 
@@ -9,50 +14,61 @@ import numpy as np
 from numpy.typing import NDArray
 
 TERMS = ("interior", "primary", "shadow", "indirect")
-# Microseconds that a sample takes in the mean of the reference cases (path segments beyond the first cost as much
-# again for what is seen). Clocks differ from call to call, and results must not.
+# Relative cost of a sample of each term: the mean over the reference cases, in microseconds. Constants, since measured
+# times would make results differ from call to call. A cost that is too high takes samples from its term.
 COST = {"interior": 0.22, "primary": 0.4, "shadow": 0.2, "indirect": 0.5}
-# A term's samples are this many times those of its fixed share, at least and at most: what looks worthless now may
-# not be so in the next iteration.
+# Smallest and largest number of samples of a term, relative to its default number. A wide range adapts better to the
+# measured variances; a narrow one is safer if the next iterations change them.
 LEAST, MOST = 0.125, 4.0
-# What an older measurement of a term's variance counts for beside a new one.
+# Weight of the older measurements of a variance relative to a new one, in [0, 1). A larger weight averages out noise,
+# but follows changes of the scene more slowly.
 KEPT = 0.5
-# Gradients that measure (from 1 on; the first one's samples don't know yet where to be), then every so many.
+# Numbers of the first gradients that measure variances, then the interval. Gradient 1 does not measure, since the
+# importance of edges is not learned yet. Rare measurements cost less, but follow changes of the scene more slowly.
 FIRST, EVERY = (2, 4, 8), 16
 
 
 class Budget:
-    """Samples of the terms of one view's gradients.
+    """Numbers of samples of the terms of one view's gradients.
 
-    The variance of a sum of terms that cost c_t per sample and have the variance v_t / n_t is least, for the same
-    time, if n_t is in proportion to sqrt(v_t / c_t) (Neyman 1934). The time is that of the first gradient.
+    Let term t have the cost c_t per sample and the variance v_t / n_t for n_t samples. For a fixed total time, the
+    variance of the sum of all terms is smallest if n_t is proportional to sqrt(v_t / c_t) (Neyman 1934). The total time
+    is that of the first gradient.
     """
 
     def __init__(self) -> None:
         self._share = dict.fromkeys(TERMS, 1.0)
-        self._samples: dict[str, float] = {}  # of the fixed share
-        self._time = 0.0  # of the first gradient, whose shares are the fixed ones
-        self._new: dict[str, dict[str, float]] = {}  # a term's variance per sample, by path
-        self._variance: dict[str, float] = {}  # relative to that of all terms
+        self._samples: dict[str, float] = {}  # default number of samples of each term
+        self._time = 0.0  # of the first gradient, which uses the default numbers of samples
+        self._new: dict[str, dict[str, float]] = {}  # by term and path: variance per sample, not yet used
+        self._variance: dict[str, float] = {}  # by term: variance per sample relative to the variance of all terms
 
     def is_due(self, gradient: int) -> bool:
-        """Whether a gradient (from 1 on) measures its terms' variances."""
+        """Whether a gradient, counted from 1, measures the variances of its terms."""
         return gradient in FIRST or gradient % EVERY == 0
 
     def shares(self) -> list[float]:
-        """Samples of each of `TERMS`, in terms of those of its fixed share."""
+        """Number of samples of each of `TERMS`, relative to its default number."""
         return [self._share[term] for term in TERMS]
 
     def begin(self, samples: Sequence[float]) -> None:
-        """Take the time of these samples of all terms as that of every gradient."""
+        """Set the time of each gradient to the time that these samples of all terms take."""
         self._time = sum(COST[term] * self.taken(term, samples) for term in TERMS)
 
     def taken(self, term: str, samples: Sequence[float]) -> float:
-        """A term's number of samples out of those of all."""
+        """Return the number of samples of one term, from the numbers of all terms."""
         return float(samples[TERMS.index(term)])
 
     def note(self, term: str, halves: Sequence[Mapping[str, NDArray[np.float64]]], taken: Sequence[float]) -> None:
-        """Measure a term by two estimates, each of half its samples, of which so many were `taken`."""
+        """Measure the variance of a term from two independent estimates.
+
+        Parameters
+        ----------
+        halves
+            Two gradients, each from half the samples.
+        taken
+            Number of samples of each.
+        """
         if min(taken) <= 0.0:
             return
         self._samples[term] = taken[1] / (0.5 * self._share[term])
@@ -62,9 +78,9 @@ class Budget:
         }
 
     def divide(self) -> None:
-        """Divide the time among the terms that were noted."""
+        """Distribute the time to the terms by the noted variances."""
         paths = {path for variances in self._new.values() for path in variances}
-        # Parameters have different units: each counts relative to its own variance.
+        # Parameters have different units, so the variance of each is relative to its total over all terms.
         scale = {path: sum(v[path] / self._samples[t] for t, v in self._new.items()) for path in paths}
         for term, variances in self._new.items():
             new = sum(v / scale[path] for path, v in variances.items() if scale[path] > 0.0)
@@ -75,29 +91,28 @@ class Budget:
         terms = set(self._variance)
         share = self._divided(self._time, terms)
         if "interior" in terms:
-            # Samples of pixels are even for powers of two alone: the next below or above, whichever leaves less
-            # variance with what the others then get. (The nearer one left the primary term of blob_flat an eighth.)
+            # The pixel sampler is well stratified for powers of two only. Of the powers below and above, choose the
+            # one that leaves less variance in total. The nearer one may take too much time from the other terms.
             best = math.log2(share["interior"])
             share = min((self._with_interior(2.0**power, terms) for power in {math.floor(best), math.ceil(best)}),
                         key=self._left)
         self._share |= share
 
     def _with_interior(self, interior: float, terms: set[str]) -> dict[str, float]:
-        """The best shares of some terms for this one of the interior."""
+        """Return the best numbers of samples of all terms for a given number of the interior term."""
         left = self._time - COST["interior"] * self._samples["interior"] * interior
         return {"interior": interior} | self._divided(left, terms - {"interior"})
 
     def _left(self, share: Mapping[str, float]) -> float:
-        """The variance that these shares leave."""
+        """Return the variance of the sum of the terms for these numbers of samples."""
         return sum(self._variance[t] / (self._samples[t] * share[t]) for t in share)
 
     def _divided(self, time: float, terms: set[str]) -> dict[str, float]:
-        """The best shares of some terms."""
+        """Return the best relative numbers of samples of some terms for a given time."""
         share: dict[str, float] = {}
         terms = set(terms)
         while terms:
-            # So many samples per time are left to all; those beyond their bounds stay there, and the others divide
-            # what is left.
+            # Terms whose optimum lies outside [LEAST, MOST] get the bound; the others share the remaining time again.
             rate = {t: math.sqrt(self._variance[t] / COST[t]) for t in terms}
             whole = sum(COST[t] * rate[t] for t in terms)
             for t in terms:

@@ -1,4 +1,4 @@
-"""Calls of several threads on one object, one after the other."""
+"""A lock that serialises the calls of several threads on one object."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import weakref
 
 
 class Turns:
-    """A lock that refuses, instead of waiting for ever, the thread that holds it already.
+    """A lock that raises an error, instead of a deadlock, if its own thread takes it again.
 
     Parameters
     ----------
     what
-        Name of the object, for messages.
+        Name of the locked object, for messages.
 
     Notes
     -----
-    It is entered as ``with turns.lock():``. The ``with`` is that of Python's own lock, since no Python function can
-    enter and leave a lock safely: Ctrl-C may end it between the lock's being taken and its return.
+    Use it as ``with turns.lock():``. The ``with`` statement enters Python's own lock. A context manager written in
+    Python would not be safe: Ctrl-C may interrupt it after it has taken the lock and before it returns.
     """
 
     def __init__(self, what: str) -> None:
@@ -28,13 +28,13 @@ class Turns:
         _all.add(self)
 
     def lock(self) -> threading.RLock:
-        """The lock, for ``with``: waits for the calls of other threads.
+        """Return the lock for a ``with`` statement, which waits for the calls of other threads.
 
         Raises
         ------
         RuntimeError
-            If this very thread is inside already (a progress function called back), or if another thread was inside
-            when this process was forked: it will never leave.
+            If this thread holds the lock already (a progress function uses the object), or if another thread held it
+            when this process was forked, since that thread does not exist here and never releases the lock.
         """
         if self._left_behind:
             raise RuntimeError(f"{self._what}: another thread was using it when this process was forked; "
@@ -45,7 +45,7 @@ class Turns:
 
     @property
     def left_behind(self) -> bool:
-        """Whether a thread that this forked process doesn't have was inside."""
+        """Whether the lock was held, when this process was forked, by a thread that does not exist here."""
         return self._left_behind
 
     def _is_mine(self) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Collection
 from typing import Protocol
 
 import numpy as np
@@ -13,10 +12,8 @@ from .._check import shown
 from ..derivatives.decisions import Decisions
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
-from ..scene.bounces import Bounces
 from ..tables import tables as flat
-
-Progress = Callable[[float], None]
+from .options import Progress, RenderOptions
 
 
 class EngineLike(Protocol):
@@ -31,27 +28,15 @@ class EngineLike(Protocol):
     def update_values(self, tables: flat.Tables) -> None: ...
     def move_vertices(self, mesh: int, vertices: NDArray[np.float64], tables: flat.Tables) -> None: ...
     def render(
-        self,
-        tables: flat.Tables,
-        *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        caustics_alone: bool = False,
-        progress: Progress | None,
+        self, tables: flat.Tables, options: RenderOptions, *, progress: Progress | None
     ) -> NDArray[np.float32]: ...
     def forward(
         self,
         tables: flat.Tables,
         tangent: TableDerivative,
         wanted: Requested,
+        options: RenderOptions,
         *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        terms: Collection[str],
         progress: Progress | None,
     ) -> NDArray[np.float32]: ...
     def backward(
@@ -59,17 +44,11 @@ class EngineLike(Protocol):
         tables: flat.Tables,
         adjoint: NDArray[np.float32],
         wanted: Requested,
+        options: RenderOptions,
         *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces,
-        terms: Collection[str],
         progress: Progress | None,
     ) -> TableDerivative: ...
-    def decide(
-        self, tables: flat.Tables, wanted: Requested, *, max_depth: int, bounces: Bounces, terms: Collection[str]
-    ) -> Decisions: ...
+    def decide(self, tables: flat.Tables, requested: Requested, options: RenderOptions) -> Decisions: ...
 
 
 _warned_of_fallback = False

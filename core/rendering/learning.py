@@ -1,13 +1,15 @@
-"""What a renderer learns from gradients for the next ones: where samples are worth their while, and of which term.
+"""Adaptive sampling over successive gradients of a renderer.
 
-The native engine keeps the contribution of samples along edges (native/boundary/curves/learned_weights.h) and
-distributes the next gradient's samples by it. The split between the terms is `Budget`. Both are kept per view, since
-other cameras see other edges.
+The gradients of a fit change little from one iteration to the next, so each can improve the sampling of the next ones.
+The native engine records the contribution of samples along edges (native/boundary/curves/learned_weights.h) and uses it
+as the sampling density of the next gradient. `Budget` distributes the samples to the terms. Each view keeps its own
+state, since other cameras see other edges.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,19 +19,20 @@ from ..derivatives.table_derivatives import shapes
 from ..scene.camera import Camera
 from ..tables.tables import Tables, camera_fields
 from .budget import Budget
+from .options import RenderOptions
 
 Gradient = dict[str, NDArray[np.float64]]
-# The gradient by some terms alone, with the given samples per pixel and seed.
+# estimate(terms, seed, part, parts) -> the sum of some terms of the gradient.
 Estimate = Callable[..., Gradient]
 
 
 class LearnedView:
-    """What gradients of one view have learned.
+    """Adaptive sampling of the gradients of one view.
 
     Attributes
     ----------
     sampling
-        The native engine's part.
+        The native engine's state.
     """
 
     def __init__(self, sampling: Any) -> None:
@@ -39,20 +42,20 @@ class LearnedView:
         self._empty: set[str] = set()  # terms that took no samples
 
     def gradient(self, estimate: Estimate, terms: Collection[str], seed: int) -> Gradient:
-        """One more gradient.
+        """Compute one more gradient, and adapt the sampling of the next ones.
 
         Parameters
         ----------
         estimate
-            ``estimate(terms, seed, part, parts)`` computes the sum of some terms by `sampling`, as one part of
-            several (for the progress).
+            ``estimate(terms, seed, part, parts)`` returns the sum of some terms, sampled by `sampling`. The call is
+            number `part` of `parts` calls, which the progress function needs.
         terms
-            What to compute.
+            Terms to compute.
         seed
-            Of the samples.
+            Seed of the samples.
         """
         self._gradients += 1
-        self.sampling.share = self._budget.shares()  # a cancelled measurement left others
+        self.sampling.share = self._budget.shares()  # a cancelled measurement may have left other numbers
         if not self._budget.is_due(self._gradients) or len(terms) < 2:
             found = estimate(terms, seed, 0, 1)
             if self._gradients == 1:
@@ -60,7 +63,7 @@ class LearnedView:
                 self._empty = {term for term in terms if not self._budget.taken(term, self.sampling.taken)}
             return found
         terms = [term for term in terms if term not in self._empty]
-        # Each term as the mean of two estimates of half its samples, whose difference is its noise.
+        # Estimate each term as the mean of two estimates from half its samples. Their difference measures the noise.
         total: Gradient = {}
         for k, term in enumerate(terms):
             halves, taken = [], []
@@ -77,12 +80,12 @@ class LearnedView:
 
 
 class Learning:
-    """The views of a renderer that learns.
+    """Adaptive sampling of all views of a renderer.
 
     Parameters
     ----------
     sampling
-        Makes the native engine's part for one more view.
+        Makes the native engine's state of a view.
     """
 
     def __init__(self, sampling: Callable[[], Any]) -> None:
@@ -91,12 +94,12 @@ class Learning:
         self._form: Any = None
 
     def view(
-        self, tables: Tables, camera: Camera | None, wrt: Collection[str], options: Mapping[str, Any]
+        self, tables: Tables, camera: Camera | None, wrt: Collection[str], options: RenderOptions
     ) -> LearnedView:
-        """What is known of a view's derivatives with respect to some parameters, as they are asked for.
+        """Return the state for the gradients of a view with respect to `wrt`, computed with `options`.
 
-        All is forgotten if the numbers of vertices, lights or pixels change. `camera`: None is the scene's own, which
-        may move.
+        All states are dropped if the number of vertices, faces, lights or pixels changes. `camera` None is the scene's
+        own camera, whose pose may change without a loss of the state.
         """
         form = (shapes(tables), len(tables.faces))
         if form != self._form:
@@ -104,8 +107,8 @@ class Learning:
         pose = None
         if camera is not None:
             pose = tuple(np.asarray(value).tobytes() for value in camera_fields(camera, tables.origin).values())
-        asked = tuple(options[name] for name in ("spp", "max_depth", "bounces", "terms"))
-        key = (tables.width, tables.height, pose, tuple(wrt), asked)
+        requested = replace(options, seed=0)
+        key = (tables.width, tables.height, pose, tuple(wrt), requested)
         if key not in self._views:
             self._views[key] = LearnedView(self._sampling())
         return self._views[key]

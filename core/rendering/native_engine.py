@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -20,10 +20,10 @@ from .. import _native
 from ..derivatives.decisions import Decision, Decisions, EdgeCounts
 from ..derivatives.table_derivatives import Requested, TableDerivative, shapes
 from ..geometry.topology import Edges
-from ..scene.bounces import UNLIMITED, Bounces
 from ..tables.tables import Tables
 from .call_lock import Turns
 from .non_finite import warn_of_samples
+from .options import Progress, RenderOptions
 
 # The wheel's own copy of Embree, relative to the folder that holds the package.
 _LIBRARY_PATTERNS = {
@@ -140,31 +140,6 @@ class Engine:
         """Name of the instruction set in use."""
         return str(self._scene.instruction_set)
 
-    @property
-    def guided(self) -> bool:
-        """Whether samples of edges are distributed by the jumps that a first pass over them finds.
-
-        Rounding then moves samples: what another instruction set computes is equal in the mean only.
-        """
-        return bool(self._scene.guided)
-
-    @guided.setter
-    def guided(self, guided: bool) -> None:
-        self._scene.guided = guided
-
-    @property
-    def aimed(self) -> float:
-        """Alpha (roughness squared) of the sharpest lobes through which the camera sees edges of light between surfaces
-        by samples that start at the camera; rougher ones, and diffuse ones, by samples that start at edges.
-
-        0: none by the camera's; 1000: all by the camera's. Both have the same mean.
-        """
-        return float(self._scene.aimed)
-
-    @aimed.setter
-    def aimed(self, alpha: float) -> None:
-        self._scene.aimed = alpha
-
     def update(self, tables: Tables) -> None:
         """Take other values of the same topology; moved meshes are refitted."""
         with self._turns.lock():
@@ -181,43 +156,29 @@ class Engine:
             self._scene.move_vertices(mesh, vertices, tables.origin)
 
     def render(
-        self,
-        tables: Tables,
-        *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces = UNLIMITED,
-        caustics_alone: bool = False,
-        progress: Callable[[float], None] | None = None,
+        self, tables: Tables, options: RenderOptions, *, progress: Progress | None = None
     ) -> NDArray[np.float32]:
         """(H, W, 3) picture seen by the camera of `tables`, or the part of it that is caustics."""
         with self._turns.lock():
             self._hold(tables)
-            return np.asarray(self._scene.render(spp, seed, max_depth, bounces, caustics_alone, progress))
+            return np.asarray(self._scene.render(options, progress))
 
     def forward(
         self,
         tables: Tables,
         tangent: TableDerivative,
         wanted: Requested,
+        options: RenderOptions,
         *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces = UNLIMITED,
-        terms: Collection[str],
         learned: _native.LearnedSampling | None = None,
-        progress: Callable[[float], None] | None = None,
+        progress: Progress | None = None,
     ) -> NDArray[np.float32]:
         """(H, W, 3) derivative of the picture along `tangent`."""
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
         spans = _float_spans(tables, wanted)
         with self._turns.lock():
             self._hold(tables)
-            image, dropped, decided = self._scene.forward(
-                floats, spans, spp, seed, max_depth, bounces, list(terms), learned, progress
-            )
+            image, dropped, decided = self._scene.forward(floats, spans, options, learned, progress)
             self.decided = _decisions(decided)
         warn_of_samples(tables, dropped)
         return np.asarray(image)
@@ -227,35 +188,27 @@ class Engine:
         tables: Tables,
         adjoint: NDArray[np.float32],
         wanted: Requested,
+        options: RenderOptions,
         *,
-        spp: int,
-        seed: int,
-        max_depth: int,
-        bounces: Bounces = UNLIMITED,
-        terms: Collection[str],
         learned: _native.LearnedSampling | None = None,
-        progress: Callable[[float], None] | None = None,
+        progress: Progress | None = None,
     ) -> TableDerivative:
         """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
         spans = _float_spans(tables, wanted)
         with self._turns.lock():
             self._hold(tables)
-            found, dropped, decided = self._scene.backward(
-                adjoint, spans, spp, seed, max_depth, bounces, list(terms), learned, progress
-            )
+            found, dropped, decided = self._scene.backward(adjoint, spans, options, learned, progress)
             self.decided = _decisions(decided)
         warn_of_samples(tables, dropped)
         shape = shapes(tables)
         return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
 
-    def decide(
-        self, tables: Tables, wanted: Requested, *, max_depth: int, bounces: Bounces = UNLIMITED, terms: Collection[str]
-    ) -> Decisions:
-        """What a derivative with respect to the tables that `wanted` names consists of, without computing it."""
-        spans = _float_spans(tables, wanted)
+    def decide(self, tables: Tables, requested: Requested, options: RenderOptions) -> Decisions:
+        """Return what a derivative with respect to the `requested` tables consists of, without computing it."""
+        spans = _float_spans(tables, requested)
         with self._turns.lock():
             self._hold(tables)
-            return _decisions(self._scene.decide(spans, max_depth, bounces, list(terms)))
+            return _decisions(self._scene.decide(spans, options))
 
     def _hold(self, tables: Tables) -> None:
         """Make the native scene that of the tables, whose materials and textures may be those of derivatives."""

@@ -1,7 +1,8 @@
-"""Numbers that are not finite are told, never masked silently: samples that were left out, and results.
+"""Warnings about non-finite numbers: dropped samples and non-finite results.
 
-Kernels leave out samples of a derivative that have no finite value (a radiance beyond what floats hold) and count
-them; what isn't finite in the end is looked for here. Each is one RuntimeWarning of one sentence.
+Kernels drop derivative samples whose value is not finite, for example because a radiance overflows, and count them.
+This module reports these counts, and searches results for non-finite numbers. Each report is one RuntimeWarning of one
+sentence.
 """
 
 from __future__ import annotations
@@ -14,28 +15,28 @@ from numpy.typing import NDArray
 
 from ..tables.tables import Tables
 
-# Term, number of samples, and of the first of them the pixel (interior; else -1), the edge's vertices, and the
-# surface or the edge's face and the face that pierces it; -1 where there is none.
+# Term, number of dropped samples, and the place of the first one: pixel (interior term; else -1), the two vertices of
+# the edge, and two faces: the surface or the face of the edge, and the face that intersects it. -1: none.
 Dropped = tuple[str, int, int, tuple[int, int], tuple[int, int]]
 
 
 def warn_of_samples(tables: Tables, dropped: Iterable[Dropped]) -> None:
-    """One warning for each term that has left out samples."""
+    """Issue one warning for each term that has dropped samples."""
     for term, count, pixel, vertices, faces in dropped:
         where = _place(tables, pixel, vertices, faces)
         samples = f"{count} samples, of which the first is" if count > 1 else "one sample"
-        _warn(f"derivative: the {term} term leaves out {samples} {where}, since no finite number holds the value")
+        _warn(f"derivative: the {term} term leaves out {samples} {where}, since the value is not finite")
 
 
 def warn_of_picture(picture: NDArray[np.float32], what: str, terms: Iterable[str] = ()) -> None:
-    """A warning if pixels are not finite.
+    """Warn if pixels are not finite.
 
     Parameters
     ----------
     what
-        Whose picture it is, such as "render".
+        Name of the function that made the picture, such as "render".
     terms
-        Names of the terms that made it so; empty: it is no derivative.
+        Names of the terms with non-finite pixels; empty if the picture is not a derivative.
     """
     bad = ~np.isfinite(picture).all(axis=2)
     if bad.any():
@@ -46,7 +47,7 @@ def warn_of_picture(picture: NDArray[np.float32], what: str, terms: Iterable[str
 
 
 def warn_of_gradients(gradients: Mapping[str, NDArray[np.float64]], terms: Callable[[str], Iterable[str]]) -> None:
-    """One warning for each parameter whose gradient is not finite; `terms` names those that made it so."""
+    """Warn of each parameter whose gradient is not finite; `terms` returns the names of the responsible terms."""
     for path, gradient in gradients.items():
         bad = np.argwhere(~np.isfinite(np.atleast_1d(gradient)))
         if len(bad):
@@ -56,7 +57,7 @@ def warn_of_gradients(gradients: Mapping[str, NDArray[np.float64]], terms: Calla
 
 
 def _warn(sentence: str) -> None:
-    # Of the caller of the renderer's method.
+    # The stack level points the warning at the caller of the renderer's method.
     warnings.warn(sentence, RuntimeWarning, stacklevel=5)
 
 
@@ -66,15 +67,15 @@ def _by(terms: Iterable[str]) -> str:
 
 
 def _place(tables: Tables, pixel: int, vertices: Sequence[int], faces: Sequence[int]) -> str:
-    """Where a sample is, in the words of the scene."""
+    """Describe the place of a sample by the names of the scene."""
     surface = _of_mesh(tables, faces[0])
     if pixel >= 0:
         row, column = divmod(pixel, tables.width)
         return f"in row {row}, column {column}, at {surface}"
     if faces[1] >= 0:
-        return f"where {surface} and {_of_mesh(tables, faces[1])} pierce each other"
+        return f"where {surface} and {_of_mesh(tables, faces[1])} intersect"
     if vertices[0] < 0:
-        return f"where {surface} passes through a light" if faces[0] >= 0 else "at the border of a light"
+        return f"where {surface} intersects a light" if faces[0] >= 0 else "at the border of a light"
     mesh = _mesh_of(tables, faces[0])
     a, b = (k - int(tables.mesh_first_vertex[mesh]) for k in vertices)
     return f"at the edge between the vertices {a} and {b} of mesh '{tables.mesh_names[mesh]}'"

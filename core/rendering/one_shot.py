@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from .._check import whole
 from ..scene.bounces import Bounces
 from ..scene.scene import Scene
-from .engine import Progress, engine_name
-from .options import MOST_THREADS, TERMS
+from .engine import engine_name
+from .options import MOST_THREADS, TERMS, Progress
 from .renderer import Renderer
 
 # Samples per pixel that tell how much of a picture is caustics: its mean over all pixels is asked for.
@@ -131,6 +131,8 @@ def render_forward(
 ) -> NDArray[np.float32]:
     """Derivative of the picture along a tangent of the scene's parameters (forward mode).
 
+    Parameters that are not listed, and errors, are those of `render`.
+
     Parameters
     ----------
     tangent
@@ -141,8 +143,6 @@ def render_forward(
     terms
         Which of the terms "interior", "primary" (edges seen by the camera), "shadow" (edges between light and
         lit surface) and "indirect" (edges between two surfaces) to compute; their sum is the derivative.
-
-    Other parameters and errors as for `render`.
 
     Returns
     -------
@@ -170,6 +170,8 @@ def render_backward(
 ) -> dict[str, NDArray[np.float64]]:
     """Gradients of ``sum(adjoint * render(scene))`` with respect to parameters (reverse mode).
 
+    Parameters that are not listed, and errors, are those of `render_forward`.
+
     Parameters
     ----------
     adjoint
@@ -177,8 +179,6 @@ def render_backward(
         of their own, so that it may come from a picture of the same seed.
     wrt
         Parameter paths.
-
-    Other parameters and errors as for `render_forward`.
 
     Returns
     -------

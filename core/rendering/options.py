@@ -1,30 +1,71 @@
-"""What all renders are told besides the scene: samples, depth, seed, bounces, terms, progress; checked."""
+"""What all renders are told besides the scene: `RenderOptions`, and the checks of what callers give."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from .._check import function, instance, names, shown, whole
 from .._fields import optional
 from ..scene.bounces import MAX_DEPTH, UNLIMITED, Bounces
-from .engine import Progress
 
-# Terms of a derivative (docs: README, "What is differentiated").
+Progress = Callable[[float], None]
+
+# Terms of a derivative (docs/concepts.md).
 TERMS = ("interior", "primary", "shadow", "indirect")
 MOST_THREADS = 4096
 
 
+@dataclass(frozen=True)
+class RenderOptions:
+    """What engines are told besides the scene.
+
+    Attributes
+    ----------
+    spp
+        Samples per pixel.
+    seed
+        Of the random numbers.
+    max_depth
+        Most segments of a path.
+    bounces
+        Limits of each kind of scattering.
+    terms
+        Those of a derivative that are computed.
+    caustics_alone
+        Of a picture: the part of it that is caustics.
+    two_passes
+        Whether a first pass over edges says where a second one takes its samples. Rounding then moves samples: what
+        another instruction set computes is equal in the mean only. The mean is the same without.
+    camera_sampled_alpha
+        Alpha (roughness squared) of the widest lobes through which the camera sees edges between surfaces by samples
+        that start at the camera; wider ones are seen by samples that start at edges. The mean is the same for any.
+    force
+        For tests: parts of a derivative (`derivatives.decisions`) that are computed though they are zero.
+    """
+
+    spp: int
+    seed: int = 0
+    max_depth: int = 2
+    bounces: Bounces = UNLIMITED
+    terms: tuple[str, ...] = TERMS
+    caustics_alone: bool = False
+    two_passes: bool = True
+    camera_sampled_alpha: float = 0.25
+    force: tuple[str, ...] = ()
+
+
 def checked_options(
     spp: Any, max_depth: Any, seed: Any, bounces: Bounces | None, deepest: int = MAX_DEPTH
-) -> dict[str, Any]:
-    """The options of a picture by name, as engines take them."""
-    bounces = checked_bounces("render", bounces) or UNLIMITED
-    return {
-        "bounces": bounces,
-        "spp": whole("render", "spp", spp, 1, 1 << 24),
-        "max_depth": whole("render", "max_depth", max_depth, 1, deepest),
-        "seed": whole("render", "seed", seed, 0, 0xFFFFFFFF),
-    }
+) -> RenderOptions:
+    """The options of a picture."""
+    return RenderOptions(
+        bounces=checked_bounces("render", bounces) or UNLIMITED,
+        spp=whole("render", "spp", spp, 1, 1 << 24),
+        max_depth=whole("render", "max_depth", max_depth, 1, deepest),
+        seed=whole("render", "seed", seed, 0, 0xFFFFFFFF),
+    )
 
 
 def checked_bounces(where: str, bounces: Any) -> Bounces | None:

@@ -1,4 +1,10 @@
-"""The renderer: a scene prepared for many pictures, derivatives and updates."""
+"""The renderer: a scene with its acceleration structures, for many pictures, derivatives and updates.
+
+A `Renderer` flattens the scene to tables, which the engine reads. A forward derivative maps a tangent of the parameters
+to a tangent of the tables, which the engine pushes to a derivative picture. A backward derivative runs the transposed
+maps: the engine pulls an adjoint picture back to a gradient by the tables, then `derivatives` pulls that back to the
+parameters.
+"""
 
 from __future__ import annotations
 
@@ -31,20 +37,30 @@ from ..scene.placement import is_moved
 from ..scene.scene import Scene
 from ..tables import tables as flat
 from ..tables.materials import LAMBERTIAN
-from .engine import Progress, engine_class
+from .engine import engine_class
 from .learning import Gradient, Learning
 from .non_finite import warn_of_gradients, warn_of_picture
-from .options import MOST_THREADS, TERMS, checked_options, checked_progress, checked_terms
+from .options import (
+    MOST_THREADS,
+    TERMS,
+    Progress,
+    RenderOptions,
+    checked_options,
+    checked_progress,
+    checked_terms,
+)
 from .taken_over import TakenOver
 
-# Path segments of which this version has derivatives: light seen directly, and direct illumination.
+# Largest path length with derivatives in the reference engine: emission seen directly, and direct illumination.
 MAX_DERIVATIVE_DEPTH = 2
-# Up to so many faces a lone mesh's edges are worth knowing for its picture alone: if it turns out to be a
-# convex body, its light needs no shadow rays.
+# If a scene consists of one mesh with at most this many faces, its edges are found before a render. They show whether
+# the mesh is convex, in which case the engine skips its shadow rays. For larger meshes, the search for edges costs
+# more.
 CONVEXITY_FACES = 20_000
 
-# Derivatives have random numbers of their own. An adjoint picture that comes from a picture of the same seed
-# would otherwise be correlated with the derivative, and the gradient of a loss of a noisy picture be biased.
+# Derivatives combine the seed with this constant, so that their random numbers differ from those of a picture with the
+# same seed. Otherwise, an adjoint computed from that picture would be correlated with the derivative, which biases
+# gradients.
 DERIVATIVE_STREAM = 0xBB67AE85
 
 # Parameters that neither change textures nor are changed by them.
@@ -56,32 +72,31 @@ class Cancelled(RuntimeError):
 
 
 class Renderer:
-    """A scene with its BVH and edges, ready to be rendered and differentiated many times.
+    """A scene with its BVH and edges, to be rendered and differentiated many times.
 
     Parameters
     ----------
     scene
-        What to render. Change its values (not its topology) and call `update`: renders of a scene that has changed
-        since the last update are refused, as far as that shows without looking at all numbers (see `watched`).
+        The scene. After a change of its values (not its topology), call `update`. Calls on a scene that has changed
+        since the last update raise an error, as far as a spot check detects the change (see `watched`).
     threads
-        Threads to use; 0: one per core. Results are the same bits for any number.
+        Number of threads; 0: one per core. Results have the same bits for any number of threads.
     engine
         "auto", "native" or "reference" (see `engine_class`).
     learn
-        Whether each gradient learns for the next ones of its view where samples are worth their while, and of which
-        term; for fits, whose gradients are much alike. Then `render_backward` depends on the calls before it: equal
-        seeds give equal bits for equal sequences of calls; a change of the numbers of vertices, lights or pixels
-        begins anew. `render_forward` uses what gradients of the same parameters have learned, and learns nothing.
-        The reference engine doesn't learn.
+        Whether gradients adapt the sampling of the next gradients of the same view (see `learning`). Useful for fits,
+        whose gradients are similar. The result of `render_backward` then depends on the calls before it: equal seeds
+        give equal bits for equal sequences of calls. A change of the number of vertices, lights or pixels resets the
+        sampling. `render_forward` uses the sampling of gradients by the same parameters, but does not adapt it. The
+        reference engine ignores `learn`.
     wrt
-        Parameters whose derivatives will be asked for, as in a fit. Pictures are then rendered from the same tables as
-        these derivatives, so that neither call changes the engine's scene. A picture may differ in rounding from that
-        of a renderer without `wrt`.
+        Parameters of later derivatives, as in a fit. Pictures then use the same tables as these derivatives, so that
+        no call changes the engine's scene. Such a picture may differ by rounding errors from one without `wrt`.
 
     Raises
     ------
     ValueError
-        For a wrong scene, naming the object and the field.
+        For a wrong scene; names the object and the field.
     """
 
     def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False,
@@ -93,8 +108,8 @@ class Renderer:
         self._tables = with_requested(scene, flat.flatten(scene), self._wrt)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
-        self._moved = False  # vertices have moved in the engine that the tables don't know of
-        self._unfinished = False  # an update has failed half-way: the engine's state is that of no scene
+        self._moved = False  # the engine has vertex positions that the tables lack
+        self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
         self._taken_over: TakenOver | None = TakenOver(scene)
@@ -107,12 +122,12 @@ class Renderer:
 
     @property
     def tables(self) -> flat.Tables:
-        """The scene's tables."""
+        """The tables of the scene."""
         return self._tables
 
     @property
     def edges(self) -> Edges:
-        """The scene's edges; found when first needed."""
+        """The edges of the scene; found at the first use."""
         if self._edges is None:
             edges = self._tables.edges()
             self._engine.set_edges(edges)
@@ -120,30 +135,30 @@ class Renderer:
         return self._edges
 
     def adopt(self, scene: Scene) -> bool:
-        """Go on with another scene if its geometry is the same to the bit; False (and no change) if it isn't."""
+        """Switch to another scene if its geometry has the same bits; otherwise change nothing and return False."""
         tables = with_requested(scene, flat.flatten(scene), self._wrt)
         if self._moved or self._unfinished or not tables.same_geometry(self._tables):
             return False
         with self._change():
             self.scene, self._tables = scene, tables
-            self.watched = self.watched  # from now on another scene
+            self.watched = self.watched  # record the values of the other scene
             self._obstacles = None
             self._engine.update(tables)
         return True
 
     def update(self, paths: Collection[str] | None = None) -> None:
-        """Take over changed values of the scene.
+        """Update the renderer after changes of the scene's values.
 
         Parameters
         ----------
         paths
-            Parameter paths of what has changed; only that is looked at, and only meshes whose vertices
-            have moved get their BVH refitted. None: whatever has changed, which is found by comparing.
+            Paths of the changed parameters. Only these are read, and only meshes with changed vertices get a refitted
+            BVH. None: find all changes by a comparison.
 
         Raises
         ------
         ValueError
-            For wrong values, or if the topology has changed.
+            For wrong values, which it names, or if the topology has changed.
         """
         if paths is not None:
             paths = names("update", "paths", paths, "parameter paths")
@@ -158,7 +173,7 @@ class Renderer:
         same = np.array_equal(tables.faces, self._tables.faces) and tables.mesh_names == self._tables.mesh_names
         if not same or len(tables.vertices) != len(self._tables.vertices):
             raise ValueError("scene: its topology has changed; make a new Renderer")
-        # Engines take over vertices and values; what else there is of meshes is built in.
+        # Engines can update vertices and values. Any other change of a mesh needs a new engine.
         built_anew = not tables.same_but_vertices(self._tables)
         with self._change():
             self._obstacles = None
@@ -171,11 +186,11 @@ class Renderer:
                 self._engine.update(tables)
             self._tables = tables
             self._moved = self._unfinished = False
-        self.watched = self.watched  # from now on the changed scene
+        self.watched = self.watched  # record the changed values
 
     @contextmanager
     def _change(self) -> Iterator[None]:
-        """A change of the engine, which is unfinished if it fails (memory runs out, Ctrl-C)."""
+        """Guard a change of the engine: if it fails (out of memory, Ctrl-C), the next call repeats it."""
         try:
             yield
         except BaseException:
@@ -184,9 +199,10 @@ class Renderer:
 
     @property
     def watched(self) -> bool:
-        """Whether each call looks for changes of the scene that no update has taken over: fields with other values, and
-        arrays that were changed in place by some of their numbers. False saves the time, where nobody else has the
-        scene.
+        """Whether each call checks for changes of the scene since the last update.
+
+        The check compares fields, and some entries of each array. False saves its time, for a scene that no other code
+        changes.
         """
         return self._taken_over is not None
 
@@ -195,14 +211,14 @@ class Renderer:
         self._taken_over = TakenOver(self.scene) if watched else None
 
     def _settle(self, camera: Camera | None) -> None:
-        """Do an unfinished change anew, and refuse a scene of which an update is missing."""
+        """Repeat an unfinished change, and refuse a scene that has changed since the last update."""
         if self._unfinished:
             self.update()
         if self._taken_over is not None:
             self._taken_over.check(self.scene, camera=camera is None)
 
     def _update_named(self, paths: Collection[str]) -> bool:
-        """Take over the named changes by themselves; False if that can't be done."""
+        """Update the named parameters alone; return False, without a change, if the whole scene must be read again."""
         moved = [name for path in paths if (name := _vertices_of(path)) is not None]
         values = [path for path in paths if _vertices_of(path) is None]
         for path in paths:
@@ -235,10 +251,10 @@ class Renderer:
         return True
 
     def _changes_geometry(self, path: str) -> bool:
-        """Whether a value other than vertices may have changed where meshes are, or images."""
+        """Whether a parameter other than vertices may change the geometry or the images in the engine."""
         if path.startswith(("meshes.", "images.")) or isinstance(_held(self.scene, path), AreaLight):
             return True
-        # An instanced mesh stands in the world if it gives light.
+        # The instances of an emissive mesh are separate meshes in world space, so emission changes the geometry.
         instanced = any(mesh.instances is not None for mesh in self.scene.meshes.values())
         return instanced and path.startswith("materials.") and path.endswith(".emission")
 
@@ -252,13 +268,13 @@ class Renderer:
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
-        """The picture; see `edgegrad.render`."""
+        """Render the picture; see `edgegrad.render`."""
         options = checked_options(spp, max_depth, seed, bounces)
         progress = checked_progress("render", progress)
         self._settle(camera)
         if self._may_be_convex():
             _ = self.edges
-        picture = self._engine.render(self._seen(self._tables, camera), **options, progress=progress)
+        picture = self._engine.render(self._seen(self._tables, camera), options, progress=progress)
         warn_of_picture(picture, "render")
         return picture
 
@@ -272,20 +288,21 @@ class Renderer:
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
-        """The part of the picture that is caustics: light that surfaces receive by way of mirrors or smooth glass.
+        """Render only the caustics: light that reaches surfaces through mirrors or smooth glass.
 
-        Derivatives lack the jumps of this part (see `plan`). Equal seeds give the paths of `render`, so that the
-        difference of the two is the rest of the picture. Parameters and errors are those of `edgegrad.render`.
+        Derivatives lack the boundary terms of some of this light (see `plan`). With equal seeds, `render` and this
+        method trace the same paths, so the difference of the two pictures is the picture without caustics. Parameters
+        and errors are those of `edgegrad.render`.
 
         Returns
         -------
         (height, width, 3) float32, linear Rec.709 radiance.
         """
-        options = checked_options(spp, max_depth, seed, bounces)
+        options = replace(checked_options(spp, max_depth, seed, bounces), caustics_alone=True)
         progress = checked_progress("render_caustics", progress)
         self._settle(camera)
         tables = self._seen(self._tables, camera)
-        picture = self._engine.render(tables, **options, caustics_alone=True, progress=progress)
+        picture = self._engine.render(tables, options, progress=progress)
         warn_of_picture(picture, "render_caustics")
         return picture
 
@@ -301,22 +318,24 @@ class Renderer:
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> NDArray[np.float32]:
-        """The derivative of the picture along a tangent; see `edgegrad.render_forward`."""
+        """Render the derivative of the picture along a tangent; see `edgegrad.render_forward`."""
         tangent = mapping("render_forward", "tangent", tangent)
         self._settle(camera)
         options = self._derivative_options(tuple(tangent), spp, max_depth, seed, bounces, terms)
         progress = checked_progress("render_forward", progress)
-        tables, wanted = self._asked(tuple(tangent), camera)
+        tables, requested = self._requested(tuple(tangent), camera)
         velocity = push_forward(self.scene, tables, tangent)
         learned = {}
         if self._learning is not None:
             learned["learned"] = self._learning.view(tables, camera, tuple(tangent), options).sampling
-        image = self._engine.forward(tables, velocity, wanted, **options, **learned, progress=progress)
+        image = self._engine.forward(tables, velocity, requested, options, **learned, progress=progress)
         self.last_decisions = self._engine.decided
         if not np.isfinite(image).all():
-            # Which term it is shows if each is computed by itself.
-            alone = {t: self._engine.forward(tables, velocity, wanted, **{**options, "terms": (t,)}, progress=progress)
-                     for t in options["terms"]}
+            # Compute each term separately to find the terms that are not finite.
+            alone = {
+                t: self._engine.forward(tables, velocity, requested, replace(options, terms=(t,)), progress=progress)
+                for t in options.terms
+            }
             warn_of_picture(image, "render_forward", [t for t, part in alone.items() if not np.isfinite(part).all()])
         return image
 
@@ -333,19 +352,19 @@ class Renderer:
         camera: Camera | None = None,
         progress: Progress | None = None,
     ) -> dict[str, NDArray[np.float64]]:
-        """Gradients of sum(adjoint * picture); see `edgegrad.render_backward`."""
+        """Compute the gradient of sum(adjoint * picture); see `edgegrad.render_backward`."""
         wrt = names("render_backward", "wrt", wrt, "parameter paths")
         self._settle(camera)
         progress = checked_progress("render_backward", progress)
         options = self._derivative_options(wrt, spp, max_depth, seed, bounces, terms)
-        tables, wanted = self._asked(wrt, camera)
-        # Progress functions may change their arrays and the scene: the gradient is that of the call's beginning.
+        tables, requested = self._requested(wrt, camera)
+        # The copy keeps the gradient valid if the progress function changes its arrays.
         image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32).copy()
         pull = pull_back_of(self.scene, tables, wrt)
         calls: list[Decisions] = []
 
-        def gradients(options: Mapping[str, Any], progress: Progress | None = progress) -> Gradient:
-            gradient = self._engine.backward(tables, image, wanted, **options, progress=progress)
+        def gradients(options: RenderOptions, progress: Progress | None = progress, **learned: Any) -> Gradient:
+            gradient = self._engine.backward(tables, image, requested, options, **learned, progress=progress)
             calls.append(self._engine.decided)
             return pull(gradient)
 
@@ -356,40 +375,41 @@ class Renderer:
 
             def part(terms: Collection[str], seed: int, k: int, of: int) -> Gradient:
                 report = None if progress is None else lambda fraction: progress((k + fraction) / of)
-                return gradients({**options, "terms": terms, "seed": seed, "learned": known.sampling}, report)
+                return gradients(replace(options, terms=tuple(terms), seed=seed), report, learned=known.sampling)
 
-            found = known.gradient(part, options["terms"], options["seed"])
+            found = known.gradient(part, options.terms, options.seed)
         self.last_decisions = joined(calls)
         if not all(np.isfinite(gradient).all() for gradient in found.values()):
-            alone = {t: gradients({**options, "terms": (t,)}) for t in options["terms"]}
+            alone = {t: gradients(replace(options, terms=(t,))) for t in options.terms}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
         return found
 
     def decide(
         self, wrt: Sequence[str], *, max_depth: int = 2, bounces: Bounces | None = None, terms: Sequence[str] = TERMS
     ) -> Decisions:
-        """What the derivative with respect to some parameters consists of, without computing it.
+        """Return what the derivative with respect to some parameters consists of, without computing it.
 
-        What the engine looks for to know that is kept for the next derivative. `last_decisions` has the same of the
-        last derivative that was computed, with its samples and seconds. Parameters are those of `render_backward`.
+        The engine keeps what it looks for to know that, and the next derivative uses it. `last_decisions` has the
+        same of the last derivative that was computed, with its samples and seconds. Parameters are those of
+        `render_backward`.
         """
         wrt = names("decide", "wrt", wrt, "parameter paths")
         self._settle(None)
-        tables, wanted = self._asked(wrt, None)
+        tables, requested = self._requested(wrt, None)
         _ = self.edges
-        options = checked_options(1, max_depth, 0, bounces)
-        return self._engine.decide(tables, wanted, max_depth=options["max_depth"], bounces=options["bounces"],
-                                   terms=checked_terms(terms))
+        options = replace(checked_options(1, max_depth, 0, bounces), terms=checked_terms(terms))
+        return self._engine.decide(tables, requested, options)
 
-    def _asked(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
-        """The tables that a camera's derivatives with respect to some parameters are taken of, and which rows."""
+    def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
+        """Return the tables for derivatives with respect to `wrt`, seen by a camera, and the rows that `wrt` needs."""
         tables = with_requested(self.scene, self._tables, (*self._wrt, *wrt))
-        wanted = requested_tables(self.scene, tables, wrt)
+        requested = requested_tables(self.scene, tables, wrt)
         if self._engine.narrow:
             diffuse_tables.check(wrt)
-        if "camera" in wanted and not self._own(camera):
-            raise ValueError("camera: its derivatives are those of the scene's own; the picture is another camera's")
-        return self._seen(tables, camera), wanted
+        if "camera" in requested and not self._own(camera):
+            raise ValueError("camera: derivatives with respect to the camera need a picture of the scene's own "
+                             "camera; leave out the argument camera")
+        return self._seen(tables, camera), requested
 
     def _derivative_options(
         self,
@@ -399,18 +419,18 @@ class Renderer:
         seed: Any,
         bounces: Bounces | None,
         terms: Sequence[str],
-    ) -> dict[str, Any]:
+    ) -> RenderOptions:
         narrow = self._engine.narrow
         if self._obstacles is None:
             self._obstacles = list(obstacles(self.scene)) if narrow else []
         computed = checked_terms(terms)
         if self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
-                             f"gives the nearest that has, where {'; '.join(self._obstacles)}")
+                             f"returns a similar scene that has, where {'; '.join(self._obstacles)}")
         _ = self.edges
         deepest = MAX_DERIVATIVE_DEPTH if narrow else MAX_DEPTH
         options = checked_options(spp, max_depth, seed, bounces, deepest)
-        return {**options, "seed": options["seed"] ^ DERIVATIVE_STREAM, "terms": computed}
+        return replace(options, seed=options.seed ^ DERIVATIVE_STREAM, terms=computed)
 
     def _may_be_convex(self) -> bool:
         faces = int(self._tables.mesh_first_face[-1])
@@ -432,7 +452,7 @@ class Renderer:
 
 
 def _vertices_of(path: str) -> str | None:
-    """Name of the mesh whose vertices the path is, or None."""
+    """Return the name of the mesh if the path means its vertices, else None."""
     collection, name, field = parameters.split(path)
     return name if collection == "meshes" and field == "vertices" else None
 

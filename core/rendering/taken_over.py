@@ -1,4 +1,8 @@
-"""What a renderer has taken over from its scene, so that a forgotten update is an error and not an old picture."""
+"""Detection of changes of a scene that its renderer has not been told of.
+
+A renderer holds its own copy of the scene's values. If the user changes the scene and forgets to call `update`, a
+render would show the old values. `TakenOver` remembers the values at the last update and raises an error instead.
+"""
 
 from __future__ import annotations
 
@@ -13,22 +17,22 @@ from ..expression.nodes import Expression
 from ..scene import parameters
 from ..scene.scene import Scene
 
-# Numbers of an array that are looked at, spread over it: all of a small one. One by itself that is changed in a large
-# array is missed; looking at all would cost as much as the update.
+# Entries of an array that are compared, evenly spaced; all entries of a small array. More entries detect smaller
+# changes in place, but a comparison of all entries would cost as much as an update.
 _SAMPLES = 64
 
-# Collection and name of an object; its fields.
+# Collection and name of an object. Its fields: value and fingerprint of each.
 _Key = tuple[str, str]
 _Held = dict[str, tuple[Any, Any]]
 
 
 class TakenOver:
-    """The values of a scene's fields as they were at the last update.
+    """Values of the fields of a scene at the last update.
 
     Parameters
     ----------
     scene
-        As it is taken over.
+        The scene at the update.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -36,7 +40,7 @@ class TakenOver:
         self._objects: dict[_Key, _Held] = {key: _held(value) for key, value in _objects(scene)}
 
     def note(self, scene: Scene, paths: Collection[str]) -> None:
-        """Take over the values of some parameter paths alone."""
+        """Record the values of some parameter paths after an update of these alone."""
         self._thread = threading.get_ident()
         for path in paths:
             collection, name, field = parameters.split(path)
@@ -44,9 +48,10 @@ class TakenOver:
             self._objects[collection, name][field] = value, _mark(value)
 
     def check(self, scene: Scene, *, camera: bool = True) -> None:
-        """Raise ``ValueError``, naming object and field, if the scene has changed since; `camera`: also the camera.
+        """Raise ``ValueError`` if the scene has changed since the last update; the message names object and field.
 
-        Other threads than the one that updates may render between a change and its update: they aren't told.
+        `camera` says whether to check the camera too. Only calls from the thread of the last update are checked, since
+        other threads may render between a change and its update.
         """
         if threading.get_ident() != self._thread:
             return
@@ -55,18 +60,18 @@ class TakenOver:
             seen.add(key)
             known = self._objects.get(key)
             if known is None:
-                raise ValueError(f"{_words(key)}: was not there at the last update; call the renderer's update(), "
+                raise ValueError(f"{_words(key)}: was added after the last update; call the renderer's update(), "
                                  "or make a new Renderer if it is a mesh")
             if key[0] == "camera" and not camera:
                 continue
             for field, (value, mark) in known.items():
                 if _differs(value, mark, getattr(held, field, None)):
                     raise ValueError(f"{_words(key)}: {field} has changed since the last update; call the renderer's "
-                                     "update(), or name it among the paths that are given to it")
+                                     "update(), and if you give it paths, include this one")
         for key in self._objects:
             if key not in seen:
-                raise ValueError(f"{_words(key)}: is gone since the last update; call the renderer's update(), or make "
-                                 "a new Renderer if it was a mesh")
+                raise ValueError(f"{_words(key)}: was removed after the last update; call the renderer's update(), or "
+                                 "make a new Renderer if it was a mesh")
 
 
 def _objects(scene: Scene) -> Iterator[tuple[_Key, Any]]:
@@ -87,7 +92,7 @@ def _held(value: Any) -> _Held:
 
 
 def _mark(value: Any) -> Any:
-    """What tells that an array or mapping was changed in place."""
+    """Return a fingerprint that detects changes in place of an array or mapping; None for other values."""
     if isinstance(value, np.ndarray):
         flat = value.reshape(-1)
         return flat[:: max(1, flat.size // _SAMPLES)].tobytes()
@@ -106,5 +111,5 @@ def _differs(old: Any, mark: Any, new: Any) -> bool:
     if isinstance(old, np.ndarray):
         same = isinstance(new, np.ndarray) and new.shape == old.shape and new.dtype == old.dtype and _mark(new) == mark
         return not same or (new is not old and not np.array_equal(new, old))
-    # Expressions are told apart by identity: comparing them would follow shared branches many times over.
+    # Expressions are compared by identity: a comparison by value would visit shared branches many times.
     return isinstance(old, Expression) or bool(new != old)

@@ -1,1 +1,1 @@
-"""The scene as its user writes it: meshes, materials, lights, camera, world, and the paths that name their numbers."""
+"""The scene as the user writes it: meshes, materials, lights, camera, world, and the paths of their parameters."""

@@ -1,4 +1,4 @@
-"""How often light may be scattered, by kind of scattering."""
+"""Bounce limits by kind of scattering event."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from typing import ClassVar
 from .._check import whole
 from .._fields import Check, Checked, by
 
-# Path segments that a ray's record has room for.
+# Largest path length, in segments, that a path record can store.
 MAX_DEPTH = 1000
 MOST_BOUNCES = 255
 
 
 @dataclass(frozen=True)
 class Bounces(Checked):
-    """Most scatterings of each kind along a path, as in Blender's light paths.
+    """Largest number of scattering events of each kind along a path, as in Blender's light path settings.
 
-    A ray beyond a limit still brings the light that it meets, but isn't scattered again.
+    If a path exceeds a limit, its last ray still returns the emission that it hits, but is not scattered again.
 
     Attributes
     ----------
     diffuse, glossy, transmission
-        From 0 to 255.
+        Scattering events of this kind, 0 to 255.
     transparent
-        Surfaces that a path passes without being scattered (alpha, Transparent), from 0 to 255; they don't
-        count as segments. Beyond that, surfaces are opaque to it and black.
+        Transparent surfaces (alpha, Transparent BSDF) that a path may cross, 0 to 255. They do not count as
+        path segments. After the last one, further transparent surfaces are opaque and black.
     """
 
     diffuse: int = MOST_BOUNCES

@@ -12,21 +12,21 @@ from numpy.typing import NDArray
 from .._check import LARGEST_LENGTH, array, choice, number, orthonormal, whole, wholes
 from .._fields import Check, Checked, by, optional
 
-# Pixels are numbered in 32 bits, three floats each.
+# A picture's floats, three a pixel, are indexed by 32 bits.
 MAX_PIXELS = 1 << 28
 MAX_SIDE = 65536
 KINDS = ("PERSPECTIVE", "ORTHOGRAPHIC", "EQUIRECTANGULAR")
 FILTERS = ("BOX", "BLACKMAN_HARRIS", "GAUSSIAN")
-# Narrowest field of view, most of ratios (and of their inverses) and of shifts, and radians: what is beyond leaves
-# single precision when rays are made of it.
+# Smallest field of view (radians), largest ratio and inverse ratio, largest lens shift and largest angle (radians).
+# Beyond them, the generation of camera rays overflows single precision.
 _NARROWEST, _MOST_RATIO, _MOST_SHIFT, _MOST_ANGLE = 1e-9, 1e4, 1e4, 1e4
-# Pixels; a sample of a derivative is added to the square of so many.
+# Pixels. Each derivative sample is splatted over a square of this size, so its cost grows with the square.
 _WIDEST_FILTER = 256.0
 
 
 @dataclass
 class Camera(Checked):
-    """A camera in Blender's convention: it looks down its own -Z axis, +Y is up.
+    """A camera in Blender's convention: it looks along its local -Z axis, and +Y is up.
 
     Attributes
     ----------
@@ -39,8 +39,9 @@ class Camera(Checked):
     ortho_width
         Orthographic: width of the picture in the scene, metres, > 0.
     longitude, latitude
-        Equirectangular: (2,) range from the picture's left to its right edge, and from its lower to its
-        upper edge, radians. Longitude 0 is the viewing direction and grows to the right, latitude to +Y.
+        Equirectangular: (2,) longitude of the left and the right edge of the picture, and latitude of its lower
+        and upper edge, radians. Longitude 0 is the viewing direction; longitude grows to the right, latitude
+        towards +Y.
     width, height
         Size of the full picture in pixels.
     shift
@@ -50,17 +51,17 @@ class Camera(Checked):
     pixel_aspect
         Height of a pixel divided by its width, > 0.
     clip_start, clip_end
-        Distances outside of which nothing is seen, metres: along the view axis, for an
-        equirectangular camera along the ray.
+        Clipping distances, metres: nothing nearer or farther is visible. They are measured along the view axis,
+        for an equirectangular camera along the ray.
     aperture_radius, focus_distance
-        Perspective and orthographic: radius of the lens (metres, 0: everything is sharp), and the distance
-        along the view axis at which the picture is sharp (metres, > 0).
+        Perspective and orthographic: radius of the lens (metres; 0: a pinhole), and distance of the plane in
+        focus along the view axis (metres, > 0).
     aperture_blades, aperture_rotation, aperture_ratio
-        Shape of the aperture: number of sides (below 3: round), the angle at which the middle of a side is
-        (radians, from +X to +Y), and its width divided into its height's share as Blender has it (1: none).
+        Shape of the aperture: number of sides (below 3: round), angle of the middle of one side (radians, from
+        +X to +Y), and Blender's aperture ratio, which divides the aperture's width (1: undistorted).
     crop
-        (x0, y0, x1, y1): only these pixels of the full picture are rendered, x0 <= x < x1, row 0 on top;
-        None: all. Rendered pictures have the crop's size.
+        (x0, y0, x1, y1): render only the pixels x0 <= x < x1, y0 <= y < y1 of the full picture, row 0 on top;
+        None: all pixels. Rendered pictures have the size of the crop.
     filter, filter_width
         Pixel filter ``"BOX"``, ``"BLACKMAN_HARRIS"`` or ``"GAUSSIAN"`` and its full width in pixels, in (0, 256],
         as in Cycles (whose filters end at half that width to each side).
@@ -113,15 +114,15 @@ class Camera(Checked):
         self.check_fields(where)
         if self.width * self.height > MAX_PIXELS:
             raise ValueError(f"{where}: a picture of {self.width} x {self.height} pixels is too large; "
-                             f"{MAX_PIXELS} pixels are the most")
+                             f"the limit is {MAX_PIXELS} pixels")
         if self.clip_end <= self.clip_start:
             raise ValueError(f"{where}: clip_end must be above clip_start, {self.clip_start:g}, not {self.clip_end:g}")
         orthonormal(where, "to_world", self.to_world, "rigid transform")
         if self.crop is not None:
             x0, y0, x1, y1 = self.crop
             if not (x0 < x1 <= self.width and y0 < y1 <= self.height):
-                raise ValueError(f"{where}: crop {self.crop} must be a part of the picture of "
-                                 f"{self.width} x {self.height} pixels that is not empty")
+                raise ValueError(f"{where}: crop {self.crop} must be a non-empty part of the picture of "
+                                 f"{self.width} x {self.height} pixels")
 
     @property
     def focal(self) -> float:
@@ -132,7 +133,7 @@ class Camera(Checked):
 
     @property
     def principal_point(self) -> NDArray[np.float64]:
-        """(2,) pixel of the full picture at which the view axis meets it."""
+        """(2,) pixel coordinates, in the full picture, of the point on the view axis."""
         return np.array([
             0.5 * self.width - self.shift[0] * self.width,
             0.5 * self.height + self.shift[1] * self.width / self.pixel_aspect,

@@ -1,4 +1,4 @@
-"""A scene that is looked at many times and doesn't change meanwhile."""
+"""A scene that does not change while it is queried, so that answers can be cached."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from .scene import Scene
 
 
 class FixedScene(Scene):
-    """A validated scene, of which what holds for all its meshes is found once."""
+    """A validated scene that computes queries over all its meshes once."""
 
     @staticmethod
     def of(scene: Scene) -> FixedScene:
-        """The same objects; none of them may change while this is in use."""
+        """Wrap the objects of a scene without copying them; they must not change while the result is in use."""
         return FixedScene(**{f.name: getattr(scene, f.name) for f in fields(Scene)})
 
     @cached_property
@@ -45,7 +45,7 @@ class FixedScene(Scene):
 
     @cached_property
     def _users(self) -> dict[str, list[str]]:
-        """By material, the meshes that have faces of it, in order."""
+        """For each material, the meshes with faces of this material, in the order of `meshes`."""
         out: dict[str, list[str]] = {}
         for name, mesh in self.meshes.items():
             for material in dict.fromkeys(mesh.used_materials):

@@ -1,4 +1,4 @@
-"""Images that textures and the environment read."""
+"""Images for textures and the environment."""
 
 from __future__ import annotations
 

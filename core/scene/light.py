@@ -1,4 +1,4 @@
-"""Lights other than emissive meshes, in Blender's units."""
+"""Point, spot, sun and area lights, in Blender's units. Emissive meshes are materials, not lights."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .._fields import Check, Checked, by, optional
 
 SHAPES = ("RECTANGLE", "ELLIPSE")
 FALLOFFS = ("SMOOTH", "LINEAR")
-# Blender's default: lights are seen in reflections, but not by the camera.
+# Blender's default: camera rays do not see lights, all other rays do.
 _SEEN = frozenset(("diffuse", "glossy", "transmission", "shadow"))
 
 
@@ -24,20 +24,21 @@ def _white() -> NDArray[np.float64]:
 
 @dataclass(kw_only=True)
 class _Light(Checked):
-    """What all lights have.
+    """Fields of all lights.
 
     Attributes
     ----------
     color
         (3,) linear Rec.709, >= 0.
     visible_to
-        Kinds of rays that see the light, where it has a size: a subset of "camera", "diffuse", "glossy",
-        "transmission". Surfaces are lit by it only through the kinds named.
+        Kinds of rays that see the light: a subset of "camera", "diffuse", "glossy", "transmission". The light
+        illuminates a surface only through closures of these kinds. Only a light with a size can be hit by
+        rays.
     casts_shadow
-        False: it lights everything that faces it.
+        False: no object blocks its light.
     receivers, blockers
-        Names of the meshes that it lights, and of those that cast its shadow (light and shadow linking);
-        None: all.
+        Names of the meshes that the light illuminates, and of the meshes that block its light (Blender's light
+        linking and shadow linking); None: all meshes.
     """
 
     color: NDArray[np.float64] = field(default_factory=_white)
@@ -60,7 +61,7 @@ class _Light(Checked):
         self._validate(where)
 
     def _validate(self, where: str) -> None:
-        """What one field's check can't tell."""
+        """Check conditions that involve more than one field."""
 
 
 def _direction(where: str, name: str, value: Any) -> NDArray[np.float64]:
@@ -70,9 +71,9 @@ def _direction(where: str, name: str, value: Any) -> NDArray[np.float64]:
     return out
 
 
-# Half a turn, and a little more for its rounding to single precision.
+# Half a turn, plus a margin for angles that were rounded to single precision.
 _HALF_TURN = np.pi + 1e-6
-# Radians; the cube of a narrower spread leaves single precision.
+# Radians; the cube of a smaller spread underflows in single precision.
 _LEAST_SPREAD = 1e-9
 _point: Check = by(array, (3,), np.float64, most=LARGEST_LENGTH)
 _amount: Check = by(number, least=0.0)
@@ -90,10 +91,10 @@ class PointLight(_Light):
     power
         Watts, >= 0.
     radius
-        Metres, >= 0; 0: without size, its shadows are hard.
+        Metres, >= 0; 0: a point with hard shadows.
     sphere
-        With a radius: True is a sphere; False is a disk that always faces the point it lights (Blender's
-        soft falloff), which gives no glare where a surface cuts into it.
+        Shape of a light with a radius. True: a sphere. False: a disk that always faces the illuminated point
+        (Blender's soft falloff), which avoids overexposure where the light intersects a surface.
     """
 
     position: NDArray[np.float64]
@@ -108,19 +109,19 @@ class PointLight(_Light):
 
 @dataclass
 class SpotLight(_Light):
-    """A point light that shines within a cone only.
+    """A point light whose emission is restricted to a cone.
 
     Attributes
     ----------
     position, power, radius, sphere
-        As for a point light, of which this shows a part: the power is that of the whole.
+        As for a point light. The power is that of the whole point light, not of the part within the cone.
     direction
-        (3,) the cone's axis, in which the light travels; any length but zero.
+        (3,) axis of the cone, in the direction in which light travels; any length but zero.
     angle
         Full opening angle of the cone, radians, in (0, pi].
     blend
-        Share of the cone over which its edge is soft, in [0, 1] (Blender's: the factor is
-        smoothstep(((n.w)/|..| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))). Below 0.001 it is hard.
+        Fraction of the cone over which the edge is soft, in [0, 1] (as in Blender, the factor is
+        smoothstep(((n.w)/|..| - cos(angle/2)) / ((1 - cos(angle/2)) * blend))). Below 0.001 the edge is hard.
     falloff
         Shape of the soft edge: ``"SMOOTH"`` is Blender's; ``"LINEAR"`` falls linearly in the angle to the
         axis, from 1 at (1 - blend) angle/2 to 0 at angle/2 (Mitsuba's spot).
@@ -151,11 +152,11 @@ class SunLight(_Light):
     Attributes
     ----------
     direction
-        (3,) direction in which its light travels; any length but zero.
+        (3,) direction in which light travels; any length but zero.
     strength
-        Irradiance on a surface that faces it, W/m², >= 0.
+        Irradiance on a surface that faces the sun, W/m², >= 0.
     angle
-        Diameter of its disk as seen from the scene, radians, in [0, pi]; 0: its shadows are hard.
+        Angular diameter of the sun's disk, radians, in [0, pi]; 0: hard shadows.
     """
 
     direction: NDArray[np.float64]
@@ -172,22 +173,22 @@ class SunLight(_Light):
 
 @dataclass
 class AreaLight(_Light):
-    """A flat emitter that shines along its own -Z; its radiance is power * color / (pi * area).
+    """A flat emitter that shines along its local -Z axis with the radiance power * color / (pi * area).
 
-    Light passes through it: it casts no shadow.
+    An area light blocks no light: it casts no shadow.
 
     Attributes
     ----------
     to_world
         (4, 4) rigid transform from light to world space.
     size
-        (2,) extent along its own X and Y, metres, > 0.
+        (2,) extent along its local X and Y axes, metres, > 0.
     shape
         ``"RECTANGLE"`` or ``"ELLIPSE"`` (a disk is an ellipse of equal extents).
     power
         Watts, >= 0.
     spread
-        Angle of the grid in front of it, radians, in (0, pi]; pi: none, the light is Lambertian.
+        Blender's spread: opening angle of the emission, radians, in (0, pi]; pi: a Lambertian emitter.
     """
 
     to_world: NDArray[np.float64]
@@ -215,12 +216,16 @@ Light = PointLight | SpotLight | SunLight | AreaLight
 
 
 def turns_with_point(light: Light) -> bool:
-    """Whether the places of a light that are held in derivatives turn with the point that it lights."""
+    """Whether the sampled points on a light turn with the illuminated point.
+
+    Derivatives hold a sampled point fixed in the frame in which it was sampled. For a disk or a sphere, this frame
+    faces the illuminated point.
+    """
     return isinstance(light, PointLight | SpotLight) and light.radius > 0.0
 
 
 def is_disk(light: Light) -> bool:
-    """Whether a light is a disk that faces each point that it lights."""
+    """Whether a light is a disk that faces each illuminated point."""
     return isinstance(light, PointLight | SpotLight) and light.radius > 0.0 and not light.sphere
 
 
@@ -230,7 +235,7 @@ def has_outline(light: Light) -> bool:
 
 
 def has_size(light: Light) -> bool:
-    """Whether rays can meet a light, and planes cut it in two."""
+    """Whether a light has an extent, so that rays can hit it and a plane can divide it."""
     if isinstance(light, SunLight):
         return light.angle > 0.0
     return isinstance(light, AreaLight) or light.radius > 0.0

@@ -13,17 +13,17 @@ from .._check import array, choice, flag, mapping, names, number, shown, text
 from .._fields import Check, Checked, by, near
 from ..expression.nodes import Expression, nodes_of
 
-# PRINCIPLED is Blender's Principled BSDF (4.2 to 5.2); the rest are the shader nodes of that name. DISNEY is
-# the BSDF of Burley 2012 as Mitsuba 3's `principled` has it, for comparisons.
+# PRINCIPLED is Blender's Principled BSDF (4.2 to 5.2); most others are Blender's shader nodes of the same name.
+# DISNEY is the BSDF of Burley 2012 as in Mitsuba 3's `principled`, for comparisons with Mitsuba.
 KINDS = ("PRINCIPLED", "DIFFUSE", "GLOSSY", "GLASS", "REFRACTION", "TRANSPARENT", "TRANSLUCENT", "SHEEN", "DISNEY")
 
-_SHARES = ("metallic", "roughness", "diffuse_roughness", "transmission", "coat_weight", "coat_roughness",
+_FRACTIONS = ("metallic", "roughness", "diffuse_roughness", "transmission", "coat_weight", "coat_roughness",
            "sheen_weight", "sheen_roughness", "alpha", "subsurface_weight")
 
 
 # Fields that `Material.textures` may replace.
 TEXTURED = (
-    "base_color", "emission", *_SHARES, "specular_ior_level", "specular_tint", "ior", "anisotropy",
+    "base_color", "emission", *_FRACTIONS, "specular_ior_level", "specular_tint", "ior", "anisotropy",
     "anisotropy_rotation", "coat_ior", "coat_tint", "sheen_tint", "normal", "normal_strength",
 )
 
@@ -37,7 +37,7 @@ def _expression(where: str, name: str, value: Any) -> Expression:
         raise ValueError(f"{where}: {name} must be an edgegrad.expression, not {shown(value)}")
     try:
         nodes_of(value)
-    except ValueError as error:  # of nodes that depend on themselves
+    except ValueError as error:  # the expression has a cycle
         raise ValueError(f"{where}: {name}: {error}") from None
     return value
 
@@ -54,40 +54,43 @@ _tint: Check = by(array, (3,), np.float64, least=0.0)
 
 @dataclass
 class Material(Checked):
-    """One shader. The defaults are a diffuse surface; it scatters on both sides.
+    """One shader, which scatters on both sides of a surface. The defaults describe a diffuse surface.
 
     Attributes
     ----------
     base_color
-        (3,) linear Rec.709, in [0, 1]: the colour of every kind.
+        (3,) linear Rec.709, in [0, 1]: the colour of all kinds of shader.
     emission
-        (3,) emitted radiance, W/(m² sr) per channel, >= 0, of any kind (PRINCIPLED: below coat and sheen).
+        (3,) emitted radiance, W/(m² sr) per channel, >= 0, for all kinds of shader (PRINCIPLED: below coat and
+        sheen).
     emission_two_sided
         Whether the back emits too, as Blender's Emission does; False: only the front
         (counter-clockwise) side.
     kind
-        One of `KINDS`; each reads the fields that its Blender node has (DIFFUSE: its roughness is
-        `diffuse_roughness`).
+        ``"PRINCIPLED"`` (Blender 4.2 to 5.2), ``"DIFFUSE"``, ``"GLOSSY"``, ``"GLASS"``, ``"REFRACTION"``,
+        ``"TRANSPARENT"``, ``"TRANSLUCENT"`` or ``"SHEEN"``, the Blender nodes of these names, or ``"DISNEY"``, the
+        BSDF of Burley 2012. Each reads the fields that its node has (DIFFUSE: its roughness is `diffuse_roughness`).
     metallic, roughness, diffuse_roughness, specular_ior_level, specular_tint, ior, anisotropy,
     anisotropy_rotation, transmission, coat_weight, coat_roughness, coat_ior, coat_tint, sheen_weight,
     sheen_roughness, sheen_tint, alpha, subsurface_weight
-        As in Blender: shares and roughnesses in [0, 1] (microfacet alpha is the roughness squared),
+        As in Blender: weights and roughnesses in [0, 1] (microfacet alpha is the roughness squared),
         anisotropy in [-1, 1], rotation in turns, tints linear Rec.709. Subsurface scattering is
         approximated by its diffuse limit.
     multiscatter
-        Whether rough reflection and refraction keep the energy of light that is scattered between
-        microfacets (Blender's "Multiscatter GGX").
+        Whether rough reflection and refraction preserve the energy of multiple scattering between microfacets
+        (Blender's "Multiscatter GGX").
     normal
-        (3,) normal map's colour, (0.5, 0.5, 1) for none; it counts if `textures` has it.
+        (3,) colour of the normal map; (0.5, 0.5, 1) is the unperturbed normal. Used only if `textures` has
+        "normal".
     normal_strength
-        >= 0; 0: the smooth normal.
+        Strength of the normal map, >= 0; 0: the smooth shading normal.
     normal_uv
-        Name of the UV map whose tangents the normal map is relative to; anisotropy turns about them too.
-        The mesh's attribute "NAME.tangent" (m, 3, 4), tangent and sign, is used where there is one.
+        Name of the UV map that defines the tangents for the normal map and for anisotropy. If the mesh has the
+        attribute "NAME.tangent" (m, 3, 4), tangent and sign, it replaces the computed tangents.
     textures
-        Field name to an expression that replaces the field's value at each point of a surface. Values outside of
-        the field's range count as its nearest end, and have no derivative. As in Cycles `coat_weight`,
-        `sheen_weight`, `specular_ior_level` and colours have no upper end then.
+        Maps a field name to an expression that replaces the field's value at each surface point. Values outside
+        the field's range are clamped, and a clamped value has no derivative. As in Cycles, textured
+        `coat_weight`, `sheen_weight`, `specular_ior_level` and colours have no upper limit.
     """
 
     base_color: NDArray[np.float64] = field(default_factory=lambda: _rgb(0.8))
@@ -122,7 +125,7 @@ class Material(Checked):
         "kind": by(choice, KINDS),
         "base_color": _color,
         **dict.fromkeys(("emission", "specular_tint", "coat_tint", "sheen_tint", "normal"), _tint),
-        **dict.fromkeys(_SHARES, by(number, least=0.0, greatest=1.0)),
+        **dict.fromkeys(_FRACTIONS, by(number, least=0.0, greatest=1.0)),
         **dict.fromkeys(("specular_ior_level", "normal_strength"), by(number, least=0.0)),
         "ior": by(number, above=0.0),
         "coat_ior": by(number, least=1.0),
@@ -139,7 +142,7 @@ class Material(Checked):
         self.check_fields(where)
         for key in self.textures:
             if key not in TEXTURED:
-                raise ValueError(f"{where}: textures has '{key}', which is none of {', '.join(TEXTURED)}"
+                raise ValueError(f"{where}: textures has '{key}', but must name one of {', '.join(TEXTURED)}"
                                  f"{near(key, TEXTURED)}")
 
 
@@ -150,11 +153,12 @@ class Mixture(Checked):
     Attributes
     ----------
     parts
-        Names of materials in the scene, none of them a mixture itself.
+        Names of materials in the scene; a mixture cannot be part of a mixture.
     weights
-        (k,) one for each part, >= 0.
+        (k,) weight of each part, >= 0.
     textures
-        Position of a part ("0", "1", ...) to an expression that replaces its weight; below 0 it counts as 0.
+        Maps the position of a part ("0", "1", ...) to an expression that replaces its weight; negative values
+        are clamped to 0.
     """
 
     parts: tuple[str, ...]
@@ -172,10 +176,11 @@ class Mixture(Checked):
         where = f"material '{name}'"
         self.check_fields(where)
         if not self.parts:
-            raise ValueError(f"{where}: parts is empty")
+            raise ValueError(f"{where}: parts is empty; name at least one material")
         if len(self.weights) != len(self.parts):
             raise ValueError(f"{where}: weights must have the shape ({len(self.parts)},), one for each part, not "
                              f"{self.weights.shape}")
         for key in self.textures:
             if key not in [str(k) for k in range(len(self.parts))]:
-                raise ValueError(f"{where}: textures has '{key}', which is no part's position")
+                raise ValueError(f"{where}: textures has '{key}', which is not the position of a part; use '0' to "
+                                 f"'{len(self.parts) - 1}'")

@@ -22,13 +22,13 @@ def _attribute(where: str, name: str, value: Any) -> NDArray[np.float32]:
 
 @dataclass
 class Mesh(Checked):
-    """A triangle mesh, in world space unless it has a transform.
+    """A triangle mesh. Its vertices are in world space unless the mesh has a transform or instances.
 
     Attributes
     ----------
     vertices
-        (n, 3) positions, metres. Vertices may be shared between faces or stored once per face:
-        topology is decided by position, so both give the same derivatives.
+        (n, 3) positions, metres. Vertices may be shared between faces or stored once per face. Both
+        give the same derivatives, since the topology is found from the positions.
     faces
         (m, 3) vertex indices, counter-clockwise seen from the front.
     materials
@@ -36,27 +36,27 @@ class Mesh(Checked):
     face_material
         (m,) index into `materials` for each face; None: all faces use the first one.
     smoothing
-        (m, 3) the shading normal that each corner has, as an index; -1: the face's own. Corners with the same
-        index share one normal, so that a sharp edge is where the indices differ. None: flat. For a mesh
-        that is smooth all over and shares its vertices, `faces` itself will do.
+        (m, 3) index of the shading normal of each corner; -1: the geometric normal of the face. Corners with the
+        same index share one normal; an edge whose corners have different indices is sharp. None: flat shading.
+        A smooth mesh with shared vertices can use `faces` here.
     normals
-        (k, 3) custom normals by that index, of any length but zero; None: each is the mean of its faces'
-        normals, weighted by the corners' angles, and follows the vertices.
+        (k, 3) custom normals, indexed by `smoothing`, of any length but zero. None: each normal is the mean of
+        the normals of its faces, weighted by the corner angles, and is differentiated with the vertices.
     attributes
-        UV maps, colours and other values by name: (m, 3, c) at the faces' corners, c from 1 to 4, linear
-        in between.
+        UV maps, colours and other values by name: (m, 3, c) values at the corners of the faces, c from 1 to 4,
+        interpolated linearly.
     instances
-        (k, 4, 4) affine transforms: the mesh is drawn once for each, sharing one BVH; None: once, as it is.
+        (k, 4, 4) affine transforms: one copy of the mesh for each, all with one shared BVH. None: one mesh without
+        an instance transform.
     transform
-        (4, 4) affine transform of the whole object, after `instances`: a point v of the mesh is drawn at
-        transform * v, or at transform * instances[k] * v. Normals and tangents turn with it. Last rows of
-        transforms aren't read.
+        (4, 4) affine transform of the whole object, after `instances`: a point v of the mesh is at transform * v,
+        or at transform * instances[k] * v, in world space. Normals and tangents are transformed too. The last
+        rows of all transforms are ignored.
     visible_to
-        Kinds of rays that meet the mesh: a subset of "camera", "diffuse", "glossy", "transmission", "shadow".
+        Kinds of rays that can hit the mesh: a subset of "camera", "diffuse", "glossy", "transmission", "shadow".
     terminator_offset
-        In [0, 1]: how far shadow rays from flat-lying light start off a smooth-shaded surface (Blender's
-        shadow terminator geometry offset); 0: they start on the triangles themselves, which then shade
-        themselves.
+        Blender's shadow terminator geometry offset, in [0, 1]: how far above a smooth-shaded surface a shadow ray
+        starts if light arrives at a grazing angle. 0: on the triangles, which then shadow each other.
     """
 
     vertices: NDArray[np.float64]
@@ -87,7 +87,7 @@ class Mesh(Checked):
 
     @property
     def used_materials(self) -> list[str]:
-        """Names of the materials that faces have, each slot's once."""
+        """Names of the materials that some face uses, one for each used slot."""
         if self.face_material is None:
             return [self.materials[0]]
         return [self.materials[k] for k in np.flatnonzero(np.bincount(self.face_material))]
@@ -118,11 +118,11 @@ class Mesh(Checked):
         self._check_reach(where)
 
     def check_vertices(self, name: str, count: int) -> None:
-        """Raise ``ValueError`` where the vertices alone are wrong, or not `count`."""
+        """Check the vertices alone; raise ``ValueError`` if they are wrong or not `count` many."""
         self.vertices = array(f"mesh '{name}'", "vertices", self.vertices, (count, 3), np.float64, most=LARGEST_LENGTH)
 
     def _check_reach(self, where: str) -> None:
-        """Refuse a mesh that its transforms place too far away, or make too large."""
+        """Refuse a mesh whose transformed vertices are too far from the origin."""
         if self.instances is None and np.array_equal(self.transform[:3], np.eye(3, 4)):
             return
         placed = self.transform[None] if self.instances is None else self.transform @ self.instances
@@ -130,13 +130,13 @@ class Mesh(Checked):
         reach = float((np.abs(placed[:, :3, :3]) @ corner + np.abs(placed[:, :3, 3])).max())
         if reach > LARGEST_LENGTH:
             moved = "transform" if self.instances is None else "instances"
-            raise ValueError(f"{where}: {moved} places vertices up to {reach:.3g} m away; {LARGEST_LENGTH:.3g} m are "
-                             "the most; scale the scene down")
+            raise ValueError(f"{where}: {moved} places vertices up to {reach:.3g} m away; the limit is "
+                             f"{LARGEST_LENGTH:.3g} m; scale the scene down")
 
     def _validate_normals(self, where: str) -> None:
         if self.smoothing is None:
             if self.normals is not None:
-                raise ValueError(f"{where}: normals needs smoothing, which says where each of them is used")
+                raise ValueError(f"{where}: normals needs smoothing, which assigns a normal to each corner")
             return
         self._check_count(where, "smoothing", self.smoothing, (len(self.faces), 3))
         if self.normals is not None:

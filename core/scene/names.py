@@ -1,17 +1,17 @@
-"""How sentences name many objects: the first few by name, the others by their number."""
+"""Lists of object names in sentences: the first few names, then the count of the others."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-# Objects that a sentence names, and sentences that say the same of different objects. Plans are read by people, and of
-# a scene of many thousands of meshes none is worth a name of its own.
+# Largest number of names in one sentence, and of sentences that differ only in the name. People read plans, and a scene
+# may have thousands of meshes.
 MOST_NAMED = 10
 MOST_SENTENCES = 100
 
 
 def listed(names: Sequence[str]) -> str:
-    """Some names with commas; of more than `MOST_NAMED` the first, and how many others there are."""
+    """Join names with commas; with more than `MOST_NAMED` names, only the first ones and the count of the others."""
     if len(names) <= MOST_NAMED:
         return ", ".join(names)
     return f"{', '.join(names[: MOST_NAMED - 1])} and {len(names) - MOST_NAMED + 1:,} others"
@@ -20,16 +20,16 @@ def listed(names: Sequence[str]) -> str:
 def sentence_each(
     names: Sequence[str], sentence: Callable[[str], str], others: str, *, more: bool = False
 ) -> list[str]:
-    """One sentence for each of some names; of more than `MOST_NAMED` the last one is for all others together.
+    """Make one sentence for each name; with more than `MOST_NAMED` names, the last sentence covers all others.
 
     Parameters
     ----------
     sentence
-        Makes a sentence with a name, or with "12 other `others`" in its place.
+        Makes a sentence from a name, or from "12 other `others`".
     others
-        What is counted, in the plural.
+        What the names stand for, in the plural: "meshes".
     more
-        Whether there may be more than are given.
+        Whether `names` may be incomplete; the count then begins with "at least".
     """
     if len(names) <= MOST_NAMED and not more:
         return [sentence(name) for name in names]

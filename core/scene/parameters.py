@@ -1,4 +1,4 @@
-"""Parameter paths: the names of a scene's floats.
+"""Parameter paths: text that names a float parameter of a scene.
 
 Grammar::
 
@@ -7,11 +7,11 @@ Grammar::
            | "materials." NAME "." FIELD | "materials." NAME ".textures." FIELD
            | "lights." NAME "." FIELD | "images." NAME ".pixels"
 
-Names may contain dots ("Cube.001"): the collection is what stands before the first dot, the field what stands
-after the last. A layer (UV map, colours, other values) may contain dots too: it is all that follows the last
-".attributes.", which therefore neither the mesh's nor the layer's name may contain.
+Names may contain dots ("Cube.001"): the text before the first dot is the collection, the text after the last dot is
+the field. The name of a LAYER (UV map, colours, other values) may contain dots too: it is the text after the last
+".attributes.". A mesh or layer whose name contains ".attributes." therefore has no valid path.
 
-The parameter of a textured FIELD is the vector of all numbers in its expression (`expression_numbers.numbers`).
+The parameter "textures.FIELD" is the vector of all numbers in the expression of this field (`expression.numbers`).
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ from .scene import Scene
 
 COLLECTIONS = ("meshes", "materials", "lights", "images")
 SINGLE = ("camera", "world")
-# By collection, the field that holds parameters by name.
+# Fields that hold a dict of parameters, and the collections whose objects have such a field.
 ATTRIBUTES, TEXTURES = "attributes.", "textures."
 _HOLDERS = {"meshes": ATTRIBUTES, "materials": TEXTURES}
 
 
 def split(path: str) -> tuple[str, str, str]:
-    """(collection, name, field) of a path.
+    """Split a path into (collection, name, field).
 
-    The name of ``camera`` and ``world`` is empty; the field of a mesh's layer is "attributes.LAYER", that of an
-    expression "textures.FIELD".
+    The name is empty for ``camera`` and ``world``. The field of a mesh layer is "attributes.LAYER", the field of an
+    expression is "textures.FIELD".
 
     Raises
     ------
     ValueError
-        If the path has not this form.
+        If the path does not follow the grammar.
     """
     if not isinstance(path, str):
         raise ValueError(f"a parameter path must be text such as 'meshes.NAME.vertices', not {shown(path)}")
@@ -65,7 +65,7 @@ def split(path: str) -> tuple[str, str, str]:
 
 
 def owner(scene: Scene, path: str) -> tuple[Any, str]:
-    """The dataclass that holds the parameter, and the field's name as `split` gives it."""
+    """Return the dataclass that holds the parameter, and the name of the field as `split` returns it."""
     collection, name, fieldname = split(path)
     if collection in SINGLE:
         held = getattr(scene, collection)
@@ -73,17 +73,17 @@ def owner(scene: Scene, path: str) -> tuple[Any, str]:
         entries = getattr(scene, collection)
         if name not in entries:
             known = listed([f"'{n}'" for n in entries]) or "none"
-            raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (there: {known})"
+            raise ValueError(f"unknown parameter path '{path}': there is no '{name}' in {collection} (known: {known})"
                              f"{near(name, entries)}")
         held = entries[name]
     if not _has_float(held, fieldname):
-        raise ValueError(f"unknown parameter path '{path}': '{fieldname}' is none of the fields "
+        raise ValueError(f"unknown parameter path '{path}': '{fieldname}' is not one of the fields "
                          f"{', '.join(_float_fields(held))}{near(fieldname, _float_fields(held))}")
     return held, fieldname
 
 
 def get(scene: Scene, path: str) -> Any:
-    """The parameter's value: a float array, or a float."""
+    """Return the value of the parameter: a float array, or a float."""
     held, fieldname = owner(scene, path)
     if fieldname.startswith(ATTRIBUTES):
         return held.attributes[fieldname[len(ATTRIBUTES) :]]
@@ -93,9 +93,9 @@ def get(scene: Scene, path: str) -> Any:
 
 
 def put(scene: Scene, path: str, value: Any) -> None:
-    """Replace the parameter's value by one of the same shape (and type: texels stay float32).
+    """Replace the value of the parameter by one of the same shape, converted to the same type (float32 for texels).
 
-    Limits are those of the object's field, which `Scene.validate` checks.
+    `Scene.validate` checks the limits of the field later.
     """
     held, fieldname = owner(scene, path)
     old = get(scene, path)
@@ -111,7 +111,7 @@ def put(scene: Scene, path: str, value: Any) -> None:
 
 
 def paths(scene: Scene) -> list[str]:
-    """Every float parameter of the scene."""
+    """List the paths of all float parameters of the scene."""
     out = []
     for collection in COLLECTIONS:
         for name, held in getattr(scene, collection).items():
@@ -133,7 +133,7 @@ def _float_fields(held: Any) -> Iterator[str]:
 
 
 def _has_float(held: Any, fieldname: str) -> bool:
-    """Whether a field is one of `_float_fields`; this one alone is looked at."""
+    """Whether `fieldname` is in `_float_fields(held)`, without a visit to the other fields."""
     if fieldname.startswith((ATTRIBUTES, TEXTURES)):
         return fieldname in _float_fields(held)
     return fieldname in held.__dataclass_fields__ and _is_float(getattr(held, fieldname))

@@ -1,4 +1,4 @@
-"""The scene: everything that is rendered, as validated dataclasses of numpy arrays."""
+"""The scene: everything that is rendered, as dataclasses of numpy arrays, and its validation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .mesh import Mesh
 
 @dataclass
 class World(Checked):
-    """The environment: radiance color * strength, times the image's where there is one, from every direction.
+    """The environment: radiance color * strength from every direction, times the image if there is one.
 
     Attributes
     ----------
@@ -30,13 +30,13 @@ class World(Checked):
     strength
         W/(m² sr), >= 0.
     image
-        Name of an equirectangular image in the scene, or None. Direction d of the image's own space is at
-        u = 0.5 - atan2(d.y, d.x) / (2 pi) of its width, v = 0.5 + asin(d.z) / pi of its height above the
-        lower edge (Blender's Environment Texture).
+        Name of an equirectangular image in the scene, or None. A direction d in image space is at the fraction
+        u = 0.5 - atan2(d.y, d.x) / (2 pi) of the width, and at the fraction v = 0.5 + asin(d.z) / pi of the
+        height above the lower edge (Blender's Environment Texture).
     rotation
-        (3, 3) rotation from world space to the image's own space.
+        (3, 3) rotation from world space to image space.
     visible_to
-        Kinds of rays that see it: a subset of "camera", "diffuse", "glossy", "transmission".
+        Kinds of rays that see the environment: a subset of "camera", "diffuse", "glossy", "transmission".
     """
 
     color: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
@@ -62,12 +62,12 @@ class World(Checked):
 
 @dataclass
 class Scene(Checked):
-    """Camera, meshes, materials, lights and world, each by the name that its parameter path uses.
+    """Camera, meshes, materials, lights, world and images; parameter paths use the names of the dicts.
 
     Raises
     ------
     ValueError
-        From `validate` (called by every function that renders), naming the object and the field.
+        From `validate`, which every function that renders calls; names the object and the field.
     """
 
     camera: Camera
@@ -87,9 +87,9 @@ class Scene(Checked):
     }
 
     def validate(self) -> None:
-        """Check every field; arrays of another type are converted, wrong ones raise."""
+        """Check every field, and convert arrays to the dtypes that the package computes with."""
         if self.camera is None:
-            raise ValueError("scene: has no camera")
+            raise ValueError("scene: has no camera; set camera to an edgegrad.Camera")
         self.check_fields("scene")
         self.camera.validate()
         for name, material in self.materials.items():
@@ -103,10 +103,10 @@ class Scene(Checked):
         self.world.validate()
         self._check_names()
         if not self._is_lit():
-            raise ValueError("scene: nothing gives light; add a light, an emissive material or a world colour")
+            raise ValueError("scene: nothing emits light; add a light, an emissive material or a world colour")
 
     def closures(self, name: str) -> list[Material]:
-        """The shaders that a material is the sum of: itself, or a mixture's parts."""
+        """Return the closures of a material: itself, or the parts of a mixture."""
         material = self.materials[name]
         if isinstance(material, Material):
             return [material]
@@ -114,24 +114,24 @@ class Scene(Checked):
 
     @property
     def used_materials(self) -> list[str]:
-        """Names of the materials that faces of some mesh have, in the order of `materials`."""
+        """Names of the materials that some face uses, in the order of `materials`."""
         used = {name for mesh in self.meshes.values() for name in mesh.used_materials}
         return [name for name in self.materials if name in used]
 
     def meshes_with(self, materials: Collection[str]) -> list[str]:
-        """Names of the meshes that have faces of some of these materials."""
-        wanted = frozenset(materials)
-        if not wanted:
+        """Names of the meshes with faces of at least one of these materials."""
+        sought = frozenset(materials)
+        if not sought:
             return []
-        return [name for name, mesh in self.meshes.items() if not wanted.isdisjoint(mesh.used_materials)]
+        return [name for name, mesh in self.meshes.items() if not sought.isdisjoint(mesh.used_materials)]
 
     @property
     def emitters(self) -> list[str]:
-        """Names of the meshes of which a face may give light of its own."""
+        """Names of the meshes with faces whose material may emit light."""
         return self.meshes_with([name for name in self.materials if any(map(_emits, self.closures(name)))])
 
     def emits(self, mesh_name: str) -> bool:
-        """Whether a face of the mesh may give light of its own."""
+        """Whether a face of the mesh has a material that may emit light."""
         return any(_emits(closure) for name in self.meshes[mesh_name].used_materials for closure in self.closures(name))
 
     def _check_names(self) -> None:
@@ -154,7 +154,7 @@ class Scene(Checked):
             _check_known("world: image", self.world.image, self.images)
 
     def _check_attributes(self) -> None:
-        """Refuse textures that read what none of their meshes has: a name that is written wrongly, most likely."""
+        """Refuse a texture that reads an attribute which no mesh with the material has; most likely it is misspelt."""
         needed = {name: {key for value in material.textures.values() for key in required_attributes(value)}
                   for name, material in self.materials.items() if material.textures}
         if not needed:
@@ -186,7 +186,7 @@ def _check_known(what: str, name: str, among: Mapping[str, Any]) -> None:
 
 
 def validated(scene: Any) -> Scene:
-    """`scene` after `Scene.validate`; anything else is refused."""
+    """Return `scene` after `Scene.validate`; refuse anything that is not a `Scene`."""
     if not isinstance(scene, Scene):
         raise ValueError(f"scene must be an edgegrad.Scene, not {shown(scene)}")
     scene.validate()

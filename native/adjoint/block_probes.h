@@ -1,5 +1,5 @@
-// Blocks beside the operations that they stand for (adjoint/blocks.h), for tests: values are those of the
-// plain operations, derivatives the block's.
+// Blocks of the tape beside the operations that they replace (adjoint/blocks.h), for tests. Values are those
+// of the plain operations, derivatives those of the blocks.
 #pragma once
 
 #include "adjoint/blocks.h"
@@ -15,28 +15,29 @@ EG_INLINE Vec3 beside(Vec3 plain, Vec3 block) {
 
 EG_INLINE Triangle constant_triangle(const Triangle& t) { return {detach(t.p0), detach(t.p1), detach(t.p2)}; }
 
-// Every second face is slid over by a ray from a to the surroundings of one of its points; the others' points
-// ride.
+// Hit points: faces of odd index in screen form, along a ray from a to near one of their points; the others
+// in material form.
 EG_INLINE void probe_met_point(const SceneView& scene, SceneProbePacket& p) {
     const PlacedTriangle t = placed_triangle(scene, p.index, p.instance);
     const Triangle& f = t.triangle;
-    const Mask slides = p.active & ((p.index & 1) != 0);
+    const Mask screen_form = p.active & ((p.index & 1) != 0);
     const Vec3 from = p.a, direction = interpolate(f, splat(0.3f), splat(0.2f)) + p.b * splat(0.2f) - from;
     const Vec3 e1 = f.p1 - f.p0, e2 = f.p2 - f.p0, s = from - f.p0, q = cross(s, direction);
     const Float inverse = 1.0f / dot(direction, cross(e1, e2));
-    const Float b1 = select(slides, -dot(e2, q) * inverse, splat(0.3f));
-    const Float b2 = select(slides, dot(e1, q) * inverse, splat(0.2f));
+    const Float b1 = select(screen_form, -dot(e2, q) * inverse, splat(0.3f));
+    const Float b2 = select(screen_form, dot(e1, q) * inverse, splat(0.2f));
     const SurfacePoint plain =
         surface_point(scene, p.active, p.index, t, b1, b2, detach(direction), p.instance);
     SurfacePoint x = surface_point(scene, p.active, p.index, {constant_triangle(f), detach(t.handed)},
                                    detach(b1), detach(b2), detach(direction), p.instance);
-    move_met_point(x, f, all_of(slides), from, direction);
+    move_met_point(x, f, all_of(screen_form), from, direction);
     p.put(0, beside(plain.position, x.position));
     p.put(3, beside(plain.normal, x.normal));
     p.output[6] = beside(b1, x.b1), p.output[7] = beside(b2, x.b2);
 }
 
-// From a to a point of a triangle, and to the point b of a surface; every second one has no size.
+// Segments from a to a point of a triangle, and to the point b of a surface. Every second surface has no
+// size.
 EG_INLINE void probe_segments(const SceneView& scene, SceneProbePacket& p) {
     const auto plain = [](Vec3 d, Vec3 m, Vec3& w) {
         const Float square = dot(d, d);
@@ -57,7 +58,8 @@ EG_INLINE void probe_segments(const SceneView& scene, SceneProbePacket& p) {
     p.output[7] = beside(select(point, -log(dot(d, d)), by_area), light.measure);
 }
 
-// Light from two directions, and from a third on every second surface; a direction's unit vector.
+// Diffuse reflection of light from two directions, and from a third on every second surface; and a unit
+// vector.
 EG_INLINE void probe_reflection(const SceneView& scene, SceneProbePacket& p) {
     const Triangle t = gather_triangle(scene, p.index);
     const DiffuseLight lights[] = {

@@ -1,5 +1,5 @@
-// The light that falls on a recorded vertex, as a function of the scene: of its emitter samples, and of the
-// ray that goes on. What moves of it is in adjoint/vertex.h.
+// The light that arrives at a recorded vertex as a function of the scene: of its emitter samples, and along
+// the ray that continues. adjoint/vertex.h explains what moves.
 #pragma once
 
 #include "adjoint/light_arrival.h"
@@ -14,7 +14,7 @@ using Vertex = VertexPacket<W>;
 
 EG_INLINE Vec3 load3(const float (&field)[3][W]) { return {load(field[0]), load(field[1]), load(field[2])}; }
 
-// Of the vertices where the rays that go on have ended, a field.
+// A field of the vertices that the continuing rays have found.
 EG_INLINE Int next_ints(const VertexMemory& memory, Mask active, Int next,
                         const Vertex::Ints Vertex::* field) {
     return raw::gather(memory.at<W>(0).*field, select(active, next, splat(0)));
@@ -31,57 +31,56 @@ EG_INLINE RawVec3 next_drift(const VertexMemory& memory, Mask active, Int next) 
     return {part(0), part(1), part(2)};
 }
 
-// Whether the rays that go on have met nothing.
+// Returns where the continuing rays have met nothing.
 EG_INLINE Mask ends_in_environment(const VertexMemory& memory, Int next) {
     const Mask some = next >= 0;
     return some & (next_ints(memory, some, next, &Vertex::face) < 0);
 }
 
-// The direction w (a constant) as it turns with the environment's image.
+// The constant direction w, which rotates with the environment's image.
 EG_INLINE Vec3 turned_with_environment(const SceneView& scene, Vec3 w) {
     Vec3 in_image = rotated(scene.environment_rotation, w);
     return rotated_back(scene.environment_rotation, detach(in_image));
 }
 
-// Directions in which a vertex scatters light, and what the light of each is multiplied with, f |cos| left
-// out.
+// Directions from which a vertex receives light, and the light of each, without the factor f |cos|.
 struct Scattering {
-    Mask light, sky, next;
-    Mask last;      // of `next`: where nothing but the environment could be met
-    Mask veiled;    // of `last`: behind surfaces that let light through
-    Mask specular;  // not of `next`: the ray goes on from a perfect or followed lobe, its value is next_value
+    Mask light, environment, next;
+    Mask last;    // of `next`: rays that could only meet the environment
+    Mask veiled;  // of `last`: rays through transparent surfaces
+    // Not in `next`: the ray continues from a perfect or followed lobe, with the light next_value.
+    Mask specular;
     Mask of_table;  // of `light`
-    Mask held;      // where the same ray brings light of a direction that stays besides
+    Mask fixed;     // the continuing ray also brings light of a fixed direction
     Int light_visible_to;
-    Vec3 light_w, sky_w, next_w, held_w;
-    Vec3 light_value, sky_value, next_value, held_value;
+    Vec3 light_w, environment_w, next_w, fixed_w;
+    Vec3 light_value, environment_value, next_value, fixed_value;
 };
 
-// What the vertices where rays that go on have ended give by themselves, of surfaces of one constant
-// emission.
-EG_INLINE Vec3 given_by(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
+// Emission found by the continuing rays, on surfaces of one constant emission.
+EG_INLINE Vec3 emission_of_next(const SceneView& scene, const VertexMemory& memory, Mask active, Int next) {
     const Int closure = select(active, next_ints(memory, active, next, &Vertex::closure), splat(0));
     const raw::Float weight = next_floats(memory, active, next, &Vertex::emission_weight);
-    RawVec3 given;
-    const auto emission = [&](int c) {
+    RawVec3 emission;
+    const auto channel = [&](int c) {
         return raw::gather(scene.closure_params + kEmission + c,
                            closure * static_cast<int32_t>(kMaterialParams)) *
                weight;
     };
-    given.x = emission(0), given.y = emission(1), given.z = emission(2);
-    return constant3(given);
+    emission.x = channel(0), emission.y = channel(1), emission.z = channel(2);
+    return constant3(emission);
 }
 
-// How the points of light's faces move that emitter samples found.
-EG_INLINE FarMotion light_motion(const SceneView& scene, const Vertex& v, Mask rides) {
-    FarMotion motion = far_motion(rides);
+// Motion of the points on emissive faces that emitter samples have found.
+EG_INLINE FarMotion light_motion(const SceneView& scene, const Vertex& v, Mask material_form) {
+    FarMotion motion = far_motion(material_form);
     if (!scene.mesh_contact) return motion;
-    motion.rides = motion.rides - raw::load(v.light_held);
+    motion.material_form = motion.material_form - raw::load(v.light_held);
     motion.drift = {raw::load(v.light_drift[0]), raw::load(v.light_drift[1]), raw::load(v.light_drift[2])};
     return motion;
 }
 
-// The light that a vertex may scatter: of its emitter samples, and of the ray that goes on.
+// Collects the light that a vertex may scatter.
 inline Scattering light_sources(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
                                 Mask stays, Vec3 position, Int material, Vec3 incoming, Int next,
                                 bool geometry) {
@@ -91,35 +90,38 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     s.light = from_face | from_row;
     s.of_table = from_row;
     s.light_visible_to = load(v.light_visible_to);
-    s.light_w = s.sky_w = load3(v.direction), s.light_value = s.sky_value = zero3();
-    s.held = s.veiled = splat(0);
-    // Behind perfect mirrors and smooth glass x slides with the chain: points of light ride (derivations, K).
-    Mask holds = splat(0);
+    s.light_w = s.environment_w = load3(v.direction), s.light_value = s.environment_value = zero3();
+    s.fixed = s.veiled = splat(0);
+    // After perfect mirrors and smooth glass x is in screen form, so light stays in material form
+    // (derivations, K).
+    Mask may_fix = splat(0);
     if (geometry && scene.face_held)
-        holds = receives_held(
+        may_fix = receives_held(
             scene, stays & (~load(v.slides) | (load(v.kind) == splat(static_cast<int>(kCameraRay)))),
             material);
+    // Collect light from emitter samples
     const auto take = [&](Mask m, const LightArrival& a) {
         s.light_w = select(m, a.w, s.light_w);
         s.light_value = select(m, a.radiance * load3(v.light_scale) * a.measure, s.light_value);
     };
     if (any(from_face)) {
         const Triangle t = gather_triangle(scene, select(from_face, light_face, splat(0)));
-        const Mask held = holds_direction(scene, from_face & holds, light_face, material);
+        const Mask fixed = holds_direction(scene, from_face & may_fix, light_face, material);
         take(from_face, light_of_face(scene, from_face, t, light_face, load(v.light_b1), load(v.light_b2),
-                                      position, load(v.kind), light_motion(scene, v, from_face & ~held)));
+                                      position, load(v.kind), light_motion(scene, v, from_face & ~fixed)));
     }
     if (any(from_row))
         take(from_row,
              light_of_row(scene, from_row, light_row, load(v.light_kind), load3(v.light_offset), position));
-    const Vec3 sky_scale = load3(v.sky_scale);
-    s.sky = stays & (largest_component(sky_scale) > 0.0f);
-    if (any(s.sky)) {
-        s.sky_w = turned_with_environment(scene, load3(v.sky_direction));
-        s.sky_value = environment_radiance(scene, s.sky_w) * sky_scale;
+    // Collect light from samples of the environment's image
+    const Vec3 environment_scale = load3(v.sky_scale);
+    s.environment = stays & (largest_component(environment_scale) > 0.0f);
+    if (any(s.environment)) {
+        s.environment_w = turned_with_environment(scene, load3(v.sky_direction));
+        s.environment_value = environment_radiance(scene, s.environment_w) * environment_scale;
     }
 
-    // The ray that goes on.
+    // Collect light along the ray that continues
     const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
     const Mask continues = stays & load(v.continues), follows = continues & ~load(v.specular);
     s.specular = continues & load(v.specular);
@@ -132,6 +134,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
         if (any(s.last))
             s.next_value = select(s.last, environment_radiance(scene, s.next_w) * last_scale, s.next_value);
     }
+    // Let the next vertex move
     if (geometry && any(follows)) {
         const Int face = next_ints(memory, follows, next, &Vertex::face);
         const Mask surface = follows & (next >= 0) & (face >= 0);
@@ -139,19 +142,21 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
             Triangle t = gather_triangle(scene, select(surface, face, splat(0)));
             const Int instance = next_ints(memory, surface, next, &Vertex::instance);
             place_triangle(scene, select(surface, instance, splat(-1)), t);
-            // What the surface gives by itself is held, what it scatters rides on it.
-            Mask held = holds_direction(scene, surface & holds & (instance < 0), face, material);
-            if (any(held)) {
-                const Vec3 given = select(held, given_by(scene, memory, held, next), zero3());
-                const Vec3 rest = incoming - given;
-                s.held = held & (largest_component(rest) > 0.0f);
-                s.held_w = wi, s.held_value = given * load(v.next_scale);
-                s.next_value = select(s.held, rest * load(v.next_scale), s.next_value);
-                held &= ~s.held;
+            // Emission of the surface has a fixed direction; light that it scatters is in material form.
+            Mask fixed = holds_direction(scene, surface & may_fix & (instance < 0), face, material);
+            if (any(fixed)) {
+                const Vec3 emission = select(fixed, emission_of_next(scene, memory, fixed, next), zero3());
+                const Vec3 rest = incoming - emission;
+                s.fixed = fixed & (largest_component(rest) > 0.0f);
+                s.fixed_w = wi, s.fixed_value = emission * load(v.next_scale);
+                s.next_value = select(s.fixed, rest * load(v.next_scale), s.next_value);
+                fixed &= ~s.fixed;
             }
-            FarMotion motion = far_motion(surface & ~held);
+            // Differentiate the segment to the next vertex
+            FarMotion motion = far_motion(surface & ~fixed);
             if (scene.mesh_contact) {
-                motion.rides = motion.rides - next_floats(memory, surface, next, &Vertex::held);
+                motion.material_form =
+                    motion.material_form - next_floats(memory, surface, next, &Vertex::held);
                 motion.drift = next_drift(memory, surface, next);
             }
             const Segment y = segment_to(position, t, next_floats(memory, surface, next, &Vertex::b1),
@@ -163,7 +168,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
     return s;
 }
 
-// The part of it that surfaces on the vertex' shadow rays let through.
+// Attenuates the light by the transparent surfaces on the vertex' shadow rays.
 inline void pass_transparent_surfaces(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
                                       Vec3 position, Scattering& s, bool geometry) {
     const TransparentMemory& passed = memory.passed;
@@ -185,7 +190,8 @@ inline void pass_transparent_surfaces(const SceneView& scene, const VertexMemory
                                             (kind == splat(static_cast<int>(kConeLight))));
             dim(s.light, s.light_w, s.light_value, ~distant, detach(position) + load3(v.light_offset));
         }
-        if (p.ray == kRayToEnvironment) dim(s.sky, s.sky_w, s.sky_value, splat(0), zero3());
+        if (p.ray == kRayToEnvironment)
+            dim(s.environment, s.environment_w, s.environment_value, splat(0), zero3());
         if (p.ray == kLastRay)
             dim(s.last, s.next_w, s.next_value, splat(0), zero3()), s.veiled |= s.last & some;
     }

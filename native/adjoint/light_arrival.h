@@ -1,10 +1,11 @@
-// Light that a recorded emitter sample brings, as a function of the scene.
+// Light of a recorded emitter sample as a function of the scene.
 //
-// A sample is a fixed place of its light: barycentrics of a face, the place's coordinates in the frame of a
-// light's own shape, or in the cone of directions to a sun or a sphere (boundary/segment/light_motion.h has
-// all of them). It moves with the light, and the measure on the light changes with it (material form):
-//   L_e |w . M| / r^2,   M the area normal of the parametrisation,
-// divided by its own value, since the sample's density is a constant.
+// In material form a sample is a fixed point of its light: barycentrics of a face, coordinates in the frame
+// of a light's shape, or coordinates in the cone of directions to a sun or a sphere
+// (boundary/segment/light_motion.h lists them). It moves with the light, and so does the measure on the
+// light,
+//   L_e |w . M| / r^2,   M the area normal of the parametrisation.
+// This is divided by its own value, since the sample's density is a constant.
 #pragma once
 
 #include "adjoint/segment_block.h"
@@ -13,7 +14,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// a by its own value: 1, with the derivative of log a. Where a vanishes there is nothing to change.
+// a divided by its own value: 1, with the derivative of log a. Where a is 0 the derivative is 0.
 EG_INLINE Float relative(Float a) {
     const Float value = detach(a);
     return select(abs(value) > 1e-37f, a / select(abs(value) > 1e-37f, value, splat(1.0f)), splat(1.0f));
@@ -21,17 +22,17 @@ EG_INLINE Float relative(Float a) {
 
 struct LightArrival {
     Vec3 w, radiance;
-    Float measure;  // relative
+    Float measure;  // relative to its value
 };
 
-// From a face of a mesh.
+// Light of a face of a mesh.
 EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const Triangle& t, Int face,
                                      Float b1, Float b2, Vec3 x, Int ray_kind, const FarMotion& motion) {
     const Segment segment = segment_to(x, t, b1.value, b2.value, motion);
     LightArrival a;
     a.w = segment.w, a.measure = segment.measure;
     if (!scene.emission_varies) {
-        // That of the material's only leaf, the same at all points and in all directions.
+        // The emission of the material's only closure, equal at all points and in all directions.
         const Int material = gather(scene.face_material, select(active, face, splat(0)));
         Float emission[3];
         gather_row(scene.closure_params + kEmission, kMaterialParams,
@@ -44,12 +45,15 @@ EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const 
     return a;
 }
 
-// From a row of the light table; `offset` leads from x to the sample, of distant lights it is the direction.
+// Light of a row of the light table. `offset` is the vector from x to the sample, or the direction of a
+// distant light.
 EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row, Int kind, Vec3 offset,
                                     Vec3 x) {
     const LightRow l = gather_light(scene.lights, select(active, row, splat(0)));
     const auto is = [&](LightKind k) { return active & (kind == splat(static_cast<int>(k))); };
-    const Vec3 center = detach(l.position), place = detach(x) + offset - center;  // relative to the light
+    // `place` is relative to the light's centre.
+    const Vec3 center = detach(l.position), place = detach(x) + offset - center;
+    // Find the position y and the area normal m of shapes in material form
     Vec3 y = l.position, m = zero3();
     const Mask without_size = is(kPointSource);
     const Mask sphere = is(kSphereLight), disk = is(kDiskLight);
@@ -71,13 +75,15 @@ EG_INLINE LightArrival light_of_row(const SceneView& scene, Mask active, Int row
         y = select(flat, l.position + l.axis_x * s + l.axis_y * t, y);
         m = select(flat, cross(l.axis_x, l.axis_y), m);
     }
+    // Differentiate the segment to y
     LightArrival a;
     const Segment segment = segment_to(x, y, m, without_size);
     a.w = segment.w, a.measure = segment.measure;
     const Mask direction = is(kDirectionLight), cone = is(kConeLight) | sphere;
     a.w = select(direction, -l.direction, a.w);
+    // Differentiate directions within cones
     if (any(cone)) {
-        // A place of a cone of directions: that of a sun, or of a sphere as x sees it.
+        // A point of a cone of directions: that of a sun, or of a sphere as seen from x.
         Vec3 axis = -l.direction, way = offset;
         Float cap = l.one_minus_cos;
         if (any(sphere)) {

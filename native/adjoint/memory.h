@@ -1,18 +1,18 @@
-// Memory of one thread's tape, kept from one recording to the next.
+// Memory of one thread's tape. It is kept from one recording to the next.
 #pragma once
 
 #include <cstddef>
 
 namespace edgegrad {
 
-// Bytes that grow, aligned for packets of any width.
+// A growing buffer of bytes, aligned for packets of any width.
 class TapeBuffer {
  public:
     TapeBuffer() = default;
     TapeBuffer(const TapeBuffer&) = delete;
     TapeBuffer& operator=(const TapeBuffer&) = delete;
     ~TapeBuffer();
-    // At least `bytes`, of which the first `kept` keep their values.
+    // Grows to at least `bytes`. The first `kept` bytes keep their values.
     void* grow(size_t bytes, size_t kept);
     void* data() const { return data_; }
     size_t size() const { return size_; }
@@ -24,7 +24,7 @@ class TapeBuffer {
 
 struct TapeMemory {
     TapeBuffer ends, partials, closures, derivatives, block_entries, blocks;
-    TapeBuffer parts;  // of what is recorded at once (adjoint/path_sweeps.cpp)
+    TapeBuffer parts;  // of a recording in parts (adjoint/path_sweeps.cpp)
 };
 
 }  // namespace edgegrad

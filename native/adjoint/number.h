@@ -1,11 +1,12 @@
-// Packets that remember how they were computed: `Float` of code whose derivatives are taken.
+// Packets that record how they were computed: the `Float` of code that is differentiated.
 //
-// A translation unit includes this file first, and everything it includes from then on is compiled with this
-// `Float` into the namespace EDGEGRAD_ADJOINT_ISA: the very code that pictures are made with. Integers and
-// masks stay plain packets, so branches and selections are not differentiated; neither are whole numbers.
+// A translation unit includes this file first. Everything that it includes afterwards is compiled with this
+// `Float` into the namespace EDGEGRAD_ADJOINT_ISA, so that derivatives use the same code as pictures.
+// Integers and masks stay plain packets: branches, selections and rounding to integers are not
+// differentiated.
 //
-// Where a function has no derivative, the one that keeps sums finite is taken: 0 for a square root at 0 (it
-// is met where a guard max(x, 0) holds, whose derivative is 0 too), for an angle at the origin, and for the
+// Where a function has no derivative, the one that keeps sums finite is used: 0 for a square root at 0
+// (reached behind a guard max(x, 0), whose derivative is 0 too), for an angle at the origin, and for the
 // inverse sine at its ends.
 #pragma once
 
@@ -32,7 +33,7 @@ using raw::W;
 
 struct Float {
     raw::Float value;
-    int32_t node = -1;  // on the tape; -1: a constant
+    int32_t node = -1;  // node on the tape; -1: a constant
 
     float operator[](int lane) const { return value[lane]; }
 };
@@ -40,10 +41,10 @@ struct Float {
 EG_INLINE Float constant(raw::Float value) { return {value, -1}; }
 EG_INLINE Float detach(Float a) { return {a.value, -1}; }
 EG_INLINE Mask has_derivative(Float a) { return raw::splat(a.node >= 0 ? -1 : 0); }
-// A number whose derivative is asked for by itself (Tape::derivative, Tape::seed).
+// A number whose derivative is read or set directly (Tape::derivative, Tape::seed).
 EG_INLINE Float input(raw::Float value) { return {value, current_tape ? current_tape->new_node() : -1}; }
 
-// ---- What operations record: the value, and its derivatives by the operands ----
+// ---- Recording of results: the value, and its derivatives by the operands ----
 
 EG_INLINE Float result(raw::Float value, Float a, raw::Float pa) {
     if (a.node < 0) return {value, -1};
@@ -71,7 +72,7 @@ EG_INLINE void store(int32_t* p, Int a) { raw::store(p, a); }
 
 // ---- Arithmetic ----
 
-// Adding a constant needs no node: the sum has the same derivatives as the number.
+// Adding a constant needs no node, because the derivative is 1.
 EG_INLINE Float operator+(Float a, Float b) {
     if (b.node < 0) return {a.value + b.value, a.node};
     if (a.node < 0) return {a.value + b.value, b.node};
@@ -131,13 +132,13 @@ EG_INLINE Float difference_of_products(Float a, Float b, Float c, Float d) {
     return {r, current_tape->record(a.node, b.value, b.node, a.value, c.node, -d.value, d.node, -c.value)};
 }
 
-// a + (b - a) t.
+// a + (b - a) t, as one node.
 EG_INLINE Float lerp(Float a, Float b, Float t) {
     const raw::Float step = b.value - a.value, r = a.value + step * t.value;
     if ((a.node & b.node & t.node) < 0) return {r, -1};
     return {r, current_tape->record(a.node, 1.0f - t.value, b.node, t.value, t.node, step)};
 }
-// Of a triangle's corners.
+// Interpolation between the corners of a triangle, as one node.
 EG_INLINE Float interpolate(Float p0, Float p1, Float p2, Float b1, Float b2) {
     const raw::Float e1 = p1.value - p0.value, e2 = p2.value - p0.value;
     const raw::Float r = p0.value + e1 * b1.value + e2 * b2.value;
@@ -176,7 +177,7 @@ EG_COMPARISON(!=)
 
 // ---- Selections ----
 
-// One of two values by lane. Where all lanes agree nothing is recorded.
+// Selects one of two values by lane. Records nothing if all lanes agree.
 EG_INLINE Float select(Mask m, Float a, Float b) {
     if ((a.node & b.node) < 0) return {raw::select(m, a.value, b.value), -1};
     if (!any(m)) return b;
@@ -187,7 +188,7 @@ EG_INLINE Float select(Mask m, Float a, Float b) {
 EG_INLINE Float select(Mask m, Float a, float b) { return select(m, a, splat(b)); }
 EG_INLINE Int select(Mask m, Int a, Int b) { return raw::select(m, a, b); }
 
-// At a limit it is the number that moves, not the limit.
+// Ties select the number, not the limit, so that the number keeps its derivative.
 EG_INLINE Float min(Float a, Float b) { return select(a <= b, a, b); }
 EG_INLINE Float max(Float a, Float b) { return select(a >= b, a, b); }
 EG_INLINE Float max(Float a, float b) { return max(a, splat(b)); }
@@ -217,8 +218,9 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
 
 }  // namespace edgegrad::EDGEGRAD_ISA
 
-// Single operations are inlined by force, as on raw packets: most have constant operands and are a test and
-// an instruction. Of everything larger the compiler decides what is worth it; it would need minutes.
+// Single operations are always inlined, as for raw packets, because most of them have constant operands and
+// reduce to a test and an instruction. The compiler decides about larger functions; inlining them all would
+// make compilation very slow.
 #include "simd/vector.h"
 
 #undef EG_INLINE
@@ -228,7 +230,7 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// ---- Whole numbers and remainders ----
+// ---- Integer parts and remainders ----
 
 EG_INLINE Float floor(Float a) { return {raw::floor(a.value), -1}; }
 EG_INLINE Float ceil(Float a) { return {raw::ceil(a.value), -1}; }

@@ -1,5 +1,5 @@
-// Sweeps over the recorded vertices of a task's paths: from their ends to the camera for gradients, and the
-// other way round for the derivative along a tangent.
+// Sweeps over the recorded vertices of a task's paths. Gradients run from the ends of the paths to the
+// camera, the derivative along a tangent runs from the camera to the ends.
 #include "adjoint/number.h"
 
 #include "adjoint/vertex.h"
@@ -19,8 +19,8 @@ EG_INLINE void scatter3(float* const (&base)[3], Int at, Mask m, raw::Float x, r
     raw::scatter(base[0], at, m, x), raw::scatter(base[1], at, m, y), raw::scatter(base[2], at, m, z);
 }
 
-// What a packet's vertices were found by. Positions of earlier vertices, and directions of specular rays, are
-// inputs of this vertex: their derivatives go by path from vertex to vertex.
+// The rays that found a packet's vertices. Positions of previous vertices and directions of specular rays are
+// inputs of a vertex. Their derivatives are passed from vertex to vertex, by path.
 struct ArrivalInputs {
     Arrival arrival;
     Vec3 from, direction;
@@ -51,15 +51,16 @@ Mask finite(Vec3 a) {
     return one(a.x) & one(a.y) & one(a.z);
 }
 
-// A vertex of no position and direction: what is behind it has no derivatives by those before it.
+// Clears the derivatives by a vertex' position and direction, so that later vertices have none by earlier
+// ones.
 void forget_place(const AdjointTask& task, Mask m, Int path) {
     const raw::Float zero = raw::splat(0.0f);
     scatter3(task.position, path, m, zero, zero, zero);
     scatter3(task.direction, path, m, zero, zero, zero);
 }
 
-// Leaves out vertices whose light is no finite number, with what they bring to the vertices before, and
-// counts them.
+// Drops vertices whose light is not finite, with their contribution to the previous vertices, and counts
+// them.
 EG_OUTLINE void drop(const AdjointTask& task, Vertex& v, Mask lost, Int path) {
     store(v.lost, lost);
     store(v.active, load(v.active) & ~lost);
@@ -74,11 +75,11 @@ EG_OUTLINE void drop(const AdjointTask& task, Vertex& v, Mask lost, Int path) {
     }
 }
 
-// From a packet's fields to the same of the next one.
+// Number of floats from one packet's field to the same field of the next packet.
 constexpr int32_t kPacketFloats = static_cast<int32_t>(sizeof(Vertex) / sizeof(float));
 
-// Goes over all vertices from the ends of paths; `after` runs on what each packet's evaluation gave. The tape
-// holds a packet's alone, or the parts of all.
+// Evaluates all vertices from the ends of the paths to the camera, and calls `after` with the result of each
+// packet. The tape holds one packet at a time, or with kKeep all packets as parts.
 template <bool kKeep = false, typename After>
 void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, const After& after) {
     const int paths = task.image->pixel_count * task.image->samples;
@@ -92,6 +93,7 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
             tape.new_part();
         else
             tape.clear();
+        // Evaluate the vertices with the light that their successors have left
         Mask active = load(v.active), scattered = active & ~load(v.passes);
         const Int path = select(active, load(v.path), splat(0));
         const RawVec3 incoming = gather_raw3(task.incoming, path);
@@ -99,6 +101,7 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
         const ArrivalInputs in = arrive(scene, task, v);
         Leaving out =
             leave_vertex(scene, *task.vertices, v, in.arrival, constant3(incoming), next, task.geometry);
+        // Drop vertices whose light is not finite
         const Mask lost = active & ~(finite(out.light) & finite(load3(v.throughput)));
         if (any(lost)) {
             drop(task, v, lost, path);
@@ -106,6 +109,7 @@ void walk_back(const SceneView& scene, const AdjointTask& task, Tape& tape, cons
             scattered &= ~lost;
             out.light = select(lost, zero3(), out.light);
         }
+        // Pass the light to the previous vertices
         scatter3(task.incoming, path, active | lost, out.light.x.value, out.light.y.value, out.light.z.value);
         raw::scatter(task.next, path, scattered, raw::lane_index() + static_cast<int32_t>(k) * kPacketFloats);
         after(v, active, path, in, out);
@@ -129,7 +133,7 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
     Tape tape(*task.tape, *task.tables);
     walk_back(scene, task, tape,
               [&](Vertex& v, Mask active, Int path, const ArrivalInputs& in, const Leaving& out) {
-                  // What the picture's adjoint makes of the path's light here.
+                  // Seed with the adjoint of the pixel times the throughput
                   const Int pixel = 3 * (quotient(path, task.image->samples) + task.image->first_pixel);
                   const raw::Float share = raw::splat(task.image->weight);
                   const auto weight_of = [&](int c) {
@@ -138,18 +142,20 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
                   const RawVec3 weight{weight_of(0), weight_of(1), weight_of(2)};
                   seed3(tape, nodes(out.light), active, weight);
                   const Mask scattered = active & ~load(v.passes);
+                  // Seed with the adjoints that the next vertices have passed on
                   if (task.geometry) {
                       seed3(tape, nodes(out.position), scattered, gather_raw3(task.position, path));
                       seed3(tape, nodes(out.direction), scattered & load(v.specular),
                             gather_raw3(task.direction, path));
                   }
+                  // Sweep, and pass the adjoints to the previous vertices
                   tape.backward();
                   if (!task.geometry) return;
                   RawVec3 position = derivatives(tape, nodes(in.from)),
                           direction = derivatives(tape, nodes(in.direction));
                   const Mask passes = active & load(v.passes);
                   if (any(passes)) {
-                      // The ray through a surface is that of the vertex behind it.
+                      // A ray through a transparent surface is also the ray of the vertex behind it.
                       position = position + select(passes, gather_raw3(task.position, path), raw_zero3());
                       direction = direction + select(passes, gather_raw3(task.direction, path), raw_zero3());
                   }
@@ -158,7 +164,7 @@ void path_backward_kernel(const SceneView& scene, const AdjointTask& task, const
               });
 }
 
-// Adds what the vertices of a packet change of their paths' light.
+// Adds the derivative of a packet's vertices to the radiance of their paths.
 EG_INLINE void add_change(const Tape& tape, const Vertex& v, Mask active, Int path, const Nodes3& light,
                           float* const radiance[3]) {
     const int32_t node[3] = {light.x, light.y, light.z};
@@ -167,15 +173,15 @@ EG_INLINE void add_change(const Tape& tape, const Vertex& v, Mask active, Int pa
                      raw::gather(radiance[c], path) + raw::load(v.throughput[c]) * tape.derivative(node[c]));
 }
 
-// A packet's part of a tape, and where it hands derivatives over.
+// One packet's part of a tape, and the nodes through which derivatives enter and leave it.
 struct Part {
     Tape::Place first, last;
     int32_t nodes;
-    Nodes3 from, direction;                  // of what it was found by
-    Nodes3 light, position, next_direction;  // of what leaves it
+    Nodes3 from, direction;                  // inputs
+    Nodes3 light, position, next_direction;  // outputs
 };
 
-// Evaluates all vertices from the ends of paths, each once; its parts by packet.
+// Records all vertices from the ends of the paths to the camera. Returns the parts by packet.
 const Part* record_parts(const SceneView& scene, const AdjointTask& task, Tape& tape) {
     TapeBuffer& memory = task.tape->parts;
     memory.grow(static_cast<size_t>(task.vertices->count) * sizeof(Part), 0);
@@ -203,7 +209,7 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
     for (int k = 0; k < paths; ++k)
         for (int c = 0; c < 3; ++c) radiance[c][k] = task.position[c][k] = task.direction[c][k] = 0.0f;
     if (!task.geometry) {
-        // Nothing is handed from vertex to vertex, so that any order will do.
+        // No derivatives pass between vertices, so the order does not matter.
         Tape tape(*task.tape, *task.tables);
         return walk_back(scene, task, tape,
                          [&](Vertex& v, Mask active, Int path, const ArrivalInputs&, const Leaving& out) {
@@ -211,19 +217,21 @@ void path_forward_kernel(const SceneView& scene, const AdjointTask& task, float*
                              add_change(tape, v, active, path, nodes(out.light), radiance);
                          });
     }
-    // Light comes from the ends of paths, motion from their starts: what is recorded going back is swept
-    // going on.
+    // Light is known from the ends of the paths, motion from the camera. So record backwards first, then
+    // sweep forwards.
     Tape tape(*task.tape, *task.tables);
     const Part* const parts = record_parts(scene, task, tape);
     for (int64_t k = 0; k < task.vertices->count; ++k) {
         const Vertex& v = task.vertices->at<W>(k);
         const Part& part = parts[k];
+        // Seed with the motion of the previous vertices
         tape.reopen(part.first, part.last, part.nodes);
         const Mask active = load(v.active), scattered = active & ~load(v.passes), lost = load(v.lost);
         if (any(lost)) forget_place(task, lost, load(v.path));
         const Int path = select(active, load(v.path), splat(0));
         seed3(tape, part.from, active, gather_raw3(task.position, path));
         seed3(tape, part.direction, active & load(v.slides), gather_raw3(task.direction, path));
+        // Sweep, and pass the motion to the next vertices
         tape.forward();
         add_change(tape, v, active, path, part.light, radiance);
         const auto hand_on = [&](float* const(&to)[3], Mask m, const Nodes3& of) {

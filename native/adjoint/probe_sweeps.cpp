@@ -1,4 +1,4 @@
-// Derivatives of parts of the shading code by themselves, for tests.
+// Derivatives of single parts of the shading code, for tests.
 #include "adjoint/number.h"
 
 #include "adjoint/scene_probes.h"
@@ -12,7 +12,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 namespace {
 
-// Sweeps over the tape of a packet of points with `count` outputs each.
+// Sweeps over the tape of a packet of points, each with `count` outputs.
 void sweep_points(Tape& tape, const ProbeSweep& sweep, int64_t first, int64_t points, const Float* output,
                   int count) {
     const int left = static_cast<int>(points - first < W ? points - first : W);

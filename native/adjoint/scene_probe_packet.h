@@ -1,4 +1,4 @@
-// One packet of points to look at parts of the shading code at.
+// A packet of points at which parts of the shading code are evaluated.
 #pragma once
 
 #include "simd/vector.h"

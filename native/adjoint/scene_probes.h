@@ -1,4 +1,5 @@
-// Parts of the shading code that read the scene, one packet at a time: what tests take derivatives of.
+// Parts of the shading code that read the scene, evaluated one packet at a time. Tests take their
+// derivatives.
 #pragma once
 
 #include "adjoint/block_probes.h"
@@ -18,7 +19,7 @@ EG_INLINE void probe_surface(const SceneView& scene, SceneProbePacket& p) {
     p.put(6, smooth_normal(scene, x));
 }
 
-// The normal that a normal map of the colour b and the strength a.z gives, and the tangent of anisotropy.
+// The normal of a normal map with the colour b and the strength a.z, and the tangent of anisotropy.
 EG_INLINE void probe_bent_normal(const SceneView& scene, SceneProbePacket& p) {
     const Vec3 along = {splat(0.2f), splat(0.3f), splat(-0.93f)};
     const SurfacePoint x = surface_point(scene, p.active, p.index, p.a.x, p.a.y, along, p.instance);
@@ -34,7 +35,7 @@ EG_INLINE void probe_camera(const SceneView& scene, SceneProbePacket& p) {
     p.put(3, ray.direction);
 }
 
-// What a light of the table sends along -b, and how an area light is seen from a.
+// Radiance of a light of the table in direction -b, and the shape of an area light seen from a.
 EG_INLINE void probe_light(const SceneView& scene, SceneProbePacket& p) {
     const LightRow l = gather_light(scene.lights, p.index);
     const AreaShape shape = area_shape(l, p.a);

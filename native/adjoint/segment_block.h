@@ -1,24 +1,25 @@
-// Segments between two points as one block each on the tape (adjoint/blocks.h): their direction, and the
-// measure of light that arrives along them.
+// Segments between two points, as one block each on the tape (adjoint/blocks.h). Results: the direction, and
+// the relative measure of the light that arrives along the segment.
 #pragma once
 
 #include "adjoint/blocks.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The segment from x to y: its unit direction w, and the measure |w.M| / r^2 (M the area normal of the
-// surface at y; none, of points: 1 / r^2) by its own value, which is 1.
+// The segment from x to y: its unit direction w, and its measure divided by its own value, which is 1. The
+// measure is |w.M| / r^2 with the area normal M of the surface at y, or 1 / r^2 if y is a point light.
 struct Segment {
     Vec3 w;
     Float measure;
 };
 
-// What the adjoints of w and of the measure are to d = y - x and to M:  log |w.M|/r^2 = log |d.M| - 3 log r.
+// The adjoints of d = y - x and of M, given those of w and of the measure:  log |w.M|/r^2 = log |d.M| - 3 log
+// r.
 struct RawSegment {
     RawVec3 w, by_area;  // M / (w.M)
     raw::Float inverse_r;
-    raw::Float inverse_m;  // 1 / (w.M); 0 where the measure doesn't change
-    raw::Float power;      // of r in the measure
+    raw::Float inverse_m;  // 1 / (w.M); 0 where the measure is constant
+    raw::Float power;      // exponent of r in the measure
 
     EG_INLINE RawVec3 set(const RawVec3& from, const RawVec3& to, const RawVec3& m, raw::Mask point) {
         const RawVec3 d = to - from;
@@ -32,8 +33,8 @@ struct RawSegment {
         power = raw::select(flat, raw::splat(3.0f), raw::select(point, raw::splat(2.0f), 0.0f));
         return w;
     }
-    // What moves changes it by a share.
-    EG_INLINE void ride(raw::Float share) {
+    // Scales the derivatives by the weight of the material form.
+    EG_INLINE void scale(raw::Float share) {
         inverse_r = inverse_r * share;
         inverse_m = inverse_m * share;
     }
@@ -70,7 +71,7 @@ struct SegmentBlock {
     }
 };
 
-// Towards a point of a light's shape with the area normal m; `point`: it is without size.
+// The segment to a point of a light's shape with the area normal m. `point`: the light has no size.
 EG_INLINE Segment segment_to(Vec3 x, Vec3 y, Vec3 m, Mask point) {
     if (!taped(nodes(x)) && !taped(nodes(y)) && !taped(nodes(m))) {
         RawSegment s;
@@ -89,7 +90,7 @@ struct FaceSegmentBlock {
     RawTriangle triangle;
     RawSegment segment;
     bool drifts;
-    RawVec3 drift;  // of x relative to y: moves the measure
+    RawVec3 drift;  // the measure changes by drift . (dx - dy)
 
     void backward(raw::Float* a) const {
         const RawVec3 turn = read(a, first);
@@ -109,14 +110,14 @@ struct FaceSegmentBlock {
     }
 };
 
-// How the far end of a segment moves: with its triangle, or so that the direction stays (scene/contact.h).
+// Motion of a segment's far end: a blend of material form and fixed direction (scene/contact.h).
 struct FarMotion {
-    raw::Float rides;  // the share of the first
+    raw::Float material_form;  // weight of the material form
     RawVec3 drift;
 };
-EG_INLINE FarMotion far_motion(Mask rides) { return {all_of(rides), raw_zero3()}; }
+EG_INLINE FarMotion far_motion(Mask material_form) { return {all_of(material_form), raw_zero3()}; }
 
-// Towards a point of a triangle.
+// The segment to a point of a triangle.
 EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Float b2,
                              const FarMotion& motion) {
     const auto run = [&](RawTriangle& triangle, RawSegment& segment) {
@@ -125,7 +126,7 @@ EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Floa
         return segment.set(values(x), y, cross(triangle.e1, triangle.e2), raw::splat(0));
     };
     const bool drifts = raw::any(nonzero(motion.drift));
-    if ((!taped(nodes(x)) && !taped(t)) || !(drifts || raw::any(motion.rides > 0.0f))) {
+    if ((!taped(nodes(x)) && !taped(t)) || !(drifts || raw::any(motion.material_form > 0.0f))) {
         RawTriangle triangle;
         RawSegment segment;
         return {constant3(run(triangle, segment)), splat(1.0f)};
@@ -133,7 +134,7 @@ EG_INLINE Segment segment_to(Vec3 x, const Triangle& t, raw::Float b1, raw::Floa
     FaceSegmentBlock& block = current_tape->new_block<FaceSegmentBlock>();
     block.x = nodes(x);
     const RawVec3 w = run(block.triangle, block.segment);
-    block.segment.ride(motion.rides);
+    block.segment.scale(motion.material_form);
     block.drifts = drifts, block.drift = motion.drift;
     return {results(w, block.first), {raw::splat(1.0f), block.first + 3}};
 }

@@ -1,7 +1,7 @@
-// Perfect mirrors and smooth interfaces as one block: light that leaves along wo comes from
-//   w = A(c) n + B wo,  c = n.wo,  and is multiplied with value(c),
-// with A = 2c, B = -1 of what is reflected, and A = c/eta - cos(theta_t), B = -1/eta of what is refracted.
-// Their weights are constants; layered ones, whose weights change with the view, are left to the tape.
+// Perfect mirrors and smooth interfaces as one block. Light that leaves along wo arrives from
+//   w = A(c) n + B wo,  c = n.wo,  and is multiplied by value(c).
+// For reflection A = 2c, B = -1; for refraction A = c/eta - cos(theta_t), B = -1/eta. The weights are
+// constants. Layered closures, whose weights change with the view, are recorded by generic operations.
 #pragma once
 
 #include "adjoint/blocks.h"
@@ -16,7 +16,7 @@ struct SpecularBlock {
     Nodes3 normal, view;
     RawVec3 n, v;
     raw::Float along, along_slope, across;  // A, dA/dc, B
-    RawVec3 slope;                          // of the value by c
+    RawVec3 slope;                          // derivative of the value by c
 
     void backward(raw::Float* a) const {
         const RawVec3 direction = read(a, first), value = read(a, first + 3);
@@ -35,7 +35,7 @@ struct SpecularBlock {
     }
 };
 
-// Whether the active lanes' shaders are such, and nothing but the normal and the view changes.
+// Returns whether the active lanes' closures are of this kind, so that only the normal and the view change.
 EG_INLINE bool plainly_specular(const Shader& shader, Mask active) {
     if (any(active & ~scatters_plainly(shader.kind, shader.flags))) return false;
     constexpr int places[] = {kBaseColor, kBaseColor + 1, kBaseColor + 2, kRoughness, kIor, kAnisotropy};
@@ -44,7 +44,7 @@ EG_INLINE bool plainly_specular(const Shader& shader, Mask active) {
     return true;
 }
 
-// What active lanes' perfect lobes scatter.
+// Light scattered by the perfect lobes of active lanes.
 inline Specular plain_specular(Mask active, const SurfacePoint& x, Vec3 view, const Shader& shader,
                                Vec3 normal, Int lobe, Mask transmitted) {
     const Vec3 mirror = valid_mirror_normal(normal, x.normal, view);
@@ -61,16 +61,19 @@ inline Specular plain_specular(Mask active, const SurfacePoint& x, Vec3 view, co
                through = interface & transmitted;
     const raw::Float one = raw::splat(1.0f), c = dot(block.n, block.v), eta = glass.eta.value;
     // g = eta cos(theta_t); dg/dc = c/g.
+    const raw::Float bending = bending_cosine(glass, constant(c)).value;
+    const raw::Float bending_slope = raw::select(bending == c, one, -one);
     const raw::Float inverse_eta = one / eta, g = raw::sqrt(raw::max(eta * eta - (1.0f - c * c), 0.0f));
     const raw::Float inverse_g = finite_inverse(g);
     const auto pick = [&](raw::Float a, raw::Float b) {
         return raw::select(active, raw::select(through, a, b), 0.0f);
     };
-    block.along = pick((c - g) * inverse_eta, 2.0f * c);
-    block.along_slope = pick((1.0f - c * inverse_g) * inverse_eta, raw::splat(2.0f));
+    block.along = pick((bending - g) * inverse_eta, 2.0f * c);
+    block.along_slope = pick((bending_slope - c * inverse_g) * inverse_eta, raw::splat(2.0f));
     block.across = pick(-inverse_eta, raw::splat(-1.0f));
-    // Fresnel's reflectance is mapped to itself, as it starts from the f0 of the same index.
-    const raw::Float fall = reflectance_fall(c, eta, g, inverse_g);
+    // The Fresnel reflectance of |c| needs no rescaling, because f0 comes from the same index.
+    const raw::Float facing = raw::select(c < 0.0f, -one, one);
+    const raw::Float fall = facing * reflectance_fall(raw::abs(c), eta, g, inverse_g);
     const raw::Mask splits = interface & (g > 0.0f) & ~glass.refracts_only;
     const RawVec3 tint = values(glass.transmission), weight = select(through, tint, raw_zero3() - tint);
     block.slope = weight * raw::select(splits, fall, 0.0f);

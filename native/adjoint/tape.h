@@ -1,27 +1,27 @@
-// A tape of packets: what reverse-mode and forward-mode automatic differentiation of the shading code need of
-// one evaluation (Griewank and Walther 2008, "Evaluating Derivatives", chapters 3 and 6).
+// A tape of packets: the record of one evaluation of the shading code, for reverse-mode and forward-mode
+// automatic differentiation (Griewank and Walther 2008, "Evaluating Derivatives", chapters 3 and 6).
 //
 // A tape is a list of edges (from, to, partial): the number `to` was computed from the number `from`, and
-// `partial` is its derivative by it, one per lane. Edges stand in the order of evaluation, so a backward
-// sweep runs over them from the last to the first and adds partial * adjoint(to) to adjoint(from); a forward
-// sweep runs from the first to the last and adds partial * tangent(from) to tangent(to).
+// `partial` is its derivative by it, one per lane. The edges are in the order of evaluation. A backward sweep
+// runs from the last edge to the first and adds partial * adjoint(to) to adjoint(from). A forward sweep runs
+// from the first to the last and adds partial * tangent(from) to tangent(to).
 //
-// What a few vectors describe better than edges is a block, whose derivative is written by hand; it has its
-// place among the edges.
+// A block replaces many edges by a few vectors and hand-written derivatives. It has a position among the
+// edges.
 //
-// Numbers read from a differentiable table are leaves: a backward sweep adds their adjoints to the table's
-// gradient at the places they were read from, a forward sweep starts from the table's tangent there. The
-// adjoint of a gather is a scatter, and both sweeps are transposes of each other by construction.
+// Numbers that are read from a differentiable table are leaves. A backward sweep adds their adjoints to the
+// table's gradient at the positions that were read. A forward sweep starts from the table's tangent there.
+// The adjoint of a gather is a scatter, so that both sweeps are transposes of each other by construction.
 //
-// A lane whose adjoint is zero passes nothing on, even if a partial is infinite or not a number: that is what
-// lanes hold which were computed but not selected.
+// A lane whose adjoint is zero contributes nothing, even if a partial is infinite or NaN. Lanes that were
+// computed but not selected may hold such partials.
 #pragma once
 
 #include "adjoint/differentiable_tables.h"
 #include "adjoint/memory.h"
 #include "simd/lanes.h"
 
-// Statically placed thread-local storage costs one instruction where a library's own costs a call.
+// Static thread-local storage is accessed by one instruction; that of a shared library needs a call.
 #if defined(__linux__)
 #define EG_FAST_THREAD_LOCAL __attribute__((tls_model("initial-exec")))
 #else
@@ -32,9 +32,9 @@ namespace edgegrad::EDGEGRAD_ADJOINT_ISA {
 
 namespace raw = edgegrad::EDGEGRAD_ISA;
 
-// Nodes of neighbouring floats, of which those from `low` up to `high` have one.
+// Nodes of consecutive floats. Those with the numbers `low` <= k < `high` have nodes.
 struct LeafNodes {
-    int32_t first = 0;  // what the one with the number 0 would have
+    int32_t first = 0;  // node of the float number 0
     int low = 0, high = 0;
 
     int32_t operator[](int k) const { return k >= low && k < high ? first + k : -1; }
@@ -42,19 +42,19 @@ struct LeafNodes {
 
 class Tape {
  public:
-    // Becomes the tape that this thread's numbers are recorded on.
+    // Makes this tape the one that this thread's numbers are recorded on.
     Tape(TapeMemory& memory, const DifferentiableTables& tables);
     ~Tape();
     Tape(const Tape&) = delete;
     Tape& operator=(const Tape&) = delete;
 
-    // Forgets everything: the start of a new recording.
+    // Starts a new recording.
     void clear() {
         edges_ = nodes_ = leaves_ = zeroed_ = blocks_ = 0, block_bytes_ = 0;
         first_ = {};
     }
-    // Parts of a recording, which know nothing of each other and have numbers of their own: what has been
-    // recorded since the part before is one, and can be swept by itself once all are recorded.
+    // A recording may consist of independent parts, each with its own node numbers. A part consists of what
+    // was recorded since the previous part. It can be swept by itself once all parts are recorded.
     struct Place {
         int edges = 0, closures = 0, blocks = 0;
     };
@@ -70,8 +70,8 @@ class Tape {
 
     int32_t new_node() { return nodes_++; }
 
-    // A node that depends on others (negative: on a constant, no edge is made). Calls of these are many:
-    // inlined, they would fill the cache for instructions.
+    // Makes a node that depends on others (negative: on a constant; no edge is made). This is called very
+    // often, so inlining would fill the instruction cache.
     __attribute__((noinline)) int32_t record(int32_t a, raw::Float pa) {
         reserve();
         ends_[edges_] = {a, nodes_};
@@ -96,11 +96,12 @@ class Tape {
         return nodes_++;
     }
 
-    // A block: several results of several numbers with derivatives written by hand (adjoint/blocks.h). It is
-    // a plain struct whose `first` is the node of the first of its kResults results, with the functions
+    // Makes a block: several results of several numbers with hand-written derivatives (adjoint/blocks.h). A
+    // block is a plain struct. Its `first` is the node of the first of its kResults results, and it has the
+    // functions
     //   backward(d): adds to the adjoints of its operands,
     //   forward(d): sets the tangents of its results, which were zero.
-    // The caller fills in the rest, before anything else is recorded.
+    // The caller must fill in the other fields before it records anything else.
     template <typename Block>
     Block& new_block() {
         constexpr size_t size = (sizeof(Block) + 63) / 64 * 64;
@@ -112,18 +113,18 @@ class Tape {
         return block;
     }
 
-    // Leaves for `count` neighbouring floats from base + index on, of each lane; none where no lane reads
-    // from what is asked for.
+    // Makes leaves for `count` consecutive floats from base + index on, for each lane. Makes none if no lane
+    // reads from a requested span.
     LeafNodes record_closures(const float* base, raw::Int index, int count);
 
     // ---- Sweeps ----
 
-    // Adds to the adjoint of an output (before a backward sweep) or to the tangent of an input (before a
-    // forward sweep).
+    // Adds to the adjoint of an output before a backward sweep, or to the tangent of an input before a
+    // forward sweep.
     void seed(int32_t node, raw::Float value);
     void backward();
     void forward();
-    // Adjoint or tangent, after a sweep.
+    // Returns an adjoint or a tangent after a sweep.
     raw::Float derivative(int32_t node) const;
 
     int edge_count() const { return edges_; }
@@ -134,16 +135,16 @@ class Tape {
         int32_t from, to;
     };
     struct Leaves {
-        raw::Int place;  // in the table's span; -1: outside
+        raw::Int place;  // position in the table's span; -1: outside
         int32_t node, count, table;
     };
     using BlockSweep = void (*)(const void*, raw::Float*);
     struct BlockEntry {
-        size_t at;      // in the blocks' memory
-        int32_t edges;  // recorded before it
+        size_t at;      // offset in the blocks' memory
+        int32_t edges;  // number of edges recorded before it
         BlockSweep backward, forward;
     };
-    // Most edges that one call of `record` makes.
+    // Largest number of edges that one call of `record` makes.
     static constexpr int kMostEdges = 6;
 
     inline __attribute__((always_inline)) void reserve() {
@@ -165,7 +166,7 @@ class Tape {
     void sweep_back(raw::Float* d, int last, int first) const;
     void sweep_on(raw::Float* d, int first, int last) const;
     void scatter(const Leaves& closures, const raw::Float* adjoint) const;
-    // Derivatives of all nodes, of which those of the latest are set to zero.
+    // Derivatives of all nodes. Those of nodes made since the last sweep are set to zero.
     raw::Float* derivatives();
 
     Ends* ends_ = nullptr;
@@ -173,9 +174,9 @@ class Tape {
     int edges_ = 0, edge_room_ = 0;
     int nodes_ = 0, leaves_ = 0, zeroed_ = 0, blocks_ = 0;
     size_t block_bytes_ = 0;
-    Place first_;  // of what is swept
+    Place first_;  // start of the part that is swept
     const DifferentiableTables& tables_;
-    uintptr_t lowest_ = ~uintptr_t{0}, highest_ = 0;  // all tables' addresses
+    uintptr_t lowest_ = ~uintptr_t{0}, highest_ = 0;  // address range of all tables
     TapeMemory& memory_;
     Tape* outer_;
 };
@@ -219,7 +220,7 @@ inline LeafNodes Tape::record_closures(const float* base, raw::Int index, int co
         if (!raw::any(inside)) return {};
         int low = 0, high = count;
         if (table.width > 1) {
-            // From the first column that is asked for to the last; reads stay within rows.
+            // Use the range from the first requested column to the last; reads stay within rows.
             const uint64_t requested = table.columns >> ((base - table.begin) % table.width);
             while (low < high && !(requested >> low & 1)) ++low;
             while (low < high && !(requested >> (high - 1) & 1)) --high;
@@ -304,7 +305,8 @@ inline void Tape::scatter(const Leaves& closures, const raw::Float* adjoint) con
             for (int c = 0; c < closures.count; ++c) to[c] += static_cast<double>(adjoint[c][lane]);
             continue;
         }
-        // Lanes that read the same place are summed first: additions in memory wait for each other.
+        // Lanes that read the same position are summed first, because consecutive additions to one address
+        // wait for each other.
         for (int c = 0; c < closures.count; ++c) {
             const raw::Float a = raw::select(same, adjoint[c], 0.0f);
             if (raw::any(a != 0.0f)) to[c] += raw::sum_of_lanes(a);

@@ -1,9 +1,9 @@
-// Light of a recorded vertex' shadow rays that surfaces between let through, as a function of the scene:
+// Transmittance of a recorded vertex' shadow rays as a function of the scene:
 //
-//   T = product over the surfaces that the ray from x along w passes of  t(c),   c = x + s w on each,
+//   T = product over the surfaces that the ray from x along w intersects of  t(c),   c = x + s w on each,
 //
-// with t a surface's transparent share, which its shader's values change, and where textures vary it also the
-// place c: it slides along the ray while that moves with x and w (derivations, L).
+// where t is a surface's transparent share. It depends on the closure's values and, with textures, on the
+// point c, which moves in screen form as x and w move (derivations, L).
 #pragma once
 
 #include "adjoint/blocks.h"
@@ -12,13 +12,13 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// t of the surfaces of a packet, on rays from `from` along the unit vectors w; of lanes that are `near`, to
-// the points y, and so along another vector where the shadow terminator's offset lifts their start.
+// The factors t of a packet's surfaces on rays from `from` along the unit vectors w. The rays of `near` lanes
+// end at the points y: where the shadow terminator lifts their origin, their direction differs from w.
 inline Vec3 transparent_share(const SceneView& scene, const TransparentPacket<W>& p, Mask active, Vec3 from,
                               Vec3 w, Mask near, Vec3 y, bool geometry) {
     const Int face = select(active, load(p.face), splat(0));
     if (!scene.textures.closure_program) {
-        // It is the same everywhere.
+        // The share is the same at all points.
         SurfacePoint c{};
         c.active = active;
         c.material = gather(scene.face_material, face);

@@ -1,21 +1,20 @@
-// A recorded vertex of a path as a function of the scene: the light that leaves it along the ray that found
-// it.
+// A recorded vertex as a function of the scene: the light that leaves it along the ray that found it,
 //
-//   L(x, wo) = L_e + sum over emitter samples  L f |n.w| dM/p  +  f |n.w'| L' dM'/p' ,
+//   L(x, wo) = L_e + sum over emitter samples  L f |n.w| dM/p  +  f |n.w'| L' dM'/p' .
 //
-// with everything random held fixed: densities, weights of multiple importance sampling, roulette,
-// visibility, and the light L' that arrives by the ray that goes on (its own derivative is that of the next
-// vertex). What moves (derivations, section 1; shared design, formulation 1 and 2):
-// - the first hit, and every hit after a specular vertex, slides along its ray; so does what a followed lobe
-//   shows, whose microfacet's normal is held (shading/bsdf/followed_lobes.h);
-// - every other vertex, and samples of lights, ride on their triangles at fixed places, and the measure
-//   |w.M|/r^2 that replaces a solid angle is differentiated with f (material form);
-// - surfaces that let a ray through are met where it goes from one such place to the next;
-// - the direction of what faces of meshes with many of them give by themselves stays
-// (shading/lights/fixed_direction_light.h);
-// - so does, by a share, that of light from near surfaces (scene/contact.h);
-// - directions to the environment turn with its image.
-// Nothing is traced. The adjoint of a vertex' position that its successor asks for is handed over by path.
+// All random decisions are constants: densities, MIS weights, Russian roulette, visibility. The incoming
+// light L' of the ray that continues is an input, whose derivative belongs to the next vertex. The positions
+// move as follows (derivations, section 1; shared design, formulations 1 and 2):
+// - Screen form: the first hit, and every hit after a specular vertex, is where its ray meets the moving
+//   surface. So is a hit after a followed lobe, at a fixed microfacet normal (shading/bsdf/followed_lobes.h).
+// - Material form: every other vertex and every emitter sample keeps its barycentrics. The measure |w.M|/r^2
+//   that replaces the solid angle is differentiated with f.
+// - Transparent surfaces are met where the segment between two scattering events intersects them.
+// - Fixed direction: the emission of some meshes of many faces is differentiated at a fixed direction
+//   (shading/lights/fixed_direction_light.h).
+// - Near contact, material form and fixed direction are blended (scene/contact.h).
+// - Directions to the environment rotate with its image.
+// No rays are traced. The adjoint of a vertex' position is passed from its successor by path.
 #pragma once
 
 #include "adjoint/incident_light.h"
@@ -27,19 +26,19 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// What a ray comes from, as numbers with derivatives.
+// The origin and direction of the ray that found a vertex, as numbers with derivatives.
 struct Arrival {
-    Vec3 from;       // where it starts
-    Vec3 direction;  // of any length; of use where it slides
+    Vec3 from;       // its origin
+    Vec3 direction;  // of any length; used in screen form only
 };
 
 struct Leaving {
-    Vec3 light;      // that leaves along the ray backwards
+    Vec3 light;      // leaves along the ray, backwards
     Vec3 position;   // of the vertex
-    Vec3 direction;  // of the ray that goes on, where it is specular
+    Vec3 direction;  // of the ray that continues, if it is specular
 };
 
-// The same of a Lambertian surface that no normal map bends.
+// Light scattered by a Lambertian surface whose normal is not bent by a normal map.
 EG_INLINE Vec3 scattered_evenly(const SceneView& scene, const Lambertian& surface, Mask active,
                                 const Scattering& s) {
     DiffuseLight lights[3];
@@ -49,42 +48,45 @@ EG_INLINE Vec3 scattered_evenly(const SceneView& scene, const Lambertian& surfac
     };
     const Mask seen = scene.lights.any_hidden ? (s.light_visible_to & (1 << kDiffuseRay)) != 0 : splat(-1);
     add(s.light & seen, s.light_w, s.light_value);
-    add(s.sky, s.sky_w, s.sky_value);
+    add(s.environment, s.environment_w, s.environment_value);
     add(s.next, s.next_w, s.next_value);
     return diffuse_reflection(surface.normal, surface.albedo, count, lights);
 }
 
-// The same of any surface, but for light that is held.
+// Light scattered by any surface, except light of a fixed direction.
 template <typename Surface>
 EG_INLINE Vec3 scattered_moving(const SceneView& scene, const Surface& surface, Mask active,
                                 const Scattering& s) {
     if constexpr (Surface::kSmooth)
         if (!surface.smooth) return scattered_evenly(scene, surface, active, s);
     Vec3 sum = zero3();
-    const Mask light = active & s.light, sky = active & s.sky, next = active & s.next;
+    const Mask light = active & s.light, environment = active & s.environment, next = active & s.next;
     if (any(light)) {
         const Vec3 f =
             scattered_light(scene, surface, s.light_visible_to, light, s.of_table, s.light_w).value;
         sum = select(light, f * s.light_value, sum);
     }
-    if (any(sky)) sum = sum + select(sky, surface.evaluate(sky, s.sky_w).value * s.sky_value, zero3());
+    if (any(environment))
+        sum =
+            sum + select(environment,
+                         surface.evaluate(environment, s.environment_w).value * s.environment_value, zero3());
     if (any(next)) sum = sum + select(next, surface.evaluate(next, s.next_w).value * s.next_value, zero3());
     return sum;
 }
 
-// And with that.
+// Light scattered by any surface.
 template <typename Surface>
 EG_INLINE Vec3 scattered(const SceneView& scene, const Surface& surface, Mask active, const Scattering& s) {
-    const Mask held = active & s.held;
-    if (any(held)) {
-        const Vec3 f = surface.evaluate(held, s.held_w).value;
-        return select(held, f * s.held_value, zero3()) + scattered_moving(scene, surface, active, s);
+    const Mask fixed = active & s.fixed;
+    if (any(fixed)) {
+        const Vec3 f = surface.evaluate(fixed, s.fixed_w).value;
+        return select(fixed, f * s.fixed_value, zero3()) + scattered_moving(scene, surface, active, s);
     }
     return scattered_moving(scene, surface, active, s);
 }
 
-// A surface at whose vertices paths go along the rim of its transmission lobe: what moves the rim instead of
-// the BSDF (path/rim.h). That lights are seen through transmission was made sure of when they were found.
+// A surface whose BSDF is replaced by the factor of its transmission lobe's rim (path/rim.h). The recorder
+// has already checked that lights are visible to transmitted rays.
 struct RimOfSurface {
     const ShadedSurface& surface;
 
@@ -95,7 +97,7 @@ struct RimOfSurface {
     EG_INLINE BsdfValue evaluate_for(Int, Mask active, Vec3 w) const { return evaluate(active, w); }
 };
 
-// Light of the lights of the table that specular and camera rays meet on their way.
+// Radiance of lights of the table along specular and camera rays.
 EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, Vec3 from, Vec3 direction) {
     Vec3 sum = zero3();
     const Vec3 w = direction * (1.0f / max(sqrt(dot(direction, direction)), 1e-30f));
@@ -106,29 +108,30 @@ EG_INLINE Vec3 lights_met(const SceneView& scene, const Vertex& v, Mask active, 
     return sum;
 }
 
-// What Lambertian vertices scatter of it.
+// Light scattered by Lambertian vertices.
 inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
                                     Mask active, const Lambertian& surface, const Scattering& s,
                                     Vec3 incoming, Int next, bool geometry) {
     Vec3 reflected = zero3();
     Mask still = splat(0);
     if (geometry && scene.has_environment && !scene.sky.pixels && !surface.smooth) {
-        // Turning a surface under a constant sky changes nothing but what is hidden from it: the integral
-        // of the cosine over the whole hemisphere is constant, and is taken off sample by sample.
-        // Directions that see the sky cancel, so that on convex bodies exactly nothing is left.
-        const Vec3 sky = detach(splat3(scene.environment));
+        // Under a constant environment the unoccluded integral of the cosine does not depend on the normal.
+        // Its derivative, zero in the mean, is subtracted from each sample as a control variate. Samples that
+        // see the environment then cancel, and the derivative on convex bodies is exactly zero.
+        const Vec3 environment = detach(splat3(scene.environment));
         const Float scale = load(v.next_scale);
         const Vec3 last_scale = load3(v.last_scale), wi = load3(v.next_direction);
         const Mask at_last =
             s.last & ~s.veiled & (last_scale.x == scale) & (last_scale.y == scale) & (last_scale.z == scale);
-        const Mask missed_all = s.next & ~s.last & (incoming.x == sky.x) & (incoming.y == sky.y) &
-                                (incoming.z == sky.z) & ends_in_environment(memory, next);
+        const Mask missed_all = s.next & ~s.last & (incoming.x == environment.x) &
+                                (incoming.y == environment.y) & (incoming.z == environment.z) &
+                                ends_in_environment(memory, next);
         still = active & (at_last | missed_all);
         const Mask hidden = active & load(v.samples) & ~still;
         if (any(hidden)) {
             const Float cosine = dot(surface.normal, wi),
                         density = surface.pdf(max(detach(cosine), 0.0f) * kInvPi);
-            const Vec3 lost = detach(surface.albedo) * sky;
+            const Vec3 lost = detach(surface.albedo) * environment;
             reflected = select(hidden, lost * ((detach(cosine) - cosine) * (kInvPi / density)), reflected);
         }
     }
@@ -137,21 +140,21 @@ inline Vec3 scattered_by_lambertian(const SceneView& scene, const VertexMemory& 
     reflected = reflected + scattered(scene, surface, active, part);
     if (any(still)) {
         part.next = still;
-        part.light = part.sky = part.held = splat(0);
+        part.light = part.environment = part.fixed = splat(0);
         const Lambertian fixed{detach(surface.normal), surface.ng, surface.albedo, nullptr, true};
         reflected = reflected + scattered(scene, fixed, active, part);
     }
     return reflected;
 }
 
-// Whether nothing asks where surfaces are seen from: all are Lambertian and have no textures.
+// Returns whether shading does not depend on the view: all surfaces are Lambertian without textures.
 EG_INLINE bool diffuse_alone(const SceneView& scene) {
     return (scene.common_flags & kLambertian) && !(scene.all_flags & kHasNormalMap) &&
            !scene.textures.closure_program && !scene.textures.closure_weight_program;
 }
 
-// The way of rays that surfaces let through: from the vertex that scattered them to the next that does, which
-// rides on its triangle, or along their direction w to the environment.
+// Vector along a ray through transparent surfaces: from its last scattering event to the next one, a point at
+// fixed barycentrics, or towards the environment in direction w.
 inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask through, Int next, Vec3 from,
                         Vec3 w) {
     const Int face = next_ints(memory, through, next, &Vertex::face);
@@ -166,55 +169,59 @@ inline Vec3 way_through(const SceneView& scene, const VertexMemory& memory, Mask
     return select(surface, y - from, way);
 }
 
-// The light that leaves the vertices of a packet. `incoming` arrives by the ray that goes on; `geometry`:
-// positions and directions have derivatives.
+// Computes the light that leaves a packet's vertices. `incoming` arrives along the ray that continues.
+// `geometry`: positions and directions have derivatives.
 inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, const Vertex& v,
                             const Arrival& arrival, Vec3 incoming, Int next, bool geometry) {
     const Mask active = load(v.active), hit = active & (load(v.face) >= 0);
-    const Mask slides = active & load(v.slides);
+    const Mask screen_form = active & load(v.slides);
     Leaving out{zero3(), zero3(), zero3()};
     const Vec3 recorded = load3(v.direction);
-    const Vec3 direction = select(slides, arrival.direction, recorded);
+    const Vec3 direction = select(screen_form, arrival.direction, recorded);
 
-    const Float sky_weight = load(v.sky_weight);
-    const Mask missed = active & (sky_weight > 0.0f);
+    // Add environment light of rays that missed the scene
+    const Float environment_weight = load(v.sky_weight);
+    const Mask missed = active & (environment_weight > 0.0f);
     if (any(missed)) {
-        // Sampled directions turn with the environment, as the vertex before sees them.
-        const Vec3 towards = select(slides, arrival.direction, turned_with_environment(scene, recorded));
-        out.light = select(missed, environment_radiance(scene, towards) * sky_weight, out.light);
+        // Sampled directions rotate with the environment, as seen from the previous vertex.
+        const Vec3 towards = select(screen_form, arrival.direction, turned_with_environment(scene, recorded));
+        out.light = select(missed, environment_radiance(scene, towards) * environment_weight, out.light);
     }
-    if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(slides))
-        out.light =
-            out.light + lights_met(scene, v, slides & ~load(v.arrives_followed), arrival.from, direction);
+    // Add lights of the table along the ray
+    if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(screen_form))
+        out.light = out.light +
+                    lights_met(scene, v, screen_form & ~load(v.arrives_followed), arrival.from, direction);
     if (!any(hit)) return out;
 
-    // The surface, and the view from where the ray came.
+    // Compute the surface point and the view direction
     const Int face = select(hit, load(v.face), splat(0));
     const Int instance = select(hit, load(v.instance), splat(-1));
     const PlacedTriangle t = placed_triangle(scene, face, instance);
     SurfacePoint x = surface_point(scene, hit, face, detach(t), load(v.b1), load(v.b2), recorded, instance);
     x.mesh = load(v.mesh);
     Vec3 view = -recorded;
+    // Let the point move in screen form, material form or a blend of both
     if (geometry) {
-        raw::Float slid = all_of(slides) + raw::load(v.held);
+        raw::Float screen_form_weight = all_of(screen_form) + raw::load(v.held);
         Vec3 way = direction;
         if ((scene.all_flags & kHasTransparency) && scene.textures.closure_program) {
-            const Mask through = hit & load(v.passes) & ~slides & (next >= 0);
+            const Mask through = hit & load(v.passes) & ~screen_form & (next >= 0);
             if (any(through)) {
                 way = select(through, way_through(scene, memory, through, next, arrival.from, recorded), way);
-                slid = raw::select(through, raw::splat(1.0f), slid);
+                screen_form_weight = raw::select(through, raw::splat(1.0f), screen_form_weight);
             }
         }
-        move_met_point(x, t.triangle, slid, arrival.from, way);
-        if (!diffuse_alone(scene)) view = unit(select(slides, -direction, arrival.from - x.position));
+        move_met_point(x, t.triangle, screen_form_weight, arrival.from, way);
+        if (!diffuse_alone(scene)) view = unit(select(screen_form, -direction, arrival.from - x.position));
     }
     out.position = x.position;
+    // Evaluate textures and the recorded closure
     const TexturePoint point = texture_point(scene, x, view, load(v.kind));
     const Int closure = select(hit, load(v.closure), splat(0));
     Shader shader = closure_shader(scene, x, closure, point);
     shader.scale = load(v.scale);
     if (scene.any_mixture) {
-        // Picked in proportion to its weight: what the weight changes is relative to that.
+        // The closure was chosen in proportion to its weight, so only relative changes of the weight count.
         const Int first = gather(scene.material_first_closure, x.material);
         const Mask mixed = hit & (gather(scene.material_first_closure + 1, x.material) - first > 1);
         if (any(mixed))
@@ -222,15 +229,18 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
                 mixed, shader.scale * relative(closure_weight(scene, mixed, closure, point)), shader.scale);
     }
 
+    // Add emission
     Vec3 light = zero3();
     const Mask passes = hit & load(v.passes), stays = hit & ~passes;
     const Float emission_weight = load(v.emission_weight);
     const Mask emits = stays & (emission_weight > 0.0f);
     if (any(emits)) light = select(emits, closure_emission(x, shader, point) * emission_weight, light);
 
+    // Collect the incoming light and attenuate it by transparent surfaces
     Scattering s = light_sources(scene, memory, v, stays, x.position, x.material, incoming, next, geometry);
     if (memory.passed.count > 0) pass_transparent_surfaces(scene, memory, v, x.position, s, geometry);
     const Vec3 normal = shading_normal(scene, stays, shader, point);
+    // Scatter at Lambertian surfaces
     const Mask lambertian = stays & has(shader, kLambertian);
     Vec3 reflected = zero3();
     if (any(lambertian)) {
@@ -239,10 +249,12 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
         reflected =
             scattered_by_lambertian(scene, memory, v, lambertian, surface, s, incoming, next, geometry);
     }
+    // Scatter at all other surfaces
     const Mask others = stays & ~lambertian, perfect = others & s.specular;
-    const bool scatters = any(others & (s.light | s.sky | s.next));
+    const bool scatters = any(others & (s.light | s.environment | s.next));
     const Int follows = select(others, load(v.follows), splat(0));
     const Mask followed = perfect & ((follows >> load(v.lobe) & 1) != 0);
+    // Use a block of the tape for perfect lobes whose weights are constants
     if (!scatters && !any(followed) && any(perfect) && !(scene.all_flags & kHasNormalMap) &&
         plainly_specular(shader, perfect)) {
         const Specular mirrored =
@@ -267,9 +279,10 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     light = light + reflected * shader.scale;
 
+    // Combine the scattered and the transmitted light of transparent surfaces
     if (scene.all_flags & kHasTransparency) {
-        // Whether a path goes through was decided with the share that is passed, or at the ends of its range
-        // with a chance of its own.
+        // A path passes through with the probability of the transparent share. Where that is 0 or 1, it
+        // passes with a probability of its own (chance_at_ends).
         Vec3 color;
         const Float share = passing_share(shader, color);
         const Mask partly = hit & has(shader, kHasTransparency);

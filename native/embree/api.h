@@ -1,6 +1,6 @@
-// Embree 4's C interface, as far as Edgegrad uses it, declared by hand: the `embreex` wheel ships the
-// library without headers. Layouts follow include/embree4/rtcore_{common,ray,scene,geometry}.h of
-// Embree 4.x (https://github.com/RenderKit/embree, Apache 2.0); `library.cpp` checks the major version.
+// Embree 4's C interface, as far as Edgegrad uses it. It is declared here because the `embreex` wheel
+// contains the library without headers. Layouts follow include/embree4/rtcore_{common,ray,scene,geometry}.h
+// of Embree 4.x (https://github.com/RenderKit/embree, Apache 2.0). `library.cpp` checks the major version.
 #pragma once
 
 #include <cstddef>
@@ -64,7 +64,7 @@ struct FilterArguments {
 };
 using Filter = void (*)(const FilterArguments*);
 
-// RTCIntersectArguments and RTCOccludedArguments have one layout.
+// RTCIntersectArguments and RTCOccludedArguments, which have the same layout.
 struct QueryArguments {
     int flags = kIncoherent;
     uint32_t feature_mask = 0xFFFFFFFFu;
@@ -74,8 +74,8 @@ struct QueryArguments {
     float min_width_distance_factor = 0.0f;
 };
 
-// Function pointers resolved from the library's own handle, never from the global scope: inside
-// Blender, Blender's own libembree4 is there too.
+// Functions, resolved from the library's own handle and never from the global scope: inside Blender the
+// global scope contains Blender's own libembree4.
 struct Api {
     Device (*new_device)(const char*);
     void (*release_device)(Device);

@@ -28,9 +28,9 @@ void* open_library(const std::string& path) {
 #else
     int flags = RTLD_NOW | RTLD_LOCAL;
 #ifdef RTLD_DEEPBIND
-    // Blender's executable has its own libembree4 and libtbb in the global scope; without this the
-    // wheel's Embree would bind to them. Only for this handle: on Python extension modules deep
-    // binding mixes allocators and crashes. Sanitizers refuse it.
+    // Blender's executable has its own libembree4 and libtbb in the global scope. Without deep binding the
+    // wheel's Embree would use those. Only this handle is bound deeply: for Python extension modules deep
+    // binding mixes allocators and crashes. Sanitizers do not support it.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
     flags |= RTLD_DEEPBIND;
 #endif
@@ -88,7 +88,7 @@ std::mutex mutex;
 bool loaded = false;
 Api functions;
 std::string loaded_version;
-// Embree calls it from all threads of a build; it ends the build by returning false.
+// Embree calls the monitor from all threads of a build. It cancels the build by returning false.
 using Monitor = bool (*)(void*, double);
 void (*set_progress_monitor)(SceneHandle, Monitor, void*);
 std::map<int, Device> devices;  // by number of threads

@@ -9,19 +9,20 @@ namespace edgegrad::embree {
 
 constexpr int kErrorOutOfMemory = 4;  // RTC_ERROR_OUT_OF_MEMORY
 
-// Opens the library at `path` (once per process) and returns its functions.
-// Throws std::runtime_error if it can't be opened, lacks a function, or is not Embree 4.
+// Opens the library at `path` (once per process) and returns its functions. Throws std::runtime_error if it
+// cannot be opened, lacks a function, or is not Embree 4.
 const Api& load(const std::string& path);
 
-// The process's device for so many threads; needs load() before. It is never released: releasing one
-// allocates memory where it may not throw. Throws std::bad_alloc or std::runtime_error if there is none.
+// The process's device with this number of threads. load() must have been called. A device is never released,
+// because releasing allocates memory where exceptions are not allowed. Throws std::bad_alloc or
+// std::runtime_error if no device can be made.
 Device device(int threads);
 
-// Commits a scene; asks the caller meanwhile whether to go on (util/parallel.h) and throws what it throws.
-// The scene can't be used then.
+// Commits a scene. Meanwhile asks the caller whether to continue (util/parallel.h), and throws what the
+// caller throws. The scene is unusable then.
 void commit_scene(SceneHandle scene);
 
-// Version of the loaded library as "4.4.0"; needs load() before.
+// Version of the loaded library, such as "4.4.0". load() must have been called.
 std::string version();
 
 }  // namespace edgegrad::embree

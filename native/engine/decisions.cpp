@@ -122,9 +122,9 @@ void decide_horizons(const BoundaryFacts& f, Decisions& decided) {
         decided[part].meshes = bent;
     };
     constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
-    if (options.shadow)
+    if (options.terms[kShadowTerm])
         decide(Part::kHorizons, 2, scene.has_environment || (scene.lights.kinds & ~kPointlike));
-    if (options.indirect) decide(Part::kIndirectHorizons, 3, true);
+    if (options.terms[kIndirectTerm]) decide(Part::kIndirectHorizons, 3, true);
 }
 
 Reason unless(bool needed, Reason reason) { return needed ? Reason::kNeeded : reason; }
@@ -242,18 +242,18 @@ void decide_mirrored(const BoundaryFacts& f, Decisions& decided) {
         if (needed) decided[part].materials = smooth;
     };
     const bool lit = scene.lights.count > 0 || scene.has_environment;
-    if (options.primary || options.shadow || options.indirect) {
+    if (options.terms[kPrimaryTerm] || options.terms[kShadowTerm] || options.terms[kIndirectTerm]) {
         decided.decide(Part::kFollowedLobes, unless(!followed.empty(), Reason::kNone));
         decided[Part::kFollowedLobes].materials = std::move(followed);
     }
-    if (options.primary) decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
+    if (options.terms[kPrimaryTerm]) decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
     // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
-    if (options.shadow)
+    if (options.terms[kShadowTerm])
         decide(Part::kMirroredShadows, 3,
                first_of({unless(lit, Reason::kNoLight), unless(!scene.convex, Reason::kAlone)}),
                f.chains || f.motion.lights || f.motion.rotation);
     // One that a surface lights by another takes one more.
-    if (options.indirect)
+    if (options.terms[kIndirectTerm])
         decide(Part::kMirroredLight, 4,
                first_of({unless(!f.nothing_between, Reason::kNothingBetween),
                          unless(!scattered_rays_differ(f.tables), Reason::kRaysDiffer)}),
@@ -264,12 +264,12 @@ void decide_mirrored(const BoundaryFacts& f, Decisions& decided) {
 
 void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     const RenderOptions& options = f.options;
-    const bool lit = options.max_depth >= 2 && (options.shadow || options.indirect);
+    const bool lit = options.max_depth >= 2 && (options.terms[kShadowTerm] || options.terms[kIndirectTerm]);
     const Reason black = unless(!lit || !all_black(f.scene, f.tables), Reason::kBlack);
-    if (options.primary) decide_primary(f, decided);
-    if (options.shadow) decide_shadows(f, black, decided);
+    if (options.terms[kPrimaryTerm]) decide_primary(f, decided);
+    if (options.terms[kShadowTerm]) decide_shadows(f, black, decided);
     decide_horizons(f, decided);
-    if (options.indirect) decide_indirect(f, black, decided);
+    if (options.terms[kIndirectTerm]) decide_indirect(f, black, decided);
     decide_mirrored(f, decided);
 }
 
@@ -278,18 +278,21 @@ bool Decisions::found(Part part, const SceneTables& tables, const Intersections&
         none(part, Reason::kNone);
         return false;
     }
-    const auto mesh_of = [&](uint32_t face) {
+    const auto mesh_of = [&](int32_t face) {
         const auto& first = tables.mesh_first_face;
-        const auto next = std::upper_bound(first.begin(), first.end(), static_cast<int32_t>(face));
+        const auto next = std::upper_bound(first.begin(), first.end(), face);
         return static_cast<int32_t>(next - first.begin() - 1);
     };
     std::set<std::array<int32_t, 2>> pairs, lights;
     for (size_t k = 0; k < static_cast<size_t>(lines.size()); ++k) {
-        const uint32_t one = lines.faces[2 * k], other = lines.faces[2 * k + 1];
-        if (other & kLightOfTable)
-            lights.insert({static_cast<int32_t>(other & ~kLightOfTable), mesh_of(one)});
-        else
-            pairs.insert({std::min(mesh_of(one), mesh_of(other)), std::max(mesh_of(one), mesh_of(other))});
+        const LineSurface one(lines.faces[2 * k]), other(lines.faces[2 * k + 1]);
+        const int32_t mesh = mesh_of(one.face());
+        if (other.is_light()) {
+            lights.insert({other.light_row(), mesh});
+        } else {
+            const int32_t second = mesh_of(other.face());
+            pairs.insert({std::min(mesh, second), std::max(mesh, second)});
+        }
     }
     Decision& d = (*this)[part];
     d.pairs.assign(pairs.begin(), pairs.end());

@@ -23,19 +23,9 @@ namespace edgegrad {
 
 namespace {
 
-// Horizon samples per pixel and sample of the picture. As many as the picture's have 1/20 of the noise of the
-// interior term under a rectangle or a sphere, 1/12 under an emissive mesh, 1/6 under the sky, and cost twice
-// its time.
-constexpr double kHorizonShare = 0.125;
-
-// Paths that look for rims, per pixel and sample of the picture: at equal numbers they cost as much as the
-// interior term's, and have less noise.
-constexpr double kRimShare = 0.5;
-
 // Segments of scan lines, by sample of the picture, beyond which the interior term of motions takes half of
-// the samples. Where mirrors and glass fill so much of the picture, its paths take twice as long to derive as
-// to follow, and the lines as long again: glass_sphere's interior and primary terms took 4.2 pictures, and
-// take 2.4. With twice the samples the noise is what it was, and so are the seconds.
+// the samples: where mirrors and glass fill so much of the picture, its paths take twice as long to derive as
+// to follow, and the lines as long again.
 constexpr double kManySegments = 0.25;
 
 // A light's strength has a derivative even where it is zero.
@@ -68,23 +58,15 @@ RequestedMotion requested_motion(const CameraView& camera, const Requested& requ
 }
 
 // The options with a term's samples per pixel, of those that are counted by pixel.
-RenderOptions of_term(RenderOptions options, const LearnedSampling* learned, DerivativeTerm term) {
-    if (learned)
-        options.samples =
-            std::max(1, static_cast<int32_t>(std::lround(learned->share[term] * options.samples)));
-    return options;
+RenderOptions of_term(const RenderOptions& options, const LearnedSampling* learned, DerivativeTerm term) {
+    return learned ? options.part(learned->share[term]) : options;
 }
 
-RenderOptions horizon_options(RenderOptions options) {
-    options.samples = std::max(1, static_cast<int>(std::lround(kHorizonShare * options.samples)));
-    options.seed ^= 0x1f83d9abu;
-    return options;
-}
-
-RenderOptions rim_options(RenderOptions options) {
-    options.samples = std::max(1, static_cast<int>(std::lround(kRimShare * options.samples)));
-    options.seed ^= 0x9b05688cu;
-    return options;
+PathRecording path_recording(const SceneView& scene, const SceneTables& tables, const Requested& requested,
+                             bool geometry) {
+    std::vector<int32_t> passed = transparent_closures(scene, tables, requested, geometry);
+    const RequestedSurfaces surfaces = requested_surfaces(scene, tables, requested, passed);
+    return {requested, geometry, std::move(passed), surfaces};
 }
 
 }  // namespace
@@ -101,195 +83,142 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       prepared(e.api_, *e.bvh_, e.tables_, &motion, e.hides_no_light(), lights,
                options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f),
       scene(prepared.view()),
-      plan(interior_plan(of_term(options, learned, kInteriorTerm))),
-      horizon(scene.camera, horizon_options(of_term(options, learned, kShadowTerm)), kHorizonPaths),
-      rims(ImagePlan(scene.camera, rim_options(of_term(options, learned, kInteriorTerm)), kRecordedPaths)
-               .sharing()),
       tables(differentiable_tables(scene, e.tables_)),
-      passed(transparent_closures(scene, e.tables_, requested, geometry)),
-      surfaces(requested_surfaces(scene, e.tables_, requested, passed)),
-      values_alone(requested.values_alone(scene)),
+      recording(path_recording(scene, e.tables_, requested, geometry)),
       learns(learned) {
-    if (options.interior) decide_interior(options);
-    const bool nothing_between = options.indirect && options.max_depth >= 3 && e.hides_no_surface();
-    const BoundaryFacts facts{scene,          e.tables_, options, motion, moves_chains(e.tables_, requested),
-                              nothing_between};
+    if (options.terms[kInteriorTerm]) begin_interior(options, of_term(options, learned, kInteriorTerm));
+    const bool between = options.terms[kIndirectTerm] && options.max_depth >= 3;
+    const BoundaryFacts facts{scene,
+                              e.tables_,
+                              options,
+                              motion,
+                              moves_chains(e.tables_, requested),
+                              between && e.hides_no_surface()};
     decide_boundaries(facts, decided);
     note_missing(facts, requested, e.closed_, e.threads_, decided);
     if (std::any_of(std::begin(kPartOf), std::end(kPartOf), [&](Part p) { return decided.computes(p); })) {
         const auto normals = e.normals();
         const std::vector<uint8_t> clear = e.clear_emitters(*lights);
-        terms = boundary_terms(scene,
-                               {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
-                                e.threads_, lights, e.kept_},
-                               options, motion, e.guided_, e.aimed_, learned, decided);
+        boundaries = boundary_terms(scene,
+                                    {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
+                                     e.threads_, lights, e.kept_},
+                                    options, motion, learned, decided);
     }
-    if (decided.computes(Part::kHorizons) || decided.computes(Part::kIndirectHorizons))
-        horizon_chunks = horizon.chunks;
-    specular = SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), e.guided_, e.kept_,
-                                decided);
-    for (int pass = 0; specular && pass < specular->passes(); ++pass)
-        boundary_chunks += specular->chunks(pass);
-    if (specular && image_chunks > 0 && !learns && requests_motion_alone() &&
-        static_cast<double>(specular->total()) >
-            kManySegments * static_cast<double>(plan.pixels) * options.samples)
+    for (const Part part : {Part::kIndirectHorizons, Part::kHorizons}) {
+        if (!decided.computes(part)) continue;
+        if (!horizon)
+            horizon = std::make_unique<HorizonTerm>(scene.camera, of_term(options, learned, kShadowTerm));
+        horizon->part = part;
+    }
+    specular = SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), e.kept_, decided);
+    if (specular && interior && !learns && requests_motion_alone() &&
+        static_cast<double>(specular->all_samples()) >
+            kManySegments * static_cast<double>(interior->plan().pixels) * options.samples)
         divide_interior(2);
-    if (image_chunks > 0 && geometry) {
-        edge_on = EdgeOnTerm::of(scene, e.tables_, sides, plan.options, motion, e.threads_);
-        decided.decide(Part::kEdgeOn, edge_on ? Reason::kNeeded : Reason::kNone);
-    }
-    if (edge_on) boundary_chunks += edge_on->chunks();
-    for (const BoundaryTerm& term : terms)
-        for (int pass = 0; pass < term.plan.passes(); ++pass) boundary_chunks += term.plan.chunks(pass);
+    sample_edge_on_faces();
 }
 
-void Engine::DerivativeCall::decide_interior(const RenderOptions& options) {
-    if (decided.decide(Part::kInterior,
-                       constant_shading(scene, engine.tables_, requested, options.max_depth)))
-        image_chunks = plan.chunks;
-    const bool shaded = image_chunks > 0;
-    const Reason rims_needed = options.max_depth < 2                          ? Reason::kNotRendered
-                               : !shaded                                      ? Reason::kStill
-                               : !rims_move(scene, engine.tables_, requested) ? Reason::kStill
-                                                                              : Reason::kNeeded;
-    if (decided.decide(Part::kRims, rims_needed)) {
-        rim_chunks = rims.chunks;
-        decided[Part::kRims].materials = used_materials(
-            engine.tables_, [&](size_t closure) { return may_refract_roughly(engine.tables_, closure); });
+void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const RenderOptions& own) {
+    const SceneTables& t = engine.tables_;
+    if (decided.decide(Part::kInterior, constant_shading(scene, t, requested, options.max_depth)))
+        interior =
+            std::make_unique<InteriorTerm>(interior_plan(own), recording, requested.values_alone(scene));
+    const Reason still = interior && rims_move(scene, t, requested) ? Reason::kNeeded : Reason::kStill;
+    if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : still)) {
+        rims = std::make_unique<RimTerm>(scene.camera, own, recording);
+        rims->part = Part::kRims;
+        decided[Part::kRims].materials =
+            used_materials(t, [&](size_t closure) { return may_refract_roughly(t, closure); });
     }
-    decided.decide(Part::kContact, scene.mesh_contact && shaded ? Reason::kNeeded : Reason::kNone);
-    decided.decide(Part::kTransparency, passed.empty() || !shaded ? Reason::kNone : Reason::kNeeded);
+    decided.decide(Part::kContact, interior && scene.mesh_contact ? Reason::kNeeded : Reason::kNone);
+    const std::vector<int32_t>& passed = recording.passed;
+    decided.decide(Part::kTransparency, interior && !passed.empty() ? Reason::kNeeded : Reason::kNone);
     if (!passed.empty())
         decided[Part::kTransparency].materials =
-            used_materials(engine.tables_, [&](size_t closure) { return passed[closure] != 0; });
+            used_materials(t, [&](size_t closure) { return passed[closure] != 0; });
 }
 
-AdjointTask Engine::DerivativeCall::recording(const ImageTask& task, Workspace& work,
-                                              AdjointWorkspace& adjoint,
-                                              const DifferentiableTables& of) const {
-    AdjointTask sweep = adjoint.task(task, work);
-    sweep.tables = &of;
-    sweep.geometry = geometry;
-    sweep.camera_moves = requested.any("camera");
-    work.vertices->geometry = sweep.geometry;
-    work.vertices->misses = misses_change();
-    work.vertices->requested = surfaces;
-    work.vertices->passed.closures = passed.empty() ? nullptr : passed.data();
-    return sweep;
+void Engine::DerivativeCall::sample_edge_on_faces() {
+    if (!interior || !geometry) return;
+    edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, interior->plan().options, motion, recording,
+                             engine.threads_);
+    interior->weigh_beside(edge_on.get());
+    if (edge_on) edge_on->part = Part::kEdgeOn;
+    decided.decide(Part::kEdgeOn, edge_on ? Reason::kNeeded : Reason::kNone);
 }
 
-AdjointTask Engine::DerivativeCall::record(const ImageTask& task, Workspace& work, AdjointWorkspace& adjoint,
-                                           const DifferentiableTables& of) const {
-    const AdjointTask sweep = recording(task, work, adjoint, of);
-    engine.kernels_.record(scene, task, work);
-    const int32_t paths = task.pixel_count * task.samples;
-    if (edge_on) edge_on->weigh(engine.kernels_, scene, paths, work);
-    engine.kernels_.close_up(work, paths);
-    AdjointWorkspace::release(work);
-    return sweep;
+// Sums depend on their order, which is each mode's own, since results keep their bits.
+std::vector<TermPass> Engine::DerivativeCall::first_passes(DerivativeMode mode) const {
+    std::vector<TermPass> out;
+    if (specular && mode == DerivativeMode::kForward) out.push_back({specular.get(), 0});
+    for (const auto& term : boundaries) out.push_back({term.get(), 0});
+    if (specular && mode == DerivativeMode::kReverse) out.push_back({specular.get(), 0});
+    return out;
 }
 
-AdjointTask Engine::DerivativeCall::record_rims(const ImageTask& task, Workspace& work,
-                                                AdjointWorkspace& adjoint,
-                                                const DifferentiableTables& of) const {
-    const AdjointTask sweep = recording(task, work, adjoint, of);
-    work.vertices->rims = true;
-    engine.kernels_.record(scene, task, work);
-    engine.kernels_.close_up(work, task.pixel_count * task.samples);
-    AdjointWorkspace::release(work);
-    return sweep;
+std::vector<TermPass> Engine::DerivativeCall::later_passes(DerivativeMode mode) const {
+    std::vector<TermPass> out;
+    const auto add = [&](Term* term, int pass) {
+        if (term && pass < term->passes()) out.push_back({term, pass});
+    };
+    add(interior.get(), 0), add(horizon.get(), 0), add(rims.get(), 0);
+    if (mode == DerivativeMode::kReverse) add(edge_on.get(), 0);
+    add(specular.get(), 1);
+    for (const auto& term : boundaries) add(term.get(), 1);
+    if (mode == DerivativeMode::kForward) add(edge_on.get(), 0);
+    return out;
 }
 
-ValueTask Engine::DerivativeCall::record_values(const ImageTask& task, Workspace& work,
-                                                AdjointWorkspace& adjoint,
-                                                const DifferentiableTables& of) const {
-    ValueTask sweep = adjoint.value_task(task, work);
-    sweep.tables = &of;
-    ValueMemory& values = *sweep.values;
-    constexpr uint64_t emission = Requested::columns(kEmission, kEmission + 3);
-    const uint64_t columns = requested.any("closure_params") ? requested.span("closure_params").columns : 0;
-    values.emission = (columns & emission) != 0;
-    values.colors = (columns & ~emission) != 0;
-    values.rows = requested.any("light_params");
-    values.environment = requested.any("environment");
-    values.requested = surfaces;
-    values.requested.everywhere = values.emission || values.rows || values.environment;
-    engine.kernels_.record_values(scene, task, work);
-    AdjointWorkspace::release(work);
-    return sweep;
+std::vector<Term*> Engine::DerivativeCall::terms() const {
+    std::vector<Term*> out = {interior.get(), rims.get(), edge_on.get(), horizon.get()};
+    for (const auto& term : boundaries) out.push_back(term.get());
+    out.push_back(specular.get());
+    std::erase(out, nullptr);
+    return out;
 }
 
-bool Engine::DerivativeCall::misses_change() const {
-    return scene.lights.sized_count + scene.lights.sized_distant > 0 || scene.sky.pixels ||
-           requested.any("environment");
-}
-
-HorizonTask Engine::DerivativeCall::horizon_task(const ImageTask& image, DroppedSamples& lost) const {
-    const RenderOptions& options = horizon.options;
-    return {image, options.shadow, options.indirect && options.max_depth > 2, &lost};
+int64_t Engine::DerivativeCall::chunks() const {
+    int64_t all = 0;
+    for (const Term* term : terms()) all += term->all_chunks();
+    return all;
 }
 
 void Engine::DerivativeCall::note_effort() {
-    const auto note = [&](Part part, double samples) {
-        if (decided.at(part)) decided[part].samples += samples;
-    };
-    const auto of_picture = [](const ImagePlan& p) {
-        return static_cast<double>(p.pixels) * p.options.samples;
-    };
-    if (image_chunks > 0) note(Part::kInterior, of_picture(plan));
-    if (rim_chunks > 0) note(Part::kRims, of_picture(rims));
-    if (edge_on) note(Part::kEdgeOn, static_cast<double>(edge_on->total()));
-    if (horizon_chunks > 0)
-        note(decided.computes(Part::kHorizons) ? Part::kHorizons : Part::kIndirectHorizons,
-             of_picture(horizon));
-    for (int pass = 0; specular && pass < specular->passes(); ++pass)
-        note(specular_part(), static_cast<double>(specular->total(pass)));
-    for (const BoundaryTerm& term : terms)
-        for (int pass = 0; pass < term.plan.passes(); ++pass)
-            note(kPartOf[term.plan.kind()], static_cast<double>(term.plan.total(pass)));
-    for (int part = 0; part < static_cast<int>(Part::kParts); ++part)
-        if (decided.at(static_cast<Part>(part)))
-            decided[static_cast<Part>(part)].seconds = clock.seconds(static_cast<Part>(part));
+    for (const Term* term : terms()) {
+        Decision& d = decided[term->part];
+        d.samples += static_cast<double>(term->all_samples());
+        d.seconds = clock.seconds(term->part);
+    }
 }
 
 void Engine::DerivativeCall::count_samples(LearnedSampling& learned) const {
     std::fill_n(learned.taken, kDerivativeTerms, 0.0);
-    if (image_chunks > 0)
-        learned.taken[kInteriorTerm] = static_cast<double>(plan.pixels) * plan.options.samples;
-    if (rim_chunks > 0)
-        learned.taken[kInteriorTerm] += static_cast<double>(rims.pixels) * rims.options.samples;
-    if (edge_on) learned.taken[kInteriorTerm] += static_cast<double>(edge_on->total());
-    if (horizon_chunks > 0)
-        learned.taken[kShadowTerm] = static_cast<double>(horizon.pixels) * horizon.options.samples;
-    for (int pass = 0; specular && pass < specular->passes(); ++pass)
-        learned.taken[kPrimaryTerm] += static_cast<double>(specular->total(pass));
-    for (const BoundaryTerm& term : terms)
-        for (int pass = 0; pass < term.plan.passes(); ++pass)
-            learned.taken[kTermOf[term.plan.kind()]] += static_cast<double>(term.plan.total(pass));
+    for (const Term* term : terms()) learned.taken[term->name] += static_cast<double>(term->all_samples());
 }
 
 Dropped Engine::DerivativeCall::all_dropped() const {
     Dropped out;
-    const auto add_pixels = [&out](const char* name, const DroppedSamples& d) {
-        if (d.count > 0) out.push_back({name, d.count, d.first, {-1, -1}, {d.place, -1}});
-    };
-    add_pixels("interior", dropped.sum());
-    add_pixels("shadow", dropped_horizons.sum());
-    const auto add = [&out](const char* name, const DroppedSamples& d, const SceneView& view) {
-        if (d.count == 0) return;
-        DroppedTerm t{name, d.count, -1, {-1, -1}, {-1, -1}};
-        if (d.place < 0) return out.push_back(t);  // the border of a light
-        const uint32_t* face = view.edge_faces + view.edge_face_first[d.place];
-        const bool intersection = d.place >= view.edge_count;
-        for (int k = 0; k < 2; ++k)
-            if (!intersection) t.vertices[k] = static_cast<int32_t>(view.edge_vertices[2 * d.place + k]);
-        t.faces[0] = static_cast<int32_t>(face[0]);
-        if (intersection && !(face[1] & kLightOfTable)) t.faces[1] = static_cast<int32_t>(face[1]);
+    DropCount by_pixel[kDerivativeTerms];
+    for (const Term* term : terms())
+        if (term->drops_by_pixel()) by_pixel[term->name].add(term->dropped());
+    for (int32_t name = 0; name < kDerivativeTerms; ++name)
+        if (const DroppedSamples& d = by_pixel[name].sum(); d.count > 0)
+            out.push_back({kTermNames[name], d.count, d.first, {-1, -1}, {d.place, -1}});
+    for (const Term* term : terms()) {
+        const DroppedSamples& d = term->dropped();
+        if (d.count == 0 || term->drops_by_pixel()) continue;
+        DroppedTerm t{kTermNames[term->name], d.count, -1, {-1, -1}, {-1, -1}};
+        if (d.place >= 0) {  // else the border of a light
+            const SceneView view = term->view(scene);
+            const bool intersection = view.is_intersection(d.place);
+            for (int k = 0; k < 2; ++k)
+                if (!intersection) t.vertices[k] = static_cast<int32_t>(view.edge_vertices[2 * d.place + k]);
+            t.faces[0] = view.surface_of_line(d.place, 0).face();
+            if (intersection && !view.surface_of_line(d.place, 1).is_light())
+                t.faces[1] = view.surface_of_line(d.place, 1).face();
+        }
         out.push_back(t);
-    };
-    for (const BoundaryTerm& term : terms)
-        add(kBoundaryTerms[term.plan.kind()], term.dropped->sum(), term.view(scene));
-    add(kBoundaryTerms[kPrimaryBoundary], dropped_chains.sum(), scene);
+    }
     return out;
 }
 

@@ -43,7 +43,6 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
 void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                        std::vector<uint32_t> faces, std::vector<uint32_t> opposite) {
     require_settled();
-    has_edges_ = false;
     bodies_ = nullptr;
     forget_shapes();
     kept_.clear();
@@ -53,7 +52,6 @@ void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> fac
     tables_.edge_opposite = std::move(opposite);
     closed_ = closed_meshes(tables_);
     connected_.assign(closed_.size(), std::nullopt);
-    has_edges_ = true;
 }
 
 void Engine::require_settled() const {

@@ -15,25 +15,14 @@
 #include "engine/derivative_tables.h"
 #include "scene/lights/light_list.h"
 #include "scene/rays/bvh.h"
-#include "tasks/image_task.h"
 #include "tasks/kernel_table.h"
+#include "tasks/render_options.h"
 #include "util/object_pool.h"
 #include "util/parallel.h"
 
 namespace edgegrad {
 
 class ThreadMemory;
-
-struct RenderOptions {
-    int32_t samples = 1;
-    uint32_t seed = 0;
-    int32_t max_depth = 2;
-    BounceLimits limits;
-    bool interior = true, primary = true, shadow = true, indirect = true;
-    bool caustics_alone = false;  // of a picture: the part of it that is caustics (path/path_queue.h)
-    // For tests: parts of a derivative (bits, engine/decisions.h) that are computed though they are zero.
-    uint64_t force = 0;
-};
 
 // Samples that a term of a derivative leaves out, with where the first of them is.
 struct DroppedTerm {
@@ -60,20 +49,12 @@ class Engine {
     // Only other vertices (count, 3) of one mesh, of which `origin` is subtracted.
     void move_vertices(int32_t mesh, const double* vertices, size_t count, const double* origin);
     // Edges of the visible meshes (core/geometry/topology.py): derivatives need them, pictures don't.
-    bool has_edges() const { return has_edges_; }
     void set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
                    std::vector<uint32_t> faces, std::vector<uint32_t> opposite);
     // Calls at the same time may only differ in their options: with one camera this writes nothing.
     void set_camera(const CameraView& camera) {
         if (std::memcmp(&tables_.camera, &camera, sizeof camera) != 0) tables_.camera = camera;
     }
-    // Whether a first pass over the edges guides a second one (boundary/samples/sample_plan.h).
-    void set_guided(bool guided) { guided_ = guided; }
-    bool guided() const { return guided_; }
-    // Up to which alpha of the camera's surfaces edges between others are sampled from the camera
-    // (boundary/terms/camera_sampled.h); 0: never.
-    void set_aimed(float alpha) { aimed_ = alpha; }
-    float aimed() const { return aimed_; }
     const SceneTables& tables() const { return tables_; }
 
     // Pictures are (height, width, 3).
@@ -138,8 +119,6 @@ class Engine {
     std::unique_ptr<Bvh> bvh_;
     bool settled_ = true;                // the BVH and what is kept are those of the vertices
     std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
-    bool has_edges_ = false, guided_ = true;
-    float aimed_ = 0.25f;
     // What the topology alone says, once the edges are known.
     std::vector<uint8_t> closed_;                         // by mesh
     mutable std::vector<std::optional<bool>> connected_;  // by mesh, once it is asked for

@@ -1,14 +1,13 @@
-// How a call's work is cut into tasks: pixels and samples of the picture, and samples of the boundary.
-// Nothing here depends on the number of threads.
+// How the picture's work is cut into tasks. Nothing here depends on the number of threads.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
-#include "engine/engine.h"
 #include "scene/camera_row.h"
 #include "tasks/block_sizes.h"
 #include "tasks/image_task.h"
+#include "tasks/render_options.h"
 #include "util/parallel.h"
 
 namespace edgegrad {
@@ -30,8 +29,8 @@ struct ImagePlan {
         return p;
     }
 
-    // The tasks of a chunk: one, unless a single pixel has more samples than a task holds. Those of a loop
-    // that is cancelled are left out.
+    // The tasks of a chunk: one, unless a single pixel has more samples than a task holds. A loop that is
+    // cancelled leaves out the rest.
     template <typename F>
     void for_each_task(int64_t chunk, const F& run) const {
         const int64_t first = chunk * per_chunk;

@@ -1,10 +1,11 @@
-// How many samples the interior term is worth beside the boundary terms.
+// How many samples the interior term takes beside the boundary terms.
 //
-// Where these are far noisier, most of the interior's samples are spent for nothing: a pilot over a part of
-// the picture, of which nothing is kept, tells its variance, for motions that are as large as those by which
-// the boundary terms judge theirs (boundary/samples/sample_plan.h). Neither tangent nor adjoint is in them,
-// so that both modes take the same samples and are exactly each other's transpose, and the pilot's random
-// numbers are its own, so that the result stays unbiased.
+// Where the boundary terms are far noisier, more samples of the interior term don't make the sum better. A
+// pilot over a part of the picture estimates the interior term's variance, and its values are not used. It
+// takes motions as large as those by which boundary terms estimate their variance
+// (boundary/samples/sample_plan.h). The tangent and the adjoint have no influence, so that both modes take
+// the same samples and are exactly each other's transpose. The pilot has random numbers of its own, so that
+// the result stays unbiased.
 #include <algorithm>
 
 #include "engine/derivative_call.h"
@@ -12,6 +13,7 @@
 #include "tasks/adjoint_task.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/image_task.h"
+#include "tasks/seed_tags.h"
 #include "tasks/workspace_view.h"
 
 namespace edgegrad {
@@ -21,11 +23,8 @@ namespace {
 constexpr int64_t kStride = 64, kLeastChunks = 128, kMostChunks = 32;
 // In denser meshes a vertex is met by so few paths that all of them count for its derivative.
 constexpr size_t kMostFloats = size_t{1} << 18;
-// Up to which part of the boundary terms' variance half the samples do, and a quarter. At the first the gain
-// in seconds makes up for the noise, below it is more: seconds x variance of pixels and gradients fall by 1.3
-// in two_triangles, 1.4 in tri_black, 1.5 and 1.0 in shadow_light, 1.2 and 1.05 in crease; blob_flat's by 1.4
-// and 0.8. (0.3 for the first makes no difference to any of these, but that camera_move's interior and
-// primary terms alone take 3.1 instead of 2.3 pictures.)
+// Up to which part of the boundary terms' variance half the samples do, and a quarter: there the gain in
+// seconds makes up for the noise.
 constexpr double kHalf = 0.45, kQuarter = 0.03;
 
 // -1 or 1.
@@ -34,8 +33,8 @@ double sign_of(uint64_t k) {
     return ((k ^ (k >> 33)) & 1) ? 1.0 : -1.0;
 }
 
-// Each coordinate of what moves, up or down at random: by many of them a sum of derivatives has the mean
-// square of the gradient.
+// Moves each coordinate up or down at random. The derivative along it then has, in the mean over many, the
+// square of the gradient's norm.
 TableValues random_motion(const std::vector<NamedTable>& tables, const Requested& requested) {
     TableValues out;
     for (const NamedTable& table : tables) {
@@ -61,7 +60,8 @@ bool Engine::DerivativeCall::may_thin_interior() const {
     if (!requests_motion_alone()) return false;
     const bool vertices = requested.any("vertices");
     const bool dense = vertices && engine.tables_.vertices.size() > kMostFloats;
-    return !learns && !dense && !divided && image_chunks >= kLeastChunks && plan.options.samples >= 4;
+    return !learns && !dense && !divided && interior && interior->plan().chunks >= kLeastChunks &&
+           interior->plan().options.samples >= 4;
 }
 
 double Engine::DerivativeCall::interior_variance(const Progress& progress,
@@ -71,16 +71,18 @@ double Engine::DerivativeCall::interior_variance(const Progress& progress,
         push_shading_normals(engine.tables_, engine.threads_, motion.at("vertices").data(),
                              motion.at("normals").data());
     const DifferentiableTables along = with_tangents(tables, requested, motion);
-    ImagePlan pilot = plan;
-    pilot.options.seed ^= 0x510e527fu;
-    const int64_t stride = std::max(kStride, plan.chunks / kMostChunks), chunks = plan.chunks / stride;
+    ImagePlan pilot = interior->plan();
+    pilot.options.seed ^= kPilotSeed;
+    const int64_t stride = std::max(kStride, pilot.chunks / kMostChunks), chunks = pilot.chunks / stride;
     std::vector<double> variance(static_cast<size_t>(chunks), 0.0);
     parallel_for(engine.threads_, chunks, progress, [&](int thread, int64_t chunk) {
         pilot.for_each_task(chunk * stride + stride / 2, [&](const ImageTask& task) {
-            ThreadMemory& mine = of_thread[static_cast<size_t>(thread)];
-            Workspace& w = mine.paths();
+            const TermRun run{engine.kernels_, scene, of_thread[static_cast<size_t>(thread)],
+                              along,           {},    nullptr,
+                              nullptr,         {}};
+            Workspace& w = run.work();
             DroppedSamples lost;
-            AdjointTask sweep = record(task, w, mine.adjoint, along);
+            AdjointTask sweep = interior->record(run, task);
             sweep.dropped = &lost;
             engine.kernels_.path_forward(scene, sweep, w.radiance);
             for (int pixel = 0; pixel < task.pixel_count; ++pixel) {
@@ -111,15 +113,11 @@ void Engine::DerivativeCall::thin_interior(double boundary_variance, const Progr
 }
 
 void Engine::DerivativeCall::divide_interior(int by) {
-    RenderOptions fewer = plan.options;
+    RenderOptions fewer = interior->plan().options;
     fewer.samples = std::max(1, fewer.samples / by);
-    plan = interior_plan(fewer);
-    image_chunks = plan.chunks;
+    interior->set_plan(interior_plan(fewer));
     divided = true;
-    if (!edge_on) return;
-    boundary_chunks -= edge_on->chunks();
-    edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, fewer, this->motion, engine.threads_);
-    if (edge_on) boundary_chunks += edge_on->chunks();
+    if (edge_on) sample_edge_on_faces();
 }
 
 }  // namespace edgegrad

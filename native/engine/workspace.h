@@ -1,36 +1,30 @@
 // Scratch memory of one thread, allocated by the thread that uses it first.
 #pragma once
 
-#include <type_traits>
-#include <vector>
-
 #include "tasks/adjoint_task.h"
 #include "tasks/block_sizes.h"
 #include "tasks/image_task.h"
+#include "tasks/scan_task.h"
 #include "tasks/workspace_view.h"
+#include "util/scratch_block.h"
 
 namespace edgegrad {
+
+// Elements of an array by path: compacting writes whole packets behind the last.
+constexpr size_t kPathRow = kBlockPaths + 2 * kMaxWidth;
 
 // What a thread's sweeps over recorded paths need.
 class AdjointWorkspace {
  public:
     // The workspace with vertices recorded, and a task for sweeps over them but for its tables.
     AdjointTask task(const ImageTask& image, Workspace& work) {
-        if (memory_.empty()) {
-            constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            memory_.resize(14 * row);
-            float* next = memory_.data();
-            const auto take = [&](auto*& p) {
-                p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
-                next += row;
-            };
-            take(camera_.x), take(camera_.y), take(camera_.lens_u), take(camera_.lens_v);
-            for (auto* v : {&task_.incoming, &task_.position, &task_.direction})
-                for (float*& p : *v) take(p);
-            take(task_.next);
-        }
+        if (block_.empty())
+            block_.lay_out([&](const auto& take) {
+                take(kPathRow, camera_.x, camera_.y, camera_.lens_u, camera_.lens_v, task_.incoming,
+                     task_.position, task_.direction, task_.next);
+            });
         work.vertices = &vertices_;
-        // What an earlier call asked for is none of this one's business.
+        // An earlier call's requests don't hold for this one.
         vertices_.geometry = vertices_.misses = true;
         vertices_.requested = {};
         vertices_.rims = false;
@@ -54,9 +48,10 @@ class AdjointWorkspace {
         work.vertices = nullptr;
         work.values = nullptr;
     }
+    void check() const { block_.check(); }
 
  private:
-    std::vector<float> memory_;
+    ScratchBlock block_;
     VertexMemory vertices_;
     ValueMemory values_;
     TapeMemory tape_;
@@ -68,84 +63,55 @@ class AdjointWorkspace {
 class ChainWorkspace {
  public:
     ChainCrossings& view(const CameraSamples& camera) {
-        if (memory_.empty()) {
-            constexpr size_t row = kBlockPaths / 2 + 2 * kMaxWidth;
-            memory_.resize((10 * kMostChain + 40) * row);
-            float* next = memory_.data();
-            const auto take = [&](auto*& p) {
-                p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
-                next += row;
-            };
-            ChainCrossings& c = view_;
-            take(c.segment), take(c.horizontal), take(c.length), take(c.parted);
-            for (auto* v : {&c.face, &c.mesh, &c.instance, &c.closure, &c.event})
-                for (int32_t*& p : *v) take(p);
-            for (auto* v : {&c.b1, &c.b2, &c.half[0], &c.half[1], &c.half[2]})
-                for (float*& p : *v) take(p);
-            take(c.edge), take(c.edge_instance), take(c.u), take(c.weight), take(c.seen);
-            for (auto* v : {&c.from, &c.jump, &c.by_point, &c.by_direction, &c.direction})
-                for (float*& p : *v) take(p);
-            for (float*& p : c.by_screen) take(p);
-            for (float*& p : c.light_place) take(p);
-            take(c.lit), take(c.light_row), take(c.light_kind), take(c.light_face), take(c.light_blockers);
-            take(c.light_instance), take(c.light_scatters);
-            take(c.light_visible_to), take(c.light_b1), take(c.light_b2), take(c.light_density);
-        }
-        view_.x = camera.x, view_.y = camera.y, view_.lens_u = camera.lens_u, view_.lens_v = camera.lens_v;
-        return view_;
+        ChainCrossings& c = view_;
+        if (block_.empty())
+            block_.lay_out([&](const auto& take) {
+                take(kBlockPaths / 2 + 2 * kMaxWidth, c.segment, c.horizontal, c.length, c.parted, c.face,
+                     c.mesh, c.instance, c.closure, c.event, c.b1, c.b2, c.half, c.edge, c.edge_instance, c.u,
+                     c.weight, c.from, c.seen, c.jump, c.by_point, c.by_direction, c.direction, c.by_screen,
+                     c.lit, c.light_row, c.light_kind, c.light_face, c.light_instance, c.light_scatters,
+                     c.light_blockers, c.light_visible_to, c.light_b1, c.light_b2, c.light_place,
+                     c.light_density);
+            });
+        c.x = camera.x, c.y = camera.y, c.lens_u = camera.lens_u, c.lens_v = camera.lens_v;
+        return c;
     }
+    void check() const { block_.check(); }
 
  private:
-    std::vector<float> memory_;
+    ScratchBlock block_;
     ChainCrossings view_{};
-};
-
-class ThreadWorkspace {
- public:
-    Workspace& view() {
-        if (memory_.empty()) {
-            // Compacting writes whole packets behind the end.
-            constexpr size_t row = kBlockPaths + 2 * kMaxWidth;
-            constexpr size_t rows = 3 + 16 + 4 + 6 + 1 + 6;
-            memory_.resize(rows * row);
-            float* next = memory_.data();
-            const auto take = [&](auto*& p) {
-                p = reinterpret_cast<std::remove_reference_t<decltype(p)>>(next);
-                next += row;
-            };
-            Workspace& w = view_;
-            for (float*& p : w.radiance) take(p);
-            for (auto* v : {&w.paths.origin, &w.paths.direction, &w.paths.throughput, &w.paths.from,
-                            &w.paths.from_normal})
-                for (float*& p : *v) take(p);
-            take(w.paths.pdf), take(w.paths.path), take(w.paths.state), take(w.paths.bounces);
-            take(w.paths.from_mesh);
-            take(w.hits.face), take(w.hits.mesh), take(w.hits.instance);
-            take(w.hits.b1), take(w.hits.b2), take(w.hits.distance);
-            take(w.visible);
-            for (float*& p : w.edges.aside) take(p);
-            take(w.edges.other), take(w.edges.b1), take(w.edges.b2);
-            w.segments = &segments_;
-        }
-        return view_;
-    }
-
- private:
-    std::vector<float> memory_;
-    TapeBuffer segments_;
-    Workspace view_{};
 };
 
 // What one thread of a call computes in.
 class ThreadMemory {
  public:
-    Workspace& paths() { return paths_.view(); }
+    Workspace& paths() {
+        Workspace& w = view_;
+        if (block_.empty()) {
+            PathQueue& q = w.paths;
+            HitQueue& h = w.hits;
+            block_.lay_out([&](const auto& take) {
+                take(kPathRow, w.radiance, q.origin, q.direction, q.throughput, q.from, q.from_normal, q.pdf,
+                     q.path, q.state, q.bounces, q.from_mesh, h.face, h.mesh, h.instance, h.b1, h.b2,
+                     h.distance, w.visible, w.edges.aside, w.edges.other, w.edges.b1, w.edges.b2);
+            });
+            w.segments = &segments_;
+        }
+        return w;
+    }
+    // In debug builds: whether the last task has kept to its arrays.
+    void check() const {
+        if constexpr (ScratchBlock::kGuard > 0) block_.check(), adjoint.check(), chains.check();
+    }
 
     AdjointWorkspace adjoint;
     ChainWorkspace chains;
 
  private:
-    ThreadWorkspace paths_;
+    ScratchBlock block_;
+    TapeBuffer segments_;
+    Workspace view_{};
 };
 
 }  // namespace edgegrad

@@ -5,8 +5,8 @@
 namespace edgegrad {
 namespace {
 
-// Weight at offset x, as in Cycles: the Blackman-Harris window over [-width/2, width/2], and
-// exp(-2 (6 x / width)^2) cut off there.
+// Weight at offset x, as in Cycles: the Blackman-Harris window over [-width/2, width/2], or exp(-2 (6 x /
+// width)^2), truncated to the same interval.
 double weight(PixelFilter filter, double x, double width) {
     if (filter == kBlackmanHarrisFilter) {
         const double v = 2.0 * M_PI * (x / width + 0.5);
@@ -33,8 +33,8 @@ std::vector<float> inverted_filter(PixelFilter filter, float width) {
     for (int k = 0; k <= kFilterSize; ++k) {
         const double requested = sum.back() * k / kFilterSize;
         while (at + 2 < sum.size() && sum[at + 1] < requested) ++at;
-        const double mass = sum[at + 1] - sum[at];
-        const double within = mass > 0.0 ? (requested - sum[at]) / mass : 0.0;
+        const double cell = sum[at + 1] - sum[at];
+        const double within = cell > 0.0 ? (requested - sum[at]) / cell : 0.0;
         offsets.push_back(static_cast<float>(-half + (static_cast<double>(at) + within) * step));
     }
     return offsets;

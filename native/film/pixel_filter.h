@@ -9,9 +9,9 @@ namespace edgegrad {
 
 enum PixelFilter : int32_t { kBoxFilter, kBlackmanHarrisFilter, kGaussianFilter };
 
-// Inverted distribution of the separable filter of the given full width (pixels): entry k is the offset
-// from the pixel's centre below which the share k / kFilterSize of the weight lies. Empty for the box of
-// one pixel, whose sample is the random number itself.
+// Inverse of the cumulative distribution of the separable filter with the given full width (pixels). Entry k
+// is the offset from the pixel's centre below which the fraction k / kFilterSize of the weight lies. Empty
+// for the box of one pixel, whose sample is the random number itself.
 std::vector<float> inverted_filter(PixelFilter filter, float width);
 
 }  // namespace edgegrad

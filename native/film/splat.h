@@ -1,9 +1,9 @@
-// Which pixels see a point of the picture, and with what weight.
+// The pixels that see a point of the picture, and their filter weights.
 //
-// A pixel's value is the mean of L over its filter: int h(s - centre) L(s) ds, with the density h from which
-// pictures draw their samples (film/pixel_filter.h). A curve that sweeps over the place s changes every pixel
-// whose filter covers s, in proportion to h there. (Rows of an equirectangular picture whose filters look
-// over a pole are left out.)
+// A pixel's value is the mean of L over its filter: int h(s - centre) L(s) ds, where pictures sample the
+// density h (film/pixel_filter.h). A curve that sweeps over the point s changes every pixel whose filter
+// covers s, in proportion to h. (Rows of an equirectangular picture whose filters extend beyond a pole are
+// left out.)
 #pragma once
 
 #include "scene/view.h"
@@ -12,8 +12,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Density of the filter along one axis at an offset from the pixel's centre: constant between the entries of
-// its inverted distribution, as pictures sample it.
+// Density of the filter along one axis at an offset from the pixel's centre. It is constant between the
+// entries of the inverse distribution, as pictures sample it.
 EG_INLINE Float filter_density(const float* filter, Float offset) {
     const Mask inside = (offset >= filter[0]) & (offset < filter[kFilterSize]);
     Int low = splat(0), high = splat(kFilterSize);
@@ -27,27 +27,27 @@ EG_INLINE Float filter_density(const float* filter, Float offset) {
     return select(inside, (1.0f / kFilterSize) / max(width, 1e-12f), 0.0f);
 }
 
-// By how far the filters of the picture's outer pixels reach beyond its frame.
+// Width of the margin around the picture that its outer pixels' filters cover.
 EG_INLINE float filter_margin(const CameraView& c) {
     const float reach = c.filter ? c.filter[kFilterSize] - 0.5f : 0.0f;
     return reach > 0.0f ? reach : 0.0f;
 }
 
-// Whether any pixel may see the place.
+// Returns whether any pixel may see the point.
 EG_INLINE Mask in_reach(const CameraView& c, Float sx, Float sy) {
     const float m = filter_margin(c);
-    // A picture of the full turn has no left and right end.
+    // A picture of the full turn has no left and right border.
     const bool turn = c.kind == kEquirectangular;
     const Mask x = turn ? splat(-1) : (sx >= -m) & (sx < static_cast<float>(c.width) + m);
     return x & (sy >= -m) & (sy < static_cast<float>(c.height) + m);
 }
 
-// visit(lanes, pixel, weight) for the pixels that see (sx, sy).
+// Calls visit(lanes, pixel, weight) for the pixels that see (sx, sy).
 template <typename Visit>
 EG_INLINE void for_each_pixel(const CameraView& c, Mask active, Float sx, Float sy, const Visit& visit) {
     const bool turn = c.kind == kEquirectangular && __builtin_fabsf(c.panorama[1] - c.panorama[0]) > 6.2831f;
     const auto one = [&](Float column, Float row, Float weight) EG_INLINE_LAMBDA {
-        // Columns of the full turn go on at its other end.
+        // Columns of the full turn wrap around.
         const float full = static_cast<float>(c.full_width), first = static_cast<float>(c.window_x);
         if (turn) column = column - full * floor((column + first) * (1.0f / full));
         const Mask m = active & (column >= 0.0f) & (column < static_cast<float>(c.width)) & (row >= 0.0f) &
@@ -73,7 +73,7 @@ EG_INLINE void for_each_pixel(const CameraView& c, Mask active, Float sx, Float 
     }
 }
 
-// Adds values at places of the picture to the pixels that see them.
+// Adds values at points of the picture to the pixels that see them.
 EG_INLINE void add_at(const CameraView& c, Mask active, Float sx, Float sy, Vec3 value, float* image) {
     for_each_pixel(c, active, sx, sy, [&](Mask m, Int pixel, Float weight) EG_INLINE_LAMBDA {
         for (int i = 0; i < W; ++i) {
@@ -86,7 +86,7 @@ EG_INLINE void add_at(const CameraView& c, Mask active, Float sx, Float sy, Vec3
     });
 }
 
-// The transpose: what places of the picture count for in sum(adjoint * picture).
+// The transpose: the derivative of sum(adjoint * picture) by a value at a point of the picture.
 EG_INLINE Vec3 adjoint_at(const CameraView& c, Mask active, Float sx, Float sy, const float* adjoint) {
     Vec3 sum = zero3();
     for_each_pixel(c, active, sx, sy, [&](Mask m, Int pixel, Float weight) EG_INLINE_LAMBDA {

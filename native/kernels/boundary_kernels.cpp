@@ -7,9 +7,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-void add_derivative_kernels(KernelTable& table) {
+void add_boundary_kernels(KernelTable& table) {
     table.boundary[kShadowBoundary] = {direct_forward<sample_shadow>, direct_backward<sample_shadow>};
-    table.boundary[kEnvironmentShadow] = table.boundary[kShadowBoundary];
     table.boundary[kConeBorder] = {direct_forward<sample_cone_border>, direct_backward<sample_cone_border>};
 }
 

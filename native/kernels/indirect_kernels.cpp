@@ -12,7 +12,6 @@ void add_indirect_kernels(KernelTable& table) {
                                          lit_segments_backward<sample_indirect>};
     table.boundary[kLightIntersection] = {lit_segments_forward<sample_intersection, IntersectionSegment>,
                                           lit_segments_backward<sample_intersection, IntersectionSegment>};
-    table.boundary[kSurfaceIntersection] = table.boundary[kLightIntersection];
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

@@ -8,25 +8,20 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Made when it is asked for, and not before: this file's instructions are those of its instruction set, which
-// a processor that lacks it must never meet, not even while the module is loaded.
+// Made at the first call: this file has instructions of its set, which a processor without them must not run,
+// not even while the module is loaded.
 const KernelTable& kernel_table() {
     static const KernelTable made = [] {
         KernelTable table{};
         table.name = EG_STRING(EDGEGRAD_ISA);
         table.width = W;
-        add_camera_sampled_kernels(table);
-        add_path_kernels(table);
-        add_derivative_kernels(table);
-        add_edge_on_kernels(table);
-        add_horizon_kernels(table);
-        add_indirect_kernels(table);
-        add_outline_kernels(table);
-        add_primary_kernels(table);
-        add_probe_kernels(table);
-        add_specular_kernels(table);
+#define EDGEGRAD_ADD_PART(name) add_##name##_kernels(table);
+        EDGEGRAD_KERNEL_PARTS(EDGEGRAD_ADD_PART)
+#undef EDGEGRAD_ADD_PART
         EDGEGRAD_ADJOINT_ISA::add_adjoint_path_kernels(table);
         EDGEGRAD_ADJOINT_ISA::add_adjoint_probe_kernels(table);
+        for (const BoundaryKindRow& row : kBoundaryTable)
+            table.boundary[row.kind] = table.boundary[row.kernels];
         return table;
     }();
     return made;

@@ -8,16 +8,13 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 const KernelTable& kernel_table();
 
-void add_camera_sampled_kernels(KernelTable& table);
-void add_outline_kernels(KernelTable& table);
-void add_path_kernels(KernelTable& table);
-void add_derivative_kernels(KernelTable& table);
-void add_edge_on_kernels(KernelTable& table);
-void add_horizon_kernels(KernelTable& table);
-void add_indirect_kernels(KernelTable& table);
-void add_primary_kernels(KernelTable& table);
-void add_probe_kernels(KernelTable& table);
-void add_specular_kernels(KernelTable& table);
+// Of each file kernels/NAME_kernels.cpp; of boundary kinds those of kBoundaryTable[...].kernels.
+#define EDGEGRAD_KERNEL_PARTS(X) \
+    X(boundary)                  \
+    X(camera_sampled) X(edge_on) X(horizon) X(indirect) X(outline) X(path) X(primary) X(probe) X(specular)
+#define EDGEGRAD_DECLARE_PART(name) void add_##name##_kernels(KernelTable& table);
+EDGEGRAD_KERNEL_PARTS(EDGEGRAD_DECLARE_PART)
+#undef EDGEGRAD_DECLARE_PART
 
 }  // namespace edgegrad::EDGEGRAD_ISA
 

@@ -1,4 +1,4 @@
-// Where and whether a path goes on from a surface.
+// Whether a path continues at a surface, and where its next ray starts.
 #pragma once
 
 #include "path/path_queue.h"
@@ -7,7 +7,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Where a ray towards w leaves the surface.
+// Origin of a ray that leaves the surface in direction w.
 EG_INLINE Vec3 leave_surface(const SurfacePoint& x, Vec3 w) {
     return x.position + x.normal * select(dot(x.normal, w) < 0.0f, -x.offset, x.offset);
 }
@@ -18,7 +18,7 @@ EG_INLINE Int limit(const BounceLimits& limits, Int kind) {
                          splat(limits.transmission)));
 }
 
-// Whether the ray that leaves for the next surface by a bounce of `kind` is a path's last.
+// Whether a ray that leaves by a bounce of `kind` is the last ray of its path.
 EG_INLINE Mask next_is_final(const ImageTask& task, const PathPacket& p, Int kind) {
     return (p.segment + 1 >= task.max_depth) | (bounce_count(p.bounces, kind) + 1 > limit(task.limits, kind));
 }

@@ -1,16 +1,16 @@
-// The inverse of camera rays: where a point of the scene is in the picture, what area it has there, and how
-// the ray through it moves with the camera.
+// The inverse of camera rays: projects a point of the scene to the picture, and gives the Jacobian of this
+// projection and the ray's motion with the camera.
 //
-// Let S(x) be the place in the picture of a point x, for a fixed point of the lens. S is constant along rays,
-// so that its derivative is a function of what is across the ray: for any vectors v and w
+// Let S(x) be the projection of a point x for a fixed point of the lens. S is constant along rays, so that DS
+// depends only on the components across the ray. For any vectors v and w
 //   det [DS v, DS w] = +-kappa (D x v) . w,
-// where D is the direction of the ray through x. By the kind of camera, with x at the depth z or distance r
-// (f pixels per unit, a the height of a pixel by its width):
+// where D is the direction of the ray through x. With x at the depth z or at the distance r (f pixels per
+// unit, a the height of a pixel divided by its width), the kinds of cameras have
 //   perspective      D = x - o,                 kappa = f^2 / (a z^3)
 //   orthographic     D of unit depth,           kappa = f^2 / a
 //   equirectangular  D = x - o,                 kappa = |W/dlon| |H/dlat| / (cos(lat) r^3)
-// A lens of finite size doesn't change them. It moves o to the lens point o + l, l = lx X + ly Y, and all
-// rays of a picture point meet in the plane of focus, at the depth F: the place of x on the plane at unit
+// A lens of finite size does not change kappa. It moves o to the lens point o + l, l = lx X + ly Y, and all
+// rays of a picture point meet in the plane of focus at the depth F. The projection of x to the plane at unit
 // depth is
 //   perspective:  (x.X - lx)/z + lx/F,     orthographic:  x.X - lx (1 - z/F)
 // (and the same for Y): S is shifted, or sheared along D.
@@ -28,15 +28,15 @@ struct LensPoint {
 };
 
 struct Projection {
-    Mask active;      // it has a place in the plane of the picture
-    Float sx, sy;     // that place, pixels, row 0 on top
+    Mask active;      // the point has a projection
+    Float sx, sy;     // the projection in pixels, row 0 on top
     Vec3 origin;      // of the ray through it
     Vec3 direction;   // of that ray, unit
     Float distance;   // from the origin to the point
-    Float near, far;  // what is nearer or farther along the ray is clipped
+    Float near, far;  // clipping distances along the ray
     Vec3 across_of;   // D
     Float area;       // kappa
-    Float x, y;       // of the ray: on the plane at unit depth; longitude and latitude
+    Float x, y;       // of the ray: on the plane at unit depth, or longitude and latitude
     Float parameter;  // depth z, or distance r
     LensPoint lens;
 };
@@ -49,6 +49,7 @@ EG_INLINE Projection project(const CameraView& c, Vec3 point, LensPoint lens) {
     const Float px = dot(right, p), py = dot(up, p), z = -dot(back, p);
     s.near = splat(c.clip_start);
     s.far = splat(c.clip_end);
+    // Project to an equirectangular picture
     if (c.kind == kEquirectangular) {
         const Float r = sqrt(dot(p, p)), inverse = 1.0f / max(r, 1e-30f);
         s.active = r > 0.0f;
@@ -59,7 +60,7 @@ EG_INLINE Projection project(const CameraView& c, Vec3 point, LensPoint lens) {
         const float wide = c.panorama[1] - c.panorama[0], high = c.panorama[3] - c.panorama[2];
         s.x = atan2(px, z);
         s.y = asin(py * inverse);
-        // Of the directions that are one turn apart, that nearest to the middle of the picture.
+        // Of the longitudes that differ by full turns, take the one nearest to the picture's centre.
         const float turn = 6.28318531f / wide;
         Float fx = (s.x - c.panorama[0]) * (1.0f / wide);
         fx = fx - turn * floor((fx - 0.5f) * (1.0f / turn) + 0.5f);
@@ -71,6 +72,7 @@ EG_INLINE Projection project(const CameraView& c, Vec3 point, LensPoint lens) {
         s.area = splat(__builtin_fabsf(pixels / (wide * high))) / max(level * r * r, 1e-30f);
         return s;
     }
+    // Project to the plane at unit depth of a perspective or orthographic camera
     const Float lx = lens.x * c.aperture_radius, ly = lens.y * c.aperture_radius;
     const Float blur = c.aperture_radius > 0.0f ? z * (1.0f / c.focus_distance) : splat(0.0f);  // z / F
     s.active = z > 0.0f;
@@ -88,6 +90,7 @@ EG_INLINE Projection project(const CameraView& c, Vec3 point, LensPoint lens) {
         s.origin = splat3(c.position) + right * lx + up * ly;
         s.area = scale * inverse * inverse * inverse;
     }
+    // Convert to pixels, and clipping depths to distances along the ray
     s.sx = c.principal[0] + c.focal * s.x;
     s.sy = c.principal[1] - (c.focal / c.pixel_aspect) * s.y;
     const Vec3 way = point - s.origin;
@@ -100,12 +103,13 @@ EG_INLINE Projection project(const CameraView& c, Vec3 point, LensPoint lens) {
     return s;
 }
 
-// Derivative of g . x with respect to each of the camera's floats, where x stays on its ray, at its place in
-// the picture, at its depth and at its place on the aperture: the ray's velocity, transposed.
+// Derivative of g . x with respect to each float of the camera. x stays at fixed picture coordinates, at a
+// fixed depth and at a fixed point of the aperture. This is the transpose of the ray's velocity.
 EG_INLINE void ray_velocity_row(const CameraView& c, const Projection& s, Vec3 g, Float row[kCameraFloats]) {
     for (int k = 0; k < kCameraFloats; ++k) row[k] = splat(0.0f);
     const auto put = [&](int place, Vec3 v) { row[place] = v.x, row[place + 1] = v.y, row[place + 2] = v.z; };
     const Float across = dot(g, splat3(c.right)), along = dot(g, splat3(c.up)), z = s.parameter;
+    // Position
     put(kCameraPosition, g);
     if (c.kind == kEquirectangular) {
         // The direction is X sin(x) cos(y) + Y sin(y) - Z cos(x) cos(y).
@@ -132,6 +136,7 @@ EG_INLINE void ray_velocity_row(const CameraView& c, const Projection& s, Vec3 g
     const float radius = c.aperture_radius;
     const Float k = radius > 0.0f ? 1.0f - z * (1.0f / c.focus_distance) : splat(1.0f);
     const Float lx = s.lens.x * radius, ly = s.lens.y * radius;
+    // Axes, focal length and principal point of a perspective or orthographic camera
     put(kCameraRight, g * (m * s.x + lx * k));
     put(kCameraUp, g * (m * s.y + ly * k));
     put(kCameraBack, -(g * z));
@@ -139,12 +144,13 @@ EG_INLINE void ray_velocity_row(const CameraView& c, const Projection& s, Vec3 g
     row[kCameraPixelAspect] = m * along * s.y * (1.0f / c.pixel_aspect);
     row[kCameraPrincipal] = m * across * (-1.0f / c.focal);
     row[kCameraPrincipal + 1] = m * along * (c.pixel_aspect / c.focal);
+    // Aperture
     if (radius > 0.0f) {
         row[kCameraApertureRadius] = k * (across * s.lens.x + along * s.lens.y);
         row[kCameraFocusDistance] =
             z * (across * lx + along * ly) * (1.0f / (c.focus_distance * c.focus_distance));
         row[kCameraApertureRatio] = k * across * lx * (-1.0f / c.aperture_ratio);
-        if (c.aperture_blades >= 3)  // a round aperture doesn't turn
+        if (c.aperture_blades >= 3)  // a round aperture has no orientation
             row[kCameraApertureRotation] =
                 k * (along * lx * c.aperture_ratio - across * ly * (1.0f / c.aperture_ratio));
     }

@@ -1,4 +1,4 @@
-// Camera rays: from a point of the picture and of the lens to a ray in the scene.
+// Camera rays: from a point of the picture and a point of the lens to a ray in the scene.
 #pragma once
 
 #include "scene/geometry.h"
@@ -6,14 +6,14 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A ray; `direction` of a perspective or orthographic camera has unit depth, so that ray parameters are
-// depths along the view axis; of an equirectangular one unit length.
+// A ray. `direction` has unit depth for perspective and orthographic cameras, so that ray parameters are
+// depths along the view axis. It has unit length for equirectangular cameras.
 struct CameraRay {
     Vec3 origin, direction;
 };
 
-// Place across the view axis of the picture point s (pixels, row 0 on top): of a perspective camera at unit
-// depth, of an orthographic one at any.
+// Offset across the view axis of the picture point s (pixels, row 0 on top): at unit depth for a perspective
+// camera, at any depth for an orthographic one.
 EG_INLINE Vec3 across_view(const CameraView& c, Float sx, Float sy) {
     const Float inverse = 1.0f / broadcast(&c.focal);
     const Float x = (sx - broadcast(&c.principal[0])) * inverse;
@@ -21,20 +21,20 @@ EG_INLINE Vec3 across_view(const CameraView& c, Float sx, Float sy) {
     return splat3(c.right) * x + splat3(c.up) * y;
 }
 
-// Direction through the picture point s of a perspective camera, of unit depth.
+// Direction of unit depth through the picture point s of a perspective camera.
 EG_INLINE Vec3 camera_direction(const CameraView& c, Float sx, Float sy) {
     return across_view(c, sx, sy) - splat3(c.back);
 }
 
-// Place on the unit aperture: a disk (concentric map, Shirley and Chiu 1997) or a regular polygon of
-// `blades` sides with its corners on the unit circle, stretched by the ratio; the middle of a side is at the
-// rotation's angle, as in Cycles.
+// Samples a point on the unit aperture: a disk (concentric map, Shirley and Chiu 1997) or a regular polygon
+// of `blades` sides with its corners on the unit circle. The width is divided by the aperture ratio. As in
+// Cycles, the rotation's angle points to the middle of a side.
 EG_INLINE void aperture_point(const CameraView& c, Float u, Float v, Float& x, Float& y) {
     Float s, t;
     if (c.aperture_blades >= 3) {
         const float sides = static_cast<float>(c.aperture_blades);
         const Float side = to_float(to_int(u * sides));
-        const Float r = sqrt(u * sides - side);  // the place within the triangle of one side
+        const Float r = sqrt(u * sides - side);  // position within the triangle of one side
         const Float a0 = side * (1.0f / sides), a1 = (side + 1.0f) * (1.0f / sides);
         Float s0, c0, s1, c1;
         sincos_turn(a0, s0, c0);
@@ -94,7 +94,7 @@ EG_INLINE CameraRay camera_ray(const CameraView& c, Float sx, Float sy, Float le
     return ray;
 }
 
-// Offset of a sample within its pixel, from the pixel's corner, for the random number u.
+// Offset of a sample from its pixel's corner, for the random number u.
 EG_INLINE Float filter_sample(const CameraView& c, Float u) {
     if (!c.filter) return u;
     const Float place = u * static_cast<float>(kFilterSize);

@@ -1,18 +1,20 @@
-// Camera samples by the area of faces that the camera sees nearly edge-on.
+// Samples of the picture by the surface area of faces that the camera sees nearly edge-on.
 //
-// Where vertices or the camera move, the camera's rays slide along the surfaces that they meet
-// (adjoint/vertex.h): with n the normal of the first one, D the direction of the ray,
-//   dx = c + D n . (m - c)/(n . D),
-// so that the derivative has a second moment of int ds/(n . D)^2 over the picture, which has no bound where a
-// surface curves away from the camera (it grows with the logarithm of the number of samples), and grows as
-// 1/|n . D| on a sheet. By area, ds = kappa |n . D| dA (path/camera_projection.h), the integrand is bounded.
+// When vertices or the camera move, the point that a camera ray hits slides along its surface
+// (adjoint/vertex.h). With the normal n of the surface and the direction D of the ray,
+//   dx = c + D n . (m - c)/(n . D).
+// The second moment of the derivative over the picture is int ds/(n . D)^2. It is unbounded where a surface
+// curves away from the camera (it grows with the logarithm of the number of samples), and grows as 1/|n . D|
+// on a flat sheet. The measure ds = kappa |n . D| dA (path/camera_projection.h) bounds the integrand of
+// samples by area.
 //
-// So paths are started at such faces, too: a point x by area, a point of the lens, and the ray through x's
-// place in the picture, which counts if x is what it meets first. With rho samples by area expected in the
-// picture's area of a pixel, beside n of the camera, all paths whose first hit is on such a face count for
-//   1/(n + rho),   rho = (samples per area of the face)/(kappa |n . D|)
-// (balance heuristic, Veach 1997), whatever is behind it, and for every pixel's filter alike. Pictures of an
-// equirectangular camera are left as they are: a point may have several places there, or none, beyond a pole.
+// Therefore paths also start at points of such faces: a point x by area, a point of the lens, and the ray
+// through the projection of x, which contributes if x is its first hit. Let rho be the expected number of
+// samples by area in a pixel, and n the number of camera samples. By the balance heuristic (Veach 1997), all
+// paths whose first hit is on such a face have the weight
+//   1/(n + rho),   rho = (samples per area of the face)/(kappa |n . D|).
+// The weight does not depend on the rest of the path or on the pixel filter. Equirectangular pictures are not
+// sampled by area, because a point may have several projections there, or none beyond a pole.
 #pragma once
 
 #include "film/splat.h"
@@ -28,7 +30,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Expected samples by area per square metre where a ray has met a face; 0 on faces that have none.
+// Expected samples by area per square metre at a hit; 0 on faces that are not sampled by area.
 EG_INLINE Float edge_on_density(const EdgeOnFaces& faces, Mask hit, Int face, Int instance) {
     const Int at = select(hit, face, splat(0));
     const Int begin = gather(faces.first, at), end = gather(faces.first + 1, at);
@@ -47,11 +49,11 @@ EG_INLINE Float edge_on_density(const EdgeOnFaces& faces, Mask hit, Int face, In
     return density;
 }
 
-// What the recorded paths of a task count for, those of the camera relative to 1/n: multiplies what their
-// vertices are worth.
+// Multiplies the throughput of recorded paths by their balance heuristic weights; those of camera paths are
+// relative to 1/n.
 static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& faces, int32_t paths,
                                  bool by_area, Workspace& work) {
-    // By path; its first vertex is that which is recorded first.
+    // Weight of each path, computed at its first recorded vertex.
     float* weight = work.radiance[0];
     for (int at = 0; at < paths; at += W) store(weight + at, splat(-1.0f));
     for (int64_t k = 0; k < work.vertices->count; ++k) {
@@ -63,9 +65,11 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
         if (any(starts)) {
             w = select(starts, splat(1.0f), w);
             const Int face = load(v.face), instance = load(v.instance);
+            // Look up the density of samples by area at the first hit
             const Float density = edge_on_density(faces, starts & (face >= 0), face, instance);
             const Mask listed = density > 0.0f;
             if (any(listed)) {
+                // Compute the weight from the face's projected area
                 const Triangle t = placed_triangle(scene, select(listed, face, splat(0)),
                                                    select(listed, instance, splat(-1)))
                                        .triangle;
@@ -76,10 +80,11 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
                 const Projection view = project(scene.camera, interpolate(t, load(v.b1), load(v.b2)), lens);
                 const Vec3 m = area_normal(t);
                 const Float facing = abs(dot(m, view.across_of)) / max(sqrt(dot(m, m)), 1e-37f);
-                const Float area = view.area * facing;  // in the picture, of an area of the face
+                const Float area = view.area * facing;  // area on the picture per area of the face
                 const Float share = area / (faces.samples * area + density);
                 w = select(listed, by_area ? share : faces.samples * share, w);
             }
+            // Apply the weight to the path's vertices
             for (int i = 0; i < W; ++i)
                 if (starts[i]) weight[path[i]] = w[i];
         }
@@ -87,29 +92,31 @@ static void weigh_edge_on_kernel(const SceneView& scene, const EdgeOnFaces& face
     }
 }
 
-// The task's samples as recorded paths with the weights above, their places in work.camera (at kNowhere:
-// none).
+// Records the paths of a task's samples by area, with the weights above. Stores their picture coordinates in
+// work.camera (kNowhere for samples without a path).
 static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task, Workspace& work) {
     work.vertices->clear();
     const CameraView& camera = scene.camera;
-    const double mass = task.cumulative[task.pieces], step = mass / static_cast<double>(task.total);
-    int64_t piece = last_below(task.cumulative, task.pieces,
-                               static_cast<double>(task.first) / static_cast<double>(task.total) * mass);
+    const double weight = task.cumulative[task.pieces], step = weight / static_cast<double>(task.total);
+    int64_t entry = last_below(task.cumulative, task.pieces,
+                               static_cast<double>(task.first) / static_cast<double>(task.total) * weight);
     int queued = 0;
     const int count = static_cast<int>(task.count);
     for (int at = 0; at < count; at += W) {
+        // Choose the faces by systematic sampling
         PathPacket p = first_segment(task.paths.max_depth);
         p.touched = splat(-1);
         p.active = first_lanes(count - at);
         p.path = lane_index() + at;
         const PathIndex index = path_index(task.paths, p.path);
-        // Sample k lies in the k-th of `total` equal parts of the mass.
+        // Sample k lies in the k-th of `total` equal parts of the total weight.
         Int number = splat(0);
         for (int i = 0; i < W && at + i < count; ++i) {
             go_to(task.cumulative, task.pieces, systematic_place(task.first + at + i, task.paths.seed) * step,
-                  piece);
-            number[i] = static_cast<int32_t>(piece);
+                  entry);
+            number[i] = static_cast<int32_t>(entry);
         }
+        // Sample the point of the lens and the point of the face
         Float u, v, lens_u = splat(0.5f), lens_v = lens_u;
         sobol_pair(index.stream, index.sample, kPairPixel, u, v);
         LensPoint lens = {splat(0.0f), splat(0.0f)};
@@ -122,17 +129,20 @@ static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task
         const Float b1 = sqrt(u) * (1.0f - v), b2 = sqrt(u) * v, b0 = 1.0f - b1 - b2;
         const Vec3 x =
             Vec3{c[0], c[1], c[2]} * b0 + Vec3{c[3], c[4], c[5]} * b1 + Vec3{c[6], c[7], c[8]} * b2;
+        // Project the point to the picture
         const Projection view = project(camera, x, lens);
         p.active &= view.active & in_reach(camera, view.sx, view.sy);
+        // Look up the adjoint image there
         if (task.adjoint && any(p.active)) {
             const Vec3 a = adjoint_at(camera, p.active, view.sx, view.sy, task.adjoint);
             for (int i = 0; i < W && at + i < count; ++i) {
                 float* out = task.seen_adjoint + 3 * static_cast<int64_t>(at + i);
                 out[0] = a.x[i], out[1] = a.y[i], out[2] = a.z[i];
             }
-            // Where nothing is asked, nothing is traced.
+            // Trace nothing where the adjoint is zero.
             p.active &= largest_component(a) > 0.0f;
         }
+        // Trace the camera ray and keep paths whose first hit is the sampled face
         if (any(p.active)) {
             const Int face = gather(task.face, number), instance = gather(task.instance, number);
             const Closest hit = trace_first(scene, p, view.sx, view.sy, lens_u, lens_v, embree::kCoherent);
@@ -141,10 +151,12 @@ static void record_edge_on_kernel(const SceneView& scene, const EdgeOnTask& task
             none.hit = splat(0);
             queued = append_met(work, queued, p, hit, zero3(), none);
         }
+        // Store the picture coordinates
         store(work.camera.x + at, select(p.active, view.sx, 2.0f * kNowhere));
         store(work.camera.y + at, view.sy);
         store(work.camera.lens_u + at, lens_u), store(work.camera.lens_v + at, lens_v);
     }
+    // Trace the paths and weigh their vertices
     if (queued > 0) run_paths(scene, task.paths, work, queued);
     weigh_edge_on_kernel(scene, task.faces, count, true, work);
 }

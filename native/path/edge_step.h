@@ -1,8 +1,9 @@
-// Both sides of an edge at once, where a Lambertian surface bends a little: the step of its radiance,
-//   L+ - L- = int (f+ |n+.w| - f- |n-.w|) L(w) dw,
-// by one path with common directions, light samples and shadow rays. What light does far from the edge then
-// cancels before it is multiplied by noise: the variance falls with the square of the angle between the
-// sides, where that of two paths falls with the angle, as their rays are hidden or not by themselves.
+// The step of the reflected radiance across an edge between two Lambertian faces at a small angle,
+//   L+ - L- = int (f+ |n+.w| - f- |n-.w|) L(w) dw.
+// One path estimates both sides with common directions, light samples and shadow rays. Distant light then
+// cancels before it is multiplied by noise. The variance decreases with the square of the angle between the
+// faces. With one path for each side it would decrease only linearly, because their visibilities are
+// independent.
 #pragma once
 
 #include "path/scatter.h"
@@ -13,13 +14,13 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 struct LambertianStep {
-    Vec3 normal;  // between the two sides'
+    Vec3 normal;  // mean of the two sides' normals
     Lambertian plus, minus;
-    // Lanes under a constant sky whose integral over all directions is known: only what hides it is sampled.
+    // Lanes under a constant environment whose unoccluded integral is known. Only its occlusion is sampled.
     Mask environment_is_known;
 
     static constexpr bool kSmooth = true;
-    // Each side has a horizon of its own.
+    // Each side has its own horizon.
     EG_INLINE Mask both_sides() const { return splat(-1); }
 
     EG_INLINE static Float density(const Lambertian& side, Vec3 w) {
@@ -51,7 +52,7 @@ struct LambertianStep {
     }
 };
 
-// Scatters the packet's paths off x and the face `other` beside it, whose radiance is taken off.
+// Scatters paths at x and at the face `other` on the edge's other side. Subtracts the radiance of `other`.
 EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                             const SurfacePoint& x, const TexturePoint& point, const Shader& shader, Int other,
                             Float b1, Float b2, const PathIndex& index, Float lobe_u, int alive) {
@@ -77,7 +78,7 @@ EG_OUTLINE int scatter_step(const SceneView& scene, const ImageTask& task, Works
         if (any(seen))
             add_radiance(work, p, seen, p.throughput * (albedo[0] - albedo[1]) * splat3(scene.environment));
     }
-    // Rays leave in front of both faces, also those that pass below the plane between them.
+    // Rays must leave in front of both faces, also those below the plane between the faces.
     SurfacePoint both = x;
     both.normal = normal;
     both.position = x.position + normal * x.offset;

@@ -1,4 +1,4 @@
-// Paths on their first ray, from the camera.
+// Camera paths on their first segment.
 #pragma once
 
 #include "path/camera_rays.h"
@@ -7,7 +7,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Such paths, which it is left to set: which they are, their rays, and whether what these meet is touched.
+// Initializes a packet of camera paths. The caller sets `active`, `path`, the rays and `touched`.
 EG_INLINE PathPacket first_segment(int max_depth) {
     PathPacket p;
     p.throughput = {splat(1.0f), splat(1.0f), splat(1.0f)};
@@ -21,7 +21,7 @@ EG_INLINE PathPacket first_segment(int max_depth) {
     return p;
 }
 
-// Sends them through (sx, sy) of the picture and a point of the lens; what they meet.
+// Traces camera rays through the picture point (sx, sy) and a point of the lens. Returns their hits.
 EG_INLINE Closest trace_first(const SceneView& scene, PathPacket& p, Float sx, Float sy, Float lens_u,
                               Float lens_v, embree::QueryFlag coherence) {
     const CameraView& camera = scene.camera;

@@ -1,4 +1,4 @@
-// The queue of a task's live paths: what a ray carries from one surface to the next.
+// The queue of a task's live paths, and the state that a path carries from one surface to the next.
 #pragma once
 
 #include "simd/vector.h"
@@ -6,28 +6,28 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A packet of paths on their way along a ray.
+// A packet of paths on one segment each.
 struct PathPacket {
     Mask active;
     Int path;         // within the task
     Vec3 origin;      // where the ray starts
     Vec3 direction;   // unit
-    Vec3 throughput;  // product of f |cos| / pdf so far
-    Float pdf;  // solid-angle density with which the ray was sampled; 0: by no density (camera, specular)
-    Vec3 from;  // the surface point that scattered last, and its normal: a ray may pass surfaces between
+    Vec3 throughput;  // product of f |cos| / pdf
+    Float pdf;        // solid-angle density of the direction; 0 if it has none (camera ray, specular lobe)
+    Vec3 from;  // position and normal of the last scattering event; transparent surfaces may lie between
     Vec3 from_normal;
     Int from_mesh;
-    Mask both_sides;  // that point passes light to its back
-    Int segment;      // number of this ray in its path, from 1
-    Int vertex;       // surfaces met, passed ones included: which random numbers come next
+    Mask both_sides;  // that surface also scatters light to its back
+    Int segment;      // number of this segment in its path, from 1
+    Int vertex;       // number of surfaces met, transparent ones included; selects the random numbers
     Int kind;         // RayKind
-    Mask touched;     // recorded paths: it has met what has a derivative
-    Mask past_rim;    // of paths that look for rims: it has been scattered along one (path/rim.h)
-    Mask led;       // nothing but perfect and followed lobes has scattered it (shading/bsdf/followed_lobes.h)
-    Mask followed;  // the last of them was a followed one: lights of the table are not met by such rays
-    Mask caustic;   // another lobe has scattered it, and after that a perfect one
-    Mask final_ray;  // it brings light that it meets, and isn't scattered again
-    Int bounces;     // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
+    Mask touched;     // of recorded paths: has met a requested surface
+    Mask past_rim;    // of paths that sample rims: has been scattered along one (path/rim.h)
+    Mask led;         // scattered only by perfect and followed lobes (shading/bsdf/followed_lobes.h)
+    Mask followed;    // scattered last by a followed lobe; such rays do not meet lights of the table
+    Mask caustic;     // scattered by another lobe, and later by a perfect one
+    Mask final_ray;   // finds emission but does not scatter again
+    Int bounces;      // counts by kind, 8 bits each: diffuse, glossy, transmission, transparent
 };
 
 constexpr int kVertexBits = 11, kSegmentBits = 11;
@@ -56,7 +56,7 @@ EG_INLINE void unpack_state(Int state, PathPacket& p) {
     p.past_rim = ((state >> (kSegmentBits + kVertexBits + 9)) & 1) != 0;
 }
 
-// Number of bounces of a kind (kDiffuseRay, kGlossyRay, kTransmissionRay, or 4: transparent) so far.
+// Number of bounces of a kind so far (kDiffuseRay, kGlossyRay, kTransmissionRay; 4: transparent).
 EG_INLINE Int bounce_count(Int bounces, Int kind) {
     Int n;
     for (int i = 0; i < W; ++i) n[i] = (bounces[i] >> (8 * (kind[i] - 1))) & 255;
@@ -68,7 +68,7 @@ EG_INLINE Int add_bounce(Int bounces, Mask m, Int kind) {
     return bounces;
 }
 
-// Distance from the point that scattered the rays to where they start: beyond surfaces that they passed.
+// Distance from the last scattering event to the ray's origin, which may lie behind transparent surfaces.
 EG_INLINE Float way_so_far(const PathPacket& p) {
     const Vec3 way = p.origin - p.from;
     return sqrt(dot(way, way));
@@ -80,7 +80,7 @@ EG_INLINE void load3(Vec3& v, float* const p[3], int at) {
 EG_INLINE void store3(float* const p[3], int at, Vec3 v) {
     store(p[0] + at, v.x), store(p[1] + at, v.y), store(p[2] + at, v.z);
 }
-// Values of the lanes of a mask.
+// Writes the values of the lanes of a mask and keeps the others.
 EG_INLINE void put3(float* const p[3], int at, Mask m, Vec3 v) {
     Vec3 others;
     load3(others, p, at);

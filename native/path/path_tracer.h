@@ -1,12 +1,12 @@
-// The path tracer: radiance along camera rays, for paths of up to `max_depth` segments,
-//   L(x, wo) = L_e + int f(wo, w) |n.w| L(x', -w) dw,
-// estimated per vertex by one emitter sample and one BSDF sample, combined by the power heuristic (Veach
-// 1997), with Russian roulette. A task's paths advance one segment at a time: all rays of the queue are
-// traced in packets, then all hits are shaded, and what lives on is compacted.
+// The path tracer. It estimates the radiance along camera rays, for paths of up to `max_depth` segments,
+//   L(x, wo) = L_e(x, wo) + int f(wo, w) |n.w| L(x', -w) dw.
+// Each vertex takes one emitter sample and one BSDF sample, combined by the power heuristic (Veach 1997).
+// Russian roulette ends long paths. A task's paths advance one segment at a time: all rays of the queue are
+// traced in packets, then all hits are shaded, then the surviving paths are compacted.
 //
-// What isn't sampled twice isn't traced twice. A constant environment is found by BSDF samples alone; on
-// Lambertian surfaces, whose emitter samples are good enough by themselves, the last segment of a path is
-// traced only to see the environment.
+// Light that one strategy samples well is not sampled by a second one. BSDF samples alone find a constant
+// environment. Emitter samples alone find lights from a Lambertian vertex at the end of a path, so its last
+// segment is traced only to find the environment.
 #pragma once
 
 #include "path/edge_step.h"
@@ -42,7 +42,7 @@ EG_INLINE Closest load_hits(const HitQueue& hits, int at, Mask hit) {
     return closest;
 }
 
-// The task's camera rays and what they meet; the number of paths.
+// Starts the task's camera paths and traces their first rays. Returns the number of paths.
 EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspace& work) {
     const CameraView& camera = scene.camera;
     const int count = task.pixel_count * task.samples;
@@ -52,6 +52,7 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
     for (int at = 0; at < count; at += W) {
         p.active = first_lanes(count - at);
         p.path = lane_index() + at;
+        // Sample the point on the film and the point on the lens
         const PathIndex index = path_index(task, p.path);
         Float u, v, lens_u = splat(0.5f), lens_v = lens_u;
         sobol_pair(index.stream, index.sample, kPairPixel, u, v);
@@ -63,6 +64,7 @@ EG_INLINE int start_paths(const SceneView& scene, const ImageTask& task, Workspa
             store(work.camera.x + at, sx), store(work.camera.y + at, sy);
             store(work.camera.lens_u + at, lens_u), store(work.camera.lens_v + at, lens_v);
         }
+        // Trace the camera rays and queue the paths with their hits
         store_hits(work.hits, at, trace_first(scene, p, sx, sy, lens_u, lens_v, embree::kCoherent));
         append_paths(work.paths, at, p);
         for (int c = 0; c < 3; ++c) store(work.radiance[c] + at, splat(0.0f));
@@ -80,8 +82,8 @@ EG_INLINE void trace_paths(const SceneView& scene, Workspace& work, int count) {
     }
 }
 
-// Light from the environment along rays that meet nothing, against the chance that a sample of its image
-// found it.
+// Adds environment light along rays that miss the scene. The MIS weight accounts for samples of the
+// environment's image.
 EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const PathPacket& p, Mask missed,
                                Vertex* vertex) {
     missed &= (splat(scene.environment_mask) & ray_mask(p.kind)) != 0;
@@ -96,7 +98,7 @@ EG_INLINE void add_environment(const SceneView& scene, Workspace& work, const Pa
     add_radiance(work, p, missed, p.throughput * environment_radiance(scene, p.direction) * weight);
 }
 
-// Light that the surface itself gives, against the chance that an emitter sample found it.
+// Adds emission of the surface that a ray has hit. The MIS weight accounts for emitter samples.
 EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathPacket& p,
                             const SurfacePoint& x, const Shader& shader, const TexturePoint& point,
                             Vertex* vertex) {
@@ -105,7 +107,8 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
     Float weight = splat(1.0f);
     const Mask sampled = emits & (p.pdf > 0.0f);
     if (any(sampled)) {
-        const Vec3 way = x.position - p.from;  // surfaces may have been passed on it
+        // The segment starts at the last scattering event; transparent surfaces may lie between.
+        const Vec3 way = x.position - p.from;
         const Float pdf = light_pdf(scene, sampled, {p.from, p.from_normal, p.both_sides}, x.face,
                                     p.direction, sqrt(dot(way, way)));
         weight = select(sampled, power_heuristic(p.pdf, pdf), splat(1.0f));
@@ -120,7 +123,7 @@ EG_INLINE void add_emission(const SceneView& scene, Workspace& work, const PathP
     add_radiance(work, p, emits, p.throughput * closure_emission(x, shader, point) * weight);
 }
 
-// Lights that rays meet without being blocked by them.
+// Adds lights of the light table that a ray meets. Such lights do not block rays.
 EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const PathPacket& p,
                                 Float distance) {
     if (work.values && !requests_rows(*work.values)) return;
@@ -135,12 +138,12 @@ EG_INLINE void add_sized_lights(const SceneView& scene, Workspace& work, const P
                                     });
     const Vec3 light =
         lights_along(scene, meets, from, p.from_mesh, p.direction, near, near + distance, p.pdf, p.kind);
-    const Mask lit = p.active & (largest_component(light) > 0.0f);
-    if (any(lit)) add_radiance(work, p, lit, p.throughput * light);
+    const Mask found = p.active & (largest_component(light) > 0.0f);
+    if (any(found)) add_radiance(work, p, found, p.throughput * light);
 }
 
-// Lets part of the paths pass a surface that isn't opaque, and takes them out of x. What the others weigh is
-// the shader's scale.
+// Sends part of the paths through a transparent surface and removes them from the active lanes of `x`.
+// Multiplies the shader's scale by the weight of the paths that remain.
 EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p, SurfacePoint& x,
                            Shader& shader, const PathIndex& index, int alive, Vertex* vertex) {
     const Mask may = x.active & has(shader, kHasTransparency);
@@ -149,6 +152,7 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexSurvival), unused, u);
     Vec3 color;
     const Float share = passing_share(shader, color);
+    // Keep both choices possible where only one has a nonzero probability but both have derivatives
     Mask ends = splat(0);
     Float chance = share;
     if (vertex) {
@@ -156,11 +160,13 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
                share_ends_change(work.vertices->passed, shader.closure);
         chance = select(ends, chance_at_ends(share), share);
     }
+    // Choose the paths that pass through the surface
     p.active = may & (u < chance);
     x.active &= ~p.active;
     if (vertex) put(vertex->passes, p.active, splat(-1));
     if (work.values) record_passing(*work.values, p.active, color);
-    const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: passed surfaces
+    // Continue the transmitted paths behind the surface
+    const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: transparent surfaces
     p.active &= bounce_count(p.bounces, kind) < task.limits.transparent;
     p.bounces = add_bounce(p.bounces, p.active, kind);
     p.throughput = p.throughput * color * shader.scale;
@@ -173,11 +179,13 @@ EG_INLINE int pass_through(const ImageTask& task, Workspace& work, PathPacket p,
     return append_paths(work.paths, alive, p);
 }
 
-// Scatters the paths of a packet: Lambertian ones by themselves, as they need far less.
+// Scatters the paths of a packet. Lambertian surfaces take a shorter code path, since they need only an
+// albedo.
 EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                          const SurfacePoint& x, const TexturePoint& point, const Shader& shader,
                          const PathIndex& index, Float lobe_u, int alive, Vertex* vertex) {
     const Vec3 normal = shading_normal(scene, x.active, shader, point);
+    // Scatter at Lambertian surfaces
     const Mask lambertian = p.active & has(shader, kLambertian);
     if (any(lambertian)) {
         Vec3 albedo = shader.color(kBaseColor);
@@ -196,15 +204,18 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
     PathPacket part = p;
     part.active = p.active & ~lambertian;
     if (any(part.active)) {
+        // Evaluate the closures of all other surfaces
         ShadedSurface surface = shaded_surface(scene, part.active, x, point, shader, normal);
         surface.bsdf.glass.by_slope = vertex && work.vertices->geometry;
         const bool rims = vertex && work.vertices->rims;
         RimChoice rim;
         if (rims) rim = choose_rims(task, part, surface, index);
         ShadedSurface whole = surface;
+        // Record which lobes are followed
         if (vertex && scene.followed_alpha > 0.0f)
             put(vertex->follows, part.active,
                 follow_lobes(surface.bsdf, part.active & part.led, scene.followed_alpha));
+        // Scatter some paths along the rims of their transmission lobes
         if (rims) {
             if (any(rim.taken)) {
                 const Mask followed =
@@ -215,6 +226,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
             }
             part.throughput = part.throughput * rim.others;
         }
+        // Favour lobes whose roughness is requested
         if (vertex && work.vertices->requested.lobes) {
             const RequestedSurfaces& requested = work.vertices->requested;
             favour(surface.bsdf, part.active & is_requested(requested, shader.closure), requested.lobes,
@@ -225,18 +237,20 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
     return alive;
 }
 
-// Whether rays that meet nothing matter to a derivative: by what they bring, or what it is worth to the
-// surface that scattered it or let it through. (A quarter of tri_black's seconds went to empty packets.)
+// Returns whether rays that miss the scene contribute to a derivative: by the environment's own light, or by
+// its product with the derivative of an earlier vertex. Skipping the others avoids sweeps over empty packets.
 EG_INLINE bool misses_count(const SceneView& scene, const VertexMemory& vertices, const PathPacket& p) {
     return vertices.misses || (scene.has_environment && any(p.active & (p.vertex > 0)));
 }
 
-// One segment: shades the hits of the queue's `count` paths; the number of those that go on.
+// Advances the queue's `count` paths by one segment: shades their hits. Returns the number of paths that
+// continue.
 EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count) {
     const RequestedSurfaces* requested = requested_surfaces(work);
     const bool moving = requested && requested->moving;
     int alive = 0;
     for (int at = 0; at < count; at += W) {
+        // Load the paths and drop those that cannot reach a requested surface
         PathPacket p = load_paths(work.paths, at, count);
         const Int face = load(work.hits.face + at);
         const Mask hit = p.active & (face >= 0);
@@ -244,26 +258,31 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             p.touched |= hit & (gather(scene.face_moving, select(hit, face, splat(0))) != 0);
             if (!any(p.active & may_touch(*requested, task, p, hit))) continue;
         }
+        // Record the vertices of paths whose derivatives are computed
         Vertex* vertex = nullptr;
         if (work.vertices && !any(hit) && !misses_count(scene, *work.vertices, p)) continue;
         if (work.vertices) {
             vertex = &work.vertices->append<W>();
             record_arrival(*vertex, p, hit, load_hits(work.hits, at, hit));
         }
-        // Recorded vertices find lights of the table by emitter samples alone.
+        // Add lights that rays meet before their surfaces. Recorded paths find such lights by emitter samples
+        // alone.
         if (!vertex && scene.lights.sized_count + scene.lights.sized_distant > 0)
             add_sized_lights(scene, work, p,
                              select(hit, load(work.hits.distance + at), splat(__builtin_inff())));
         if (work.values) record_values(*work.values, p, p.active);
+        // Add environment light along rays that miss the scene
         if (scene.has_environment) add_environment(scene, work, p, p.active & ~hit, vertex);
         if (!any(hit)) {
             if (vertex) keep_touched(*work.vertices, *vertex, p.touched);
             if (work.values) keep_touched(*work.values, work.values->latest<W>(), p.touched);
             continue;
         }
+        // Compute the surface points
         SurfacePoint x = surface_point(scene, hit, face, load(work.hits.b1 + at), load(work.hits.b2 + at),
                                        p.direction, select(hit, load(work.hits.instance + at), splat(-1)));
         x.mesh = select(hit, load(work.hits.mesh + at), splat(0));
+        // Move paths that start at an edge of a boundary sample beside that edge
         Mask bends = splat(0);
         if (work.hits.edges) {
             Vec3 step;
@@ -271,12 +290,14 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
             x.position = select(hit, x.position + step, x.position);
             bends = hit & (load(work.hits.edges->other + at) >= 0);
         }
+        // Evaluate textures and choose a closure
         const PathIndex index = path_index(task, p.path);
         Float choice_u = splat(0.5f), choice_v = choice_u;
         if (vertex || any(bends) || scene.any_mixture || (scene.all_flags & (kHasGlossy | kHasTransparency)))
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), choice_u, choice_v);
         const TexturePoint point = texture_point(scene, x, -p.direction, p.kind);
         Shader shader = surface_shader(scene, x, point, choice_u);
+        // Record the surfaces, and drop vertices without a requested surface
         if (requested) p.touched |= hit & is_requested(*requested, shader.closure);
         if (vertex) {
             put(vertex->closure, hit, shader.closure);
@@ -287,11 +308,14 @@ EG_INLINE int shade_paths(const SceneView& scene, const ImageTask& task, Workspa
         }
         if (work.values)
             record_surface(*work.values, hit, load_hits(work.hits, at, hit), shader.scale, p.touched);
+        // Send part of the paths through transparent surfaces
         if (scene.all_flags & kHasTransparency)
             alive = pass_through(task, work, p, x, shader, index, alive, vertex);
         if (!any(x.active)) continue;
+        // Add emission of the surfaces
         if (scene.all_flags & kHasEmission) add_emission(scene, work, p, x, shader, point, vertex);
 
+        // Scatter the paths at their surfaces
         p.active = x.active & ~p.final_ray;
         p.throughput = p.throughput * shader.scale;
         if (!any(p.active)) continue;

@@ -1,4 +1,4 @@
-// The picture: for each pixel the mean of L over its filter.
+// The picture: each pixel is the mean of L over the pixel filter.
 #pragma once
 
 #include "path/path_tracer.h"
@@ -8,7 +8,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Adds the values of the task's paths to the picture, in the order of paths whatever the packet's width.
+// Adds the paths' values to the picture, in the order of the paths, so that the result does not depend on the
+// packets' width.
 static void accumulate(const ImageTask& task, const Workspace& work, float* image) {
     const float* value[3] = {work.radiance[0], work.radiance[1], work.radiance[2]};
     for (int pixel = 0; pixel < task.pixel_count; ++pixel) {
@@ -27,14 +28,14 @@ static void radiance_kernel(const SceneView& scene, const ImageTask& task, Works
     accumulate(task, work, image);
 }
 
-// The same paths, whose vertices are recorded in work.vertices, or others that look for rims.
+// Traces the same paths, or paths that sample rims, and records their vertices in work.vertices.
 static void record_kernel(const SceneView& scene, const ImageTask& task, Workspace& work) {
     work.vertices->clear();
     run_paths(scene, task, work, start_paths(scene, task, work));
     if (work.vertices->rims) keep_rims(*work.vertices);
 }
 
-// The same paths, of which work.values takes what derivatives by colours and strengths need.
+// Traces the same paths and records in work.values what derivatives by colours and strengths need.
 static void record_values_kernel(const SceneView& scene, const ImageTask& task, Workspace& work) {
     work.values->count = 0;
     run_paths(scene, task, work, start_paths(scene, task, work));

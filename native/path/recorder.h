@@ -1,4 +1,4 @@
-// Writes down what happens at the vertices of paths whose derivatives are asked for (tasks/vertex_record.h).
+// Records the vertices of paths whose derivatives are computed (tasks/vertex_record.h).
 #pragma once
 
 #include "path/path_queue.h"
@@ -13,7 +13,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 using Vertex = VertexPacket<W>;
 
-// Whose derivatives the task's paths are recorded for; null: they are not.
+// Returns the surfaces for which the task's paths are recorded; null if no paths are recorded.
 EG_INLINE const RequestedSurfaces* requested_surfaces(const Workspace& work) {
     return work.vertices ? &work.vertices->requested : work.values ? &work.values->requested : nullptr;
 }
@@ -22,27 +22,27 @@ EG_INLINE Mask is_requested(const RequestedSurfaces& requested, Int closure) {
     return (closure >= requested.first_closure) & (closure < requested.last_closure);
 }
 
-// Lanes of a packet of ray ends of which anything may come: that have met what is asked for, or may still.
+// Selects lanes that can still contribute: their path has met a requested surface, or may meet one later.
 EG_INLINE Mask may_touch(const RequestedSurfaces& requested, const ImageTask& task, const PathPacket& p,
                          Mask hit) {
     const Mask scatters = ~p.final_ray & (p.segment + 1 < task.max_depth);
     return p.touched | (hit & (requested.first_closure < requested.last_closure ? splat(-1) : scatters));
 }
 
-// Values of the lanes of a mask.
+// Writes the values of the lanes of a mask and keeps the others.
 EG_INLINE void put(float* field, Mask m, Float a) { store(field, select(m, a, load(field))); }
 EG_INLINE void put(int32_t* field, Mask m, Int a) { store(field, select(m, a, load(field))); }
 EG_INLINE void put3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
     put(field[0], m, a.x), put(field[1], m, a.y), put(field[2], m, a.z);
 }
 
-// Values of the lanes of a mask in a field that holds none; 0 in the others.
+// Writes the values of the lanes of a mask and sets the others to 0.
 EG_INLINE void set(float* field, Mask m, Float a) { store(field, select(m, a, 0.0f)); }
 EG_INLINE void set3(Vertex::Floats (&field)[3], Mask m, Vec3 a) {
     set(field[0], m, a.x), set(field[1], m, a.y), set(field[2], m, a.z);
 }
 
-// The vertex of a packet of ray ends.
+// Records the rays of a packet and their hits.
 EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Closest& closest) {
     store(v.active, p.active);
     store(v.path, p.path);
@@ -68,28 +68,29 @@ EG_INLINE void record_arrival(Vertex& v, const PathPacket& p, Mask hit, const Cl
     set(v.scale, p.active, splat(1.0f));
 }
 
-// Whether the direction in which the surface before sees x is held.
+// Records where the direction from the previous vertex to x is fixed (scene/contact.h).
 EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacket& p, const SurfacePoint& x) {
     if (!scene.mesh_contact) return;
-    const Mask held = (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f);
-    const Contact c =
-        contact(scene, x.active & held, p.from_mesh, p.from, p.from_normal, x.mesh, x.triangle, x.position);
+    const Mask eligible =
+        (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f);
+    const Contact c = contact(scene, x.active & eligible, p.from_mesh, p.from, p.from_normal, x.mesh,
+                              x.triangle, x.position);
     set(v.held, x.active, c.share);
     set3(v.drift, x.active, c.drift);
 }
 
-// The same of the direction in which x sees a sample of light.
+// Records where the direction from x to an emitter sample is fixed.
 EG_INLINE void record_light_contact(const SceneView& scene, Vertex& v, const PathPacket& p,
                                     const SurfacePoint& x, const LightSample& s) {
     if (!scene.mesh_contact) return;
-    const Mask held = s.active & (s.face >= 0) & (p.segment <= scene.fixed_direction_surfaces);
-    const Contact c = contact_with_face(scene, held, x, s.face, splat(-1), s.b1, s.b2);
-    put(v.light_held, held, c.share);
-    put3(v.light_drift, held, c.drift);
+    const Mask eligible = s.active & (s.face >= 0) & (p.segment <= scene.fixed_direction_surfaces);
+    const Contact c = contact_with_face(scene, eligible, x, s.face, splat(-1), s.b1, s.b2);
+    put(v.light_held, eligible, c.share);
+    put3(v.light_drift, eligible, c.drift);
 }
 
-// Leaves lanes out whose light has no derivative; the latest packet altogether where all are such. It may
-// still be written to.
+// Drops lanes that do not contribute to a derivative, and the latest packet if none of its lanes does. The
+// packet's memory stays valid, so that the caller may still write to it.
 template <typename Memory, typename Packet>
 EG_INLINE void keep_touched(Memory& memory, Packet& v, Mask touched) {
     if (memory.requested.everywhere) return;
@@ -109,7 +110,7 @@ EG_INLINE void record_light(Vertex& v, const LightSample& s, Vec3 scale) {
     put3(v.light_scale, s.active, scale);
 }
 
-// The sampled direction of lanes that were scattered.
+// Records the sampled direction of scattered lanes.
 EG_INLINE void record_direction(Vertex& v, Mask sampled, const BsdfSample& s) {
     put(v.samples, sampled, splat(-1));
     put(v.specular, sampled, s.specular);
@@ -120,7 +121,7 @@ EG_INLINE void record_direction(Vertex& v, Mask sampled, const BsdfSample& s) {
     put(v.next_scale, sampled, 1.0f / max(s.pdf, 1e-30f));
 }
 
-// That a ray goes on, with probability `survival`.
+// Records that a ray continues after Russian roulette with probability `survival`.
 EG_INLINE void record_survival(Vertex& v, Mask goes_on, Float survival) {
     put(v.continues, goes_on, splat(-1));
     put(v.next_scale, goes_on, load(v.next_scale) * (1.0f / survival));

@@ -1,5 +1,5 @@
-// Surfaces that derivatives are asked of. Where nothing else has any, paths that haven't met one yet are
-// followed but neither recorded nor lit.
+// The surfaces whose derivatives are requested. If only surfaces have derivatives, a path that has not met a
+// requested one yet is traced, but records no vertices and samples no lights.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,11 @@ namespace edgegrad {
 
 struct RequestedSurfaces {
     bool everywhere = true;
-    int32_t first_closure = 0, last_closure = 0;  // by their shaders
-    int32_t lobes = 0;  // of those (bits): all that is asked for is how wide these lobes are
-    // By their vertices (SceneView::face_moving). What scatters light of such a surface sees it move, so that
-    // vertices are recorded whose next one may be on one.
+    int32_t first_closure = 0, last_closure = 0;  // range of the requested closures
+    int32_t lobes = 0;  // bits of lobes, if only the roughness of these lobes is requested
+    // Vertices of faces are requested (SceneView::face_moving). A vertex that scatters light from such
+    // a face depends on its motion, so that vertices whose next vertex may lie on a moving face are recorded
+    // as well.
     bool moving = false;
 };
 

@@ -1,15 +1,17 @@
-// Paths of the picture that are scattered once along the rim of a transmission lobe
-// (shading/bsdf/transmission_rim.h), for what moves as rims move.
+// Paths that are scattered once along the rim of a transmission lobe (shading/bsdf/transmission_rim.h). They
+// estimate the derivative due to the motion of rims,
+//   dL = sign(1 - eta) int f |n.w| L(w) (dg/dtheta)/eta dphi   over the rim g(w) = 0   (derivations, O).
 //
-// They are recorded like those of the interior term, with `VertexMemory::rims`: at each surface whose lobe
-// has a rim a path goes along it by chance, surely where it is scattered for the last time, and as any other
-// path before and after. Sweeps (adjoint/vertex.h) then have of that vertex f |cos| g, whose value is 0 and
-// whose derivative is that of the rim, in the place of f |cos|; other vertices count for nothing but the
-// light that they send there. So all that moves a rim is on the same tape as all that changes shading.
+// The paths are recorded like those of the interior term, with `VertexMemory::rims`. At a surface whose lobe
+// has a rim, a path is scattered along the rim with probability `kRimChance`, or 1 at its last scattering
+// event. Before and after it is scattered like any other path. At that vertex, sweeps (adjoint/vertex.h)
+// replace f |cos| by f |cos| g, whose value is zero and whose derivative is that of the rim. Other vertices
+// contribute only the light that they send there. Thus everything that moves a rim is on the tape that
+// shading uses.
 //
-// Light of surfaces and of the environment is what the ray along the rim finds, with any density of its own:
-// no emitter sample is on a rim. Sized lights of the light table, which recorded rays don't meet, are
-// looked for along it.
+// The ray along the rim finds light of surfaces and of the environment with a weight of 1, because no emitter
+// sample lies on a rim. Recorded rays do not meet sized lights of the light table, so the lights along the
+// ray are sampled explicitly.
 #pragma once
 
 #include "path/scatter.h"
@@ -19,13 +21,13 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// With what probability paths that may be scattered again leave along the rim.
+// Probability of scattering along the rim where the path may be scattered again.
 constexpr float kRimChance = 0.5f;
-// The density of such rays: beside it that of other strategies is nothing (power_heuristic).
+// Density of rays along a rim: the weight of other strategies vanishes beside it (power_heuristic).
 constexpr float kRimDensity = 1e18f;
 
-// One of the sized lights of the table that are met along w, all equally likely (reservoir sampling), as an
-// emitter sample that counts `count` times.
+// Samples one of the sized lights of the table along w, all with equal probability (reservoir sampling).
+// `count` is the inverse of that probability.
 EG_OUTLINE LightSample light_on_rim(const SceneView& scene, const PathPacket& p, const SurfacePoint& x,
                                     Vec3 w, Float u, Float& count) {
     const LightView& lights = scene.lights;
@@ -56,12 +58,12 @@ EG_OUTLINE LightSample light_on_rim(const SceneView& scene, const PathPacket& p,
     return s;
 }
 
-// Lanes of paths that look for a rim and are scattered along one here.
+// The lanes that are scattered along a rim here.
 struct RimChoice {
     Mask taken;
-    Float others;  // the weight of those that go on otherwise
-    Float u;       // what is left of the number by which they were picked
-    Float chance;  // by which they were
+    Float others;  // weight of the lanes that are scattered otherwise
+    Float u;       // remainder of the random number of the choice
+    Float chance;  // probability of the choice
     RimSample sample;
 };
 
@@ -75,7 +77,7 @@ EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, con
     const Interface& glass = surface.bsdf.glass;
     const Mask may = p.active & ~p.past_rim & has_rim(glass, surface.bsdf.view);
     if (!any(may)) return r;
-    // Before rims emitter samples have no use for these.
+    // Emitter samples do not use these random numbers before the rim.
     Float choice, place;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), choice, place);
     const Mask last = p.segment + 1 >= task.max_depth;
@@ -87,11 +89,12 @@ EG_OUTLINE RimChoice choose_rims(const ImageTask& task, const PathPacket& p, con
     return r;
 }
 
-// Sends the paths of a choice along their rims; the queue's new length. Lobes that are followed have a rim
-// for lights of the table alone: what else their rays show moves with them.
+// Scatters paths along their rims. Returns the queue's new length. Followed lobes have rims only for lights
+// of the table: the domain of all other light moves with the lobe.
 EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                               const SurfacePoint& x, const ShadedSurface& surface, const RimChoice& r,
                               Mask followed, int alive, Vertex& vertex) {
+    // Evaluate the lobe at its rim
     const Vec3 w = to_world(surface.bsdf, r.sample.w);
     p.active &= r.taken & r.sample.active & (dot(x.normal, w) < 0.0f);
     const Vec3 f = rim_value(surface.bsdf.glass, surface.bsdf.view, r.sample.w);
@@ -99,6 +102,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     if (!any(p.active)) return alive;
     const Float scale = 1.0f / (r.sample.pdf * max(r.chance, kRimChance));
     put(vertex.rim, p.active, splat(-1));
+    // Sample the lights of the table along the rim
     if (scene.lights.sized_count + scene.lights.sized_distant > 0) {
         Float count;
         const LightSample s = light_on_rim(scene, p, x, w, r.u, count);
@@ -113,6 +117,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
             record_light(vertex, s, light);
         }
     }
+    // Continue along the rim and record the direction
     p.active &= ~followed;
     if (!any(p.active)) return alive;
     const Int kind = splat(static_cast<int>(kTransmissionRay));
@@ -130,7 +135,7 @@ EG_OUTLINE int scatter_at_rim(const SceneView& scene, const ImageTask& task, Wor
     return append_paths(work.paths, alive, p);
 }
 
-// Of recorded paths, vertices but those on rims count for nothing by themselves.
+// Sets the throughput of all recorded vertices but those on rims to zero.
 EG_INLINE void keep_rims(VertexMemory& memory) {
     for (int64_t k = 0; k < memory.count; ++k) {
         Vertex& v = memory.at<W>(k);

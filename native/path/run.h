@@ -1,4 +1,4 @@
-// Paths from their first hits to their ends.
+// Traces paths from their first hits to their ends.
 #pragma once
 
 #include "tasks/image_task.h"
@@ -6,8 +6,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Follows the `count` paths in work.paths, whose rays have met work.hits (face -1: nothing), and adds what
-// they find to work.radiance, by path. Compiled once, in kernels/path_kernels.cpp.
+// Traces the `count` paths in work.paths, whose rays have met work.hits (face -1: none). Adds their radiance
+// to work.radiance, by path. Compiled once, in kernels/path_kernels.cpp.
 void run_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count);
 
 }  // namespace edgegrad::EDGEGRAD_ISA

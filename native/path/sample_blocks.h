@@ -1,10 +1,10 @@
-// Adjoint blocks (derivations, section 1): what a velocity of the geometry does to a sample.
+// Adjoint blocks (derivations, section 1): the effect of a velocity of the geometry on a sample.
 //
-// Every geometric derivative of a sample is a sum of dot products g . velocity over a few blocks: a
-// point that rides on a triangle (M), the point where a fixed pixel's ray meets its moving triangle
-// (S), a triangle's normal (N), a point of an edge (E). The estimators compute the vectors g once;
-// `Forward` dots them with the vertices' velocities, `Backward` scatters them to the vertices. Both
-// modes thus come from the same samples and are each other's transpose.
+// Every geometric derivative of a sample is a sum of dot products g . velocity over a few blocks: a point at
+// fixed barycentrics of a triangle (M), the point where a fixed pixel's ray meets its moving triangle (S), a
+// triangle's normal (N), a point of an edge (E). The estimators compute the vectors g once. `Forward`
+// multiplies them by the vertices' velocities; `Backward` adds them to the vertices' gradients. Both modes
+// thus use the same samples and are transposes of each other.
 #pragma once
 
 #include "scene/camera_row.h"
@@ -26,7 +26,7 @@ EG_INLINE Vec3 gather_velocity(const SceneView& scene, const DerivativeView& tan
     return v;
 }
 
-// Sum over channels of `weight` (per channel) times (g . velocity), where weight carries the colour.
+// Sums weight * (g . velocity), with one weight for each colour channel.
 struct Forward {
     const SceneView& scene;
     const DerivativeView& tangent;
@@ -55,7 +55,7 @@ struct Forward {
         for (int k = 0; k < kCameraFloats; ++k) d = d + row[k] * static_cast<float>(tangent.camera[k]);
         value = value + color * select(m, d, 0.0f);
     }
-    // The same of the floats of a row of the light table, and of the environment's rotation.
+    // The same for the floats of a row of the light table, and for the environment's rotation.
     EG_INLINE void light(Mask m, Int light, const Float (&row)[kLightParams], Vec3 color) {
         Float d = splat(0.0f);
         for (int i = 0; i < W; ++i) {
@@ -70,7 +70,7 @@ struct Forward {
         for (int k = 0; k < 9; ++k) d = d + row[k] * static_cast<float>(tangent.environment_rotation[k]);
         value = value + color * select(m, d, 0.0f);
     }
-    // A point of an instance, at `local` in the mesh's own space.
+    // A point of an instance, with the position `local` in the mesh's object space.
     EG_INLINE void placed(Mask m, Int instance, Vec3 local, Vec3 g, Vec3 color) {
         Float d = splat(0.0f);
         for (int i = 0; i < W; ++i) {
@@ -86,7 +86,7 @@ struct Forward {
 struct Backward {
     const SceneView& scene;
     const DerivativeView& gradient;
-    Vec3 adjoint;  // of the samples' radiance
+    Vec3 adjoint;  // adjoint of the samples' radiance
 
     EG_INLINE void add(int64_t vertex, float s, Vec3 g, int i) {
         double* p = gradient.vertices + 3 * (vertex - gradient.first_vertex);
@@ -108,7 +108,7 @@ struct Backward {
     EG_INLINE void camera(Mask m, const Float row[kCameraFloats], Vec3 color) {
         const Float a = dot(adjoint, color);
         for (int k = 0; k < kCameraFloats; ++k) {
-            const Float part = select(m, a * row[k], 0.0f);  // other lanes may hold anything
+            const Float part = select(m, a * row[k], 0.0f);  // other lanes may hold infinities
             for (int i = 0; i < W; ++i) gradient.camera[k] += static_cast<double>(part[i]);
         }
     }

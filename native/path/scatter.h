@@ -1,4 +1,4 @@
-// What a surface does with a path: light from an emitter sample, and the ray that goes on.
+// Scattering at a surface: direct light by emitter and environment samples, and the ray that continues.
 #pragma once
 
 #include "path/bounces.h"
@@ -17,18 +17,20 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Segments after which Russian roulette may end a path, and the least probability of going on.
+// Russian roulette may end a path after this many segments.
 constexpr int kRouletteSegment = 3;
-// The same of paths that are recorded for values of shaders and lights: each vertex adds to the derivative
-// what all light behind it weighs. It halves the variance of cornell_albedo's derivative for 1.16 times the
-// time; the gradient of all its vertices, whose sweeps cost more, would take 1.5 to 1.8 times as long.
+// The same for paths recorded only for derivatives with respect to values of shaders and lights. Each of
+// their vertices contributes the light of all segments behind it, so that late roulette trades time for
+// variance. Paths with geometric derivatives keep the early roulette, since their sweeps cost more per
+// vertex.
 constexpr int kLateRouletteSegment = 8;
+// Least probability of survival.
 constexpr float kLeastSurvival = 0.05f;
 
-// Densities have no bound: that of a light is infinite where a point lies in its plane, on an edge of a face
-// that gives light.
+// The power heuristic. Densities are clamped because a light's density is infinite at a point in the light's
+// plane, for example on an edge of an emissive face.
 EG_INLINE Float power_heuristic(Float p, Float q) {
-    const Float most = splat(1e18f);  // its square is a number
+    const Float most = splat(1e18f);  // its square is finite
     p = min(p, most);
     q = min(q, most);
     const Float p2 = p * p;
@@ -45,7 +47,7 @@ EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 v
     }
 }
 
-// A vertex' rays that meet meshes of `mask`, and where to write down what they pass.
+// Shadow rays of a vertex towards meshes of the ray mask `mask`, and where they record transparent surfaces.
 EG_INLINE PassingRays shadow_rays(const Workspace& work, const Vertex* vertex, RecordedRay ray, Int mask) {
     PassingRays rays{mask};
     if (vertex && work.vertices->passed.closures)
@@ -53,16 +55,18 @@ EG_INLINE PassingRays shadow_rays(const Workspace& work, const Vertex* vertex, R
     return rays;
 }
 
-// Light from a sample of the lights; `alone` where no ray will be traced that could find it too.
+// Samples direct illumination from the light sources. Lanes of `alone` trace no BSDF sample that could find
+// the same light, so their weight is 1.
 template <typename Surface>
 EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPacket& p, const SurfacePoint& x,
                           const Surface& surface, Mask alone, const PathIndex& index, Vertex* vertex) {
+    // Sample a light and evaluate the BSDF
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
     LightSample s = sample_light(scene, p.active, x, p.both_sides, u, v);
     look_up_emission(scene, s, p.kind);
     const BsdfValue f = scattered_light(scene, surface, s.visible_to, s.active, s.row >= 0, s.w);
-    // What is zero now may have a derivative.
+    // Recorded light omits the radiance and the BSDF: factors that are zero may have derivatives.
     Vec3 light = s.radiance * f.value * s.geometry;
     if (vertex) {
         const Mask scatters = (f.pdf > 0.0f) | (largest_component(f.value) > 0.0f);
@@ -74,9 +78,11 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     }
     s.active &= largest_component(light) > 0.0f;
     if (!any(s.active)) return;
-    // Recorded paths find lights of the table by emitter samples alone.
+    // Combine with BSDF samples, except for lights of the table: recorded paths find those by emitter samples
+    // alone
     const Mask shared = s.active & ~alone & (s.pdf > 0.0f) & (vertex ? s.row < 0 : splat(-1));
     if (any(shared)) light = light * select(shared, power_heuristic(s.pdf, f.pdf), 1.0f);
+    // Trace the shadow rays
     if (!scene.convex) {
         const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
         const Vec3 direction = select(s.distant, s.w, s.end - start);
@@ -85,6 +91,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
                                            shadow_rays(work, vertex, kRayToLight, s.blockers));
         light = select(s.casts_shadow, light * through, light);
     }
+    // Record the sample or add its light
     if (vertex) {
         record_light_contact(scene, *vertex, p, x, s);
         return record_light(*vertex, s, light);
@@ -93,11 +100,12 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     add_radiance(work, p, s.active, p.throughput * light);
 }
 
-// Light from a sample of the environment's image.
+// Samples direct illumination from the environment's image.
 template <typename Surface>
 EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, const PathPacket& p,
                                       const SurfacePoint& x, const Surface& surface, const PathIndex& index,
                                       Vertex* vertex) {
+    // Sample a direction and evaluate the BSDF
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexEnvironment), u, v);
     const EnvironmentSample s = sample_environment(scene, p.active, u, v);
@@ -109,11 +117,13 @@ EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, c
     if (work.values) light = environment_gain(scene, s.w) * f.value * scale;
     active &= largest_component(light) > 0.0f;
     if (!any(active)) return;
+    // Trace the shadow rays
     if (!scene.convex) {
         const Vec3 start = leave_surface(x, s.w) + terminator_lift(scene, x, surface.normal, s.w);
         light = light * transmittance(scene, active, start, s.w, splat(__builtin_inff()),
                                       shadow_rays(work, vertex, kRayToEnvironment, splat(1 << kShadowRay)));
     }
+    // Record the sample or add its light
     if (vertex) {
         put3(vertex->sky_direction, active, s.w);
         return put3(vertex->sky_scale, active, light);
@@ -122,8 +132,8 @@ EG_OUTLINE void add_environment_light(const SceneView& scene, Workspace& work, c
     add_radiance(work, p, active, p.throughput * light);
 }
 
-// Light that a last ray finds in the environment: only whether it meets anything matters. Where the light of
-// all directions together is `known`, what is hidden of it is taken off.
+// Adds environment light along the last ray of a path, which needs only a visibility test. Where the
+// unoccluded integral is `known`, the occluded part is subtracted from it instead.
 EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, const PathPacket& p,
                                      const SurfacePoint& x, Mask active, const BsdfSample& s, Mask known,
                                      Vertex* vertex) {
@@ -144,7 +154,7 @@ EG_INLINE void add_final_environment(const SceneView& scene, Workspace& work, co
     add_radiance(work, p, active, light);
 }
 
-// Paths go on from x by a bounce of `kind` along w, which was sampled with the density `pdf`.
+// Continues paths from x by a bounce of `kind` in direction w, sampled with the solid-angle density `pdf`.
 EG_INLINE void leave(PathPacket& p, const SurfacePoint& x, Vec3 w, Int kind, Float pdf) {
     p.origin = leave_surface(x, w);
     p.direction = w;
@@ -158,18 +168,20 @@ EG_INLINE void leave(PathPacket& p, const SurfacePoint& x, Vec3 w, Int kind, Flo
     p.vertex = p.vertex + 1;
 }
 
-// Appends the rays that go on to the queue; its new length.
+// Scatters a packet's paths at x and appends the rays that continue to the queue. Returns the queue's new
+// length.
 template <typename Surface>
 EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace& work, PathPacket p,
                        const SurfacePoint& x, const Surface& surface, const PathIndex& index, Float lobe_u,
                        int alive, Vertex* vertex) {
-    // A Lambertian surface's last ray sees nothing but the environment.
+    // The last ray from a Lambertian surface finds only the environment.
     Mask alone = splat(0);
     if constexpr (Surface::kSmooth) alone = next_is_final(task, p, splat(static_cast<int>(kDiffuseRay)));
     p.both_sides = surface.both_sides();
     const Mask scattered = p.active;
     const ValueMemory* values = work.values;
     const bool recorded = vertex || values;
+    // Sample direct illumination from the light sources and the environment
     if (recorded) p.active &= p.touched;
     const bool rims = vertex && work.vertices->rims;
     if (rims) p.active &= p.past_rim;
@@ -183,11 +195,13 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     if (!scene.has_environment || (values && !requests_environment(*values))) p.active &= ~alone;
     if (!any(p.active)) return alive;
 
+    // Sample the BSDF
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexDirection), u, v);
     BsdfSample s = surface.sample(p.active, lobe_u, u, v);
     if (vertex) record_direction(*vertex, p.active, s);
     p.active &= s.active;
+    // Add environment light along last rays from Lambertian surfaces
     const Mask last = p.active & alone & (recorded ? p.touched : splat(-1));
     Mask known = splat(0);
     if constexpr (requires { surface.environment_is_known; }) known = surface.environment_is_known;
@@ -196,10 +210,12 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
     if (!any(p.active)) return alive;
 
     p.final_ray = next_is_final(task, p, s.ray_kind);
-    // A path's last surface doesn't scatter; it is worth meeting only for what the path has met before.
+    // End paths that cannot contribute. The last surface of a path does not scatter. Its emission contributes
+    // only if the path has met a requested surface.
     if (recorded && !(scene.all_flags & kHasTransparency)) p.active &= p.touched | ~p.final_ray;
     if (values && !requests_met_light(scene, *values)) p.active &= ~p.final_ray;
     if (rims) p.active &= p.past_rim | ~p.final_ray;
+    // Update the throughput and apply Russian roulette
     p.throughput = p.throughput * s.weight;
     if (values) p.throughput = p.throughput * scattering_color(*values);
     const Float brightest = largest_component(p.throughput);
@@ -219,6 +235,7 @@ EG_OUTLINE int scatter(const SceneView& scene, const ImageTask& task, Workspace&
         if (vertex) record_survival(*vertex, p.active, splat(1.0f));
         if (values) record_next(*work.values, p.active, s.weight);
     }
+    // Continue the surviving paths
     p.caustic |= ~p.led & s.specular;
     p.led &= s.specular;
     p.followed = s.followed;

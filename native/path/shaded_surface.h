@@ -1,4 +1,4 @@
-// A surface of any shader, as paths scatter off it.
+// A surface with any shader, as the path tracer scatters at it.
 #pragma once
 
 #include "shading/bsdf/bsdf.h"
@@ -10,10 +10,10 @@ struct ShadedSurface {
     Vec3 normal;  // shading normal, on the viewer's side
     Bsdf bsdf;
     Mask transmits;
-    const Vec3* smooth;  // the smooth normal, where a normal map may have bent it; else null
-    Mask diffuse;        // closures whose terminator a bent normal softens
+    const Vec3* smooth;  // the smooth normal, if a normal map may have bent it; else null
+    Mask diffuse;        // closures whose terminator is softened for bent normals
 
-    static constexpr bool kSmooth = false;  // a mirror finds light that no emitter sample does
+    static constexpr bool kSmooth = false;  // mirrors find light that no emitter sample can
 
     EG_INLINE Mask both_sides() const { return transmits; }
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
@@ -21,7 +21,8 @@ struct ShadedSurface {
         if (smooth) f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
         return f;
     }
-    // The same for light that only some kinds of rays (bits 1 << RayKind) see: of lobes that scatter those.
+    // The same for light that is visible only to rays of some kinds (bits 1 << RayKind): evaluates the lobes
+    // that scatter those kinds.
     EG_INLINE BsdfValue evaluate_for(Int kinds, Mask active, Vec3 w) const {
         BsdfValue f = evaluate(active, w);
         Bsdf wide = bsdf;
@@ -35,7 +36,7 @@ struct ShadedSurface {
         f.value = select(dot(bsdf.ng, w) > 0.0f, above, below);
         return f;
     }
-    // What moves the rim of its transmission lobe (shading/bsdf/transmission_rim.h); its value is 0.
+    // The factor of the rim of its transmission lobe (shading/bsdf/transmission_rim.h). Its value is 0.
     EG_INLINE Vec3 evaluate_rim(Mask active, Vec3 w) const {
         const Vec3 change = EDGEGRAD_ISA::evaluate_rim(bsdf, active, w);
         return smooth ? change * detach(bump_shadowing(*smooth, normal, w, diffuse)) : change;
@@ -57,7 +58,7 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
     const Mask transmits = has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
                            (shader.kind == static_cast<int>(kDisney));
     const bool bent = scene.all_flags & kHasNormalMap;
-    // The lobes of a Principled BSDF share one factor: its diffuse one's, where that is the larger part.
+    // All lobes of a Principled BSDF share one factor: that of the diffuse lobe, where it is the larger part.
     const Mask diffuse = (shader.kind == static_cast<int>(kDiffuse)) |
                          (shader.kind == static_cast<int>(kTranslucent)) |
                          ((shader.kind == static_cast<int>(kPrincipled)) &
@@ -68,8 +69,8 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
             transmits, bent ? &point.normal : nullptr, diffuse};
 }
 
-// What a surface scatters of a sample of the lights. Lights of the table have no edges that rays of followed
-// lobes could find: of these lanes such lobes scatter it as others do.
+// Light that a surface scatters from a sample of the lights. Rays of followed lobes cannot find the edges of
+// lights of the table, so followed lobes are evaluated like other rough lobes for these lanes.
 template <typename Surface>
 EG_INLINE BsdfValue scattered_light(const SceneView& scene, const Surface& surface, Int visible_to,
                                     Mask active, Mask of_table, Vec3 w) {

@@ -1,4 +1,4 @@
-// Paths that start at given first hits, not at the camera's.
+// Paths that start at given first hits instead of camera rays.
 #pragma once
 
 #include "path/first_rays.h"
@@ -11,8 +11,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A boundary task's samples as `sets` paths each, one set after the other. A sample's paths have the same
-// random numbers, those of `seed`.
+// Describes a boundary task's samples as `sets` paths per sample, one set after the other. All paths of a
+// sample use the same random numbers, those of `seed`.
 EG_INLINE ImageTask sample_paths(const BoundaryTask& task, int sets, uint32_t seed) {
     ImageTask paths{};
     paths.pixel_count = sets;
@@ -26,8 +26,8 @@ EG_INLINE ImageTask sample_paths(const BoundaryTask& task, int sets, uint32_t se
     return paths;
 }
 
-// Appends paths whose rays have met `hit` to a queue of n; its new length. Rays leave them a step `aside`,
-// and where `other` has a face, the radiance there is taken off.
+// Appends paths whose rays have met `hit` to a queue of n paths. Returns the queue's new length. Rays leave
+// the hits with an offset of `aside`. Where `other` has a face, the radiance at `other` is subtracted.
 EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Closest& hit, Vec3 aside,
                          const Closest& other) {
     HitQueue& hits = work.hits;
@@ -44,8 +44,8 @@ EG_INLINE int append_met(Workspace& work, int n, const PathPacket& p, const Clos
     return append_paths(work.paths, n, p);
 }
 
-// The same for camera paths with the numbers `path`, whose rays have met `hit` behind `passed` surfaces that
-// let `throughput` through.
+// Appends camera paths with the numbers `path`. Their rays have met `hit` behind `passed` transparent
+// surfaces, whose transmittance is `throughput`.
 EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
                            const Closest& hit, Vec3 aside, const Closest& other, Vec3 throughput, Int passed,
                            int max_depth) {
@@ -60,9 +60,9 @@ EG_INLINE int append_start(Workspace& work, int n, Mask active, Int path, Vec3 o
     return append_met(work, n, p, hit, aside, other);
 }
 
-// The same for paths on their ray number `segment` of `kind`, which have been scattered `bounces` times (by
-// kind), of which what is scattered where they start is asked for and nothing else: their density makes all
-// that the ray itself brings count for nothing beside samples of lights (power_heuristic).
+// Appends paths that estimate only the light scattered at `hit`. Their ray is segment number `segment`, of
+// kind `kind`, after `bounces` (counts by kind). The tiny density gives light that the ray itself finds a
+// weight of zero (power_heuristic).
 EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, Vec3 origin, Vec3 direction,
                                 const Closest& hit, Vec3 aside, Vec3 throughput, Int passed, Int segment,
                                 Int bounces, Int kind) {
@@ -84,9 +84,9 @@ EG_INLINE int append_scattering(Workspace& work, int n, Mask active, Int path, V
     return append_met(work, n, p, hit, aside, none);
 }
 
-// Follows the n paths that were appended to a queue; work.radiance then has the light of `paths` paths. Only
-// here are starts handed to the path tracer, which forgets them after the first surface: left behind where no
-// path was appended, they would be taken for those of the camera's next paths.
+// Traces the n paths that were appended to a queue. Afterwards work.radiance holds the radiance of `paths`
+// paths. `hits.edges` is set only here, and the path tracer resets it after the first surface. If it stayed
+// set without an appended path, the next camera paths would use it.
 EG_INLINE void run_appended(const SceneView& scene, const ImageTask& task, Workspace& work, int n,
                             int64_t paths) {
     for (float* channel : work.radiance) __builtin_memset(channel, 0, sizeof(float) * paths);

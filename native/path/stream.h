@@ -1,4 +1,4 @@
-// Paths of a task by number, and their random numbers.
+// Indices of a task's paths, and their random numbers.
 #pragma once
 
 #include "path/camera_rays.h"
@@ -8,27 +8,26 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Random stream of a pixel; the sampler scrambles and shuffles by it.
+// Random stream of a pixel, which seeds the sampler's scrambling and shuffling.
 EG_INLINE UInt pixel_stream(uint32_t seed, UInt pixel) {
     return hash(pixel ^ splat(hash(seed + 0x9e3779b9u)));
 }
 
-// a / b for small non-negative a (< 2^20), exactly: vector units have no integer division.
+// a / b for small non-negative a (< 2^20), exactly. Vector units have no integer division.
 EG_INLINE Int quotient(Int a, int b) { return to_int((to_float(a) + 0.5f) * (1.0f / static_cast<float>(b))); }
 
 // Path p of a task is sample p % samples of pixel p / samples, counted from the task's first ones.
 struct PathIndex {
     Int pixel;  // relative to the task's first pixel
     UInt sample;
-    UInt stream;  // random numbers of the pixel
+    UInt stream;  // the pixel's random stream
 };
 
-// Random numbers of pixels whose derivatives are summed up: each takes its samples from one sequence, in the
-// order of a curve that fills a square (Ahmed and Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte
-// Carlo Sampling Error via Hierarchical Ordering of Pixels"). Every aligned 2^k of a scrambled Sobol'
-// sequence are well spread: a pixel's samples are as before, and those of neighbours fill what they leave.
-// Pixels have no more nor less noise, but what is summed over them has: of roughness_env's derivative at 4
-// samples, sums of 8 x 8 pixels have 1/6 of the variance.
+// Lets all pixels of a square share one Sobol' sequence, ordered along a Z-order curve (Ahmed and Wonka 2020,
+// "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels").
+// Every aligned block of 2^k points of a scrambled Sobol' sequence is well distributed. So each pixel's
+// samples are as good as before, and those of neighbouring pixels complement each other. The variance of one
+// pixel is unchanged; the variance of sums over pixels, such as gradients, decreases.
 EG_INLINE void share_numbers(const ImageTask& task, PathIndex& index) {
     const int full = task.width + task.skipped_row;
     const Int rows = quotient(index.pixel + task.column, task.width);
@@ -53,7 +52,7 @@ EG_INLINE PathIndex path_index(const ImageTask& task, Int path) {
         share_numbers(task, index);
         return index;
     }
-    // A pixel's random numbers are those that it has in the full picture: a crop is a part of it.
+    // A pixel of a crop has the random numbers that it has in the full picture.
     Int number = index.pixel + (task.first_pixel + task.skipped_all);
     if (task.skipped_row > 0)
         number = number + (quotient(index.pixel + task.column, task.width) + task.row) * task.skipped_row;

@@ -1,5 +1,6 @@
-// Of recorded vertices, those of which anything comes, closed up: a sweep over a packet
-// (adjoint/path_sweeps.cpp) takes as long for one lane as for all, and ten times as long as moving its lanes.
+// Compacts the recorded vertices that contribute to a derivative. A sweep over a packet
+// (adjoint/path_sweeps.cpp) takes the same time for any number of active lanes, far longer than moving the
+// lanes.
 #pragma once
 
 #include "path/recorder.h"
@@ -7,7 +8,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// What is asked for isn't met before them, but by them, or by their next where it moves.
+// Keeps a vertex if its path has reached a requested surface, or if the next vertex lies on a moving one.
 EG_INLINE void keep_contributing_vertices(VertexMemory& memory, int32_t* touched_behind, int paths) {
     __builtin_memset(touched_behind, 0, sizeof(int32_t) * static_cast<size_t>(paths));
     for (int64_t k = memory.count - 1; k >= 0; --k) {
@@ -21,13 +22,13 @@ EG_INLINE void keep_contributing_vertices(VertexMemory& memory, int32_t* touched
     }
 }
 
-// The recorded vertices of `paths` paths; work.visible is overwritten.
+// Compacts the recorded vertices of `paths` paths. Overwrites work.visible.
 static void close_up_kernel(Workspace& work, int32_t paths) {
     VertexMemory& memory = *work.vertices;
     if (memory.requested.everywhere) return;
     keep_contributing_vertices(memory, work.visible, paths);
-    // Packets less than half full give their lanes to an open one of vertices of the same number: a path's
-    // stay in their order.
+    // A packet that is less than half full gives its lanes to an open packet of vertices with the same
+    // number. The order of a path's vertices is kept.
     int64_t count = 0;
     Vertex* open = nullptr;
     int filled = W, number = -1;

@@ -1,4 +1,4 @@
-// Writes down what derivatives by colours and strengths need of paths (tasks/value_record.h). Only the latest
+// Records what derivatives by colours and strengths need of paths (tasks/value_record.h). Only the latest
 // packet is written to.
 #pragma once
 
@@ -13,12 +13,12 @@ EG_INLINE Int light_source(LightSource table, Int row) {
     return (row << kSourceBits) | splat(static_cast<int>(table));
 }
 
-// Which light is of any use.
+// Which light sources contribute to a requested derivative.
 EG_INLINE bool requests_environment(const ValueMemory& m) { return m.colors || m.environment; }
 EG_INLINE bool requests_emission(const ValueMemory& m) { return m.colors || m.emission; }
 EG_INLINE bool requests_rows(const ValueMemory& m) { return m.colors || m.rows; }
 EG_INLINE bool requests_lights(const ValueMemory& m) { return requests_emission(m) || requests_rows(m); }
-// Whether any that rays meet by themselves is: lights without size are never met.
+// The same for sources that rays can meet; they cannot meet lights without size.
 EG_INLINE bool requests_met_light(const SceneView& scene, const ValueMemory& m) {
     return requests_environment(m) || requests_emission(m) ||
            (requests_rows(m) && scene.lights.sized_count + scene.lights.sized_distant > 0);
@@ -28,7 +28,7 @@ EG_INLINE void add3(Values::Floats (&field)[3], Mask m, Vec3 a) {
     put3(field, m, Vec3{load(field[0]), load(field[1]), load(field[2])} + a);
 }
 
-// A packet of ray ends.
+// Records the rays of a packet.
 EG_INLINE Values& record_values(ValueMemory& memory, const PathPacket& p, Mask active) {
     Values& v = memory.append<W>();
     store(v.active, active);
@@ -43,7 +43,7 @@ EG_INLINE Values& record_values(ValueMemory& memory, const PathPacket& p, Mask a
     return v;
 }
 
-// What rays met, and with what shader.
+// Records the surfaces that rays have met, and the weight of their shader.
 EG_INLINE void record_surface(ValueMemory& memory, Mask hit, const Closest& closest, Float scale,
                               Mask touched) {
     Values& v = memory.latest<W>();
@@ -53,7 +53,7 @@ EG_INLINE void record_surface(ValueMemory& memory, Mask hit, const Closest& clos
     keep_touched(memory, v, touched);
 }
 
-// Light that comes along a ray by itself: `gain` times its source's strength, which is `strength`.
+// Records light that a ray finds by itself: `gain` times the source's `strength`.
 EG_INLINE void record_own(ValueMemory& memory, Mask m, Int source, Vec3 strength, Vec3 gain) {
     Values& v = memory.latest<W>();
     put(v.own_source, m, source);
@@ -61,7 +61,7 @@ EG_INLINE void record_own(ValueMemory& memory, Mask m, Int source, Vec3 strength
     put3(v.own, m, strength * gain);
 }
 
-// A light of the table that rays meet between their surfaces.
+// Records a light of the table that rays meet between surfaces.
 EG_INLINE void record_met_light(ValueMemory& memory, const PathPacket& p, Mask seen, int row, Vec3 radiance,
                                 Float gain) {
     Values& v = record_values(memory, p, seen);
@@ -69,36 +69,36 @@ EG_INLINE void record_met_light(ValueMemory& memory, const PathPacket& p, Mask s
     set3(v.next_gain, seen, gray(splat(1.0f)));
 }
 
-// That paths go through a surface, which multiplies their light.
+// Records that paths pass a transparent surface, which multiplies their light by `color`.
 EG_INLINE void record_passing(ValueMemory& memory, Mask passes, Vec3 color) {
     put3(memory.latest<W>().next_gain, passes, color);
 }
 
-// The colour of surfaces that scatter like Lambert's.
+// Records the albedo of Lambertian surfaces.
 EG_INLINE void record_color(ValueMemory& memory, Mask m, Int closure, Vec3 color) {
     Values& v = memory.latest<W>();
     put(v.closure, m, closure);
     put3(v.color, m, color);
 }
 
-// The factor of what rays leave the latest packet's surfaces with; 1 where they don't scatter like Lambert's.
+// Albedo of the latest packet's surfaces, which multiplies the throughput; 1 where they are not Lambertian.
 EG_INLINE Vec3 scattering_color(const ValueMemory& memory) {
     const Values& v = memory.latest<W>();
     return {load(v.color[0]), load(v.color[1]), load(v.color[2])};
 }
 
-// That light of the rays that go on is multiplied with `gain`.
+// Records that the light of continuing rays is multiplied by `gain`.
 EG_INLINE void record_next(ValueMemory& memory, Mask goes_on, Vec3 gain) {
     put3(memory.latest<W>().next_gain, goes_on, gain);
 }
 
-// Emitter samples of use: bright ones, or what has a derivative though it is dark.
+// Selects emitter samples that contribute: bright ones, and dark ones whose strength is requested.
 EG_INLINE Mask gives(const ValueMemory& m, const LightSample& s) {
     const Mask strength = select(s.row >= 0, splat(m.rows ? -1 : 0), splat(m.emission ? -1 : 0));
     return m.colors ? strength | (largest_component(s.radiance) > 0.0f) : strength;
 }
 
-// An emitter sample, whose light is `gain` times its source's strength.
+// Records an emitter sample. Its light is `gain` times the source's strength.
 EG_INLINE void record_received(const SceneView& scene, ValueMemory& memory, const LightSample& s, Vec3 gain) {
     Values& v = memory.latest<W>();
     const Mask on_surface = s.face >= 0;
@@ -110,7 +110,7 @@ EG_INLINE void record_received(const SceneView& scene, ValueMemory& memory, cons
     add3(v.received, s.active, s.radiance * gain);
 }
 
-// Light from the environment that is scattered, `gain` times its colour.
+// Records scattered environment light: `gain` times the environment's colour.
 EG_INLINE void record_environment(const SceneView& scene, ValueMemory& memory, Mask m, Vec3 gain) {
     Values& v = memory.latest<W>();
     add3(v.sky_gain, m, gain);

@@ -1,5 +1,8 @@
-// Derivatives by colours and strengths, from what is recorded of a task's paths (tasks/value_record.h): from
-// their ends to the camera, as the light that arrives at a vertex is that of the vertices behind it.
+// Sweeps for derivatives by colours and strengths over the records of a task's paths (tasks/value_record.h).
+// The light L that leaves a vertex is linear in each colour and strength:
+//   L = own_gain * source + color * scale * (light_gain * source + sky_gain * environment + next_gain * L'),
+// with the light L' that leaves the next vertex. The sweeps run from the ends of the paths to the camera, so
+// that L' is known at each vertex.
 #pragma once
 
 #include "adjoint/differentiable_tables.h"
@@ -10,14 +13,14 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A table of three floats a row, and its derivatives; none where it isn't asked for.
+// A table with three floats per row, and its derivatives. Empty if no derivative of it is requested.
 struct ColorTable {
-    int32_t stride = 0, offset = 0;  // of rows, and of the first row in the span that is asked for
-    int32_t size = 0;                // of the span
+    int32_t stride = 0, offset = 0;  // of rows; position of the first row in the requested span
+    int32_t size = 0;                // length of the span
     double* gradient = nullptr;
     const double* tangent = nullptr;
 
-    // From `begin` on.
+    // The column `column` of `table`.
     static ColorTable of(const DifferentiableTables& tables, const float* table, int32_t column,
                          int32_t stride) {
         for (int t = 0; t < tables.count; ++t) {
@@ -34,8 +37,8 @@ struct ColorTable {
         m &= (at >= 0) & (at < size);
         return at;
     }
-    // Adds to the gradient of rows. Lanes of the same row are summed first: additions in memory wait for each
-    // other.
+    // Adds to the gradient of rows. Lanes of the same row are summed first, because consecutive additions to
+    // one address wait for each other.
     EG_INLINE void add(Mask m, Int row, Vec3 value) const {
         if (!gradient) return;
         const Int at = place(m, row);
@@ -48,7 +51,7 @@ struct ColorTable {
                 gradient[at[lane] + c] += sum_of_lanes(select(same, *channel[c], 0.0f));
         }
     }
-    // The tangent of rows.
+    // The tangents of rows.
     EG_INLINE Vec3 change(Mask m, Int row) const {
         Vec3 out = zero3();
         if (!tangent) return out;
@@ -64,15 +67,15 @@ struct ColorTable {
 };
 
 struct ColorTables {
-    ColorTable color, emission, rows, sky;
+    ColorTable color, emission, rows, environment;
 
     ColorTables(const SceneView& scene, const DifferentiableTables& of)
         : color(ColorTable::of(of, scene.closure_params, kBaseColor, kMaterialParams)),
           emission(ColorTable::of(of, scene.closure_params, kEmission, kMaterialParams)),
           rows(ColorTable::of(of, scene.lights.params, kLightRadiance, kLightParams)),
-          sky(ColorTable::of(of, scene.environment, 0, 3)) {}
+          environment(ColorTable::of(of, scene.environment, 0, 3)) {}
 
-    // Visits the tables of sources: visit(table, mask, row).
+    // Calls visit(table, mask, row) for the table of each source.
     template <typename Visit>
     EG_INLINE void for_each_source(Mask m, Int source, const Visit& visit) const {
         const Int kind = source & ((1 << kSourceBits) - 1), row = source >> kSourceBits;
@@ -80,7 +83,7 @@ struct ColorTables {
             const Mask here = m & (kind == static_cast<int>(of));
             if (any(here)) visit(table, here, row);
         };
-        one(emission, kLeafSource), one(rows, kRowSource), one(sky, kEnvironmentSource);
+        one(emission, kLeafSource), one(rows, kRowSource), one(environment, kEnvironmentSource);
     }
     EG_INLINE void add(Mask m, Int source, Vec3 value) const {
         for_each_source(m, source, [&](const ColorTable& t, Mask here, Int row) { t.add(here, row, value); });
@@ -107,7 +110,7 @@ EG_INLINE Mask finite(Vec3 a) {
     return sum - sum == 0.0f;
 }
 
-// Counts vertices that are left out, as no finite number tells their light.
+// Counts vertices that are dropped because their light is not finite.
 EG_OUTLINE void drop(const ValueTask& task, const Values& v, Mask lost, Int path) {
     DroppedSamples& d = *task.dropped;
     for (int i = 0; i < W; ++i) {
@@ -119,7 +122,7 @@ EG_OUTLINE void drop(const ValueTask& task, const Values& v, Mask lost, Int path
     }
 }
 
-// Goes over all vertices from the ends of paths: visit(packet, mask, path, light that surfaces of colour 1
+// Visits all vertices from the ends of the paths: visit(packet, mask, path, light that a surface of albedo 1
 // would scatter).
 template <typename Visit>
 EG_INLINE void for_each_value(const ValueTask& task, const Visit& visit) {
@@ -160,7 +163,7 @@ static void values_backward_kernel(const SceneView& scene, const ValueTask& task
         tables.color.add(active & (closure >= 0), closure, weight * scattered);
         tables.add(active, load(v.own_source), weight * load3(v.own_gain));
         tables.add(active, load(v.light_source), reflected * load3(v.light_gain));
-        tables.sky.add(active, splat(0), reflected * load3(v.sky_gain));
+        tables.environment.add(active, splat(0), reflected * load3(v.sky_gain));
     });
 }
 
@@ -171,7 +174,7 @@ static void values_forward_kernel(const SceneView& scene, const ValueTask& task,
     for_each_value(task, [&](const Values& v, Mask active, Int path, Vec3 scattered) {
         const Int closure = load(v.closure);
         const Vec3 received = tables.change(active, load(v.light_source)) * load3(v.light_gain) +
-                              tables.sky.change(active, splat(0)) * load3(v.sky_gain);
+                              tables.environment.change(active, splat(0)) * load3(v.sky_gain);
         const Vec3 change = tables.color.change(active & (closure >= 0), closure) * scattered +
                             tables.change(active, load(v.own_source)) * load3(v.own_gain) +
                             load3(v.color) * received * load(v.scale);

@@ -27,7 +27,8 @@ struct Output {
     }
 };
 
-// `materials` has kind, flags, params (core/tables/materials.py); fields of `points` as in BsdfTask.
+// `materials` has kind, flags and params (core/tables/materials.py); the fields of `points` are those of
+// BsdfTask.
 class Points {
  public:
     Points(nb::handle materials, nb::handle points)
@@ -103,7 +104,7 @@ nb::dict evaluate(nb::handle materials, nb::handle points, nb::handle instructio
     return out;
 }
 
-// Names of the floats that BSDFs depend on.
+// Names of the floats on which BSDFs depend.
 ProbeTables tables_of(const Points& p) {
     return {{"params", p.rows},     {"normal", p.normal}, {"true_normal", p.true_normal},
             {"tangent", p.tangent}, {"wo", p.wo},         {"wi", p.wi}};

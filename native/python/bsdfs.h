@@ -1,4 +1,4 @@
-// BSDFs as Python may look at them.
+// Bindings of BSDFs.
 #pragma once
 
 #include <nanobind/nanobind.h>

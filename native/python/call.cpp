@@ -11,27 +11,27 @@ namespace nb = nanobind;
 namespace edgegrad {
 namespace {
 
-std::atomic<int> calls{0};    // that have left the interpreter
-std::atomic<int> outside{0};  // those that aren't in their progress functions at the moment
+std::atomic<int> calls{0};    // that have released the interpreter
+std::atomic<int> outside{0};  // of these, the calls that are not in a progress function
 thread_local constinit WithoutInterpreter* call_of_thread EDGEGRAD_STATIC_THREAD_LOCAL = nullptr;
 
 [[noreturn]] void stop_for_ever() {
     for (;;) std::this_thread::sleep_for(std::chrono::hours(24));
 }
 
-// Before anything else of a process's exit: see above.
+// Runs before everything else at a process's exit (see call.h).
 void end_calls() {
     end_work_of_others();
     PyThreadState* const state = PyEval_SaveThread();
-    // Nothing can be done about progress functions that don't return, but that no thread works for them.
+    // Progress functions that do not return cannot be ended, but no thread works for them any more.
     while (outside > 0 || worker_count() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     PyEval_RestoreThread(state);
-    if (calls > 0) nb::set_leak_warnings(false);  // they hold their objects for ever
+    if (calls > 0) nb::set_leak_warnings(false);  // unfinished calls keep their objects alive
 }
 
-// In a forked process, which has no other threads.
+// Runs in a forked process, which has no other threads.
 void forget_calls() {
-    outside = 0;  // the forking thread's own are in their progress functions
+    outside = 0;  // the forking thread's own call is in its progress function
     forget_workers();
 }
 
@@ -45,7 +45,7 @@ void look_for_signals() {
 
 }  // namespace
 
-// Runs something that may call Python, from within a call that is outside.
+// Runs a function that may call Python, from within a call that has released the interpreter.
 void with_interpreter(const std::function<void()>& run);
 
 WithoutInterpreter::WithoutInterpreter()
@@ -69,7 +69,7 @@ void WithoutInterpreter::leave() {
 void WithoutInterpreter::come_back() {
     try {
         PyEval_RestoreThread(state_);
-    } catch (...) {  // the unwinding of a thread that Python ends
+    } catch (...) {  // Python unwinds the stack of a thread that it ends
         stop_for_ever();
     }
     --outside;
@@ -95,7 +95,7 @@ Progress make_progress(nb::object callback) {
         with_interpreter([&] {
             look_for_signals();
             if (callback.is_none()) return;
-            // By the C interface: an unwinding passes it, but not nanobind's calls.
+            // Uses the C interface, because the unwinding may not pass through nanobind's calls.
             PyObject* const argument = PyFloat_FromDouble(fraction);
             PyObject* const result =
                 argument ? PyObject_CallFunctionObjArgs(callback.ptr(), argument, nullptr) : nullptr;
@@ -111,11 +111,12 @@ void bind_process(nb::module_& m) {
         try {
             std::rethrow_exception(error);
         } catch (const CallEnded&) {
-            PyErr_SetNone(PyExc_SystemExit);  // which threads end with in silence
+            PyErr_SetNone(PyExc_SystemExit);  // ends a thread silently
         }
     });
     m.def("end_calls", &end_calls, "Cancels the calls of all other threads and waits for their end.");
-    m.def("forget_calls", &forget_calls, "In a forked process: the calls of other threads aren't here.");
+    m.def("forget_calls", &forget_calls,
+          "Forgets the calls of other threads in a forked process, which has none.");
 }
 
 }  // namespace edgegrad

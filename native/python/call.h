@@ -1,9 +1,9 @@
-// How native code leaves the interpreter and comes back: its lock, signals, the end of the process.
+// How native code releases and reacquires the interpreter: its lock, signals, and the end of the process.
 //
-// Python ends foreign threads that come back after its own end by unwinding their stack (up to 3.13), or
-// stops them for ever (from 3.14). Unwinding must not meet a function that may not throw: that would abort
-// the process. So at exit, before Python's end begins, `end_calls` cancels the calls of all other threads and
-// waits until they have left native code, and a thread that comes back too late nonetheless stops where it
+// When a foreign thread reacquires the interpreter after Python has ended, Python unwinds the thread's stack
+// (up to 3.13) or stops the thread (from 3.14). Unwinding through a function that may not throw would abort
+// the process. Therefore `end_calls` runs at exit, before Python ends: it cancels the calls of all other
+// threads and waits until they have left native code. A thread that is nevertheless too late stops where it
 // is.
 #pragma once
 
@@ -15,7 +15,7 @@
 
 namespace edgegrad {
 
-// While one exists, the calling thread works without the interpreter's lock, and answers signals
+// While an instance exists, the calling thread works without the interpreter's lock and handles signals
 // (util/parallel.h: may_cancel).
 class WithoutInterpreter {
  public:
@@ -34,11 +34,11 @@ class WithoutInterpreter {
     Cancelling cancelling_;
 };
 
-// Calls a Python function, or nothing if it is None, now and then; cancels by its exceptions, by signals and
-// by the end of the process.
+// Calls a Python function from time to time, or nothing if it is None. Its exceptions, signals and the end of
+// the process cancel the work.
 Progress make_progress(nanobind::object callback);
 
-// The functions that core/rendering/native_engine.py registers for the process's exit and forks.
+// Binds the functions that core/rendering/native_engine.py registers for exit and forks of the process.
 void bind_process(nanobind::module_& module);
 
 }  // namespace edgegrad

@@ -179,18 +179,26 @@ nb::list decision_list(const edgegrad::Decisions& decided) {
     return out;
 }
 
-RenderOptions make_options(int samples, uint32_t seed, int max_depth, nb::handle bounces, nb::handle terms) {
+// core/rendering/options.py
+RenderOptions read_options(nb::handle given) {
     RenderOptions o;
-    const std::pair<const char*, bool&> all[] = {
-        {"interior", o.interior}, {"primary", o.primary}, {"shadow", o.shadow}, {"indirect", o.indirect}};
-    for (const auto& [name, computed] : all) computed = nb::cast<bool>(terms.attr("__contains__")(name));
-    o.samples = samples;
-    o.seed = seed;
-    o.max_depth = max_depth;
+    const nb::object terms = given.attr("terms"), bounces = given.attr("bounces");
+    for (int32_t k = 0; k < edgegrad::kDerivativeTerms; ++k)
+        o.terms[k] = nb::cast<bool>(terms.attr("__contains__")(edgegrad::kTermNames[k]));
+    o.samples = nb::cast<int32_t>(given.attr("spp"));
+    o.seed = nb::cast<uint32_t>(given.attr("seed"));
+    o.max_depth = nb::cast<int32_t>(given.attr("max_depth"));
     o.limits = {nb::cast<int32_t>(bounces.attr("diffuse")), nb::cast<int32_t>(bounces.attr("glossy")),
                 nb::cast<int32_t>(bounces.attr("transmission")),
                 nb::cast<int32_t>(bounces.attr("transparent"))};
-    if (samples < 1) throw std::invalid_argument("spp must be at least 1");
+    o.caustics_alone = nb::cast<bool>(given.attr("caustics_alone"));
+    o.two_passes = nb::cast<bool>(given.attr("two_passes"));
+    o.camera_sampled_alpha = nb::cast<float>(given.attr("camera_sampled_alpha"));
+    if (o.samples < 1) throw std::invalid_argument("spp must be at least 1");
+    const nb::object force = given.attr("force");
+    for (size_t k = 0; k < static_cast<size_t>(edgegrad::Part::kParts); ++k)
+        if (nb::cast<bool>(force.attr("__contains__")(edgegrad::kPartTable[k].name)))
+            o.force |= uint64_t{1} << k;
     return o;
 }
 
@@ -252,17 +260,11 @@ class Scene {
         engine_->move_vertices(mesh, rows.data(), rows.shape(0), from.data());
     }
 
-    void set_guided(bool guided) { engine_->set_guided(guided); }
-    bool guided() const { return engine_->guided(); }
-    void set_aimed(float alpha) { engine_->set_aimed(alpha); }
-    float aimed() const { return engine_->aimed(); }
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
 
-    nb::object render(int samples, uint32_t seed, int max_depth, nb::handle bounces, bool caustics_alone,
-                      nb::object progress) {
+    nb::object render(nb::handle given, nb::object progress) {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
-        RenderOptions options = make_options(samples, seed, max_depth, bounces, nb::make_tuple());
-        options.caustics_alone = caustics_alone;
+        const RenderOptions options = read_options(given);
         const Progress report = edgegrad::make_progress(std::move(progress));
         {
             const WithoutInterpreter without;
@@ -271,12 +273,10 @@ class Scene {
         return pixels.array();
     }
 
-    nb::tuple forward(nb::dict tangent, nb::dict requested, int samples, uint32_t seed, int max_depth,
-                      nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
-                      nb::object progress) {
+    nb::tuple forward(nb::dict tangent, nb::dict requested, nb::handle given,
+                      edgegrad::LearnedSampling* learned, nb::object progress) {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
-        RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
-        options.force = force_;
+        const RenderOptions options = read_options(given);
         edgegrad::TableValues tangents;
         for (const auto& [name, values] : tangent) {
             const std::string table = text(name);
@@ -295,12 +295,11 @@ class Scene {
         return nb::make_tuple(pixels.array(), dropped_list(dropped), decision_list(decided));
     }
 
-    nb::tuple backward(nb::handle adjoint, nb::dict requested, int samples, uint32_t seed, int max_depth,
-                       nb::handle bounces, nb::handle terms, edgegrad::LearnedSampling* learned,
-                       nb::object progress) {
+    nb::tuple backward(nb::handle adjoint, nb::dict requested, nb::handle given,
+                       edgegrad::LearnedSampling* learned, nb::object progress) {
         const edgegrad::CameraView& c = engine_->tables().camera;
         const InputArray<float> image(adjoint, "adjoint", {c.height, c.width, 3});
-        const RenderOptions options = make_options(samples, seed, max_depth, bounces, terms);
+        const RenderOptions options = read_options(given);
         const edgegrad::Requested what = read_requested(requested);
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::TableValues gradients;
@@ -316,8 +315,8 @@ class Scene {
     }
 
     // What such a call would compute.
-    nb::list decide(nb::dict requested, int max_depth, nb::handle bounces, nb::handle terms) {
-        const RenderOptions options = make_options(1, 0, max_depth, bounces, terms);
+    nb::list decide(nb::dict requested, nb::handle given) {
+        const RenderOptions options = read_options(given);
         const edgegrad::Requested what = read_requested(requested);
         edgegrad::Decisions decided;
         {
@@ -325,14 +324,6 @@ class Scene {
             decided = engine_->decide(options, what);
         }
         return decision_list(decided);
-    }
-
-    // For tests: parts of derivatives, by name, that are computed though they are zero.
-    void set_force(nb::handle parts) {
-        force_ = 0;
-        for (size_t k = 0; k < static_cast<size_t>(edgegrad::Part::kParts); ++k)
-            if (nb::cast<bool>(parts.attr("__contains__")(edgegrad::kPartTable[k].name)))
-                force_ |= uint64_t{1} << k;
     }
 
     const Engine& engine() const { return *engine_; }
@@ -355,7 +346,6 @@ class Scene {
     const edgegrad::KernelTable& kernels_;
     edgegrad::SharedColumns columns_;
     std::unique_ptr<Engine> engine_;
-    uint64_t force_ = 0;
 };
 
 }  // namespace
@@ -402,14 +392,11 @@ NB_MODULE(_native, m) {
         .def("update_values", &Scene::update_values, "tables"_a)
         .def("move_vertices", &Scene::move_vertices, "mesh"_a, "vertices"_a, "origin"_a)
         .def("set_camera", &Scene::set_camera, "tables"_a)
-        .def_prop_rw("guided", &Scene::guided, &Scene::set_guided)
-        .def_prop_rw("aimed", &Scene::aimed, &Scene::set_aimed)
-        .def("render", &Scene::render, "spp"_a, "seed"_a, "max_depth"_a, "bounces"_a, "caustics_alone"_a,
+        .def("render", &Scene::render, "options"_a, "progress"_a.none())
+        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "options"_a, "learned"_a.none(),
              "progress"_a.none())
-        .def("forward", &Scene::forward, "tangent"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
-             "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
-        .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "spp"_a, "seed"_a, "max_depth"_a,
-             "bounces"_a, "terms"_a, "learned"_a.none(), "progress"_a.none())
+        .def("backward", &Scene::backward, "adjoint"_a, "wanted"_a, "options"_a, "learned"_a.none(),
+             "progress"_a.none())
         .def("sample_environment_light",
              [](const Scene& s, nb::handle u, nb::handle v) {
                  return edgegrad::sample_environment_light(s.engine(), u, v);
@@ -427,7 +414,6 @@ NB_MODULE(_native, m) {
                  return edgegrad::meet_lights(s.engine(), position, normal, w, face, r, bsdf_pdf, kind,
                                               both_sides);
              })
-        .def("decide", &Scene::decide, "requested"_a, "max_depth"_a, "bounces"_a, "terms"_a)
-        .def("force", &Scene::set_force, "parts"_a)
+        .def("decide", &Scene::decide, "requested"_a, "options"_a)
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

@@ -9,7 +9,7 @@ namespace nb = nanobind;
 namespace edgegrad {
 namespace {
 
-// Of a format of Python's `struct` module, with the byte order of this machine; 0: anything else.
+// Kind of a format of Python's `struct` module with the byte order of this machine; 0: unsupported.
 char kind_of(const char* format) {
     if (!format) return 'u';
     constexpr bool little = std::endian::native == std::endian::little;
@@ -52,7 +52,7 @@ nb::object new_array(NewArray kind, ElementType type, const std::vector<size_t>&
 }
 
 nb::object zeros_to_numpy(const Zeros& values) {
-    constexpr size_t kPage = 1 << 9;  // memory is given by pages
+    constexpr size_t kPage = 1 << 9;  // the operating system provides memory by pages
     const OutputArray<double> out({values.size()}, NewArray::kZeros);
     for (size_t at = 0; at < values.size(); at += kPage) {
         const double* const first = values.data() + at;

@@ -1,8 +1,8 @@
-// Arrays and texts between Python and C++, by Python's buffer protocol.
+// Arrays and strings between Python and C++, by Python's buffer protocol.
 //
-// nanobind's own converters of arrays, strings and vectors allocate memory in functions that may not throw:
-// where there is none left, they end the process. Here every failure is an exception: a MemoryError where
-// memory runs out, else a ValueError.
+// nanobind's own converters of arrays, strings and vectors allocate memory in functions that may not throw,
+// so that running out of memory ends the process. Here every failure is an exception: a MemoryError if memory
+// runs out, else a ValueError.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -19,7 +19,7 @@
 
 namespace edgegrad {
 
-// What elements of an array are: 'f' floats, 'i' and 'u' whole numbers, of so many bytes.
+// Type of an array's elements: 'f' floats, 'i' and 'u' integers, and their size in bytes.
 struct ElementType {
     char kind;
     size_t bytes;
@@ -29,10 +29,10 @@ struct ElementType {
     }
 };
 
-// The memory of a C-contiguous array, which stays where it is while this exists.
+// The memory of a C-contiguous array. It stays in place while this exists.
 class ArrayMemory {
  public:
-    // `name`: of the array, for messages.
+    // `name` is the array's name in messages.
     ArrayMemory(nanobind::handle array, const char* name, ElementType type, bool writable);
     ~ArrayMemory();
     ArrayMemory(const ArrayMemory&) = delete;
@@ -47,13 +47,13 @@ class ArrayMemory {
     Py_buffer view_;
 };
 
-// An array to read from; it must hold exactly T.
+// An array to read from. Its elements must be exactly of type T.
 template <typename T>
 class InputArray {
  public:
     InputArray(nanobind::handle array, const char* name)
         : memory_(array, name, ElementType::of<T>(), false) {}
-    // The same with sizes that must be met; -1: any.
+    // Also requires the given sizes; -1: any.
     InputArray(nanobind::handle array, const char* name, std::initializer_list<int64_t> shape)
         : InputArray(array, name) {
         bool fits = memory_.dimensions() == static_cast<int>(shape.size());
@@ -73,7 +73,7 @@ class InputArray {
     ArrayMemory memory_;
 };
 
-// An array of Python's own memory to write results to, by numpy.empty or, of zeros, by numpy.zeros.
+// A new array in Python's own memory to write results to, by numpy.empty or numpy.zeros.
 enum class NewArray { kEmpty, kZeros };
 nanobind::object new_array(NewArray kind, ElementType type, const std::vector<size_t>& shape);
 
@@ -100,13 +100,13 @@ nanobind::object to_numpy(const std::vector<T>& values, const std::vector<size_t
     return out.array();
 }
 
-// Values of which most may be zeros that no memory was spent on: so it is in the array.
+// Copies values that are mostly untouched zeros, which take no memory in the array either.
 nanobind::object zeros_to_numpy(const Zeros& values);
 
-// A Python string.
+// Converts a Python string.
 std::string text(nanobind::handle string);
 
-// A field of a Python object as a flat vector of T; the array must hold exactly S.
+// Reads a field of a Python object as a flat vector of T. The array's elements must be exactly of type S.
 template <typename S, typename T = S>
 std::vector<T> column(nanobind::handle object, const char* name) {
     const InputArray<S> array(object.attr(name), name);

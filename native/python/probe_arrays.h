@@ -1,4 +1,4 @@
-// Derivatives of probes between numpy and the kernels: gradients of all tables by name, or one tangent.
+// Derivatives of probes between NumPy and the kernels: gradients of all tables by name, or one tangent.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -21,15 +21,16 @@ struct ProbeTable {
 using ProbeTables = std::vector<ProbeTable>;
 using ProbeKernel = std::function<void(const ProbeSweep&)>;
 
-// Gradients (float64, flat) by the tables' names. `adjoint`: float32, of every output, one row per point.
+// Returns gradients (float64, flat) by the tables' names. `adjoint`: float32, one row of all outputs per
+// point.
 nanobind::dict probe_backward(const ProbeTables& tables, nanobind::handle adjoint, size_t points,
                               size_t outputs, const ProbeKernel& kernel);
 
-// Tangents (float64) are attributes of `tangents` with the tables' names; of the outputs (points, outputs).
+// Returns the outputs' tangents (points, outputs). Attributes of `tangents` (float64) have the tables' names.
 nanobind::object probe_forward(const ProbeTables& tables, nanobind::handle tangents, size_t points,
                                size_t outputs, const ProbeKernel& kernel);
 
-// Adds the probes of parts that read a scene to the module.
+// Adds the probes that read a scene to the module.
 void bind_scene_probes(nanobind::module_& module);
 
 }  // namespace edgegrad

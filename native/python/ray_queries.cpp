@@ -1,4 +1,4 @@
-// Python: ray queries by themselves, for measuring them beside Embree's own (tests/benchmarks/throughput.py).
+// Bindings of ray queries, to measure them beside Embree's own (tests/benchmarks/throughput.py).
 #include "python/ray_queries.h"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using namespace nb::literals;
 namespace edgegrad {
 namespace {
 
-constexpr int64_t kChunk = 8192;  // rays that a thread takes at a time; whole packets of every width
+constexpr int64_t kChunk = 8192;  // rays per work item: whole packets of every width
 
 struct Vectors : InputArray<float> {
     Vectors(nb::handle array, const char* name) : InputArray(array, name, {-1, 3}) {}
@@ -32,7 +32,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// Rays as columns, padded to whole chunks by copies of the last one.
+// Rays by columns, padded to whole chunks with copies of the last ray.
 struct Columns {
     std::vector<float> value[7];  // origin, direction, far
     int64_t count = 0, padded = 0;
@@ -123,7 +123,7 @@ class RayScene {
 
     double build_seconds() const { return build_seconds_; }
 
-    // Other vertices: seconds of Embree's refit alone.
+    // Moves the vertices and refits the BVH. Returns the seconds of Embree's refit alone.
     double refit(nb::handle rows) {
         const Vectors vertices(rows, "vertices");
         if (vertices.size() != tables_.vertices.size())
@@ -134,7 +134,7 @@ class RayScene {
         return seconds_since(start);
     }
 
-    // (seconds, face or -1, distance) of the engine's own queries.
+    // Traces rays with the engine's own queries. Returns (seconds, face or -1, distance).
     nb::tuple trace(nb::handle origins, nb::handle directions, float far, bool shadow, bool coherent,
                     bool brute_force, nb::handle instruction_set) {
         const KernelTable& kernels = edgegrad::kernels(text(instruction_set));
@@ -171,7 +171,7 @@ class RayScene {
         return nb::make_tuple(seconds, to_numpy(face, {count}), to_numpy(distance, {count}));
     }
 
-    // The same by Embree's entry points for packets of `width` rays.
+    // Traces rays with Embree's entry points for packets of `width` rays.
     nb::tuple trace_embree(nb::handle origins, nb::handle directions, float far, bool shadow, bool coherent,
                            int width) {
         const Columns rays(Vectors(origins, "origins"), Vectors(directions, "directions"), far);

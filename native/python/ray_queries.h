@@ -1,4 +1,4 @@
-// Registers the class that measures ray queries.
+// Binding of the class that measures ray queries.
 #pragma once
 
 #include <nanobind/nanobind.h>

@@ -1,4 +1,4 @@
-// Derivatives of parts of the shading code that read a scene, by arrays, without anything that rays need.
+// Derivatives of parts of the shading code that read a scene. The scene is given by arrays, without a BVH.
 #include "python/probe_arrays.h"
 
 #include <algorithm>
@@ -17,9 +17,9 @@ namespace edgegrad {
 
 namespace {
 
-// Arrays named as in SceneView; `camera` is the row of kCameraFloats, `camera_sizes` its kind, the width and
-// height of the full picture, the window's first pixel, and the blades; `environment_size` is width and
-// height.
+// The arrays are named as in SceneView. `camera` is the row of kCameraFloats. `camera_sizes` is its kind, the
+// width and height of the full picture, the window's first pixel, and the number of blades.
+// `environment_size` is width and height.
 class Scene {
  public:
     Scene(nb::handle s, nb::handle probe)

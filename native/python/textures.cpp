@@ -43,7 +43,7 @@ std::vector<TextureInstruction> read_code(nb::handle t, size_t constants) {
     return code;
 }
 
-// Kernels number the floats of an image, and those of all attributes, in 32 bits.
+// Kernels index the floats of an image, and those of all attributes, by 32 bits.
 void require_narrow(size_t floats, const char* what) {
     if (floats > size_t{0x7fffffff})
         throw std::invalid_argument(std::string(what) +
@@ -87,7 +87,7 @@ std::vector<TextureAttribute> read_attributes(nb::handle t) {
     return attributes;
 }
 
-// Programs and the points to run them at (fields of `points` as in TextureTask).
+// Programs, and the points at which to run them (fields of `points` as in TextureTask).
 class Points {
  public:
     Points(nb::handle tables, nb::handle points)
@@ -138,7 +138,7 @@ class Points {
     const std::vector<float> b1, b2, position, normal, true_normal, view;
 };
 
-// Runs the programs and overwrites their places in `rows`.
+// Runs the programs and overwrites their columns in `rows`.
 void evaluate(nb::handle tables, nb::handle points, nb::handle rows, nb::handle instruction_set) {
     const Points p(tables, points);
     const ArrayMemory out(rows, "rows", ElementType::of<float>(), true);
@@ -148,7 +148,7 @@ void evaluate(nb::handle tables, nb::handle points, nb::handle rows, nb::handle 
     table.textures(p.scene(), p.task(), static_cast<float*>(out.data()));
 }
 
-// Names of the floats that programs depend on.
+// Names of the floats on which programs depend.
 ProbeTables tables_of(const Points& p) {
     const TextureTables& t = p.textures;
     return {{"b1", p.b1},
@@ -231,7 +231,7 @@ void bind_textures(nb::module_& m) {
         },
         "Names of the operations of texture programs, in the order of their numbers.");
     m.def("evaluate_textures", &evaluate, "tables"_a, "points"_a, "rows"_a, "instruction_set"_a,
-          "Runs texture programs at points and overwrites their places in rows.");
+          "Runs texture programs at points and overwrites the columns of `rows` that they compute.");
     m.def("textures_backward", &backward, "tables"_a, "points"_a, "adjoint"_a, "instruction_set"_a,
           "Gradients of texture programs' rows.");
     m.def("textures_forward", &forward, "tables"_a, "points"_a, "tangents"_a, "instruction_set"_a,

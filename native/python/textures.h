@@ -1,4 +1,4 @@
-// Textures and Python.
+// Bindings of textures.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -21,8 +21,8 @@ struct SharedColumns {
     SharedColumn pixels, attributes;
 };
 
-// The tables of a core/tables/textures/program.py TextureTables. Throws std::invalid_argument for what no
-// compiler of ours would have written.
+// Reads the TextureTables of core/tables/textures/program.py. Throws std::invalid_argument for tables that
+// its compiler could not have written.
 TextureTables read_textures(nanobind::handle tables, SharedColumns& columns);
 TextureTables read_textures(nanobind::handle tables);
 

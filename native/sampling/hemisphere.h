@@ -1,4 +1,4 @@
-// Directions of the hemisphere about n.
+// Directions in the hemisphere about n.
 #pragma once
 
 #include "simd/vector.h"
@@ -7,7 +7,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 constexpr float kInvPi = 0.318309886f;
 
-// In proportion to the cosine with n.
+// Samples in proportion to the cosine with n.
 EG_INLINE Vec3 cosine_direction(Vec3 n, Float u, Float v) {
     Vec3 a, b;
     basis(n, a, b);
@@ -17,7 +17,7 @@ EG_INLINE Vec3 cosine_direction(Vec3 n, Float u, Float v) {
     return a * (sine * c) + b * (sine * s) + n * cosine;
 }
 
-// Half of the directions in proportion to the cosine, half uniform.
+// Samples half of the directions in proportion to the cosine, half uniformly.
 EG_INLINE Vec3 mixed_direction(Vec3 n, Float u, Float v) {
     Vec3 a, b;
     basis(n, a, b);

@@ -1,16 +1,16 @@
-// Low-discrepancy samples: pairs of the Sobol' sequence, Owen-scrambled and shuffled by hashing.
+// Low-discrepancy samples: pairs of the Sobol' sequence, Owen-scrambled and shuffled by hashes.
 //
-// Burley 2020, "Practical Hash-based Owen Scrambling" (JCGT 9.4): each pixel and each pair of
-// dimensions has its own random nested scrambling and its own shuffled order, so that pairs are
-// independent of each other but stratified within. With the hash in place of tables, the sample is
-// a pure function of (seed, pixel, index, pair): results don't depend on the order of work.
+// Burley 2020, "Practical Hash-based Owen Scrambling" (JCGT 9.4). Each pixel and each pair of dimensions has
+// its own random nested scrambling and its own shuffled order. Pairs are thus independent of each other and
+// stratified by themselves. A hash replaces tables, so that a sample is a pure function of (seed, pixel,
+// index, pair), and results do not depend on the order of work.
 #pragma once
 
 #include "simd/packet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The pairs of one camera sample, by what they decide.
+// The pairs of one camera sample, by purpose.
 enum Pair : uint32_t {
     kPairPixel = 1,
     kPairLight = 2,
@@ -25,11 +25,11 @@ enum VertexPair : uint32_t {
     kVertexDirection,    // the scattered direction
     kVertexLight,        // point of an emitter
     kVertexEnvironment,  // direction to the environment's image
-    kVertexChoice,       // shader, lobe
+    kVertexChoice,       // choice of closure and lobe
     kVertexSurvival      // transparency, Russian roulette
 };
 
-// lowbias32 (Wellons), of a number or of a packet.
+// The hash lowbias32 (Wellons), of a number or a packet.
 template <typename T>
 EG_INLINE T hash(T x) {
     x ^= x >> 16;
@@ -58,8 +58,8 @@ EG_INLINE UInt scramble_reversed(UInt x, UInt seed) {
     return x;
 }
 
-// Second Sobol' dimension of index i, bit-reversed: its matrix is Pascal's triangle mod 2, whose
-// entry (r, c) is 1 iff the bits of r are a subset of those of c, so five butterflies apply it.
+// The second Sobol' dimension of index i, bit-reversed. Its matrix is Pascal's triangle mod 2: entry (r, c)
+// is 1 iff the bits of r are a subset of those of c. Five butterfly steps apply it.
 EG_INLINE UInt sobol_second_reversed(UInt i) {
     i ^= (i >> 1) & 0x55555555u;
     i ^= (i >> 2) & 0x33333333u;
@@ -71,12 +71,12 @@ EG_INLINE UInt sobol_second_reversed(UInt i) {
 
 EG_INLINE Float to_unit(UInt x) { return to_float(bits(x >> 8)) * 5.9604645e-8f; }  // [0, 1)
 
-// Number of a vertex's pair, behind those of the camera's.
+// Index of a vertex' pair. The camera's pairs come first.
 EG_INLINE UInt vertex_pair(Int vertex, VertexPair pair) {
     return bits(vertex) * 8u + (8u + static_cast<uint32_t>(pair));
 }
 
-// Sample `index` of the pair `pair` for the stream `stream` (a hash of seed and pixel): [0, 1)^2.
+// Sample `index` of the pair `pair` from the stream `stream` (a hash of seed and pixel), in [0, 1)^2.
 EG_INLINE void sobol_pair(UInt stream, UInt index, UInt pair, Float& u, Float& v) {
     const UInt seed = hash(stream ^ (pair * 0x9e3779b9u));
     const UInt shuffled = reverse_bits(scramble_reversed(reverse_bits(index), seed));

@@ -1,5 +1,5 @@
-// Places of the picture along a Z-order curve (Morton 1966): what is near on it is near in the picture, so
-// that systematic samples along a list in its order are spread evenly.
+// Positions in the picture along a Z-order curve (Morton 1966). Neighbours on the curve are near each other
+// in the picture, so that systematic samples from a list in this order are well distributed.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace edgegrad {
 
-// Bits of up to 8 of x, each with a zero behind it; of a number, or of all in a packet.
+// Inserts a zero after each of up to 8 bits of x, for a number or a packet.
 template <typename Bits>
 inline __attribute__((always_inline)) Bits spread_bits(Bits x) {
     x = (x | (x << 4)) & 0x0f0f0f0fu;
@@ -15,8 +15,8 @@ inline __attribute__((always_inline)) Bits spread_bits(Bits x) {
     return (x | (x << 1)) & 0x55555555u;
 }
 
-// The tile of (x, y), both from 0 to 1 over the picture, of 2^bits x 2^bits; what is outside is at its
-// border.
+// The tile of (x, y) among 2^bits x 2^bits tiles; x and y are from 0 to 1 over the picture. Points outside
+// get the nearest tile.
 inline uint32_t z_order(double x, double y, uint32_t bits) {
     const auto tile = [bits](double at) {
         return static_cast<uint32_t>((at > 0.0 ? std::min(at, 0.999) : 0.0) * (1u << bits));  // 0 of NaN

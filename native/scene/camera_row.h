@@ -1,4 +1,5 @@
-// Places of the camera's floats in their row (CameraView's first kCameraFloats; core/tables/camera.py).
+// Positions of the camera's floats in their row (the first kCameraFloats of CameraView;
+// core/tables/camera.py).
 #pragma once
 
 namespace edgegrad {

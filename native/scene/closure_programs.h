@@ -1,4 +1,4 @@
-// What the texture programs of shaders do.
+// Queries of the texture programs of closures.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace edgegrad {
 
-// Whether some step of a shader's program, and that of its weight, is such.
+// Returns whether `is` holds for any instruction of a closure's program or of its weight's program.
 template <typename Is>
 bool any_step(const SceneTables& tables, size_t closure, const Is& is) {
     const TextureTables& t = tables.textures;
@@ -21,7 +21,7 @@ bool any_step(const SceneTables& tables, size_t closure, const Is& is) {
     return false;
 }
 
-// Whether a texture gives a shader's column.
+// Returns whether a texture computes a column of a closure.
 inline bool is_textured(const SceneTables& tables, size_t closure, int32_t column) {
     return any_step(tables, closure, [column](const TextureInstruction& step) {
         return step.op == static_cast<int32_t>(TextureOp::OUTPUT) && step.data == column;

@@ -1,36 +1,31 @@
 // Contact: light between surfaces that nearly touch, as where a box stands on a floor or a sheet passes
 // through a lamp.
 //
-// In material form y rides on its surface, and light that it sends to x changes with the rate 1/r of their
-// relative motion, r = |y - x|: beside a line of contact samples have no variance, and no number of them
-// brings the mean nearer (derivations, C5). With the direction from x to y held instead, y slides along the
-// ray, and nothing of 1/r is left; but what bounds y's surface then moves over it. So y moves with
+// In material form y moves with its surface, and light from y to x changes with the rate 1/r of their
+// relative motion, r = |y - x|. Beside a line of contact the variance of this estimate is infinite
+// (derivations, C5). With a fixed direction from x to y instead, y moves along its surface with the ray, and
+// no factor 1/r remains. But then the borders of y's surface move over y. Therefore y moves with the blend
 //   v = m(y) + b (v_1 - m(y)),   v_1 = dx + w n_y . (m(y) - dx)/(n_y . w),
-// b = 1 near x, falling to 0 at the borders of y's triangle. Of light that x receives this makes
+// where b is 1 near x and decreases to 0 at the borders of y's triangle. The light that x receives changes by
 //   d log(measure) = (1 - b) R + grad b . (v_1 - m(y)),
-// R the rate of |w . M|/r^2 in material form; f and whatever y shows move with v; and edges of shadows sweep
-// over segments that move with (1 - b) as much of y and with the rest of x (boundary/segment/segment.h).
+// where R is the rate of |w . M|/r^2 in material form. f and the texture at y move with v. Edges of shadows
+// sweep over segments that move with (1 - b) times y's motion and the rest of x's
+// (boundary/segment/segment.h).
 //
-// Borders that lie in x's own plane don't count: light from there arrives along x's horizon, where |n_x . w|
-// vanishes. (Where n_x isn't the face's own normal it doesn't: there they count, and the horizon moves over y
-// as much as that rides, boundary/terms/horizon.h.) With rho the distance to the nearest of all borders that
-// do,
+// Borders in x's own plane do not count: light from there arrives along x's horizon, where |n_x . w|
+// vanishes. (Where n_x is not the face's own normal it does not vanish. There such borders count, and the
+// horizon moves over y with the weight of the material form, boundary/terms/horizon.h.) With rho the distance
+// to the nearest border that counts,
 //   b = 1 - s^2 (3 - 2 s),   s = min(r/(kReach rho), 1),
-// so that no border needs samples of its own.
-//
-// Squared error of pixels, held by riding, 16 samples, with kReach 1, 2, 3, 4 (medians;
-// tests/interior/test_contact.py): a glowing wall slides .031, .024, .022, .022, a matte one .027, .024,
-// .023, .022, the floor .0063, .0037, .0035, .0034, a block .12, .11, .11, .13, the camera .094, .064, .066,
-// .076. Riding, it doesn't fall with the number of samples. Where nothing touches, light that is held far off
-// loses: of 50 scenes (shadows and inter-reflection in the tests) one 1.3, 2.6, 4.1 times with 1, 2, 3, all
-// of them .99, .97, .95 in the mean.
+// so that no border needs samples of its own. kReach trades the error near contact for noise from light of a
+// fixed direction where surfaces do not touch.
 #pragma once
 
 #include "scene/geometry.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// b; and grad b . (v_1 - m) = drift . (dx - m(y)).
+// b, and the drift: grad b . (v_1 - m) = drift . (dx - m(y)).
 struct Contact {
     Float share;
     Vec3 drift;
@@ -38,24 +33,25 @@ struct Contact {
 
 EG_INLINE Contact no_contact() { return {splat(0.0f), zero3()}; }
 
-// The lanes between whose meshes light is held where they nearly touch.
-EG_INLINE Mask holds_contact(const SceneView& scene, Mask active, Int from, Int to) {
+// Lanes between whose meshes the direction of light is fixed near contact.
+EG_INLINE Mask may_blend(const SceneView& scene, Mask active, Int from, Int to) {
     const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
     const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
     return active & ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
 }
 
-// Of light from the point y of a triangle of mesh `to` to x, on a face of mesh `from` with that normal.
+// The blend for light from the point y of a triangle of mesh `to` to x, on a face of mesh `from` with the
+// normal `normal`.
 EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x, Vec3 normal, Int to,
                            const Triangle& t, Vec3 y) {
     constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f;
-    active = holds_contact(scene, active, from, to);
+    active = may_blend(scene, active, from, to);
     if (!any(active)) return no_contact();
     const Mask bent = (gather(scene.mesh_contact, select(active, from, splat(0))) & kContactBent) != 0;
     const Vec3 way = y - x;
     const Vec3 side[3] = {t.p1 - t.p0, t.p2 - t.p1, t.p0 - t.p2};
     const Float square = dot(way, way);
-    // rho is no longer than a side.
+    // rho is at most the length of a side.
     active &= square <
               kReach * kReach * max(max(dot(side[0], side[0]), dot(side[1], side[1])), dot(side[2], side[2]));
     if (!any(active)) return no_contact();
@@ -83,12 +79,12 @@ EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x
     return {select(near, 1.0f - s * s * (3.0f - 2.0f * s), splat(0.0f)), select(near, drift, zero3())};
 }
 
-// The same of light from a face at (b1, b2).
+// The blend for light from a face at (b1, b2).
 EG_INLINE Contact contact_with_face(const SceneView& scene, Mask active, const SurfacePoint& x, Int face,
                                     Int instance, Float b1, Float b2) {
     if (!scene.mesh_contact || !any(active)) return no_contact();
     const Int known = select(active, face, splat(0)), to = mesh_of(scene, known);
-    active = holds_contact(scene, active, x.mesh, to);
+    active = may_blend(scene, active, x.mesh, to);
     if (!any(active)) return no_contact();
     const Triangle t = placed_triangle(scene, known, select(active, instance, splat(-1))).triangle;
     return contact(scene, active, x.mesh, x.position, x.normal, to, t, interpolate(t, b1, b2));

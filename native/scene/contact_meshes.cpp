@@ -9,7 +9,7 @@
 namespace edgegrad {
 namespace {
 
-// Whether what a shader's textures give may jump within a face.
+// Returns whether a closure's textures may jump within a face.
 bool jumps(const SceneTables& tables, size_t closure) {
     const TextureTables& t = tables.textures;
     return any_step(tables, closure, [&t](const TextureInstruction& step) {
@@ -52,7 +52,7 @@ int32_t flags_of(const SceneTables& tables, size_t material) {
     return flags;
 }
 
-// Whether the normals of a face's corners are its own.
+// Returns whether the normals of a face's corners equal its own.
 bool is_flat(const SceneTables& tables, size_t face) {
     if (!is_smooth(tables, face)) return true;
     const int32_t* corners = &tables.corner_normal[3 * face];
@@ -72,7 +72,8 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
     if (!moves || view.face_held || (view.all_flags & kHasTransparency)) return {};
     std::vector<int32_t> materials(tables.material_first_closure.size() - 1);
     for (size_t m = 0; m < materials.size(); ++m) materials[m] = flags_of(tables, m);
-    // Some lights turn with the points that they light, which at horizons ride (boundary/terms/horizon.h).
+    // Some lights turn with their receivers. At horizons these are in material form
+    // (boundary/terms/horizon.h).
     const bool turning = view.lights.kinds & kTurningLights;
     std::vector<int32_t> meshes(static_cast<size_t>(tables.visible_meshes), 0);
     int32_t any = 0;

@@ -1,4 +1,4 @@
-// Between which meshes light is held where they nearly touch (scene/contact.h).
+// The meshes between which the direction of light is fixed near contact (scene/contact.h).
 #pragma once
 
 #include <vector>
@@ -8,10 +8,11 @@
 
 namespace edgegrad {
 
-// Bits kContactFrom and the like by mesh; none where nothing moves over surfaces, or no light is held. What
-// the y of scene/contact.h gives and scatters has no jumps, as textures may have; neither it nor x has a
-// perfect lobe, behind which points ride. Where meshes hold all of their light
-// (shading/lights/fixed_direction_light.h), or surfaces let light pass, nothing else is held.
+// Bits (kContactFrom and others) by mesh. Empty if no surface moves relative to another, or if no light
+// qualifies. Emission and scattering at y must not jump within a face, as textures may do. Neither y nor x
+// may have a perfect lobe, because points behind those stay in material form. Scenes in which emissive meshes
+// have a fixed direction anyway (shading/lights/fixed_direction_light.h), and scenes with transparent
+// surfaces, get no bits.
 std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view,
                                     const RequestedMotion& motion);
 

@@ -1,4 +1,4 @@
-// Corners and normals of faces in double precision, for what is computed once per call.
+// Corners and normals of faces in double precision, for quantities that are computed once per call.
 #pragma once
 
 #include "scene/tables.h"
@@ -16,7 +16,7 @@ inline Vector area_normal(const SceneTables& t, size_t face) {
     return cross(face_corner(t, face, 1) - a, face_corner(t, face, 2) - a);
 }
 
-// Whether all corners of a face have shading normals.
+// Returns whether all corners of a face have shading normals.
 inline bool is_smooth(const SceneTables& t, size_t face) {
     if (t.corner_normal.empty()) return false;
     const int32_t* n = &t.corner_normal[3 * face];

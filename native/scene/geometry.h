@@ -1,4 +1,4 @@
-// Triangles, points on them and rays that leave them.
+// Triangles, points on them, and rays that leave them.
 #pragma once
 
 #include "scene/view.h"
@@ -10,7 +10,7 @@ struct Triangle {
     Vec3 p0, p1, p2;
 };
 
-// The three entries of each lane's row of an integer table.
+// Reads the three entries of each lane's row of an integer table.
 EG_INLINE void gather_corners(const int32_t* table, Int row, Rows (&out)[3]) {
     for (int i = 0; i < W; ++i) {
         const int32_t* p = table + 3 * static_cast<int64_t>(row[i]);
@@ -25,37 +25,37 @@ EG_INLINE Triangle gather_triangle(const SceneView& scene, Int face) {
             gather3(scene.vertices, corner[2])};
 }
 
-// Lanes' instance transforms: the rows of their linear part, and their translation.
+// Instance transforms by lane: the rows of the linear part, and the translation.
 struct Placement {
     Vec3 x, y, z, origin;
 };
 
-// Rows of lanes that are no instance (-1) are of any.
+// Lanes without an instance (-1) get an arbitrary row.
 EG_INLINE Placement gather_placement(const SceneView& scene, Int instance) {
     Float m[12];
     gather_row(scene.instance_to_world, 12, select(instance >= 0, instance, splat(0)), m);
     return {{m[0], m[1], m[2]}, {m[4], m[5], m[6]}, {m[8], m[9], m[10]}, {m[3], m[7], m[11]}};
 }
 
-// +1, or -1 of transforms that mirror.
+// +1, or -1 for mirroring transforms.
 EG_INLINE Float handedness(const Placement& p) {
     return select(dot(p.x, cross(p.y, p.z)) < 0.0f, splat(-1.0f), 1.0f);
 }
 
-// M^-T v, up to a positive factor: a normal in the world. The columns of M^-T det M are the cross products of
+// M^-T v up to a positive factor: a normal in the world. The columns of M^-T det M are the cross products of
 // M's rows.
 EG_INLINE Vec3 place_normal(const Placement& p, Vec3 v) {
     const Vec3 a = cross(p.y, p.z), b = cross(p.z, p.x), c = cross(p.x, p.y);
     return Vec3{dot(a, v), dot(b, v), dot(c, v)} * select(dot(p.x, a) < 0.0f, splat(-1.0f), 1.0f);
 }
 
-// Points of instanced meshes in the world.
+// Position of a mesh's point in the world.
 EG_INLINE Vec3 place_point(const Placement& m, Vec3 p) {
     return Vec3{dot(m.x, p), dot(m.y, p), dot(m.z, p)} + m.origin;
 }
 
-// The corners of faces in the world, where `instance` places them (-1: they stand in it themselves). Returns
-// -1 where that mirrors them, and so turns their winding, else 1.
+// Transforms the corners of faces to the world by their `instance` (-1: they already are in the world).
+// Returns -1 where the transform mirrors them and thus reverses their winding, else 1.
 EG_INLINE Float place_triangle(const SceneView& scene, Int instance, Triangle& t) {
     const Mask placed = instance >= 0;
     if (!any(placed)) return splat(1.0f);
@@ -73,34 +73,36 @@ EG_INLINE Vec3 interpolate(const Triangle& t, Float b1, Float b2) {
             interpolate(t.p0.z, t.p1.z, t.p2.z, b1, b2)};
 }
 
-// Distance that rays keep from a triangle at their ends: interpolated positions are off by a few
-// roundings of its largest coordinate.
+// Distance of ray origins from their triangle. The error of interpolated positions is a few roundings of the
+// largest coordinate.
 EG_INLINE Float ray_offset(const Triangle& t) {
     return 2e-6f * max(max(largest_component(detach(t.p0)), largest_component(detach(t.p1))),
                        largest_component(detach(t.p2)));
 }
 
-// Faces that a ray passes through: those of an edge (-1: none).
+// Faces that a ray ignores: those of an edge (-1: none).
 struct Ignored {
     Int edge;
-    Int instance;  // which of the edge's copies; -1: it stands in the world itself
+    Int instance;  // of the edge; -1: the edge is in the world itself
 };
 
 EG_INLINE Ignored ignore_nothing() { return {splat(-1), splat(-1)}; }
 
-// The instance that places the k-th face of an edge's copy: that copy's. Each of the two faces that pierce
-// each other has its own.
+// The instance of the k-th face of an edge: that of the edge. The two faces of an intersection curve have
+// instances of their own.
 EG_INLINE int32_t face_instance(const SceneView& scene, int32_t edge, int32_t instance, uint32_t k) {
-    if (edge < scene.edge_count || !scene.intersection_instances) return instance;
-    return scene.intersection_instances[2 * static_cast<int64_t>(edge - scene.edge_count) + k];
+    if (!scene.is_intersection(edge) || !scene.intersection_instances) return instance;
+    return scene.intersection_instances[2 * scene.intersection(edge) + k];
 }
+// Lanes of lines that are no edges (SceneView).
+EG_INLINE Mask is_intersection(const SceneView& scene, Int line) { return line >= scene.edge_count; }
 EG_INLINE Int face_instance(const SceneView& scene, Int edge, Mask intersection, Int instance, int k) {
     if (!scene.intersection_instances || !any(intersection)) return instance;
     const Int row = select(intersection, edge - scene.edge_count, splat(0));
     return select(intersection, gather(scene.intersection_instances, 2 * row + k), instance);
 }
 
-// A point of a surface, its normal turned to the viewer.
+// A point of a surface. Its normal is on the viewer's side.
 struct SurfacePoint {
     Mask active;
     Int face;
@@ -110,12 +112,12 @@ struct SurfacePoint {
     Float side;      // +1: the viewer is in front (counter-clockwise side), -1: behind
     Float length_m;  // |M|
     Triangle triangle;
-    Float offset;  // distance that rays start off the surface
+    Float offset;  // distance of ray origins from the surface
     Int material;
-    Int mesh, instance;  // where a ray met the surface; instance -1: none
+    Int mesh, instance;  // of the hit; instance -1: none
 };
 
-// A face where it stands, and whether its instance mirrors it (place_triangle).
+// A face in the world, and the handedness of its instance (place_triangle).
 struct PlacedTriangle {
     Triangle triangle;
     Float handed;
@@ -127,7 +129,7 @@ EG_INLINE PlacedTriangle placed_triangle(const SceneView& scene, Int face, Int i
     return t;
 }
 
-// The surface point of a face at barycentrics (b1, b2) seen along `view` (towards the surface).
+// The surface point of a face at barycentrics (b1, b2), seen along `view` (towards the surface).
 EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int face, const PlacedTriangle& t,
                                      Float b1, Float b2, Vec3 view, Int instance) {
     SurfacePoint s;
@@ -155,7 +157,7 @@ EG_INLINE SurfacePoint surface_point(const SceneView& scene, Mask active, Int fa
                          instance);
 }
 
-// The mesh that a face belongs to.
+// The mesh of a face.
 EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
     Int low = splat(0), high = splat(scene.mesh_count);
     while (any(high - low > 1)) {
@@ -167,7 +169,7 @@ EG_INLINE Int mesh_of(const SceneView& scene, Int face) {
     return low;
 }
 
-// The corner normals of faces, interpolated; `smooth` is where a face of an active lane has all three.
+// The interpolated corner normals of faces. `smooth` becomes the active lanes whose face has all three.
 EG_INLINE Vec3 interpolated_normal(const SceneView& scene, Mask active, Int face, Float b1, Float b2,
                                    Mask& smooth) {
     Rows corner[3];
@@ -179,8 +181,8 @@ EG_INLINE Vec3 interpolated_normal(const SceneView& scene, Mask active, Int face
     return normal(c0) * (1.0f - b1 - b2) + normal(c1) * b1 + normal(c2) * b2;
 }
 
-// Smooth normal at a surface point, unit, on the viewer's side of the triangle; the triangle's own where the
-// surface is flat.
+// The smooth normal at a surface point: unit, on the viewer's side of the triangle. The geometric normal
+// where the surface is flat.
 EG_INLINE Vec3 smooth_normal(const SceneView& scene, const SurfacePoint& s) {
     if (!scene.corner_normal) return s.normal;
     Mask smooth;

@@ -1,11 +1,12 @@
-// One shader's values as a row of floats: the places of its fields (core/tables/materials.py has the same).
+// One closure's values as a row of floats: the positions of its fields (the same as in
+// core/tables/materials.py).
 #pragma once
 
 #include <cstdint>
 
 namespace edgegrad {
 
-// Kinds of shaders, in the order of core/scene/material.py's KINDS.
+// Kinds of closures, in the order of KINDS in core/scene/material.py.
 enum ShaderKind : int32_t {
     kPrincipled,
     kDiffuse,
@@ -41,13 +42,12 @@ enum MaterialParam : int32_t {
     kSubsurfaceWeight = 29,
     kNormalMap = 30,
     kNormalStrength = 33,
-    kWeight = 34,  // of the shader in its mixture
+    kWeight = 34,  // of the closure in its mixture
     kMaterialParams = 36
 };
 
-// What may occur in a shader, so that the rest is skipped: `closure_flags`.
+// Features that may occur in a closure (`closure_flags`), so that code for others is skipped.
 enum ClosureFlag : int32_t {
-    kHasDiffuse = 1 << 0,       // any diffuse or translucent lobe
     kHasGlossy = 1 << 1,        // any microfacet reflection or refraction, coat, sheen
     kHasTransparency = 1 << 2,  // alpha below 1, or Transparent
     kHasEmission = 1 << 3,

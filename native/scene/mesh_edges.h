@@ -1,4 +1,4 @@
-// Which edges are a mesh's.
+// The edges of a mesh.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace edgegrad {
 
-// The first and behind the last of a mesh's edges: these are in the order of their meshes.
+// The range of a mesh's edges: the first, and one after the last. Edges are in the order of their meshes.
 inline std::pair<int64_t, int64_t> mesh_edges(const GeometryTables& t, size_t mesh) {
     const auto before = [&](int32_t face) {
         const auto first_face = [&](uint32_t first) {

@@ -1,11 +1,11 @@
-// Where each mesh stands.
+// The instances of each mesh.
 #pragma once
 
 #include "scene/tables.h"
 
 namespace edgegrad {
 
-// By visible mesh, the instances that place it. Without any it stands as it is: that is one copy, -1.
+// The instances of each visible mesh. A mesh without instances counts as one copy, -1.
 inline std::vector<std::vector<int32_t>> mesh_instances(const GeometryTables& t) {
     std::vector<std::vector<int32_t>> out(static_cast<size_t>(t.visible_meshes));
     for (size_t k = 0; k < t.instance_mesh.size(); ++k)
@@ -15,7 +15,7 @@ inline std::vector<std::vector<int32_t>> mesh_instances(const GeometryTables& t)
     return out;
 }
 
-// Whether instances place the mesh that has these copies.
+// Returns whether a mesh with these copies is instanced.
 inline bool is_placed(const std::vector<int32_t>& copies) { return copies.front() >= 0; }
 
 // By visible mesh whether it, or what places it, moves.

@@ -15,8 +15,8 @@ Vector vector(const T* p) {
 }
 void add(double* p, Vector a) { p[0] += a.x, p[1] += a.y, p[2] += a.z; }
 
-// A face with smooth corners: its corners, M = (p1 - p0) x (p2 - p0), and the angle at each corner from
-// |a x b| (the same at all three) and a . b of the sides that meet there.
+// A face with smooth corners: its corners, M = (p1 - p0) x (p2 - p0), and the angle at each corner, from |a x
+// b| (equal at all three) and a . b of the adjacent sides.
 struct SmoothFace {
     const int32_t* group;
     const int32_t* vertex;
@@ -45,7 +45,7 @@ void for_each_smooth_face(const SceneTables& t, size_t mesh, const F& visit) {
     }
 }
 
-// By normal of the mesh, the sum of its faces' unit normals times their angles.
+// For each normal of the mesh, the sum of its faces' unit normals times their angles.
 std::vector<double> weighted_sums(const SceneTables& t, size_t mesh) {
     const int32_t first = t.mesh_first_normal[mesh], last = t.mesh_first_normal[mesh + 1];
     std::vector<double> sum(3 * static_cast<size_t>(last - first), 0.0);
@@ -63,13 +63,13 @@ void mesh_normals(SceneTables& t, size_t mesh) {
     float* normals = t.normals.data() + 3 * static_cast<ptrdiff_t>(t.mesh_first_normal[mesh]);
     for (size_t n = 0; n < sum.size(); n += 3) {
         const double length = std::sqrt(dot(vector(&sum[n]), vector(&sum[n])));
-        // Faces that cancel leave no direction; shading then falls back to the face's own normal (zero).
+        // If the normals cancel, the shading normal is zero, and shading uses the face's own normal.
         const double scale = length > 0.0 ? 1.0 / length : 0.0;
         for (size_t c = 0; c < 3; ++c) normals[n + c] = static_cast<float>(scale * sum[n + c]);
     }
 }
 
-// The derivative of a unit vector s/|s| by s is symmetric: it carries tangents as well as adjoints.
+// The derivative of a unit vector s/|s| by s is symmetric, so it applies to tangents and to adjoints.
 Vector through_normalisation(const double* sum, Vector v) {
     const Vector s = vector(sum);
     const double length2 = dot(s, s);
@@ -100,7 +100,7 @@ void update_shading_normals(SceneTables& t, int threads) {
     for_each_computed_mesh(t, threads, [&](size_t mesh) { mesh_normals(t, mesh); });
 }
 
-// With angle = atan2(l, d) of l = |M| and d = a . b, d angle = (d dl - l dd)/(l^2 + d^2); each face adds
+// With angle = atan2(l, d), l = |M| and d = a . b: d angle = (d dl - l dd)/(l^2 + d^2). Each face adds
 // angle/l M to the sums of its corners.
 void push_shading_normals(const SceneTables& t, int threads, const double* vertices, double* normals) {
     for_each_computed_mesh(t, threads, [&](size_t mesh) {

@@ -1,4 +1,4 @@
-// Shading normals that follow the vertices.
+// Shading normals that follow the motion of vertices.
 #pragma once
 
 #include <vector>
@@ -7,12 +7,14 @@
 
 namespace edgegrad {
 
-// All shading normals, unit: the given ones, and for the other meshes the sums of the normals of the faces
-// that share them, weighted by the angles at the corners (Thürmer and Wüthrich 1998), as Blender has them.
+// Updates all shading normals (unit). Given normals stay. The normals of other meshes are the sums of the
+// normals of adjacent faces, weighted by the angles at the corners (Thürmer and Wüthrich 1998), as in
+// Blender.
 void update_shading_normals(SceneTables& tables, int threads);
 
-// Their derivative: adds to the normals' tangents (N, 3) what the vertices' (V, 3) make of them, and to the
-// vertices' gradients what the normals' give back. Given normals follow no vertex.
+// Their derivative. `push` adds to the tangents of the normals (N, 3), given the tangents of the vertices (V,
+// 3). `pull` adds to the gradients of the vertices, given those of the normals. Given normals do not depend
+// on vertices.
 void push_shading_normals(const SceneTables& tables, int threads, const double* vertices, double* normals);
 void pull_shading_normals(const SceneTables& tables, int threads, const double* normals, double* vertices);
 

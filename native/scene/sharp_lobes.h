@@ -1,4 +1,4 @@
-// Which shaders have lobes so sharp that what lights them is looked for along those, or perfect ones.
+// Closures with lobes so sharp that light is sampled along the lobes, and closures with perfect lobes.
 #pragma once
 
 #include "scene/closure_programs.h"
@@ -7,8 +7,8 @@
 
 namespace edgegrad {
 
-// Whether a shader without textures has a lobe, not perfect, of an alpha up to `widest`; of a gloss over a
-// diffuse base kWeakGloss of that.
+// Returns whether a closure without textures has a lobe with an alpha up to `widest` that is not perfect. For
+// a gloss over a diffuse base the limit is kWeakGloss times that.
 inline bool has_sharp_lobe(const SceneTables& tables, size_t closure, float widest) {
     if (!(tables.closure_flags[closure] & (kHasGlossy | kHasRefraction)) ||
         tables.closure_kind[closure] == kSheen)
@@ -21,20 +21,21 @@ inline bool has_sharp_lobe(const SceneTables& tables, size_t closure, float wide
     return sharp(kRoughness) || (row[kCoatWeight] > 0.0f && sharp(kCoatRoughness));
 }
 
-// Whether a shader may have a transmission lobe that isn't perfect.
+// Returns whether a closure may have a transmission lobe that is not perfect.
 inline bool may_refract_roughly(const SceneTables& tables, size_t closure) {
     const float* row = tables.closure_params.data() + closure * kMaterialParams;
     return (tables.closure_flags[closure] & kHasRefraction) &&
            (row[kRoughness] > 0.0f || is_textured(tables, closure, kRoughness));
 }
 
-// Whether a shader may be a perfect mirror, or glass that is perfectly smooth, or may have a lobe of an alpha
-// up to `followed` that is followed like those (shading/bsdf/followed_lobes.h). (Textures of roughness may
-// say so anywhere.)
+// Returns whether a closure may be a perfect mirror or perfectly smooth glass, or may have a followed lobe
+// with an alpha up to `followed` (shading/bsdf/followed_lobes.h). A textured roughness may be 0 anywhere.
 inline bool may_be_specular(const SceneTables& tables, size_t closure, float followed = 0.0f) {
     if (!(tables.closure_flags[closure] & (kHasGlossy | kHasRefraction))) return false;
     const float* row = tables.closure_params.data() + closure * kMaterialParams;
-    constexpr float kSmooth = 4e-3f;  // its fourth power is beyond what is taken for smooth
+    // Its fourth power, alpha squared, is above the limit of smooth lobes (kSmoothAlpha2), also after
+    // rounding.
+    constexpr float kSmooth = 4e-3f;
     const auto smooth = [&](int place) {
         return row[place] < kSmooth || row[place] * row[place] <= followed ||
                is_textured(tables, closure, place);

@@ -1,4 +1,4 @@
-// Pointers to tables that always have a row.
+// Pointers to tables that always have at least one row.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,13 @@
 
 namespace edgegrad {
 
-// Wider than the rows of any table.
+// At least as wide as the rows of any table.
 inline constexpr size_t kZeroRowBytes = 1024;
 alignas(64) inline constexpr std::byte kZeroRow[kZeroRowBytes] = {};
 
-// The rows of a table, or one row of zeros if it has none. Packets read row 0 for lanes that are not active,
-// also where a scene has no mesh, no edge, no material or no light: every table that kernels gather from must
-// have that row. Tables that may be absent as a whole are null instead, and kernels test for that.
+// The rows of a table, or one row of zeros for an empty table. Packets read row 0 for inactive lanes, also in
+// scenes without meshes, edges, materials or lights. So every table that kernels gather from must have that
+// row. Tables that may be absent as a whole are null instead, and kernels test for that.
 template <typename T>
 const T* zero_row() {
     static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= kZeroRowBytes);

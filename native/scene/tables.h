@@ -1,4 +1,4 @@
-// The scene's tables by value (core/tables/tables.py has the same names), and derivatives of them.
+// The scene's tables by value (same names as in core/tables/tables.py), and the requested motion.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +12,11 @@
 
 namespace edgegrad {
 
-// Meshes and where they stand: what BVHs are built over.
+// Meshes and their instances: the input of BVHs.
 struct GeometryTables {
     std::vector<float> vertices;
     std::vector<int32_t> faces, face_material, mesh_first_vertex, mesh_first_face;
-    int32_t visible_meshes = 0;  // these come first; the rest are area lights
+    int32_t visible_meshes = 0;  // the first meshes; the others are area lights
     std::vector<int32_t> mesh_mask, mesh_receivers;
     std::vector<float> mesh_terminator;
     std::vector<int32_t> corner_normal, mesh_first_normal;
@@ -52,16 +52,16 @@ struct SceneTables : GeometryTables, ValueTables {
     std::shared_ptr<const EnvironmentMap> environment_map;  // null: the environment is constant
 };
 
-// What moves, of the derivatives that are asked for.
+// The motion that the requested derivatives need.
 struct RequestedMotion {
-    std::vector<uint8_t> moving;  // by mesh: its vertices
+    std::vector<uint8_t> moving;  // by mesh: its vertices move
     bool camera = false;          // any float of the camera
     bool instances = false;       // any instance's transform
     bool lights = false;          // any row of the light table
-    bool rotation = false;        // the environment's
-    bool environment = false;     // light from it, even if it is dark
+    bool rotation = false;        // of the environment
+    bool environment = false;     // light of the environment, even if it is dark
 
-    // Whether the vertices or instances of any mesh are asked for.
+    // Returns whether vertices or instances of any mesh are requested.
     bool any_mesh_moves() const {
         return instances || std::any_of(moving.begin(), moving.end(), [](uint8_t m) { return m != 0; });
     }

@@ -1,4 +1,4 @@
-// Light that a surface gives by itself.
+// Emission of surfaces.
 #pragma once
 
 #include "shading/bsdf/principled.h"
@@ -6,7 +6,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Emission of one shader on the viewer's side. What the surface lets pass isn't there to emit.
+// Emission of one closure on the viewer's side. The transparent share of the surface does not emit.
 EG_INLINE Vec3 closure_emission(const SurfacePoint& x, const Shader& shader, const TexturePoint& point) {
     const Mask emits =
         x.active & has(shader, kHasEmission) & ((x.side > 0.0f) | has(shader, kEmissionTwoSided));
@@ -19,7 +19,8 @@ EG_INLINE Vec3 closure_emission(const SurfacePoint& x, const Shader& shader, con
     return select(emits, emission, zero3());
 }
 
-// Emission of all shaders of the point's material, opacity included: what a ray from there sees on average.
+// Mean emission of all closures of the point's material, with opacity: what emitter samples find at this
+// point.
 EG_OUTLINE Vec3 emitted_radiance(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point) {
     Vec3 sum = zero3();
     const Int first = gather(scene.material_first_closure, x.material);

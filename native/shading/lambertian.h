@@ -1,4 +1,4 @@
-// The Lambertian surface, f = albedo / pi: what most surfaces of a scene under reconstruction are.
+// The Lambertian surface, f = albedo / pi.
 #pragma once
 
 #include "sampling/hemisphere.h"
@@ -9,19 +9,19 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 struct Lambertian {
     Vec3 normal;  // shading normal, on the viewer's side
-    Vec3 ng;      // the triangle's
+    Vec3 ng;      // geometric normal
     Vec3 albedo;
-    const Vec3* smooth = nullptr;  // the smooth normal, where a normal map may have bent it
+    const Vec3* smooth = nullptr;  // the smooth normal, if a normal map may have bent it
     bool mixed = false;            // samples half of the directions uniformly
 
-    // Whether an emitter sample alone is good enough: f is as smooth as a cosine.
+    // Whether emitter samples alone find the light of surfaces well: the BSDF has no peaks.
     static constexpr bool kSmooth = true;
-    // Where light that falls on its back matters.
+    // Lanes for which light from behind the surface contributes.
     EG_INLINE Mask both_sides() const { return splat(0); }
 
-    // Turning the surface changes f |cos| by up to 1, whatever the cosine: divided by a density that vanishes
-    // with it, that has no variance. Derivatives of what moves therefore sample half of the directions
-    // uniformly.
+    // The derivative of f |cos| by the normal does not vanish at grazing angles, where the density of cosine
+    // sampling does; its estimate then has infinite variance. Paths for geometric derivatives therefore
+    // sample half of the directions uniformly.
     EG_INLINE Float pdf(Float cosine_density) const {
         return mixed ? 0.5f * cosine_density + 0.25f * kInvPi : cosine_density;
     }
@@ -32,7 +32,7 @@ struct Lambertian {
         const Float density = select(active, max(dot(normal, w), 0.0f) * kInvPi, 0.0f);
         return {albedo * (density * shadowing(w)), pdf(density)};
     }
-    // The same for light that only some kinds of rays (bits 1 << RayKind) see.
+    // The same for light that is visible only to rays of some kinds (bits 1 << RayKind).
     EG_INLINE BsdfValue evaluate_for(Int kinds, Mask active, Vec3 w) const {
         BsdfValue f = evaluate(active, w);
         f.value = select((kinds & (1 << kDiffuseRay)) != 0, f.value, zero3());

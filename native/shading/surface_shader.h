@@ -1,4 +1,4 @@
-// The shader of a surface point: one leaf of its material, with the values of its textures.
+// The shader of a surface point: one closure of its material, with textured values.
 #pragma once
 
 #include "sampling/sobol.h"
@@ -9,18 +9,18 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A material is the sum of weighted leaves. One is picked in proportion to the weights and scaled by their
-// sum: an unbiased estimate of all of them at the cost of one.
+// A material is a weighted sum of closures. One closure is chosen in proportion to the weights and multiplied
+// by their sum. This is an unbiased estimate of all closures at the cost of one.
 struct Shader {
     Int closure;
     Int kind, flags;
     Float scale;                 // sum of the weights
-    Float row[kMaterialParams];  // the leaf's values (scene/material_params.h)
+    Float row[kMaterialParams];  // the closure's values (scene/material_params.h)
 
     EG_INLINE Vec3 color(int place) const { return {row[place], row[place + 1], row[place + 2]}; }
 };
 
-// Loads N values of the leaves' rows from `place` on.
+// Loads N values of the closures' rows, starting at `place`.
 template <int N>
 EG_INLINE void load_row(const SceneView& scene, Shader& s, int place) {
     Float values[N];
@@ -33,7 +33,7 @@ EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint&
             view,   x.side < 0.0f, ray_kind, x.normal};
 }
 
-// Weight of the leaf in its mixture.
+// Weight of the closure in its mixture.
 EG_OUTLINE Float closure_weight(const SceneView& scene, Mask active, Int closure, const TexturePoint& point) {
     Float row[kMaterialParams];
     row[kWeight] = gather(scene.closure_params + kWeight, closure * static_cast<int32_t>(kMaterialParams));
@@ -42,7 +42,7 @@ EG_OUTLINE Float closure_weight(const SceneView& scene, Mask active, Int closure
     return max(row[kWeight], 0.0f);
 }
 
-// The leaf of x's material for the random number u, and the sum of its leaves' weights.
+// Chooses a closure of x's material by the random number u. `scale` becomes the sum of the closures' weights.
 EG_INLINE Int pick_closure(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point, Float u,
                            Float& scale) {
     const Int first = gather(scene.material_first_closure, x.material);
@@ -51,8 +51,8 @@ EG_INLINE Int pick_closure(const SceneView& scene, const SurfacePoint& x, const 
     const Int count = gather(scene.material_first_closure + 1, x.material) - first;
     const Mask mixed = x.active & (count > 1);
     if (!any(mixed)) return first;
-    // One pass over the weights: each leaf takes the place of those before it with the probability that its
-    // weight has of their sum (reservoir sampling, Chao 1982), reusing what is left of u.
+    // One pass over the weights: each closure replaces the previous choice with the probability weight / (sum
+    // of the weights so far), and the remainder of u is reused (reservoir sampling, Chao 1982).
     Float sum = splat(0.0f);
     Int closure = first;
     for (Int k = splat(0); any(mixed & (k < count)); k = k + 1) {
@@ -72,7 +72,7 @@ EG_INLINE Int pick_closure(const SceneView& scene, const SurfacePoint& x, const 
     return closure;
 }
 
-// The shader at x for the random number u.
+// Evaluates a closure at x.
 EG_OUTLINE Shader closure_shader(const SceneView& scene, const SurfacePoint& x, Int closure,
                                  const TexturePoint& point) {
     Shader s;
@@ -106,7 +106,7 @@ EG_INLINE Shader surface_shader(const SceneView& scene, const SurfacePoint& x, c
 
 EG_INLINE Mask has(const Shader& s, int32_t flag) { return (s.flags & flag) != 0; }
 
-// The normal that a shader's normal map gives.
+// The shading normal, bent by the closure's normal map.
 EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, const Shader& s,
                               const TexturePoint& point) {
     if (!(scene.all_flags & kHasNormalMap)) return point.normal;
@@ -114,7 +114,7 @@ EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, const Shader&
                           s.row[kNormalStrength]);
 }
 
-// The share of light that passes a shader's surface unscattered; `color` filters it.
+// Share of light that passes the surface unscattered; `color` is its tint.
 EG_INLINE Float passing_share(const Shader& s, Vec3& color) {
     const Mask clear = s.kind == splat(static_cast<int>(kTransparent));
     const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};

@@ -1,4 +1,4 @@
-// The transparent share of a surface point.
+// Transmittance of a surface point.
 #pragma once
 
 #include "shading/surface_shader.h"
@@ -6,7 +6,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The share of each channel that passes a surface point: over its leaves, the weighted sum.
+// Transmittance of a surface point by channel: the weighted sum over its closures.
 EG_OUTLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint& x,
                                       const TexturePoint& point) {
     Vec3 sum = zero3();
@@ -27,14 +27,14 @@ EG_OUTLINE Vec3 surface_transmittance(const SceneView& scene, const SurfacePoint
     return sum;
 }
 
-// Where a share has a derivative even if all or nothing is let through.
+// Lanes whose transparent share has a derivative at 0 and at 1 too.
 EG_INLINE Mask share_ends_change(const TransparentMemory& passed, Int closure) {
     return passed.closures ? (gather(passed.closures, closure) & static_cast<int32_t>(kEndsChange)) != 0
                            : splat(0);
 }
 
-// The chance with which paths go through a surface that lets all or nothing through, where that may change:
-// of four, three take what there is, and one what there may be.
+// Probability of passing a surface whose share is 0 or 1 but has a derivative. The less useful choice, which
+// only samples the derivative of the share, gets the smaller part.
 EG_INLINE Float chance_at_ends(Float share) { return select(share > 0.5f, splat(0.75f), splat(0.25f)); }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

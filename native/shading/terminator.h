@@ -1,15 +1,16 @@
-// The shadow terminator: where light grazes a smooth-shaded surface, its flat triangles shade each other in
-// steps that the smooth surface they stand for hasn't.
+// The shadow terminator. At grazing light the flat triangles of a smooth-shaded mesh shadow each other, which
+// the smooth surface would not do.
 #pragma once
 
 #include "scene/geometry.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// By how far a shadow ray towards w starts off x: onto a smooth surface through the corners, reached by
-// projecting x on the tangent planes at the corners (Hanika 2021, "Hacking the Shadow Terminator"). As in
-// Cycles only for the rays whose cosines to the shading and to the true normal are small against the mesh's
-// `terminator_offset`, with a gradual transition. A bias with a name: 0 for meshes that don't ask for it.
+// Offset of the origin of a shadow ray towards w, onto a smooth surface through the corners: x is projected
+// onto the tangent planes at the corners (Hanika 2021, "Hacking the Shadow Terminator"). As in Cycles, the
+// offset applies only where the cosines to the shading and geometric normals are small compared with the
+// mesh's `terminator_offset`, with a smooth transition. The offset is a bias, and is 0 for meshes that do not
+// set it.
 EG_INLINE Vec3 terminator_lift(const SceneView& scene, const SurfacePoint& x, Vec3 shading, Vec3 w) {
     Vec3 lift = zero3();
     if (!scene.any_terminator) return lift;
@@ -21,7 +22,7 @@ EG_INLINE Vec3 terminator_lift(const SceneView& scene, const SurfacePoint& x, Ve
     const Mask lifted = x.active & (cutoff > 0.0f) & (amount > 0.0f) & (flat > 0.0f);
     for (int i = 0; i < W; ++i) {
         const int32_t* corner = scene.corner_normal + 3 * static_cast<int64_t>(x.face[i]);
-        // Instances' normals would have to be transformed: they are left on their triangles.
+        // Instances are not lifted, since their normals would have to be transformed.
         if (!lifted[i] || corner[0] < 0 || corner[1] < 0 || corner[2] < 0 || x.instance[i] >= 0) continue;
         const float b[3] = {1.0f - x.b1[i] - x.b2[i], x.b1[i], x.b2[i]};
         const Vec3 corners[3] = {x.triangle.p0, x.triangle.p1, x.triangle.p2};

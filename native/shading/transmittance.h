@@ -1,4 +1,4 @@
-// Light that surfaces between two points let through: the product of their transparent shares.
+// Transmittance between two points: the product of the transparent shares of the surfaces between them.
 #pragma once
 
 #include "scene/rays/rays.h"
@@ -7,21 +7,21 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Rays whose way is asked for.
+// Parameters of a transmittance query.
 struct PassingRays {
-    Int mask;                        // of the meshes that they meet
-    RayKind kind = kShadowRay;       // as textures see them
-    int most_transparent = 1 << 30;  // surfaces; what is behind more isn't seen
+    Int mask;                        // ray mask of the meshes
+    RayKind kind = kShadowRay;       // for textures
+    int most_transparent = 1 << 30;  // surfaces; rays end behind more
     Ignored ignored = ignore_nothing();
     TransparentRecord record{};
 };
 
-// Context of a shadow query whose filter multiplies transmittances (Embree calls it once for each triangle
-// that the ray meets, in any order: the product doesn't care).
+// Context of a shadow query whose filter multiplies transmittances. Embree calls the filter once for each
+// triangle along the ray, in any order.
 struct ShadowContext {
     EdgeContext edges;  // first: Embree passes its address to the filter
     RayKind kind;
-    int32_t left[W];  // surfaces that may still be passed
+    int32_t left[W];  // transparent surfaces that the ray may still pass
     float through[3][W];
     float direction[3][W];
     TransparentRecorder* recorder;  // null: nothing is recorded
@@ -39,7 +39,8 @@ static void filter_transparent(const embree::FilterArguments* args) {
     Float b1 = splat(0.0f), b2 = b1;
     Vec3 direction = {splat(0.0f), splat(0.0f), splat(1.0f)};
     uint32_t slot[W] = {};
-    // By lane, so that a lane's numbers are its own whatever part of the packet Embree traverses.
+    // Gather the hits by lane, so that a lane's values do not depend on the part of the packet that Embree
+    // traverses.
     for (uint32_t i = 0; i < n; ++i) {
         if (!args->valid[i]) continue;
         const uint32_t lane = ray[10 * n + i];
@@ -58,18 +59,21 @@ static void filter_transparent(const embree::FilterArguments* args) {
         direction.y[lane] = context->direction[1][lane];
         direction.z[lane] = context->direction[2][lane];
     }
+    // Evaluate the surfaces' transmittances
     const SurfacePoint x = surface_point(scene, active, face, b1, b2, direction, instance);
     const Float length = sqrt(dot(direction, direction));
     const TexturePoint point = texture_point(scene, x, direction * (-1.0f / max(length, 1e-30f)),
                                              splat(static_cast<int>(context->kind)));
     const Vec3 through = surface_transmittance(scene, x, point);
+    // Multiply or record the transmittances, and let the rays continue
     for (int lane = 0; lane < W; ++lane) {
         if (!active[lane]) continue;
         const float t[3] = {through.x[lane], through.y[lane], through.z[lane]};
         TransparentRecorder* const recorder = context->recorder;
         const int32_t changes = recorder ? recorder->changes(scene, x.material[lane]) : 0;
         const bool dark = !(t[0] > 0.0f || t[1] > 0.0f || t[2] > 0.0f);
-        if (dark && !(changes && recorder->goes_on(lane, changes))) continue;  // the query ends here
+        // A hit that stays valid ends the query.
+        if (dark && !(changes && recorder->goes_on(lane, changes))) continue;
         if (context->left[lane]-- <= 0) continue;
         if (changes)
             recorder->add(lane, face[lane], instance[lane], b1[lane], b2[lane]);
@@ -79,7 +83,7 @@ static void filter_transparent(const embree::FilterArguments* args) {
     }
 }
 
-// What passes along rays within `far` times their direction's length, but for the surfaces that are recorded.
+// Transmittance along rays up to `far` times the direction's length, except for recorded surfaces.
 EG_OUTLINE Vec3 transmittance(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
                               const PassingRays& rays) {
     const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};

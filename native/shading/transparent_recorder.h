@@ -1,4 +1,4 @@
-// Writes down which surfaces a packet of shadow rays passes (shading/transparent_surfaces.h).
+// Records the transparent surfaces along a packet of shadow rays (shading/transparent_surfaces.h).
 #pragma once
 
 #include "scene/view.h"
@@ -7,7 +7,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Whose rays they are.
+// Where the surfaces of a packet of rays are recorded.
 struct TransparentRecord {
     TransparentMemory* memory = nullptr;  // null: nothing is recorded
     int32_t vertex = 0;
@@ -18,13 +18,13 @@ class TransparentRecorder {
  public:
     explicit TransparentRecorder(const TransparentRecord& of) : of_(of) {}
 
-    // Forgets everything: the start of a query.
+    // Starts a query.
     void start() {
         of_.memory->reserve<W>(room_);
         levels_ = most_ = 0;
         for (int lane = 0; lane < W; ++lane) count_[lane] = dark_[lane] = 0;
     }
-    // What may change of the light that a surface lets through.
+    // TransparentClosure bits of a material: which derivatives its transmittance has.
     int32_t changes(const SceneView& scene, int32_t material) const {
         int32_t bits = 0;
         for (int32_t closure = scene.material_first_closure[material];
@@ -32,9 +32,9 @@ class TransparentRecorder {
             bits |= of_.memory->closures[closure];
         return bits;
     }
-    // Whether a ray that an opaque surface would end goes on: behind a second one nothing has a derivative.
+    // Returns whether a ray continues behind an opaque surface. Only the first such surface has a derivative.
     bool goes_on(int lane, int32_t changes) { return changes & kEndsChange && dark_[lane]++ == 0; }
-    // Queries run in Embree, where memory that can't be had can't be told of: room is made before them.
+    // Allocation failures cannot be reported from an Embree callback, so memory is reserved before a query.
     void add(int lane, int32_t face, int32_t instance, float b1, float b2) {
         const int32_t level = count_[lane]++;
         if (level >= most_) most_ = level + 1;
@@ -48,13 +48,13 @@ class TransparentRecorder {
         p.face[lane] = face, p.instance[lane] = instance;
         p.b1[lane] = b1, p.b2[lane] = b2;
     }
-    // Whether the query must run once more, with room for all that it passes.
+    // Returns whether the query must run again because it met more surfaces than there was room for.
     bool needs_room() {
         if (most_ <= room_) return false;
         room_ = most_;
         return true;
     }
-    // The end of a query, after which the surfaces of the rays that came through count.
+    // Ends a query and keeps the surfaces of unoccluded rays.
     void keep(Mask open) {
         if (!any(open)) return;
         for (int32_t level = 0; level < levels_; ++level)
@@ -68,7 +68,7 @@ class TransparentRecorder {
 
     const TransparentRecord of_;
     int32_t room_ = 8;
-    int32_t levels_ = 0, most_ = 0;  // packets begun, and most surfaces of a ray
+    int32_t levels_ = 0, most_ = 0;  // number of packets begun; largest number of surfaces along a ray
     int32_t count_[W], dark_[W];
 };
 

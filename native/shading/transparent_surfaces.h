@@ -1,9 +1,8 @@
-// What shadow rays of recorded vertices (tasks/vertex_record.h) pass: the places on surfaces whose
-// transparent share may have a derivative. The shares themselves are not part of the light that is recorded:
-// their product is computed once more with it (adjoint/transparent_light.h), so that one of them may well be
-// zero.
+// The transparent surfaces along shadow rays of recorded vertices (tasks/vertex_record.h), if their
+// transmittance may have a derivative. The recorded light does not contain these transmittances. Sweeps
+// evaluate their product again (adjoint/transparent_light.h), so that a factor may be zero.
 //
-// Plain memory: it is written by code on raw packets and read by code on taped ones.
+// Plain memory: code on raw packets writes it, code on taped packets reads it.
 #pragma once
 
 #include <cstdint>
@@ -12,33 +11,34 @@
 
 namespace edgegrad {
 
-// Shadow rays of a vertex: towards a sample of the lights, of the environment's image, and a path's last ray.
+// Shadow rays of a vertex: to an emitter sample, to a sample of the environment's image, and a path's last
+// ray.
 enum RecordedRay : int32_t { kRayToLight, kRayToEnvironment, kLastRay };
 
-// Bits of a shader: its share may have a derivative, and has one even where all or nothing is let through.
-// Rays of derivatives go on behind the first opaque one of such surfaces.
+// Bits of a closure: its transparent share may have a derivative, and may have one even where it is 0 or 1.
+// Shadow rays of derivatives continue behind the first opaque surface of the second kind.
 enum TransparentClosure : int32_t { kShareChanges = 1, kEndsChange = 2 };
 
-// One surface of each ray, in any order.
+// One surface for each ray of a packet, in any order.
 template <int N>
 struct alignas(64) TransparentPacket {
     int32_t face[N], instance[N];  // face -1: none
     float b1[N], b2[N];
-    int32_t vertex;  // number of the vertices' packet
+    int32_t vertex;  // index of the vertices' packet
     RecordedRay ray;
 };
 
-// Those of a task, in the order of their vertices.
+// The surfaces of a task, in the order of their vertices.
 struct TransparentMemory {
     TapeBuffer packets;
     int64_t count = 0;
-    const int32_t* closures = nullptr;  // TransparentClosure bits by leaf; null: no surface is recorded
+    const int32_t* closures = nullptr;  // TransparentClosure bits by closure; null: no surface is recorded
 
     template <int N>
     TransparentPacket<N>& at(int64_t k) const {
         return static_cast<TransparentPacket<N>*>(packets.data())[k];
     }
-    // Room for `more` packets behind those that count.
+    // Reserves room for `more` packets.
     template <int N>
     void reserve(int64_t more) {
         const auto bytes = [](int64_t packets) {
@@ -46,7 +46,7 @@ struct TransparentMemory {
         };
         packets.grow(bytes(count + more), bytes(count));
     }
-    // The first packet of a vertex or a later one.
+    // Index of the first packet of this vertex or of a later one.
     template <int N>
     int64_t first_of(int32_t vertex) const {
         int64_t low = 0, high = count;

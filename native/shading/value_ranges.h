@@ -1,4 +1,4 @@
-// What textures may give for a shader's fields.
+// Ranges of textured closure values.
 #pragma once
 
 #include <initializer_list>
@@ -8,20 +8,20 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The field's values in [0, most].
+// Clamps the field's values to [0, most].
 template <int N>
 EG_INLINE void keep_within(Float* row, int place, float most) {
     for (int k = place; k < place + N; ++k) row[k] = min(max(row[k], 0.0f), splat(most));
 }
 
-// Values outside of a field's range count as its nearest end, so that their derivative is 0; at the end
-// itself it is that of values inside. Ranges are those of Cycles, which bounds shares and roughnesses by 0
-// and 1, but the layers that are added to others (coat, sheen, the dielectric level) and colours by 0 alone.
-// Cycles also lets emission and transparent surfaces take light away, by negative colours: these count as
+// Clamps values to the range of their field, so that the derivative outside the range is 0; at an end of the
+// range it is that of the inside. The ranges are those of Cycles, which bounds shares and roughnesses by 0
+// and 1. Layers that are added to others (coat, sheen, the dielectric level) and colours are bounded by 0
+// only. In Cycles negative colours of emission and transparent closures remove light; here they count as
 // black. Indices and anisotropies are bounded where they are used.
 //
-// `flags` are those of all shaders. If `lambertian`, these scatter like Lambert's, and rows have no more than
-// that needs.
+// `flags` are those of all closures. If `lambertian`, all closures are Lambertian and rows hold only the
+// values that these need.
 EG_INLINE void keep_in_ranges(Float* row, int32_t flags, bool lambertian) {
     constexpr float kNone = __builtin_inff();
     keep_within<3>(row, kBaseColor, kNone);

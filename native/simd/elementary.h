@@ -1,5 +1,5 @@
-// Elementary functions of packets, to about 1e-6 of the result (relative, or absolute near zeros of sine
-// and cosine). Polynomials are those of the Cephes library (Moshier 1989) for single precision.
+// Elementary functions of packets, accurate to about 1e-6 of the result (absolute near the zeros of sine and
+// cosine). The polynomials are those of the Cephes library (Moshier 1989) for single precision.
 #pragma once
 
 #include "simd/packet.h"
@@ -18,17 +18,17 @@ EG_INLINE Float round(Float a) { return floor(a + 0.5f); }
 EG_INLINE Float clamp(Float a, Float low, Float high) { return min(max(a, low), high); }
 EG_INLINE Float saturate(Float a) { return clamp(a, splat(0.0f), splat(1.0f)); }
 
-// Remainder of the sign of a, as C's fmodf; 0 for b = 0.
+// Remainder with the sign of a, as C's fmodf; 0 for b = 0.
 EG_INLINE Float fmod(Float a, Float b) {
     const Float size = abs(b);
     Float r = a - trunc(a / b) * b;
-    // The quotient may have been rounded over a whole number.
+    // Rounding may have moved the quotient across an integer.
     r = select((r < 0.0f) & (a > 0.0f), r + size, r);
     r = select((r > 0.0f) & (a < 0.0f), r - size, r);
     return select(b == 0.0f, splat(0.0f), r);
 }
 
-// 2^n for whole n in [-126, 127].
+// 2^n for integer n in [-126, 127].
 EG_INLINE Float power_of_two(Float n) { return reinterpret_cast<Float>((to_int(n) + 127) << 23); }
 
 // e^r for |r| <= log(2) / 2.
@@ -45,12 +45,12 @@ EG_INLINE Float exp_reduced(Float r) {
 EG_INLINE Float exp(Float x) {
     const Float n = round(clamp(x, splat(-87.0f), splat(88.7f)) * 1.44269504f);
     const Float r = clamp(x, splat(-87.0f), splat(88.7f)) - n * 0.693359375f + n * 2.12194440e-4f;
-    // In two factors: n may be 128.
+    // Two factors, because n may be 128.
     const Float y = exp_reduced(r) * power_of_two(n - 1.0f) * 2.0f;
     return select(x > 88.7228f, splat(__builtin_inff()), select(x < -87.0f, splat(0.0f), y));
 }
 
-// x = m 2^e with m in [sqrt(1/2), sqrt(2)), for x > 0; log(m).
+// Splits x = m 2^e with m in [sqrt(1/2), sqrt(2)), for x > 0. Returns log(m).
 EG_INLINE Float log_mantissa(Float x, Float& e) {
     const Int i = reinterpret_cast<Int>(x);
     Float m = reinterpret_cast<Float>((i & 0x007fffff) | 0x3f000000);
@@ -78,7 +78,7 @@ EG_INLINE Float log(Float x) {
     return l - e * 2.12194440e-4f + e * 0.693359375f;
 }
 
-// a^b for a > 0: 2^(b e) and m^b apart, so that large exponents cost no precision.
+// a^b for a > 0. 2^(b e) and m^b are computed separately, so that large exponents lose no precision.
 EG_INLINE Float pow_positive(Float a, Float b) {
     Float e;
     const Float l = log_mantissa(a, e);
@@ -115,7 +115,7 @@ EG_INLINE Float cos(Float x) {
     return c;
 }
 
-// Angle of (x, y), 0 for the origin.
+// Angle of the vector (x, y); 0 for the origin.
 EG_INLINE Float atan2(Float y, Float x) {
     const Float ax = abs(x), ay = abs(y);
     const Mask steep = ay > ax;

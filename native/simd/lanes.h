@@ -1,11 +1,11 @@
-// Going over the lanes of packets one by one, and what they add up to.
+// Iteration over the lanes of packets, and sums of lanes.
 #pragma once
 
 #include "simd/packet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The first lane of a mask that has some.
+// The first lane of a mask, which must have one.
 EG_INLINE int first_lane(Mask m) {
 #if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
     return __builtin_ctz(_mm512_test_epi32_mask((__m512i)m, (__m512i)m));
@@ -27,7 +27,7 @@ EG_INLINE uint32_t lane_bits(Mask m) {
 #endif
 }
 
-// Pairs of numbers that lie one after the other, the first of each and the second.
+// Loads 2 W consecutive numbers as W pairs.
 EG_INLINE void load_pairs(const int32_t* p, Int& first, Int& second) {
 #if EDGEGRAD_WIDTH == 16 && defined(__AVX512F__)
     const Int a = load(p), b = load(p + W);
@@ -38,7 +38,7 @@ EG_INLINE void load_pairs(const int32_t* p, Int& first, Int& second) {
 #endif
 }
 
-// The sum of all lanes, in halves.
+// Sum of all lanes in double precision, by pairwise halving.
 EG_INLINE double sum_of_lanes(Float a) {
 #if EDGEGRAD_WIDTH == 16 && defined(__AVX512F__)
     typedef double Eight __attribute__((vector_size(64)));

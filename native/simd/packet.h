@@ -1,10 +1,9 @@
-// Packets of W floats, integers and masks: the kernels read like scalar code, each value is W lanes.
+// Packets of W floats, integers and masks. Kernels read like scalar code, but each value has W lanes.
 //
-// Built on GCC's and Clang's vector types: arithmetic, comparisons (a Mask: -1 true, 0 false per lane)
-// and `select` for `if`. W is EDGEGRAD_WIDTH; each instruction set compiles this header into a
-// namespace of its own (EDGEGRAD_ISA), since functions of one name in several translation units are
-// merged by the linker, whatever instructions they were compiled to. For the same reason nothing
-// from namespace std is called in kernels.
+// The packets are vector types of GCC and Clang: arithmetic, comparisons (giving a Mask: -1 true, 0 false per
+// lane) and `select` in place of `if`. W is EDGEGRAD_WIDTH. Each instruction set compiles this header into
+// its own namespace (EDGEGRAD_ISA), because the linker merges functions of one name from several translation
+// units, whatever instructions they use. For the same reason kernels call nothing from namespace std.
 #pragma once
 
 #include <cstddef>
@@ -23,9 +22,9 @@ typedef int32_t Int __attribute__((vector_size(4 * EDGEGRAD_WIDTH)));
 typedef uint32_t UInt __attribute__((vector_size(4 * EDGEGRAD_WIDTH)));
 using Mask = Int;
 
-// A packet passed through memory costs more than the arithmetic on it: everything is inlined by force, except
-// where it was measured to gain nothing (CMakeLists.txt), and in sanitized builds, where it would take the
-// compiler forever.
+// Passing a packet through memory costs more than arithmetic on it. Therefore everything is inlined by force,
+// except in kernels where this gains nothing (CMakeLists.txt), and in sanitized builds, where compilation
+// would take far too long.
 #ifdef EDGEGRAD_INLINE_FREELY
 #define EG_INLINE inline
 #define EG_INLINE_LAMBDA
@@ -34,8 +33,8 @@ using Mask = Int;
 #define EG_INLINE_LAMBDA __attribute__((always_inline))
 #endif
 
-// Large parts that packets need but once are functions of their own: inlined everywhere they would make the
-// kernels slow to compile and no faster.
+// Large functions with few call sites are not inlined. Inlining them would slow compilation down without a
+// gain.
 #define EG_OUTLINE static __attribute__((noinline))
 
 EG_INLINE Float splat(float s) { return Float{} + s; }
@@ -50,12 +49,12 @@ EG_INLINE Int lane_index() {
 
 EG_INLINE Float to_float(Int a) { return __builtin_convertvector(a, Float); }
 EG_INLINE Float to_float(UInt a) { return __builtin_convertvector(a, Float); }
-EG_INLINE Int to_int(Float a) { return __builtin_convertvector(a, Int); }  // towards zero
+EG_INLINE Int to_int(Float a) { return __builtin_convertvector(a, Int); }  // rounds towards zero
 EG_INLINE UInt bits(Int a) { return reinterpret_cast<UInt>(a); }
 EG_INLINE Int bits(UInt a) { return reinterpret_cast<Int>(a); }
 EG_INLINE UInt float_bits(Float a) { return reinterpret_cast<UInt>(a); }
 
-// GCC 12 loses selections of one lane that are written like those of many.
+// GCC 12 mishandles one-lane selections that are written like those of wider packets.
 template <typename T>
 EG_INLINE T select_packet(Mask m, T a, T b) {
     if constexpr (W == 1)
@@ -65,16 +64,16 @@ EG_INLINE T select_packet(Mask m, T a, T b) {
 }
 EG_INLINE Float select(Mask m, Float a, Float b) { return select_packet(m, a, b); }
 EG_INLINE Int select(Mask m, Int a, Int b) { return select_packet(m, a, b); }
-EG_INLINE Float select(Mask m, Float a, float b) { return m ? a : splat(b); }
+EG_INLINE Float select(Mask m, Float a, float b) { return select_packet(m, a, splat(b)); }
 
 EG_INLINE Float min(Float a, Float b) { return select(a < b, a, b); }
 EG_INLINE Float max(Float a, Float b) { return select(a > b, a, b); }
 EG_INLINE Float max(Float a, float b) { return max(a, splat(b)); }
 EG_INLINE Float abs(Float a) { return select(a < 0.0f, -a, a); }
 
-// The integer within [least, most] (both below 2^24 in size) that a is rounded to, towards zero; `least` of
-// what is no number. For indices: converting what no integer holds is undefined, and NaN passes comparisons
-// of the result.
+// The integer within [least, most] (both below 2^24 in magnitude) to which a is rounded, towards zero;
+// `least` for NaN. For indices: converting a float that no integer can represent is undefined, and NaN passes
+// comparisons of the result.
 EG_INLINE Int to_index(Float a, int least, int most) {
     return to_int(min(max(a, static_cast<float>(least)), splat(static_cast<float>(most))));
 }
@@ -85,7 +84,7 @@ EG_INLINE Float sqrt(Float a) {
     return r;
 }
 
-// Whether the number's derivative is asked for (adjoint/number.h): never that of a raw packet's.
+// Lanes whose derivative is requested (adjoint/number.h); none for raw packets.
 EG_INLINE Mask has_derivative(Float) { return Mask{}; }
 
 EG_INLINE bool any(Mask m) {
@@ -117,10 +116,10 @@ EG_INLINE Int load(const int32_t* p) {
 EG_INLINE void store(float* p, Float a) { __builtin_memcpy(p, &a, sizeof a); }
 EG_INLINE void store(int32_t* p, Int a) { __builtin_memcpy(p, &a, sizeof a); }
 
-// Lanes outside of a mask must hold a valid index (0 will do).
+// Inactive lanes must hold a valid index, such as 0.
 #if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
-// A third of the time of 16 loads by themselves. (Masks of all lanes: GCC 12 takes the operands of the others
-// for uninitialised.)
+// Faster than separate loads. The masked intrinsics are used because GCC 12 reports uninitialised operands
+// for the others.
 constexpr __mmask16 kAllLanes = 0xffff;
 EG_INLINE Float gather(const float* base, Int index) {
     return (Float)_mm512_mask_i32gather_ps(_mm512_setzero_ps(), kAllLanes, (__m512i)index, base, 4);
@@ -140,12 +139,12 @@ EG_INLINE Int gather(const int32_t* base, Int index) {
     return r;
 }
 #endif
-// Of unsigned numbers below 2^31.
+// For unsigned numbers below 2^31.
 EG_INLINE Int gather(const uint32_t* base, Int index) {
     return gather(reinterpret_cast<const int32_t*>(base), index);
 }
 
-// Values of the lanes of a mask, to places of which no two are the same.
+// Writes the values of the lanes of a mask to distinct positions.
 template <typename V, typename T>
 EG_INLINE void scatter(T* base, Int index, Mask m, V a) {
 #if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
@@ -157,7 +156,7 @@ EG_INLINE void scatter(T* base, Int index, Mask m, V a) {
 #endif
 }
 
-// Copies one lane of what is nothing but packets, to another's or to one of its own.
+// Copies one lane of a struct of packets to a lane of another one.
 template <typename T>
 EG_INLINE void move_lane(T& to, int lane, const T& from, int other) {
     static_assert(sizeof(T) % sizeof(Float) == 0);
@@ -166,19 +165,20 @@ EG_INLINE void move_lane(T& to, int lane, const T& from, int other) {
     for (size_t k = 0; k < sizeof(T); k += sizeof(Float)) __builtin_memcpy(out + k, in + k, 4);
 }
 
-// The same float for all lanes, read from a table: what adjoint/number.h can follow, other than a splat.
+// The same float for all lanes, read from a table. Unlike for a splat, adjoint/number.h can give it a
+// derivative.
 EG_INLINE Float broadcast(const float* p) { return splat(*p); }
 
-// Lanes' rows: a packet, or numbers in memory (what has just been read lane by lane is slow to put together
-// and to take apart again).
+// The rows of the lanes: a packet, or an array in memory. Numbers that were just read lane by lane stay in
+// memory, because assembling a packet and taking it apart again is slow.
 typedef int32_t Rows[W];
 EG_INLINE Int packet(Int rows) { return rows; }
 EG_INLINE Int packet(const Rows& rows) { return load(rows); }
 
 #if defined(__SSE4_2__) && (EDGEGRAD_WIDTH == 4 || EDGEGRAD_WIDTH == 8)
-// Two to four floats of each row from column k on, transposed.
+// Reads two to four floats of each row, from column k on, and transposes them.
 EG_INLINE void gather_columns(const float* const (&rows)[W], int k, int count, Float* out) {
-    // What is behind a row may be behind the table.
+    // Memory behind a row may not belong to the table.
     const auto some = [&](int i) {
         const float* p = rows[i] + k;
         if (count - k >= 4) return _mm_loadu_ps(p);
@@ -206,13 +206,14 @@ EG_INLINE void gather_columns(const float* const (&rows)[W], int k, int count, F
 }
 #endif
 
-// N neighbouring floats of each lane's row.
+// N consecutive floats of each lane's row.
 template <int N, typename R>
 EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&out)[N]) {
     const float* rows[W];
     for (int i = 0; i < W; ++i) rows[i] = base + stride * static_cast<int64_t>(row[i]);
 #if defined(__AVX512VL__) && EDGEGRAD_WIDTH == 16
-    // Four floats of each row at a time, transposed: a third of the time of one after the other.
+    // Reads four floats of each row at a time and transposes them, which is faster than reading them one by
+    // one.
     for (int k = 0; k < N; k += 4) {
         const __mmask8 some = static_cast<__mmask8>(N - k < 4 ? (1 << (N - k)) - 1 : 15);
         __m512 r[4];
@@ -225,7 +226,7 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
         }
         const auto low = [](__m512 a, __m512 b) { return _mm512_maskz_unpacklo_ps(kAllLanes, a, b); };
         const auto high = [](__m512 a, __m512 b) { return _mm512_maskz_unpackhi_ps(kAllLanes, a, b); };
-        // Rows j and j + 2 side by side, twice: columns 0 and 1, then 2 and 3.
+        // Rows j and j + 2 side by side: first columns 0 and 1, then columns 2 and 3.
         const __m512 even01 = low(r[0], r[2]), odd01 = low(r[1], r[3]);
         const __m512 even23 = high(r[0], r[2]), odd23 = high(r[1], r[3]);
         out[k] = (Float)low(even01, odd01);
@@ -246,11 +247,10 @@ EG_INLINE void gather_row(const float* base, int stride, const R& row, Float (&o
 #endif
 }
 
-// A value whose derivative isn't wanted: densities of samples, and whatever else only decides what is
-// sampled.
+// A value without its derivative, for densities and other quantities that only decide what is sampled.
 EG_INLINE Float detach(Float a) { return a; }
 
-// Sums of products that adjoint/number.h records as one operation.
+// Sums of products that adjoint/number.h records as one operation each.
 EG_INLINE Float sum_of_products(Float a, Float b, Float c, Float d, Float e, Float f) {
     return a * b + c * d + e * f;
 }
@@ -260,19 +260,20 @@ EG_INLINE Float interpolate(Float p0, Float p1, Float p2, Float b1, Float b2) {
     return p0 + (p1 - p0) * b1 + (p2 - p0) * b2;
 }
 
-// Appends the lanes of the mask at p + n, and nothing else; needs room for one packet behind p + n.
+// Appends only the lanes of the mask at p + n. Needs room for one packet behind p + n.
 #if defined(__AVX512F__) && EDGEGRAD_WIDTH == 16
 template <typename V, typename T>
 EG_INLINE int append(T* p, int n, Mask m, V a) {
     const __mmask16 lanes = _mm512_test_epi32_mask((__m512i)m, (__m512i)m);
     const int count = __builtin_popcount(lanes);
-    // In registers first: a compressing store to memory takes hundreds of cycles on some processors.
+    // Compress in a register first: a compressing store to memory takes hundreds of cycles on some
+    // processors.
     const __m512i packed = _mm512_maskz_compress_epi32(lanes, (__m512i)a);
     _mm512_mask_storeu_epi32(p + n, static_cast<__mmask16>((1u << count) - 1u), packed);
     return n + count;
 }
 #elif defined(__AVX2__) && EDGEGRAD_WIDTH == 8
-// Byte k of entry m: the k-th lane of the mask m.
+// Byte k of entry m is the k-th set lane of the mask m.
 struct LaneOrder {
     uint64_t order[256];
 };

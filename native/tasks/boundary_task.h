@@ -10,58 +10,67 @@
 
 namespace edgegrad {
 
-// Flag of a piece's cell: of segments that the camera sees by way of other surfaces.
-constexpr int32_t kChained = 1 << 30;
+// What a segment is of besides its part of an edge: by its kind's domain (tasks/boundary_kind.h) a cell of
+// directions about the edge, a cell of the picture, or a light instead of the edge. And whether the camera
+// sees its samples by way of other surfaces.
+class SegmentCell {
+ public:
+    SegmentCell() = default;
+    constexpr SegmentCell(int32_t place, bool chained) : bits_(place | (chained ? kChained : 0)) {}
+    constexpr bool chained() const { return bits_ & kChained; }
+    // Of direction_cells^2 cells, row by row; of curves about lights the row of the light.
+    constexpr int32_t place() const { return bits_ & ~kChained; }
 
-// What becomes of a term's samples, for what later calls learn from them
-// (boundary/curves/learned_weights.h): what the sample is worth, the expected number of samples on its piece,
-// which piece that is (the entry of the list that it belongs to, and its cell), and where on the edge.
+ private:
+    static constexpr int32_t kChained = 1 << 30;
+    int32_t bits_;
+};
+
+// What later calls learn from a term's samples (boundary/curves/learned_weights.h): the contribution of each,
+// the expected number of samples on its segment, which segment that is (entry of the list, and cell), and
+// where on the edge it lies.
 struct SampleRecord {
     int32_t shift;                      // of 2^shift samples one is recorded
     float *contribution, *density, *u;  // null: nothing is learned
-    int32_t *entry, *cell;              // of the list of pieces; its direction cell
+    int32_t* entry;                     // of the list of segments
+    SegmentCell* cell;
 
     // Whether sample `number` is recorded, and where.
     bool has(int64_t number) const { return contribution && (number & ((int64_t{1} << shift) - 1)) == 0; }
     int64_t place(int64_t number) const { return number >> shift; }
 };
 
-// Pieces of candidate edges (boundary/curves/candidates.h), and samples [first, first + count) of `total`
-// systematic ones over their summed mass.
+// Segments of candidate edges (boundary/curves/candidates.h), and samples [first, first + count) of `total`
+// systematic ones over their summed weight.
 struct BoundaryTask {
     const int32_t* edge;
     const int32_t* instance;  // -1: none; null: none has one
     const float* u0;
     const float* u1;
-    // Of direction_cells^2 directions about the edge (cosines, and azimuths), or, of samples that start at
-    // the camera, of as many cells of the picture; and kChained. Null: none. Of kConeBorder and kLightOutline
-    // instead of an edge the light, in turns about which u0 and u1 are.
-    const int32_t* cell;
-    int32_t direction_cells;
-    const int32_t* parts;      // null: every entry is one piece (boundary/curves/candidates.h)
-    const double* cumulative;  // (entries + 1) mass
+    const SegmentCell* cell;   // null: none; of a light, u0 and u1 are in turns about it
+    int32_t direction_cells;   // per side: of cosines and azimuths, or of rows and columns of the picture
+    const int32_t* parts;      // null: every entry is one segment (boundary/curves/candidates.h)
+    const double* cumulative;  // (entries + 1) weight
     int64_t entries;
     int64_t first, count, total;
     int32_t max_depth;
     uint32_t seed;
     BoundaryKind kind;
     BounceLimits limits;
-    // The mass cut into equal shares, and how much of the samples goes to those before each (shares + 1);
-    // null: to all alike. What samples count for is scaled by `scale`; `score`, if not null, takes the size
-    // of each one.
+    // The weight is cut into equal shares; how many of the samples go to those before each (shares + 1);
+    // null: to all alike. Samples are scaled by `scale`; `score`, if not null, takes the size of each one.
     const double* guide;
     int64_t shares;
     float scale;
     float* score;
-    // Lobes of an alpha up to this, where the camera sees them, are the aimed estimator's, with the edges of
-    // the tree; from kAimAtAll on all light is.
-    float aimed;
+    // Lobes of an alpha up to this, where the camera sees them, are left to the samples that start there
+    // (kCameraSampledIndirect), or are theirs; these find edges in the tree.
+    float camera_sampled_alpha;
     EdgeTreeView tree;
     SampleRecord record;
     DroppedSamples* dropped;
 };
-constexpr float kAimAtAll = 1e3f;
-// The gloss over a diffuse base is weak, and worth it only where it is sharper by this.
+// A gloss over a diffuse base is weak: it is sampled from the camera only where it is sharper by this factor.
 constexpr float kWeakGloss = 0.25f;
 
 }  // namespace edgegrad

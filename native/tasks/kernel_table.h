@@ -53,7 +53,7 @@ struct KernelTable {
                              DerivativeView& gradient);
     void (*add_splats)(const CameraView&, const Splats&, int64_t count, float* image);  // in their order
     // The specular boundary, step by step (engine/terms/specular_term.cpp).
-    int (*scan)(const SceneView&, const ScanTask&, const BounceLimits&, int32_t max_depth, ChainCrossings&);
+    int (*scan)(const SceneView&, const ScanTask&, ChainCrossings&);
     void (*chain_sides)(const SceneView&, const BoundaryTask&, Workspace&, VertexMemory&, ChainCrossings&,
                         int count);
     void (*chain_sweeps)(const BoundaryTask&, ChainCrossings&, int count);

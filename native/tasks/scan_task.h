@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "tasks/image_task.h"
+
 namespace edgegrad {
 
 // Most surfaces that a chain of mirrors, smooth glass and transparent surfaces meets, its end included.
@@ -29,6 +31,8 @@ struct ScanTask {
     // Whether edges that chains show are asked for, those of shadows there, and those between a surface that
     // they show and others that light it.
     bool edges, lights, surfaces;
+    BounceLimits limits;
+    int32_t max_depth;
 };
 
 // Crossings of scan lines with the picture of edges, one behind the other.

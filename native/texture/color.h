@@ -1,4 +1,4 @@
-// Colours in other coordinates (util/color.h in Cycles).
+// Conversions between colour spaces (util/color.h in Cycles).
 #pragma once
 
 #include "simd/elementary.h"
@@ -6,7 +6,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The same as a / b; 0 for b = 0.
+// a / b; 0 for b = 0.
 EG_INLINE Float safe_divide(Float a, Float b) {
     const Mask zero = b == 0.0f;
     return select(zero, splat(0.0f), a / select(zero, splat(1.0f), b));
@@ -28,7 +28,7 @@ EG_INLINE Vec3 hsv_to_rgb(Vec3 c) {
     const Float h = select(c.x == 1.0f, splat(0.0f), c.x) * 6.0f;
     const Float sextant = floor(h), f = h - sextant;
     const Float p = c.z * (1.0f - c.y), q = c.z * (1.0f - c.y * f), t = c.z * (1.0f - c.y * (1.0f - f));
-    Vec3 r = {c.z, p, q};  // the last sextant, and whatever lies outside
+    Vec3 r = {c.z, p, q};  // the last sextant, and colours outside the range
     r = select(sextant == 4.0f, Vec3{t, p, c.z}, r);
     r = select(sextant == 3.0f, Vec3{p, q, c.z}, r);
     r = select(sextant == 2.0f, Vec3{p, c.z, t}, r);

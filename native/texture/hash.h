@@ -1,13 +1,13 @@
-// Hashes of numbers and cells to numbers in [0, 1], as Blender's textures have them (util/hash.h in Cycles):
-// Jenkins' lookup3 on the bits of floats, and PCG on cells' indices (Jarzynski and Olano 2020, "Hash
-// Functions for GPU Rendering").
+// Hashes of numbers and cells to numbers in [0, 1], with the results of Blender's textures (util/hash.h in
+// Cycles): Jenkins' lookup3 on the bits of floats, and PCG on the indices of cells (Jarzynski and Olano 2020,
+// "Hash Functions for GPU Rendering").
 #pragma once
 
 #include "simd/packet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Of packets, and of plain numbers at compile time.
+// Works on packets, and on scalars at compile time.
 template <typename U>
 constexpr U rotated(U x, int k) {
     return (x << k) | (x >> (32 - k));
@@ -58,13 +58,13 @@ EG_INLINE Float hash4(Float x, Float y, Float z, Float w) {
     return hash_to_unit(jenkins<4>(float_bits(x), float_bits(y), float_bits(z), float_bits(w)));
 }
 
-// PCG of N = 2, 3 or 4 indices: that many numbers in [0, 1].
+// PCG of N = 2, 3 or 4 indices, which gives as many numbers in [0, 1].
 template <int N>
 EG_INLINE void hash_cell(const UInt (&cell)[N], Float (&out)[N]) {
     UInt v[N];
     for (int k = 0; k < N; ++k) v[k] = cell[k] * 1664525u + 1013904223u;
     for (int round = 0; round < 2; ++round) {
-        if (round == 1)  // the shift is of signed numbers in Cycles
+        if (round == 1)  // Cycles shifts signed numbers here
             for (int k = 0; k < N; ++k) v[k] ^= bits(bits(v[k]) >> 16);
         if constexpr (N == 2) {
             v[0] += v[1] * 1664525u;

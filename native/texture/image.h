@@ -1,7 +1,7 @@
 // Lookups in images, tables and mesh attributes.
 //
-// Pixel (i, j) counted from the lower left corner covers [i, i + 1) x [j, j + 1) of (u width, v height); its
-// value holds at its centre, as in Cycles (kernel/device/cpu/image.h). Rows are stored from the top.
+// Pixel (i, j), counted from the lower left corner, covers [i, i + 1) x [j, j + 1) of (u width, v height).
+// Its value applies at its centre, as in Cycles (kernel/device/cpu/image.h). Rows are stored from the top.
 #pragma once
 
 #include "simd/elementary.h"
@@ -10,13 +10,14 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// i modulo n, n > 0, for |i| < 2^22; of others some number (of bits, since products of theirs don't fit).
+// i modulo n for n > 0 and |i| < 2^22; an arbitrary number otherwise. Computed on bits because the product
+// may overflow.
 EG_INLINE Int wrap_index(Int i, int32_t n) {
     const Float turns = floor((to_float(i) + 0.5f) * (1.0f / static_cast<float>(n)));
     return bits(bits(i) - bits(to_int(turns)) * static_cast<uint32_t>(n));
 }
 
-// The pixel that coordinate i means, always within the image.
+// The pixel of coordinate i, always within the image.
 EG_INLINE Int extend_index(Int i, int32_t n, int32_t extension) {
     if (extension == kImageRepeat) i = wrap_index(i, n);
     if (extension == kImageMirror) {
@@ -27,7 +28,7 @@ EG_INLINE Int extend_index(Int i, int32_t n, int32_t extension) {
     return select(i >= n, splat(n - 1), i);
 }
 
-// u n, reduced to where whole numbers are exact.
+// u n, reduced to the range in which integers are exact.
 EG_INLINE Float pixel_coordinate(Float u, int32_t n, int32_t extension) {
     if (extension == kImageRepeat) u = fract(u);
     if (extension == kImageMirror) u = u - 2.0f * floor(0.5f * u);
@@ -35,12 +36,12 @@ EG_INLINE Float pixel_coordinate(Float u, int32_t n, int32_t extension) {
     return clamp(x, splat(-4.0f), splat(2.0f * static_cast<float>(n) + 4.0f));
 }
 
-// The pixels along one axis that a lookup reads, with their weights.
+// The pixels along one axis that a lookup reads, and their weights.
 template <int Taps>
 struct AxisTaps {
     Int index[Taps];
     Float weight[Taps];
-    Float sum;  // of the weights; less than 1 over a clipped border
+    Float sum;  // of the weights; less than 1 at a clipped border
 };
 
 template <int Taps>
@@ -63,7 +64,7 @@ EG_INLINE AxisTaps<Taps> axis_taps(Float u, int32_t n, int32_t extension) {
     }
     r.sum = splat(0.0f);
     for (int k = 0; k < Taps; ++k) {
-        const Int i = to_int(whole) + (Taps == 4 ? k - 1 : k);  // of a clamped coordinate
+        const Int i = to_int(whole) + (Taps == 4 ? k - 1 : k);  // may be outside the image
         if (extension == kImageClip) r.weight[k] = select((i >= 0) & (i < n), r.weight[k], 0.0f);
         r.sum += r.weight[k];
         r.index[k] = extend_index(i, n, extension);
@@ -87,14 +88,14 @@ EG_INLINE Color4 filter_image(const TextureImage& image, const float* pixels, Fl
     }
     Color4 r = sum_texels(pixels + image.offset, index, weight, channels);
     if (channels == 1) r.c[1] = r.c[2] = r.c[0];
-    if (channels != 4) {  // opaque, but transparent outside of the image
+    if (channels != 4) {  // opaque within the image, transparent outside
         r.c[3] = splat(1.0f);
         if (image.extension == kImageClip) r.c[3] = x.sum * y.sum;
     }
     return r;
 }
 
-// An image at (u, v); not finite coordinates give any of its pixels.
+// Looks an image up at (u, v). Coordinates that are not finite give any of its pixels.
 EG_INLINE Color4 lookup_image(const TextureView& textures, int32_t number, Float u, Float v) {
     const TextureImage& image = textures.images[number];
     Color4 r;
@@ -111,13 +112,13 @@ EG_INLINE Color4 lookup_image(const TextureView& textures, int32_t number, Float
     return r;
 }
 
-// A table at x, [0, 1] being its whole length.
+// Looks a table up at x in [0, 1].
 EG_INLINE Color4 lookup_table(const TextureView& textures, int32_t number, Float x) {
     const TextureLookup& table = textures.tables[number];
     const int last = table.rows - 1;
     const Float scaled = saturate(x) * static_cast<float>(last);
     Int i = to_int(scaled);
-    i = select(i < 0, splat(0), select(i >= last, splat(last), i));  // not a number: row 0
+    i = select(i < 0, splat(0), select(i >= last, splat(last), i));  // NaN gives row 0
     const Float t = table.interpolate ? scaled - to_float(i) : splat(0.0f);
     Rows index[2];
     store(index[0], i * table.columns);
@@ -137,7 +138,7 @@ EG_INLINE Color4 lookup_table(const TextureView& textures, int32_t number, Float
     return r;
 }
 
-// A mesh attribute, interpolated; 0 where the mesh has none.
+// Interpolates a mesh attribute; 0 where the mesh has none.
 EG_INLINE Color4 lookup_attribute(const TextureView& textures, int32_t number, Int face, Float b1, Float b2) {
     const TextureAttribute* of_mesh = textures.mesh_attributes + number * textures.mesh_count;
     Rows index[3];

@@ -1,5 +1,5 @@
-// The interpreter of texture programs; compiled once for each instruction set (CMakeLists.txt), apart from
-// the kernels, which it takes as long to compile as.
+// The interpreter of texture programs. It is compiled once for each instruction set (CMakeLists.txt),
+// separately from the kernels, because it takes as long to compile as they do.
 #include "texture/program.h"
 
 #include "texture/color.h"
@@ -12,7 +12,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 namespace {
 
-// Reflectance of a smooth dielectric of relative refractive index eta, unpolarized.
+// Unpolarized reflectance of a smooth dielectric with the relative refractive index eta.
 EG_INLINE Float fresnel_dielectric(Float cosine, Float eta) {
     const Float c = abs(cosine);
     const Float g2 = eta * eta - 1.0f + c * c;
@@ -21,7 +21,7 @@ EG_INLINE Float fresnel_dielectric(Float cosine, Float eta) {
     return select(g2 > 0.0f, 0.5f * a * a * (1.0f + b * b), 1.0f);
 }
 
-// a^b: 1 for b = 0, 0 for a = 0, and for a negative a with a fraction in b.
+// a^b; 1 for b = 0, 0 for a = 0, and 0 for negative a and fractional b.
 EG_INLINE Float safe_power(Float a, Float b) {
     const Float whole = trunc(b);
     const Float y = pow_positive(select(a == 0.0f, splat(1.0f), abs(a)), b);
@@ -31,7 +31,7 @@ EG_INLINE Float safe_power(Float a, Float b) {
     return select(b == 0.0f, splat(1.0f), r);
 }
 
-// Whether a checkerboard of unit cubes has its first colour here.
+// 1 where a checkerboard of unit cubes has its first colour.
 EG_INLINE Float checker(Vec3 p) {
     const auto cell = [](Float x) { return floor((x + 0.000001f) * 0.999999f); };
     const Float half = 0.5f * (cell(p.x) + cell(p.y) + cell(p.z));
@@ -48,7 +48,7 @@ EG_INLINE NoisePoint<N> noise_point(const Float (&x)[4]) {
     return p;
 }
 
-// Blender's White Noise Texture; bits of `data`: dimensions - 1 (2), whether a colour is asked for.
+// Blender's White Noise Texture. Bits of `data`: dimensions - 1 (2 bits), whether a colour is requested.
 EG_INLINE void white_noise(int32_t data, const Float (&x)[4], Float* out) {
     const Float one = splat(1.0f), two = splat(2.0f);
     const bool color = data & 4;
@@ -71,7 +71,7 @@ EG_INLINE void white_noise(int32_t data, const Float (&x)[4], Float* out) {
     }
 }
 
-// The scalar registers of a running program, and what its instructions read and write.
+// The scalar registers of a running program, and the current instruction's access to them.
 struct TextureRegisters {
     Float value[kTextureRegisters + 1];
     const float* constants;
@@ -142,8 +142,8 @@ EG_INLINE void run_voronoi(TextureRegisters& r) {
     r.out(out);
 }
 
-// Blender's Brick Texture: the shade of the brick, and 1 in the mortar. `data`: rows after which bricks are
-// shifted, and squashed (in the upper half).
+// Blender's Brick Texture: the tint of the brick, and 1 in the mortar. `data`: the number of rows after which
+// bricks are shifted, and (upper half) squashed.
 EG_INLINE void run_brick(TextureRegisters& r) {
     const int32_t offset_rows = r.at->data & 0xffff, squash_rows = r.at->data >> 16;
     const Float x = r.in(0), y = r.in(1), mortar_size = r.in(2), mortar_smooth = r.in(3), bias = r.in(4);
@@ -158,7 +158,7 @@ EG_INLINE void run_brick(TextureRegisters& r) {
     }
     const Float brick = floor((x + offset) / width);
     const Float in_x = x + offset - width * brick, in_y = y - height * row;
-    // A fast integer noise of row and brick.
+    // An integer noise of row and brick.
     UInt n = (bits(to_int(row)) << 16) + (bits(to_int(brick)) & 0xffffu);
     n = (n + 1013u) & 0x7fffffffu;
     n = (n >> 13) ^ n;
@@ -176,15 +176,17 @@ void interpret(const TextureView& textures, const Mask& active, int32_t program,
                Float* row) {
     TextureRegisters r;
     r.constants = textures.constants;
-    // Faces of other lanes may belong to no mesh of the scene.
+    // Faces of inactive lanes may belong to no mesh of the scene.
     const Int face = select(active, point.face, splat(0));
     const TextureInstruction* end = textures.code + textures.program_first[program + 1];
     for (r.at = textures.code + textures.program_first[program]; r.at != end; ++r.at) {
         const int32_t data = r.at->data;
         switch (static_cast<TextureOp>(r.at->op)) {
+            // Write a result
             case TextureOp::OUTPUT:
                 row[data] = select(active, r.in(0), row[data]);
                 break;
+            // Read the shading point
             case TextureOp::POSITION:
                 r.out(point.position);
                 break;
@@ -203,6 +205,7 @@ void interpret(const TextureView& textures, const Mask& active, int32_t program,
             case TextureOp::RAY_KIND:
                 r.out(truth(point.ray_kind == data));
                 break;
+            // Read attributes, images and tables
             case TextureOp::ATTRIBUTE:
                 r.out(lookup_attribute(textures, data, face, point.b1, point.b2));
                 break;
@@ -212,6 +215,7 @@ void interpret(const TextureView& textures, const Mask& active, int32_t program,
             case TextureOp::LOOKUP:
                 r.out(lookup_table(textures, data, r.in(0)));
                 break;
+            // Compute arithmetic operations
             case TextureOp::ADD:
                 r.out(r.in(0) + r.in(1));
                 break;
@@ -239,6 +243,7 @@ void interpret(const TextureView& textures, const Mask& active, int32_t program,
             case TextureOp::CLAMP:
                 r.out(clamp(r.in(0), r.in(1), r.in(2)));
                 break;
+            // Compare and select
             case TextureOp::LESS_THAN:
                 r.out(truth(r.in(0) < r.in(1)));
                 break;
@@ -251,6 +256,7 @@ void interpret(const TextureView& textures, const Mask& active, int32_t program,
             case TextureOp::SELECT:
                 r.out(select(r.in(0) != 0.0f, r.in(1), r.in(2)));
                 break;
+            // Compute elementary functions
             case TextureOp::ABSOLUTE:
                 r.out(abs(r.in(0)));
                 break;
@@ -315,6 +321,7 @@ void interpret(const TextureView& textures, const Mask& active, int32_t program,
             case TextureOp::TANH:
                 r.out(tanh(r.in(0)));
                 break;
+            // Evaluate Fresnel reflectance and colour conversions
             case TextureOp::FRESNEL:
                 r.out(fresnel_dielectric(r.in(0), r.in(1)));
                 break;
@@ -330,6 +337,7 @@ void interpret(const TextureView& textures, const Mask& active, int32_t program,
             case TextureOp::HSL_TO_RGB:
                 r.out(hsl_to_rgb(r.in3()));
                 break;
+            // Evaluate procedural textures
             case TextureOp::CHECKER:
                 r.out(checker(r.in3()));
                 break;

@@ -21,7 +21,7 @@ EG_INLINE NoisePoint<N> operator*(NoisePoint<N> p, Float s) {
 EG_INLINE Float fade(Float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
 EG_INLINE Float negate_if(Float a, UInt condition) { return select(condition != 0u, -a, a); }
 
-// Dot product of the offset f with the gradient that a corner's hash picks.
+// Dot product of the offset f and the gradient that a corner's hash selects.
 template <int N>
 EG_INLINE Float corner_slope(UInt hash, const Float (&f)[N]) {
     if constexpr (N == 1) {
@@ -43,7 +43,7 @@ EG_INLINE Float corner_slope(UInt hash, const Float (&f)[N]) {
     }
 }
 
-// Interpolates the 2^K corners that differ in the first K axes; the others are at `cell` and `f`.
+// Interpolates between the 2^K corners that differ in the first K axes. `cell` and `f` give the other axes.
 template <int N, int K>
 EG_INLINE Float perlin_corners(UInt (&cell)[N], Float (&f)[N], const Float (&u)[N]) {
     if constexpr (K == 0) {
@@ -69,7 +69,8 @@ EG_INLINE Float signed_noise(NoisePoint<N> p) {
     UInt cell[N];
     Float f[N], u[N];
     for (int k = 0; k < N; ++k) {
-        // Periodic far out; where floats have no fraction the noise would be constant.
+        // The noise repeats far from the origin; where floats have no fraction it would be constant
+        // otherwise.
         const Mask far = abs(p.x[k]) >= 100000.0f;
         Float x = p.x[k];
         if (any(far)) {
@@ -91,8 +92,8 @@ struct NoiseShape {
 
 enum NoiseKind : int32_t { kFbm, kMultifractal, kRidged, kHybrid, kHetero };
 
-// Calls octave(k, share) with the share that each lane takes of octave k: 1 up to its detail, the fraction
-// of the one that ends it (if `partial`), and 0 behind.
+// Calls octave(k, weight) with the weight of octave k in each lane: 1 below its detail, the fraction of the
+// last octave (if `partial`), and 0 after that.
 template <typename Octave>
 EG_INLINE void for_octaves(Float detail, bool partial, Octave octave) {
     const Float whole = floor(detail);
@@ -198,7 +199,7 @@ EG_INLINE Float fractal_noise(int32_t kind, NoisePoint<N> p, const NoiseShape& s
     }
 }
 
-// Far-away places that serve as further seeds: component k of the offset of some seed.
+// Component k of a large offset, which acts as another seed.
 template <int N>
 constexpr float noise_offset(int seed, int k) {
     const uint32_t s = __builtin_bit_cast(uint32_t, static_cast<float>(seed));
@@ -213,7 +214,7 @@ EG_INLINE NoisePoint<N> moved(NoisePoint<N> p, int seed) {
     return p;
 }
 
-// Blender's Noise Texture. The second and third value are for its colour.
+// Blender's Noise Texture. The second and third value complete its colour.
 template <int N>
 static __attribute__((noinline)) void noise_texture(int32_t kind, NoisePoint<N> p, NoiseShape s,
                                                     Float distortion, bool color, Float* out) {

@@ -1,4 +1,4 @@
-// Normal maps, and the tangents that they and anisotropy are relative to (Cycles' svm_node_normal_map and
+// Normal maps, and the tangents of normal maps and anisotropy (Cycles' svm_node_normal_map and
 // primitive_tangent).
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Tangent of a UV map along u, not normalised, in the mesh's own space; `sign` is that of the bitangent.
+// Tangent of a UV map along u, not normalised, in the mesh's object space. `sign` is that of the bitangent.
 struct UvTangent {
     Mask known;
     Vec3 tangent;
@@ -21,7 +21,7 @@ EG_INLINE Vec3 normalized_or(Vec3 v, Vec3 fallback) {
     return select(fine, v * (1.0f / sqrt(select(fine, length2, 1.0f))), fallback);
 }
 
-// M^T v for the linear part M of lanes' instance transforms: a normal in the mesh's space, up to its length.
+// M^T v for the linear part M of the instance transforms: a normal in object space, up to its length.
 EG_INLINE Vec3 normal_to_mesh(const SceneView& scene, Int instance, Vec3 v) {
     const Mask placed = instance >= 0;
     if (!any(placed)) return v;
@@ -29,13 +29,14 @@ EG_INLINE Vec3 normal_to_mesh(const SceneView& scene, Int instance, Vec3 v) {
     return select(placed, m.x * v.x + m.y * v.y + m.z * v.z, v);
 }
 
-// M^-T v, up to a positive factor: a normal of the mesh in the world.
+// M^-T v up to a positive factor: an object-space normal in the world.
 EG_INLINE Vec3 normal_to_world(const SceneView& scene, Int instance, Vec3 v) {
     const Mask placed = instance >= 0;
     return any(placed) ? select(placed, place_normal(gather_placement(scene, instance), v), v) : v;
 }
 
-// Length of the interpolated corner normals, which tangent space keeps; 1 where the surface is flat.
+// Length of the interpolated corner normals, which tangent space does not normalise; 1 where the surface is
+// flat.
 EG_INLINE Float interpolated_length(const SceneView& scene, Mask active, const TexturePoint& point) {
     if (!scene.corner_normal) return splat(1.0f);
     Mask smooth;
@@ -44,23 +45,24 @@ EG_INLINE Float interpolated_length(const SceneView& scene, Mask active, const T
     return sqrt(select(smooth & (length2 > 0.0f), length2, 1.0f));
 }
 
-// Indices of lanes that have none take that of one that has: any place that can be read.
+// Gives lanes without an index that of a lane that has one, so that all can be read.
 EG_INLINE Int fill_lanes(Mask known, Int index) {
     int lane = 0;
     while (!known[lane]) ++lane;
     return select(known, index, splat(static_cast<int>(index[lane])));
 }
 
-// Lanes' leaves may have different UV maps; -1: none. The mesh's tangents are used where it has them
-// ("NAME.tangent"), else the triangle's own along u, made perpendicular to the normal n (in the mesh's
-// space).
+// The lanes' closures may have different UV maps (-1: none). Uses the mesh's tangents ("NAME.tangent") if it
+// has them. Otherwise uses the triangle's tangent along u, projected to be orthogonal to the normal n (in
+// object space).
 EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
                                Vec3 n) {
     const TextureView& textures = scene.textures;
     UvTangent r{splat(0), zero3(), splat(1.0f)};
     const Int face = select(active, point.face, splat(0));
-    Mask made = splat(0), own = splat(0);  // whether a lane has tangents, or UVs alone
-    Int at = splat(0), step = splat(0);    // its face's first float, and those of a corner
+    Mask made = splat(0), own = splat(0);  // lanes with stored tangents, lanes with UVs only
+    Int at = splat(0), step = splat(0);    // position of the face's first float, and floats per corner
+    // Find the attributes of each lane
     for (int i = 0; i < W; ++i) {
         if (!active[i] || !textures.closure_uv || textures.closure_uv[closure[i]] < 0) continue;
         const int32_t mesh = textures.face_mesh[face[i]];
@@ -79,6 +81,7 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int closure,
         else if (uv.components >= 2)
             take(uv, own);
     }
+    // Interpolate stored tangents
     if (any(made)) {
         const Int index = fill_lanes(made, at);
         Rows corner[3];
@@ -89,6 +92,7 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int closure,
         r.sign = select(made & (t.c[3] < 0.0f), splat(-1.0f), 1.0f);
         r.known = made;
     }
+    // Compute the triangle's tangent from its UVs
     if (any(own)) {
         const Int index = fill_lanes(own, at);
         const auto uv = [&](int corner, int axis) {
@@ -109,8 +113,8 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int closure,
     return r;
 }
 
-// The normal that a leaf's normal map (its colour, in [0, 1]) bends the smooth one to, unit, on the viewer's
-// side of the surface; `point.normal` where the mesh has no UV map for it.
+// The smooth normal, bent by a closure's normal map with the colour `color` in [0, 1]. Unit, on the viewer's
+// side of the surface. `point.normal` where the mesh has no UV map for it.
 EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
                               Vec3 color, Float strength) {
     if (!any(active)) return point.normal;
@@ -128,9 +132,9 @@ EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, Int closure, 
     return select(active & t.known, r, point.normal);
 }
 
-// What a bent normal takes from light along wi, relative to the smooth normal: light through the back of the
-// smooth surface, and for diffuse closures a soft terminator (Conty Estevez, Lecocq and Stein 2019, "A
-// Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem").
+// Factor of light along wi on a bent normal. It removes light from behind the smooth surface and softens the
+// terminator of diffuse closures (Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing
+// Function to Solve the Bump Terminator Problem").
 EG_INLINE Float bump_shadowing(Vec3 smooth, Vec3 bent, Vec3 wi, Mask diffuse) {
     const Float cos_i = dot(smooth, wi), cos_d = dot(smooth, bent), cos_bent = dot(bent, wi);
     const Mask same = (smooth.x == bent.x) & (smooth.y == bent.y) & (smooth.z == bent.z);
@@ -144,8 +148,8 @@ EG_INLINE Float bump_shadowing(Vec3 smooth, Vec3 bent, Vec3 wi, Mask diffuse) {
     return select(same, splat(1.0f), r);
 }
 
-// Unit direction of anisotropy, perpendicular to the normal n: along u of the leaf's UV map; without one,
-// around the z axis of the mesh's bounding box, as Cycles has it from generated coordinates.
+// Unit direction of anisotropy, orthogonal to the normal n: along u of the closure's UV map, or, without one,
+// around the z axis of the mesh's bounding box, like Cycles with generated coordinates.
 EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
                                Vec3 n) {
     const Vec3 front = select(point.backside, -n, n);

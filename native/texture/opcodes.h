@@ -1,5 +1,5 @@
-// Operations of texture programs, in the order of core/tables/textures/ops.py. What each computes stands at
-// its case in interpreter.cpp.
+// Operations of texture programs, in the order of core/tables/textures/ops.py. interpreter.cpp defines what
+// each operation computes.
 #pragma once
 
 #include <cstdint>

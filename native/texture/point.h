@@ -1,4 +1,4 @@
-// Where a texture is evaluated.
+// The point at which a texture is evaluated.
 #pragma once
 
 #include "simd/vector.h"
@@ -11,10 +11,10 @@ struct TexturePoint {
     Float b1, b2;      // barycentrics of the second and third corner
     Vec3 position;     // relative to the tables' origin
     Vec3 normal;       // unit, smooth, on the viewer's side
-    Vec3 view;         // unit, to where the ray came from
+    Vec3 view;         // unit, towards the ray's origin
     Mask backside;     // the viewer sees the clockwise side
     Int ray_kind;      // 0 camera, 1 diffuse, 2 glossy, 3 transmission, 4 shadow
-    Vec3 true_normal;  // unit, the triangle's, on the viewer's side
+    Vec3 true_normal;  // unit, geometric, on the viewer's side
 };
 
 }  // namespace edgegrad::EDGEGRAD_ISA

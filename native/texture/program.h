@@ -1,4 +1,4 @@
-// Runs texture programs: evaluates the expressions of W shading points at once.
+// Runs texture programs, which evaluate the expressions of W shading points at once.
 #pragma once
 
 #include "scene/material_params.h"
@@ -7,12 +7,12 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// One program for the lanes of the mask (interpreter.cpp).
+// Runs one program for the lanes of the mask (interpreter.cpp).
 void interpret(const TextureView& textures, const Mask& active, int32_t program, const TexturePoint& point,
                Float* row);
 
-// Overwrites the places of each active lane's parameter row (scene/material_params.h) that the lane's
-// program computes; -1 for lanes without a program.
+// Overwrites the values of each active lane's parameter row (scene/material_params.h) that the lane's program
+// computes. -1: the lane has no program.
 EG_INLINE void run_program(const SceneView& scene, Mask active, Int program, const TexturePoint& point,
                            Float* row) {
     Mask rest = active & (program >= 0);

@@ -1,4 +1,4 @@
-// Sums of texels: up to four neighbouring floats at a time, lane by lane.
+// Weighted sums of texels, read lane by lane, up to four consecutive floats at a time.
 #pragma once
 
 #include "simd/packet.h"
@@ -13,8 +13,8 @@ struct Color4 {
 #ifndef EDGEGRAD_TAPED
 typedef float Texel __attribute__((vector_size(16)));
 
-// Sum over k of weight[k] times the four floats at base + index[k], of each lane; what lies behind the first
-// `components` means nothing.
+// Sum over k of weight[k] times the four floats at base + index[k], for each lane. Components after the first
+// `components` are undefined.
 template <int N>
 EG_INLINE Color4 sum_texels(const float* base, const Rows (&index)[N], const Float (&weight)[N], int) {
     float share[N][W];
@@ -36,7 +36,7 @@ EG_INLINE Color4 sum_texels(const float* base, const Rows (&index)[N], const Flo
     return r;
 }
 #else
-// The same of numbers with derivatives, by component: each has its own.
+// The same for numbers with derivatives, which are recorded by component.
 template <int N>
 EG_INLINE Color4 sum_texels(const float* base, const Rows (&index)[N], const Float (&weight)[N],
                             int components) {

@@ -1,4 +1,4 @@
-// Texture programs at given points: what tests compare with Blender.
+// Texture programs evaluated at given points. Tests compare them with Blender.
 #pragma once
 
 #include "tasks/probe_tasks.h"

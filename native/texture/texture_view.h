@@ -6,12 +6,11 @@
 
 namespace edgegrad {
 
-// One step of a program on scalar registers. An operand that is not negative is a register, ~i is
-// constant i.
+// One instruction of a program on scalar registers. A non-negative operand is a register, ~i is constant i.
 struct TextureInstruction {
     int32_t op;      // TextureOp
-    int32_t data;    // number of an image, table, attribute or column, or what the operation says
-    int32_t out[4];  // registers; kTextureScratch takes what nobody reads
+    int32_t data;    // index of an image, table, attribute or column, or a parameter of the operation
+    int32_t out[4];  // registers; kTextureScratch for unused results
     int32_t in[10];
 };
 constexpr int kTextureRegisters = 128;
@@ -20,12 +19,12 @@ constexpr int kTextureScratch = kTextureRegisters;
 enum TextureInterpolation : int32_t { kImageLinear, kImageClosest, kImageCubic };
 enum TextureExtension : int32_t { kImageRepeat, kImageExtend, kImageClip, kImageMirror };
 
-// An image as one node reads it; several may share their pixels.
+// An image as one node reads it. Several images may share their pixels.
 struct TextureImage {
     int64_t offset;  // of its first float in `pixels`, rows from the top
     int32_t width, height, channels;
     int32_t interpolation, extension;
-    int32_t unassociate;  // 1: the pixels are multiplied by alpha, the result must not be
+    int32_t unassociate;  // 1: the pixels are premultiplied by alpha, the result must not be
 };
 
 struct TextureLookup {
@@ -35,8 +34,8 @@ struct TextureLookup {
 
 // Corner data of one attribute on one mesh.
 struct TextureAttribute {
-    int64_t offset;      // in `attributes`, of the corner data that face 0 would have
-    int32_t components;  // 0: the mesh hasn't it
+    int64_t offset;      // in `attributes`, of the corner data of face 0
+    int32_t components;  // 0: the mesh does not have it
 };
 
 struct TextureView {
@@ -53,13 +52,13 @@ struct TextureView {
     const int32_t* face_mesh;  // by face of the scene's meshes
     int32_t mesh_count;
 
-    // By leaf: its program and that of its weight; -1: none. Null where no leaf has one.
+    // By closure: its program, and the program of its weight; -1: none. Null if no closure has one.
     const int32_t* closure_program;
     const int32_t* closure_weight_program;
-    // By leaf: the attributes its normal map and anisotropy are relative to; -1: none.
+    // By closure: the attributes of its normal map and anisotropy; -1: none.
     const int32_t* closure_uv;
     const int32_t* closure_tangent;
-    const float* mesh_box;  // (meshes, 2, 3) centre and size, for tangents of meshes that have no UV map
+    const float* mesh_box;  // (meshes, 2, 3) centre and size, for tangents of meshes without a UV map
 };
 
 }  // namespace edgegrad

@@ -16,7 +16,7 @@ struct VoronoiShape {
     Float detail, roughness, lacunarity, smoothness, exponent, randomness;
 };
 
-// What one octave gives: distance, or the colour or place of the point found.
+// Result of one octave: the distance, or the colour or position of the point found.
 struct VoronoiOctave {
     Float distance;
     Float value[4];
@@ -44,7 +44,7 @@ EG_INLINE Float dot(NoisePoint<N> a, NoisePoint<N> b) {
     return r;
 }
 
-// Hashes of a cell: where its point lies in it, and its colour (`count` values).
+// Hashes of a cell: the position of its point within the cell, and its colour (`count` values).
 template <int N>
 EG_INLINE void hash_cell_values(NoisePoint<N> cell, Float* out, int count) {
     if constexpr (N == 1) {
@@ -80,7 +80,7 @@ EG_INLINE NoisePoint<N> cell_point(NoisePoint<N> cell, NoisePoint<N> offset, Flo
     return offset;
 }
 
-// A point that lies in `offset` from the cell of the coordinates, and its distance.
+// A point at `offset` from the cell of the coordinates, and its distance.
 template <int N>
 struct VoronoiPoint {
     NoisePoint<N> offset, place;
@@ -106,7 +106,7 @@ EG_INLINE Float metric_distance(const VoronoiShape& s, NoisePoint<N> d) {
     return r;
 }
 
-// Calls visit(offset) for all cells at most `reach` away, the first axis fastest.
+// Calls visit(offset) for all cells at most `reach` away. The first axis varies fastest.
 template <int N, typename Visit>
 EG_INLINE void for_cells(int reach, Visit visit) {
     const int width = 2 * reach + 1;
@@ -132,7 +132,7 @@ EG_INLINE void fill_octave(const VoronoiShape& s, NoisePoint<N> cell, const Voro
         for (int k = 0; k < N; ++k) r.value[N == 1 ? 3 : k] = cell.x[k] + p.place.x[k];
 }
 
-// The nearest point (F1) or the second nearest (F2).
+// Finds the nearest point (F1) or the second nearest point (F2).
 template <int N>
 EG_INLINE VoronoiOctave nearest_points(const VoronoiShape& s, NoisePoint<N> cell, NoisePoint<N> local,
                                        bool second) {
@@ -167,7 +167,7 @@ EG_INLINE VoronoiOctave smooth_nearest(const VoronoiShape& s, NoisePoint<N> cell
         VoronoiOctave value;
         fill_octave<N>(s, cell, here, value);
         for (int k = 0; k < 4; ++k) {
-            // Of positions: relative to the cell, as the weights do not sum to one.
+            // Positions are relative to the cell, because the weights do not sum to one.
             const Float base = s.output == kPositionOutput && (N == 1 ? k == 3 : k < N)
                                    ? cell.x[N == 1 ? 0 : (k < N ? k : 0)]
                                    : splat(0.0f);
@@ -211,7 +211,7 @@ EG_INLINE Float distance_to_edge(const VoronoiShape& s, NoisePoint<N> cell, Nois
     }
 }
 
-// Half the distance between the nearest point and that one's nearest.
+// Half the distance between the nearest point and its own nearest neighbour.
 template <int N>
 EG_INLINE Float sphere_radius(const VoronoiShape& s, NoisePoint<N> cell, NoisePoint<N> local) {
     VoronoiPoint<N> first{local, local, splat(1e30f)};
@@ -261,12 +261,12 @@ EG_INLINE VoronoiOctave voronoi_octave(const VoronoiShape& s, NoisePoint<N> p) {
     return r;
 }
 
-// Blender's Voronoi Texture; positions are still to be divided by its scale.
+// Blender's Voronoi Texture. The caller divides positions by its scale.
 template <int N>
 static __attribute__((noinline)) void voronoi_texture(const VoronoiShape& s, NoisePoint<N> p, Float* out) {
     const bool edge = s.feature == kDistanceToEdge;
     const Mask plain = (s.detail == 0.0f) | (s.roughness == 0.0f) | (s.feature == kSphereRadius ? -1 : 0);
-    // The largest distance that occurs.
+    // The largest possible distance.
     NoisePoint<N> corner;
     for (int k = 0; k < N; ++k) corner.x[k] = 0.5f + 0.5f * s.randomness;
     const Float reach = edge ? corner.x[0] : metric_distance<N>(s, corner) * (s.feature == kF2 ? 2.0f : 1.0f);

@@ -1,4 +1,4 @@
-// Three-vectors in double precision, for what is computed once per call.
+// Three-vectors in double precision, for quantities that are computed once per call.
 #pragma once
 
 #include <cmath>

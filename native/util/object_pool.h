@@ -1,5 +1,5 @@
-// Memory that calls leave to later ones: of fresh memory every page is a fault. Of derivatives of 200,000
-// faces they were a sixth of the time; of clearing and summing gradients of 100,000 vertices, half.
+// Objects that calls pass on to later calls, together with their memory: every first access to a page of
+// newly allocated memory is a page fault.
 #pragma once
 
 #include <memory>
@@ -13,7 +13,7 @@ namespace edgegrad {
 template <typename T>
 class ObjectPool {
  public:
-    // One that a call has left, as it left it, or a new one.
+    // Takes an object that a call has given back, in the state it was left in, or makes one.
     std::shared_ptr<T> take() {
         {
             const std::lock_guard<std::mutex> lock(lock_);
@@ -25,7 +25,7 @@ class ObjectPool {
         }
         return std::make_shared<T>();
     }
-    // Unless somebody else holds it, or there is no memory to keep it.
+    // Gives an object back, unless it is still shared or there is no memory to store it.
     void give(std::shared_ptr<T> value) noexcept {
         if (value.use_count() != 1) return;
         const std::lock_guard<std::mutex> lock(lock_);
@@ -37,7 +37,7 @@ class ObjectPool {
 
  private:
     std::mutex lock_;
-    std::vector<std::shared_ptr<T>> values_;  // no more than calls have had at once
+    std::vector<std::shared_ptr<T>> values_;  // at most as many as were in use at once
 };
 
 }  // namespace edgegrad

@@ -19,23 +19,23 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Between two questions to the caller.
+// Time between two questions to the caller.
 constexpr std::chrono::milliseconds kAsking{50};
 
 std::atomic<bool> others_end{false};
-std::atomic<std::thread::id> last_thread;  // whose work goes on
+std::atomic<std::thread::id> last_thread;  // the thread whose work continues
 std::atomic<int> workers{0};
 
 bool is_ended(std::thread::id caller) { return others_end && last_thread.load() != caller; }
 
-// The parallel_for that a thread works in.
+// The parallel_for in which a thread works.
 struct Work {
     std::thread::id caller;
     std::atomic<bool> stop{false};
     bool cancelled() const { return stop || is_ended(caller); }
 };
 
-// Of this thread: what asks the caller, and when it last did; the loop whose body runs.
+// Per thread: the function that asks the caller, when it was last called, and the running loop.
 thread_local constinit const std::function<void()>* ask_caller EDGEGRAD_STATIC_THREAD_LOCAL = nullptr;
 thread_local constinit Clock::time_point requested_at EDGEGRAD_STATIC_THREAD_LOCAL{};
 thread_local constinit const Work* work_of_thread EDGEGRAD_STATIC_THREAD_LOCAL = nullptr;
@@ -109,6 +109,7 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
     int running = 0;
     std::exception_ptr error;
 
+    // Define the loop that each thread runs
     const auto work = [&](int thread) {
         try {
             const Working working(shared);
@@ -134,16 +135,18 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
         --workers;
     };
 
+    // Define how to wait for the threads
     std::vector<std::thread> pool;
     const auto join = [&] {
-        // A fork leaves the threads to the parent process: what never ends can't be waited for.
+        // After a fork the threads exist only in the parent process, so the child cannot join them.
         if (process_id() != process)
             new std::vector<std::thread>(std::move(pool));
         else
             for (std::thread& t : pool) t.join();
         pool.clear();
     };
-    // The calling thread reports: only it may talk to the caller. Else it works.
+    // Start the threads. With `progress` the calling thread only reports, because only it may call the
+    // caller.
     const int started = progress ? threads : threads - 1;
     try {
         pool.reserve(static_cast<size_t>(started));
@@ -152,7 +155,7 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
             try {
                 ++workers;
                 pool.emplace_back(run, t);
-            } catch (...) {  // the system has no more threads: those that run do the work
+            } catch (...) {  // if the system has no more threads, the running ones do the work
                 --workers;
                 const std::lock_guard lock(mutex);
                 running -= started - t;
@@ -160,6 +163,7 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
                 break;
             }
         }
+        // Work or report progress until all threads are done
         if (!progress) work(started);
         std::unique_lock lock(mutex);
         while (!finished.wait_for(lock, kAsking, [&] { return running == 0; })) {
@@ -179,6 +183,7 @@ void parallel_for(int threads, int64_t items, const Progress& progress,
         join();
         throw;
     }
+    // Join the threads and rethrow the first exception
     join();
     if (error) std::rethrow_exception(error);
     if (progress) progress(1.0);

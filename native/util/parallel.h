@@ -1,12 +1,12 @@
-// Work on all cores with progress and cancelling.
+// Loops over all cores, with progress and cancellation.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <stdexcept>
 
-// For thread-local variables: without it a thread's first use of one may allocate memory, and end the process
-// where there is none.
+// For thread-local variables. Without it a thread's first access may allocate memory, and a failure would end
+// the process.
 #if defined(__GNUC__) && !defined(_WIN32)
 #define EDGEGRAD_STATIC_THREAD_LOCAL __attribute__((tls_model("initial-exec")))
 #else
@@ -15,36 +15,35 @@
 
 namespace edgegrad {
 
-// Called from the calling thread now and then with the fraction done; cancels by throwing.
+// Called from the calling thread from time to time with the completed fraction. Throws to cancel.
 using Progress = std::function<void(double)>;
 
-// Thrown in calls of threads that the end of the process cuts short.
+// Thrown by calls of other threads when the process ends.
 struct CallEnded : std::runtime_error {
     CallEnded() : std::runtime_error("the process ends") {}
 };
 
-// Ends all work of other threads than the calling one, for good: their calls throw `CallEnded`.
+// Ends all work of threads other than the calling one, permanently: their calls throw `CallEnded`.
 void end_work_of_others();
-// Number of worker threads that run.
+// Number of running worker threads.
 int worker_count();
-// In a forked process, which has none.
+// To call in a forked process, which has no worker threads.
 void forget_workers();
-// Whether the calling thread's work has been ended.
+// Returns whether the calling thread's work has been ended.
 bool work_has_ended();
 
-// Number of threads to use for `asked` (0: all cores).
+// Number of threads to use for a requested number (0: all cores).
 int thread_count(int requested);
 
-// Runs body(thread, item) for every item in [0, items) on `threads` threads, item by item as they get free.
-// Without progress the caller's is one of them: starting two threads takes twice as long as starting one, and
-// small items take no longer. Rethrows the first exception of a body, of `progress` or of an interruption,
-// after all threads have stopped; the items not yet begun are then left out.
+// Runs body(thread, item) for every item in [0, items) on `threads` threads, each of which takes the next
+// item when it is free. Without `progress` the calling thread is one of them, because small items take no
+// longer than starting a thread. Rethrows the first exception of a body, of `progress` or of an interruption
+// after all threads have stopped. Items that have not begun are then skipped.
 void parallel_for(int threads, int64_t items, const Progress& progress,
                   const std::function<void(int thread, int64_t item)>& body);
 
-// What asks the caller, while it lives, whether the work of this thread is to go on, where no progress is
-// told: in loops without a progress of their own, and in serial work that calls `may_cancel`. It cancels by
-// throwing.
+// While it lives, `ask` is called to ask the caller whether this thread's work may continue: in loops without
+// `progress`, and in serial work that calls `may_cancel`. It throws to cancel.
 class Cancelling {
  public:
     explicit Cancelling(std::function<void()> ask);
@@ -54,14 +53,15 @@ class Cancelling {
 
  private:
     std::function<void()> ask_;
-    const std::function<void()>* outer_;  // of a call inside of which this one is made
+    const std::function<void()>* outer_;  // of an enclosing call
 };
 
-// Between parts of serial work: asks, but not more often than loops do.
+// To call between parts of serial work: asks the caller, but at most as often as loops do.
 void may_cancel();
 
-// Between parts of a body that takes long: whether its loop is being cancelled. The body then returns; what
-// it has left behind is not used, since the loop throws. Asks where the body runs on the caller's thread.
+// To call between parts of a long body: returns whether its loop is being cancelled. The body should then
+// return; its results are not used because the loop throws. Asks the caller if the body runs on the caller's
+// thread.
 bool cancelled();
 
 }  // namespace edgegrad

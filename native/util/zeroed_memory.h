@@ -1,4 +1,4 @@
-// Memory of zeros that costs nothing until it is written to.
+// Zeroed memory that costs nothing until it is written to.
 #pragma once
 
 #include <cstdlib>
@@ -8,8 +8,8 @@
 
 namespace edgegrad {
 
-// Takes memory that the operating system clears page by page as it is first written to. Elements that a
-// vector grows by are left as they are in it: vectors may grow only from zeros.
+// Allocates memory that the operating system clears page by page at the first write. Vectors do not
+// initialise the elements by which they grow, so their memory must be zero when a vector grows again.
 template <typename T>
 struct ZeroedAllocator {
     using value_type = T;

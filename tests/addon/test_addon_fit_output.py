@@ -157,7 +157,7 @@ def test_pictures_that_cannot_be_rendered_lose_nothing_else(tmp_path: Path, caps
 
     monkeypatch.setattr(Session, "run", run_out_of_memory)
     assert fit(start, "--out", tmp_path / "out", "--save", tmp_path / "fitted.blend") == 1
-    assert errors(capsys) == ["no picture after the fit can be rendered (no more)"]
+    assert errors(capsys) == ["the pictures after the fit can't be rendered (no more)"]
     assert "report.json" in names(tmp_path / "out") and is_fitted(tmp_path / "fitted.blend")
 
 

@@ -1,4 +1,4 @@
-"""The report of `derivatives`: Markdown that the README can take, and plots of error against seconds."""
+"""The report of `derivatives`: Markdown that docs/measurements.md can take, and plots of error against seconds."""
 
 from __future__ import annotations
 

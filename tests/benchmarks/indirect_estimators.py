@@ -13,12 +13,12 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad.rendering.options import RenderOptions
 from edgegrad.rendering.renderer import Renderer
 from tests.boundary.test_indirect_boundary import (
     BOX,
@@ -32,12 +32,13 @@ from tests.boundary.test_indirect_boundary import (
 from tests.rendering.test_moving_scenes import cornell
 from tests.support import shapes
 from tests.support.block_statistics import block_sums, compare
+from tests.support.engine_options import set_options
 from tests.support.small_scenes import along, camera, glowing, matte, rectangle
 
 Make = Callable[[float], edgegrad.Scene]
 SPP, SEEDS = 128, 96
-# Estimators by the engine's `aimed`; None: as it is.
-ESTIMATORS: dict[str, float | None] = {"edges": 0.0, "camera": 1000.0, "chosen": None}
+# Estimators by `RenderOptions.camera_sampled_alpha`: none, all glossy lobes and glosses, and as it is.
+ESTIMATORS: dict[str, float] = {"edges": 0.0, "camera": 4.0, "chosen": RenderOptions(1).camera_sampled_alpha}
 
 
 @dataclass(frozen=True)
@@ -106,13 +107,11 @@ CASES: dict[str, Case] = {
 }
 
 
-def derivatives(case: Case, aimed: float | None) -> tuple[NDArray[np.float64], float]:
+def derivatives(case: Case, alpha: float) -> tuple[NDArray[np.float64], float]:
     """(SEEDS, H, W, 3) derivatives, and the least processor seconds of one."""
     scene, tangent = along(case.make, [case.path])(0.0)
     renderer = Renderer(scene, threads=1)
-    engine: Any = renderer._engine
-    if aimed is not None:
-        engine.aimed = aimed
+    set_options(renderer, camera_sampled_alpha=alpha)
     found, seconds = [], math.inf
     for seed in range(SEEDS):
         start = time.process_time()
@@ -127,7 +126,7 @@ def main(names: list[str]) -> None:
     """Print the table."""
     print("scene | " + " | ".join(f"{name}: blocks, pixels, seconds" for name in ESTIMATORS) + " | p of equal means")
     for name in names or CASES:
-        found = {key: derivatives(CASES[name], aimed) for key, aimed in ESTIMATORS.items()}
+        found = {key: derivatives(CASES[name], alpha) for key, alpha in ESTIMATORS.items()}
         cost = {
             key: [seconds * float(a.var(axis=0, ddof=1).sum()) for a in (block_sums(samples), samples)]
             for key, (samples, seconds) in found.items()

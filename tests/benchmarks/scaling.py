@@ -95,8 +95,8 @@ MAKE: dict[str, Callable[[int], tuple[Scene, list[str]]]] = {
     "meshes": of_meshes, "touching meshes": lambda count: of_meshes(count, 2.0), "materials": of_materials,
     "nodes": of_nodes, "texels": of_texels, "instances": of_instances,
 }  # fmt: skip
-STEPS = ("validate", "flatten", "compile", "renderer", "edges", "render", "decide", "gradient", "again", "plan", "alone",
-         "plan/gradient")
+STEPS = ("validate", "flatten", "compile", "renderer", "edges", "render", "decide", "gradient", "again", "plan",
+         "alone", "plan/gradient")
 
 
 def measure(kind: str, count: int) -> dict[str, float]:

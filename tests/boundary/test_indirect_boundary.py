@@ -19,6 +19,7 @@ from edgegrad.rendering.renderer import Renderer
 from edgegrad.scene.bounces import UNLIMITED, Bounces
 from tests.rendering.test_moving_scenes import cornell
 from tests.support.block_statistics import ALARM, Agreement, compare
+from tests.support.engine_options import set_options
 from tests.support.picture_differences import agreement, check_transpose
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along, box, camera, glowing, matte, need, rectangle, white_world
@@ -233,6 +234,15 @@ def test_it_agrees_with_central_differences_and_is_needed(name: str) -> None:
     assert without.p_value < ALARM, str(without)
 
 
+def over_metal() -> edgegrad.Scene:
+    """Bounced light on a floor of rough metal."""
+    scene = bounced_light()
+    scene.materials["floor"] = edgegrad.Material(
+        np.array([0.9, 0.8, 0.6]), kind="GLOSSY", roughness=float(np.sqrt(0.3))
+    )
+    return scene
+
+
 def glossy_sheet() -> edgegrad.Scene:
     """Bounced light past a veil, on a floor with a diffuse colour, a gloss and a sharper coat; two boxes."""
     scene = veiled()
@@ -243,14 +253,17 @@ def glossy_sheet() -> edgegrad.Scene:
     return scene
 
 
-# All that the estimators handle on their own ways: how alike they are tells more than differences do.
+# All that the estimators handle on their own ways, in lobes that either may sample: how alike they are tells more than
+# differences do.
 BOTH: dict[str, Case] = {
     "edge in rougher metal": CASES["edge in rougher metal"],
     "edge behind rough glass": CASES["edge behind rough glass"],
-    "occluder of bounced light": CASES["occluder of bounced light"],
+    "occluder of light on metal": Case(moving(over_metal, "box", BOX)),
     "coated floor, veils and instances": Case(moving(glossy_sheet, "box", BOX), max_depth=4),
-    "one bounce by limit": CASES["one bounce by limit"],
+    "one bounce by limit": Case(moving(over_metal, "box", BOX), max_depth=5, bounces=Bounces(diffuse=1, glossy=1)),
 }
+# An alpha up to which all glossy lobes are sampled from the camera, and the weak ones over a diffuse base.
+ALL_GLOSSY = 4.0
 
 
 @pytest.mark.parametrize("name", BOTH)
@@ -259,11 +272,10 @@ def test_samples_from_edges_and_from_the_camera_agree(name: str) -> None:
     case = BOTH[name]
     scene, tangent = along(case.make, [case.path])(0.0)
     renderer = Renderer(scene)
-    engine: Any = renderer._engine
     options: dict[str, Any] = {"max_depth": case.max_depth, "bounces": case.bounces, "terms": ("indirect",)}
     found = []
-    for aimed, spp in ((0.0, 1024), (1000.0, 256)):
-        engine.aimed = aimed
+    for alpha, spp in ((0.0, 1024), (ALL_GLOSSY, 256)):
+        set_options(renderer, camera_sampled_alpha=alpha)
         found.append(np.stack([renderer.render_forward(tangent, spp=spp, seed=k, **options) for k in range(24)]))
     edges, camera_first = found
     outcome = compare(camera_first, edges.mean(axis=0), edges.std(axis=0, ddof=1) / np.sqrt(len(edges)))

@@ -367,7 +367,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "twice": ({"wrt": [COLOR, COLOR]}, r"wrt names .* more than once"),
     "unknown": ({"wrt": ["meshes.cube.vertices"]}, r"there is no 'cube' in meshes"),
     "no derivative": ({"wrt": ["camera.clip_end"]}, r"'camera.clip_end' has no derivative"),
-    "camera path": ({"wrt": ["camera.width"]}, r"'width' is none of the fields"),
+    "camera path": ({"wrt": ["camera.width"]}, r"'width' is not one of the fields"),
     "iterations": ({"iterations": 0}, r"iterations must be between 1"),
     "spp": ({"spp": 0}, r"spp must be between 1"),
     "views": ({"views_per_iteration": 2}, r"views_per_iteration must be between 1 and 1"),

@@ -13,6 +13,7 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
 from edgegrad.rendering import native_engine
+from edgegrad.rendering.options import RenderOptions
 from edgegrad.tables.tables import flatten
 from tests.support.motions import camera_moves
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
@@ -200,11 +201,12 @@ def test_instruction_sets_agree(name: str) -> None:
     tangent["camera.to_world"][:3, 3] = [0.5, -0.3, 0.4]
     tables = with_requested(scene, flatten(scene), tangent)
     wanted, velocity = requested_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
+    options = RenderOptions(8, 1, 3, terms=("interior",))
     images = []
     for isa in ("scalar", name):
         engine = native_engine.Engine(tables, 2, isa)
         engine.set_edges(tables.edges())
-        images.append(engine.forward(tables, velocity, wanted, spp=8, seed=1, max_depth=3, terms=("interior",)))
+        images.append(engine.forward(tables, velocity, wanted, options))
     assert np.mean(np.abs(images[0] - images[1]) > 1e-3 * np.abs(images[0]).max()) < 0.01
 
 

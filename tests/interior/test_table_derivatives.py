@@ -205,11 +205,11 @@ def test_asked_for_images_keep_their_alpha() -> None:
         ("camera.clip_start", "parameter 'camera.clip_start' has no derivative: clip distances only say"),
         ("camera.filter_width", "parameter 'camera.filter_width' has no derivative: pixels are weighted"),
         ("meshes.still.terminator_offset", "parameter 'meshes.still.terminator_offset' has no derivative: it only"),
-        ("lights.ball.sphere", "unknown parameter path 'lights.ball.sphere': 'sphere' is none of the fields"),
-        ("camera.aperture_blades", "unknown parameter path 'camera.aperture_blades': 'aperture_blades' is none"),
-        ("meshes.still.attributes.UV", "'attributes.UV' is none of the fields vertices, normals, attributes.UVMap"),
+        ("lights.ball.sphere", "unknown parameter path 'lights.ball.sphere': 'sphere' is not one of the fields"),
+        ("camera.aperture_blades", "unknown parameter path 'camera.aperture_blades': 'aperture_blades' is not one"),
+        ("meshes.still.attributes.UV", "'attributes.UV' is not one of the fields vertices, normals, attributes.UVMap"),
         ("images.none.pixels", "there is no 'none' in images"),
-        ("materials.sum.base_color", "'base_color' is none of the fields weights"),
+        ("materials.sum.base_color", "'base_color' is not one of the fields weights"),
     ],
 )
 def test_what_has_no_derivative_says_so(path: str, message: str) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,9 @@ from numpy.typing import NDArray
 
 from edgegrad import Renderer, plan
 from edgegrad.derivatives.decisions import Decision, Decisions
+from edgegrad.rendering import renderer as module
 from edgegrad.rendering.engine import engine_class
+from edgegrad.rendering.options import checked_options
 from tests.planning.test_primary_plan import bent_normals
 from tests.support.small_scenes import need
 from tests.torture.checks import LIMITS, directions
@@ -54,13 +58,11 @@ def check(made: Case, forced: Counter[str]) -> str:
     """What is wrong with the decisions on a scene; "": nothing. Counts the parts that are computed though zero."""
     tangent, _ = directions(made)
     renderer = Renderer(made.scene, threads=1)
-    native: Any = renderer._engine
-    native.guided = False  # else a part without noise takes samples from others
     options = {**made.options, "spp": SPP}
     planned = plan(renderer, made.wrt, max_depth=options["max_depth"]).decisions
     if "bounces" in options:
         planned = renderer.decide(made.wrt, max_depth=options["max_depth"], bounces=options["bounces"])
-    image = renderer.render_forward(tangent, **options)
+    image = _derivative(renderer, tangent, options)
     found = renderer.last_decisions
     if said(planned) != said(found):
         return f"planned otherwise than computed: {sorted(said(planned) ^ said(found))}"
@@ -74,16 +76,21 @@ def check(made: Case, forced: Counter[str]) -> str:
     return "not zero: " + str([part for part in zero if _differs(renderer, tangent, options, image, [part])])
 
 
+def _derivative(
+    renderer: Renderer, tangent: dict[str, Any], options: dict[str, Any], force: Sequence[str] = ()
+) -> NDArray[np.float32]:
+    """The derivative in one pass over edges: in two, a part without noise takes samples from others."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "checked_options",
+                      lambda *a: replace(checked_options(*a), two_passes=False, force=tuple(force)))
+        return renderer.render_forward(tangent, **options)
+
+
 def _differs(
     renderer: Renderer, tangent: dict[str, Any], options: dict[str, Any], image: NDArray[np.float32], parts: list[str]
 ) -> bool:
     """Whether the derivative is another one where the engine computes these parts."""
-    native: Any = renderer._engine
-    native._scene.force(parts)
-    try:
-        found = renderer.render_forward(tangent, **options)
-    finally:
-        native._scene.force([])
+    found = _derivative(renderer, tangent, options, parts)
     slack = ROUNDING * float(np.nanmax(np.abs(image), initial=0.0))
     return not np.allclose(found, image, rtol=0.0, atol=slack, equal_nan=True)
 

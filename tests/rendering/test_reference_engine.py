@@ -15,6 +15,7 @@ import edgegrad
 from edgegrad.derivatives.table_derivatives import pull_back, push_forward, requested_tables, with_requested
 from edgegrad.reference import Engine
 from edgegrad.reference.engine import TERMS
+from edgegrad.rendering.options import RenderOptions
 from edgegrad.rendering.renderer import Renderer
 from edgegrad.scene import parameters
 from edgegrad.tables import tables as flat
@@ -74,9 +75,9 @@ def test_forward_and_reverse_are_transposes(paths: list[str]) -> None:
     adjoint = np.random.default_rng(8).normal(size=(32, 32, 3)).astype(np.float32)
     tables = with_requested(scene, tables, paths)
     wanted = requested_tables(scene, tables, paths)
-    options: dict[str, Any] = {"spp": 4, "seed": 3, "max_depth": 2}
-    image = engine.forward_exact(tables, push_forward(scene, tables, tangent), wanted, terms=TERMS, **options)
-    gradient = pull_back(scene, tables, engine.backward(tables, adjoint, wanted, terms=TERMS, **options), paths)
+    options = RenderOptions(4, 3)
+    image = engine.forward_exact(tables, push_forward(scene, tables, tangent), wanted, options)
+    gradient = pull_back(scene, tables, engine.backward(tables, adjoint, wanted, options), paths)
     forward = float(np.sum(image * adjoint))
     reverse = sum(float(np.sum(gradient[p] * tangent[p])) for p in paths)
     assert forward != 0.0
@@ -92,8 +93,8 @@ def test_each_term_is_transposed(term: str) -> None:
     tables = with_requested(scene, tables, PATHS)
     wanted = requested_tables(scene, tables, PATHS)
     velocity = push_forward(scene, tables, tangent)
-    image = engine.forward_exact(tables, velocity, wanted, spp=4, seed=3, max_depth=2, terms=(term,))
-    gradient = engine.backward(tables, adjoint, wanted, spp=4, seed=3, max_depth=2, terms=(term,))
+    image = engine.forward_exact(tables, velocity, wanted, RenderOptions(4, 3, terms=(term,)))
+    gradient = engine.backward(tables, adjoint, wanted, RenderOptions(4, 3, terms=(term,)))
     reverse = sum(float(np.sum(gradient[name] * part)) for name, part in velocity.items())
     assert float(np.sum(image * adjoint)) == pytest.approx(reverse, rel=1e-10)
 
@@ -103,9 +104,9 @@ def test_float32_pictures_are_the_exact_ones() -> None:
     engine, tables = make_engine(scene)
     tangent = random_tangent(scene, ["meshes.box.vertices"])
     velocity, wanted = push_forward(scene, tables, tangent), requested_tables(scene, tables, tangent)
-    options: dict[str, Any] = {"spp": 2, "seed": 3, "max_depth": 2}
-    exact = engine.forward_exact(tables, velocity, wanted, **options)
-    image = engine.forward(tables, velocity, wanted, **options)
+    options = RenderOptions(2, 3)
+    exact = engine.forward_exact(tables, velocity, wanted, options)
+    image = engine.forward(tables, velocity, wanted, options)
     assert image.dtype == np.float32
     assert image == pytest.approx(exact, rel=1e-6)
 
@@ -231,7 +232,7 @@ def test_still_meshes_get_no_gradient() -> None:
     scene = floating_box()
     engine, tables = make_engine(scene)
     wanted = requested_tables(scene, tables, ["meshes.box.vertices"])
-    gradient = engine.backward(tables, np.ones((32, 32, 3), np.float32), wanted, spp=2, seed=0, max_depth=2)
+    gradient = engine.backward(tables, np.ones((32, 32, 3), np.float32), wanted, RenderOptions(2))
     assert set(gradient) == {"vertices"}
     ((first, last),) = wanted["vertices"]
     assert gradient["vertices"][first:last].any()
@@ -289,11 +290,11 @@ def test_progress_reaches_one_and_can_cancel() -> None:
 def test_wrong_options_are_named() -> None:
     engine, tables = make_engine(crease_sheet())
     with pytest.raises(ValueError, match="max_depth must be 1 or 2"):
-        engine.render(tables, spp=1, seed=0, max_depth=3)
+        engine.render(tables, RenderOptions(1, max_depth=3))
     with pytest.raises(ValueError, match="spp"):
-        engine.render(tables, spp=0, seed=0, max_depth=2)
+        engine.render(tables, RenderOptions(0))
     with pytest.raises(ValueError, match="unknown term 'caustics'"):
-        engine.forward(tables, {}, {}, spp=1, seed=0, max_depth=2, terms=("caustics",))
+        engine.forward(tables, {}, {}, RenderOptions(1, terms=("caustics",)))
 
 
 def test_scene_without_meshes_shows_the_world() -> None:

@@ -94,7 +94,7 @@ def test_what_transforms_make_of_vertices_is_refused() -> None:
     scene = floating_box()
     scene.meshes["box"].vertices = scene.meshes["box"].vertices * 1e12
     scene.meshes["box"].transform = np.diag([1e12, 1e12, 1e12, 1.0])
-    with pytest.raises(ValueError, match=r"mesh 'box': transform places vertices up to 1\.1e\+24 m away; 1e\+18 m are"):
+    with pytest.raises(ValueError, match=r"mesh 'box': transform places vertices up to 1\.1e\+24 m away; the limit"):
         Renderer(scene)
 
 

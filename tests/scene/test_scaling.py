@@ -87,7 +87,7 @@ def test_the_plan_of_many_meshes_names_few() -> None:
     assert "290 other pairs of meshes pass through each other" in text
     assert "moving meshes: 300 of 300 (box0, box1" in text and "box8 and 291 others)" in text
     assert "and 200 other parameters, by 0 of which it is zero" in text
-    with pytest.raises(ValueError, match=r"there is no 'none' in meshes \(there: 'box0'.*and 291 others\)"):
+    with pytest.raises(ValueError, match=r"there is no 'none' in meshes \(known: 'box0'.*and 291 others\)"):
         parameters.get(scene, "meshes.none.vertices")
 
 

@@ -67,8 +67,8 @@ BAD: list[tuple[Callable[[Scene], None], str]] = [
     (break_faces, r"^mesh 'object': faces name vertex 8, but there are 8 vertices$"),
     (break_faces_low, r"^mesh 'object': faces name vertex -1, but there are 8 vertices$"),
     (empty, r"^mesh 'object': is empty \(8 vertices, 0 faces\)$"),
-    (no_camera, r"^scene: has no camera$"),
-    (no_light, r"^scene: nothing gives light; add a light, an emissive material or a world colour$"),
+    (no_camera, r"^scene: has no camera; set camera to an edgegrad.Camera$"),
+    (no_light, r"^scene: nothing emits light; add a light, an emissive material or a world colour$"),
     (unknown_material, r"^mesh 'object': material 'brick' is not in the scene$"),
     (no_slot, r"^mesh 'object': face_material names slot 1, but there are 1 materials$"),
     (bright, r"^material 'clay': base_color must not be above 1, but contains 1.5$"),
@@ -88,8 +88,8 @@ def test_bad_scenes_have_one_clear_error(breaks: Callable[[Scene], None], messag
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("meshes.cube.vertices", "there is no 'cube' in meshes \\(there: 'object'\\)"),
-        ("meshes.object.faces", "'faces' is none of the fields vertices"),
+        ("meshes.cube.vertices", "there is no 'cube' in meshes \\(known: 'object'\\)"),
+        ("meshes.object.faces", "'faces' is not one of the fields vertices"),
         ("vertices", "unknown parameter path 'vertices'"),
         ("camera.clip_end", "'camera.clip_end' has no derivative: clip distances"),
     ],

@@ -107,11 +107,11 @@ def test_words_of_reports() -> None:
         ("shadow", 5, -1, (4, 6), (2, -1)),
     ])) == [
         "derivative: the primary term leaves out one sample where face 1 of mesh 'floor' and face 1 of mesh "
-        "'glowing box' pierce each other, since no finite number holds the value",
+        "'glowing box' intersect, since the value is not finite",
         "derivative: the interior term leaves out 2 samples, of which the first is in row 1, column 1, at the world, "
-        "since no finite number holds the value",
+        "since the value is not finite",
         "derivative: the shadow term leaves out 5 samples, of which the first is at the edge between the vertices 0 "
-        "and 2 of mesh 'glowing box', since no finite number holds the value",
+        "and 2 of mesh 'glowing box', since the value is not finite",
     ]  # fmt: skip
 
 

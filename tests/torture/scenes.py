@@ -89,7 +89,7 @@ def _light_up(scene: Scene) -> None:
     try:
         scene.validate()
     except ValueError as error:
-        if "nothing gives light" not in str(error):
+        if "nothing emits light" not in str(error):
             raise
         scene.world.color, scene.world.strength = np.full(3, 0.5), 1.0
 

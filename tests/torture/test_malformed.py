@@ -75,7 +75,7 @@ SENTENCES: dict[str, tuple[Callable[[Scene], Any], str]] = {
     "complex": (edit("lights.point", "position", np.zeros(3, complex)),
                 "light 'point': position must be an array of real numbers, not complex numbers"),
     "masked": (edit("lights.point", "position", np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0])),
-               "light 'point': position is a masked array, in which numbers are missing; fill it first"),
+               "light 'point': position is a masked array with missing numbers; call its filled"),
     "no shadow": (edit("lights.point", "casts_shadow", "no"),
                   "light 'point': casts_shadow must be True or False, not 'no'"),
     "terminator": (edit("meshes.box", "terminator_offset", 5),
@@ -86,11 +86,11 @@ SENTENCES: dict[str, tuple[Callable[[Scene], Any], str]] = {
     "sheared light": (edit("lights.area", "to_world", np.triu(np.ones((4, 4)))),
                       "light 'area': to_world must be a rigid"),
     "codes": (edit("images.dots", "pixels", np.full((4, 4, 3), 200, np.uint8)),
-              r"image 'dots': pixels holds whole numbers \(uint8\), but must be linear light; of a picture's code "),
+              r"image 'dots': pixels holds whole numbers \(uint8\), but must be linear light; convert "),
     "letters": (edit("meshes.box", "materials", "clay"),
                 "mesh 'box': materials must be a list of names of materials, not 'clay'"),
     "no mapping": (edit("scene", "meshes", []), "scene: meshes must be a dict by name, not a value of type list"),
-    "huge": (edit("world", "strength", 10**400), "world: strength is too large for a number"),
+    "huge": (edit("world", "strength", 10**400), "world: strength is too large for a float"),
     "scalar colour": (edit("materials.clay", "base_color", 0.5),
                       r"material 'clay': base_color must have the shape \(3,\), not the single number 0.5"),
     "array texture": (edit("materials.clay", "textures", {"roughness": np.zeros((9, 9))}),
@@ -144,7 +144,7 @@ def test_broken_files_say_what_is_broken(name: str, tmp_path: Any) -> None:
     data, words = {
         "cut.exr": (whole_files()["ZIP_float32.exr"][:-9], "its pixels can't be read; the file is cut off or damaged"),
         "window.exr": (_with_display(whole_files()["ZIP_float32.exr"], 9_000_000),
-                       r"its displayWindow of 18 x 9000001 pixels is beyond 65536 a side"),
+                       r"its displayWindow of 18 x 9000001 pixels exceeds 65536 a side"),
         "profile.png": (png(2, 8, 3, chunked(b"iCCP", b"x\0\0" + zlib.compress(b"no profile" * 20))),
                         "its colour profile is broken; remove it, or save the picture as sRGB"),
         "packed.png": (png(2, 8, 3, chunked(b"iCCP", b"x\0\0no compressed data")), "its colour profile is broken"),
@@ -245,10 +245,10 @@ def test_numbers_changed_in_place_and_objects_that_come_and_go_need_an_update_to
     renderer.update()
     lights = dict(scene.lights)
     scene.lights = {**lights, "more": edgegrad.PointLight(np.ones(3))}
-    with pytest.raises(ValueError, match=r"^light 'more': was not there at the last update"):
+    with pytest.raises(ValueError, match=r"^light 'more': was added after the last update"):
         renderer.render(spp=1)
     scene.lights = {name: light for name, light in lights.items() if name != "sun"}
-    with pytest.raises(ValueError, match=r"^light 'sun': is gone since the last update"):
+    with pytest.raises(ValueError, match=r"^light 'sun': was removed after the last update"):
         renderer.render(spp=1)
     scene.lights = lights
     renderer.render(spp=1)
@@ -266,5 +266,5 @@ def test_a_fit_does_not_look_for_changes(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_parameters_say_the_near_name() -> None:
-    with pytest.raises(ValueError, match=r"'rougness' is none of the fields .*; did you mean 'roughness'\?$"):
+    with pytest.raises(ValueError, match=r"'rougness' is not one of the fields .*; did you mean 'roughness'\?$"):
         parameters.get(valid_scene(), "materials.clay.rougness")

@@ -20,50 +20,49 @@ namespace {
 
 using V = Vector;
 
-// Cells of directions about an edge, most along each axis; share of the samples that goes to segments which
-// the camera sees by way of other surfaces.
-constexpr double kMostDirections = 16.0, kChainedShare = 0.4;
-// Cells of the picture, most along each of its sides.
+// The largest number of direction cells along each axis.
+constexpr double kMostDirections = 16.0;
+// The largest number of picture cells along each side.
 constexpr double kMostPlaces = 512.0;
-// Parts of an edge, most: places along it are floats, which tell no more apart.
+// The largest number of parts of an edge: positions are floats and cannot resolve more.
 constexpr double kMostParts = 1 << 20;
 // Edges per item of parallel work.
 constexpr int64_t kEdgeBlock = 1 << 13;
 
-// Where candidates are listed: silhouettes, borders and sharp creases first, then blunt ones, each by tiles
-// of the picture along a Z-order curve. Neighbours on the list then are of one kind and place,
-// so that systematic samples are spread evenly and a guide can tell of each by its neighbours.
+// The order of candidates: silhouettes, borders and sharp creases come before blunt creases, and each group
+// follows a Z-order curve of picture tiles. Neighbours on the list are thus of one kind and close in the
+// picture. This stratifies systematic samples, and lets a guide predict each candidate from its neighbours.
 constexpr uint32_t kTiles = 1u << (2 * kTileBits), kPlaces = 2 * kTiles;
 constexpr float kBlunt = 0.5f;
 
 uint32_t place_of(uint32_t tile, float weight) { return tile + (weight < kBlunt ? kTiles : 0u); }
 
-// Edges of one mesh, where one instance places them.
+// A range of edges of one mesh, placed by one instance.
 struct Run {
     int32_t mesh, instance;
     int64_t first, count;
-    bool counts;  // the first copy's edges stand for those of all
+    bool counts;  // the first instance's edges stand for those of all
 };
 
-// Runs over the edges of the meshes that `wanted` names, with all of their instances.
+// The ranges of edges of all meshes for which requested(mesh, is placed) holds, with all instances.
 template <typename Requested>
 std::vector<Run> runs_of(const EdgeList& edges, const Requested& requested) {
     const SceneTables& t = edges.tables;
     const auto instances = mesh_instances(t);
     std::vector<Run> runs;
     for (int32_t mesh = 0; mesh < t.visible_meshes; ++mesh) {
-        const std::vector<int32_t>& copies = instances[static_cast<size_t>(mesh)];
-        if (!requested(mesh, is_placed(copies))) continue;
+        const std::vector<int32_t>& of_mesh = instances[static_cast<size_t>(mesh)];
+        if (!requested(mesh, is_placed(of_mesh))) continue;
         const auto [first, last] = mesh_edges(t, static_cast<size_t>(mesh));
-        for (int32_t instance : copies)
+        for (int32_t instance : of_mesh)
             for (int64_t k = first; k < last; k += kEdgeBlock)
                 runs.push_back(
-                    {mesh, instance, k, std::min(kEdgeBlock, last - k), instance == copies.front()});
+                    {mesh, instance, k, std::min(kEdgeBlock, last - k), instance == of_mesh.front()});
     }
     return runs;
 }
 
-// What the kernel of masses writes for a run, in memory of one thread.
+// The output of the edge weight kernel for a run, in memory that a thread reuses.
 struct RunWeights {
     std::vector<float> mass, pixels;
     std::vector<int32_t> tile, flat;
@@ -88,13 +87,13 @@ struct RunWeights {
 
 }  // namespace
 
-// By run, in its order, what becomes a candidate.
+// The candidates found in each run.
 struct CandidateParts {
     struct Entry {
         int32_t edge;
         float u0, u1, mass;
     };
-    // Places by themselves: to count them is the first of two passes.
+    // Places are stored separately, because the first pass of the counting sort reads only them.
     struct Run {
         std::vector<Entry> entries;
         std::vector<uint16_t> places;
@@ -105,12 +104,13 @@ struct CandidateParts {
 
 namespace {
 
-// Joins candidates by place, and where that is the same in the order of runs: a counting sort, by as many
-// ranges of the runs as there are threads.
+// Joins the candidates of all runs, sorted by place and then by run. This is a counting sort. Each thread
+// handles one range of the runs.
 void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed, int threads,
           Candidates& out) {
     const size_t ranges = std::clamp<size_t>(runs.size(), 1, static_cast<size_t>(threads));
-    std::vector<std::vector<size_t>> at(ranges);  // by range and place: the next of them on the list
+    std::vector<std::vector<size_t>> at(
+        ranges);  // by range and place: first the count, then the next position on the list
     const auto each_range = [&](const auto& visit) {
         parallel_for(threads, static_cast<int64_t>(ranges), nullptr, [&](int, int64_t k) {
             const auto range = static_cast<size_t>(k);
@@ -120,12 +120,15 @@ void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed
                 visit(run, parts.runs[run], at[range]);
         });
     };
+    // Count the candidates of each range and place
     each_range([](size_t, const CandidateParts::Run& part, std::vector<size_t>& count) {
         for (uint16_t place : part.places) ++count[place];
     });
+    // Turn the counts into positions on the list
     size_t all = 0;
     for (size_t place = 0; place < kPlaces; ++place)
         for (std::vector<size_t>& next : at) all += std::exchange(next[place], all);
+    // Write the candidates to their positions
     out.edge.resize(all), out.u0.resize(all), out.u1.resize(all), out.cumulative.resize(all + 1);
     out.instance.resize(placed ? all : 0);
     each_range([&](size_t run, const CandidateParts::Run& part, std::vector<size_t>& next) {
@@ -141,8 +144,8 @@ void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed
     for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
 }
 
-// Candidates of runs of edges by visit(run, task's memory, counts, add) in parallel, joined by place; in
-// memory that is spare.
+// Collects candidates: visit(run, memory, counts, add) calls add for each candidate of a run, in parallel.
+// The memory comes from pools of the edge cache.
 template <typename Visit>
 Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
     std::shared_ptr<CandidateParts> parts = edges.kept.spare_parts.take();
@@ -209,12 +212,14 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
     const CameraView& camera = scene.camera;
     const PictureFrame frame(camera);
     const SceneTables& tables = edges.tables;
+    // Select the meshes that may move in the picture and that the camera sees
     const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
         const auto m = static_cast<size_t>(mesh);
         return (motion.camera || motion.moving[m] || (motion.instances && placed)) &&
                (tables.mesh_mask[m] & (1 << kCameraRay));
     });
     return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts& counts, const auto& add) {
+        // Compute the weights of the run's edges
         EdgeWeightTask task = memory.task(edges, run, kPictureWeight);
         task.sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
         task.cut_all = frame.bends_or_blurs();
@@ -222,6 +227,7 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
         task.margin = static_cast<float>(frame.margin());
         edges.kernels.edge_weights(scene, task);
         const Placement place = Placement::of(scene, run.instance);
+        // Add the edges, clipping those that the kernel did not place in the frame
         for (int64_t k = 0; k < run.count; ++k) {
             const float weight = task.mass[k];
             const int64_t edge = run.first + k;
@@ -231,15 +237,15 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
                     place_of(static_cast<uint32_t>(task.tile[k]), weight));
                 continue;
             }
-            frame.pieces(place(vertex(scene, scene.edge_vertices[2 * edge])),
-                         place(vertex(scene, scene.edge_vertices[2 * edge + 1])),
-                         [&](const PictureFrame::EdgeSegment& piece) {
-                             const uint32_t tile =
-                                 z_order(piece.x / camera.width, piece.y / camera.height, kTileBits);
-                             add(edge, static_cast<float>(piece.u0), static_cast<float>(piece.u1),
-                                 static_cast<float>(piece.pixels * static_cast<double>(weight)),
-                                 place_of(tile, weight));
-                         });
+            frame.visit_segments(place(vertex(scene, scene.edge_vertices[2 * edge])),
+                                 place(vertex(scene, scene.edge_vertices[2 * edge + 1])),
+                                 [&](const PictureFrame::EdgeSegment& segment) {
+                                     const uint32_t tile = z_order(segment.x / camera.width,
+                                                                   segment.y / camera.height, kTileBits);
+                                     add(edge, static_cast<float>(segment.u0), static_cast<float>(segment.u1),
+                                         static_cast<float>(segment.pixels * static_cast<double>(weight)),
+                                         place_of(tile, weight));
+                                 });
         }
     });
 }
@@ -260,27 +266,30 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
     });
 }
 
-bool any_held(const SceneView& scene, int64_t edge) {
+bool any_fixed_direction(const SceneView& scene, int64_t edge) {
     const uint32_t first = scene.edge_face_first[edge], last = scene.edge_face_first[edge + 1];
     return scene.face_held && std::any_of(scene.edge_faces + first, scene.edge_faces + last,
                                           [&](uint32_t face) { return scene.face_held[face] != 0; });
 }
 
 Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
+    // Select the meshes with faces of fixed-direction light
     const SceneTables& tables = edges.tables;
     const std::vector<Run> runs = runs_of(edges, [&](int32_t mesh, bool placed) {
         const auto m = static_cast<size_t>(mesh);
-        const int32_t* held = scene.face_held;
-        return !placed && std::any_of(held + tables.mesh_first_face[m], held + tables.mesh_first_face[m + 1],
-                                      [](int32_t h) { return h != 0; });
+        const int32_t* fixed = scene.face_held;
+        return !placed &&
+               std::any_of(fixed + tables.mesh_first_face[m], fixed + tables.mesh_first_face[m + 1],
+                           [](int32_t f) { return f != 0; });
     });
     return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts&, const auto& add) {
+        // Compute the weights of the run's edges
         EdgeWeightTask task = memory.task(edges, run, kEnvironmentWeight);
         edges.kernels.edge_weights(scene, task);
         for (int64_t k = 0; k < run.count; ++k) {
             const int64_t edge = run.first + k;
-            if (task.flat[k] || !any_held(scene, edge)) continue;
-            // Between faces of different materials light begins as seen from all sides.
+            if (task.flat[k] || !any_fixed_direction(scene, edge)) continue;
+            // An edge between two materials bounds an emitter from all viewpoints.
             float mass = task.mass[k];
             const uint32_t first = scene.edge_face_first[edge];
             if (scene.edge_face_first[edge + 1] - first == 2 &&
@@ -303,10 +312,10 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
     out.edge.reserve(least), out.u0.reserve(least), out.u1.reserve(least), out.cell.reserve(least);
     out.cumulative.reserve(least + 1);
     for (int32_t kind = 0; kind < kinds; ++kind) {
-        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        const double share = share_of_mass(chains, kind != 0);
         for (size_t i = 0; i < edges.edge.size(); ++i) {
             const double mass = share * (edges.cumulative[i + 1] - edges.cumulative[i]);
-            // Where rounding has taken a part's length, it counts like the others.
+            // A part whose length rounds to zero gets the average weight.
             const double length = std::max(static_cast<double>(edges.u1[i] - edges.u0[i]), 1e-30);
             u.clear();
             borders(i, u);
@@ -320,9 +329,9 @@ Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, co
                         if (!edges.instance.empty()) out.instance.push_back(edges.instance[i]);
                         out.u0.push_back(u[part]);
                         out.u1.push_back(u[part + 1]);
-                        // There and back, so that what follows each other is near each other.
+                        // Alternate the direction of rows, so that consecutive cells are neighbours.
                         const int32_t place = row % 2 ? n - 1 - column : column;
-                        out.cell.push_back((row * n + place) | (kind ? kChained : 0));
+                        out.cell.emplace_back(row * n + place, kind != 0);
                         out.cumulative.push_back(out.cumulative.back() + each);
                     }
                 }
@@ -342,19 +351,19 @@ Candidates whole_picture() {
 
 namespace {
 
-// Entries of candidates whose pieces have all cells of directions (Candidates::parts), of segments that the
-// camera sees, and where there are `chains` again of those that it sees by way of other surfaces.
+// Candidates whose segments have all cells of directions (Candidates::parts). `chains` appends a second copy
+// for receivers that the camera sees through other surfaces.
 template <typename Parts>
 Candidates with_cells(const Candidates& edges, int32_t direction_cells, bool chains, const Parts& parts_of) {
     Candidates out;
     out.direction_cells = direction_cells;
     double before = 0.0;
     for (int32_t kind = 0; kind < (chains ? 2 : 1); ++kind) {
-        const double share = !chains ? 1.0 : kind == 0 ? 1.0 - kChainedShare : kChainedShare;
+        const double share = share_of_mass(chains, kind != 0);
         const auto append = [](auto& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
         append(out.edge, edges.edge), append(out.instance, edges.instance);
         append(out.u0, edges.u0), append(out.u1, edges.u1);
-        out.cell.resize(out.edge.size(), kind ? kChained : 0);
+        out.cell.resize(out.edge.size(), SegmentCell(0, kind != 0));
         for (size_t i = 0; i < edges.edge.size(); ++i) {
             out.parts.push_back(parts_of(i));
             out.cumulative.push_back(before + share * edges.cumulative[i + 1]);
@@ -373,14 +382,14 @@ Candidates over_picture(double requested, bool chains) {
 
 Candidates over_directions(const Candidates& edges, double requested, bool chains) {
     if (edges.size() == 0) return {};
-    // Directions first: what an edge hides depends more on them than on the place along it.
+    // Prefer many direction cells: occlusion at an edge varies more with direction than along the edge.
     const double each = std::max(1.0, requested / static_cast<double>(edges.size()));
     const auto n = static_cast<int32_t>(std::clamp(std::floor(std::sqrt(each)), 1.0, kMostDirections));
-    const double pieces = std::max(1.0, requested / (n * n));
+    const double segments = std::max(1.0, requested / (n * n));
     return with_cells(edges, n, chains, [&](size_t i) {
         const double mass = edges.cumulative[i + 1] - edges.cumulative[i];
         return static_cast<int32_t>(
-            std::min(std::max(1.0, std::round(pieces * mass / edges.mass())), kMostParts));
+            std::min(std::max(1.0, std::round(segments * mass / edges.mass())), kMostParts));
     });
 }
 

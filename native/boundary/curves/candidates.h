@@ -1,5 +1,5 @@
-// Candidate edges of the boundary terms: which edges can carry a jump, clipped to what the camera sees, with
-// the mass by which they are sampled.
+// Candidate edges of the boundary terms: the edges across which radiance may be discontinuous, clipped to
+// what the camera sees, with the weights by which they are sampled.
 #pragma once
 
 #include <cstdint>
@@ -14,28 +14,28 @@
 
 namespace edgegrad {
 
-// Pieces of edges; u is the position along the edge, 0 at its first vertex.
+// Segments of edges. u is the position along the edge, 0 at its first vertex.
 struct Candidates {
     std::vector<int32_t> edge;
-    std::vector<int32_t> instance;  // -1: the edge stands in the world; empty: all do
+    std::vector<int32_t> instance;  // -1: the edge's mesh is not instanced; empty: no entry is instanced
     std::vector<float> u0, u1;
-    std::vector<int32_t> cell;  // of directions (tasks/kernel_table.h, BoundaryTask); empty: all directions
+    std::vector<SegmentCell> cell;  // empty: all directions
     int32_t direction_cells = 1;
-    // So many equal parts of each entry, each with all direction_cells^2 cells, are its pieces. They are not
-    // listed: their number grows with that of the samples. Of `cell` then only kChained counts. Empty: an
-    // entry is one piece.
+    // An entry stands for parts[i] equal segments, each with direction_cells^2 cells. These are computed on
+    // the fly, because their number grows with the number of samples. Of `cell` then only `chained` counts.
+    // Empty: each entry is one segment.
     std::vector<int32_t> parts;
-    std::vector<double> cumulative{0.0};  // mass up to each entry, pixels
+    std::vector<double> cumulative{0.0};  // weight up to each entry, pixels
     EdgeCounts counts;                    // of a search
-    // Of what was learned (boundary/curves/learned_weights.h; empty: nothing was), by piece: the mass that it
-    // has but for that, and guesses of how large samples on it are, of mean 1 over the mass: from few and
-    // from many neighbours.
+    // Filled by learned weights (boundary/curves/learned_weights.h), else empty; by segment. `unlearned` is
+    // the weight before learning. `guess` holds estimates of the size of its samples, relative to their
+    // weighted mean. The first averages over few neighbours, the second over many.
     std::vector<double> unlearned;
     std::vector<float> guess[2];
 
     int64_t size() const { return static_cast<int64_t>(edge.size()); }
     double mass() const { return cumulative.back(); }
-    // The mass of each of an entry's pieces.
+    // The weight of each segment of an entry.
     double segment_mass(size_t i) const {
         const double mass = cumulative[i + 1] - cumulative[i];
         return parts.empty() ? mass
@@ -43,15 +43,15 @@ struct Candidates {
     }
 };
 
-// Unit normals (F, 3) of all faces as they are wound; zero where a face has no area.
+// Unit normals (F, 3) of all faces by winding order; zero for faces without area.
 std::vector<float> unit_normals(const SceneTables& tables, int threads);
 
-// All edges of a scene, in the order of meshes.
+// All edges of a scene, ordered by mesh.
 struct EdgeList {
     const SceneTables& tables;
     const int8_t* solid_side;            // by mesh (boundary/meshes/solids.h)
     const std::vector<uint8_t>& closed;  // by mesh (closed_meshes)
-    const std::vector<uint8_t>& clear;   // by mesh: it gives light and hides nothing of itself
+    const std::vector<uint8_t>& clear;   // by mesh: it emits light and occludes nothing of itself
     const float* normal;                 // by face (unit_normals)
     const KernelTable& kernels;
     int threads;
@@ -59,40 +59,49 @@ struct EdgeList {
     EdgeCache& kept;
 
     int64_t count() const { return static_cast<int64_t>(tables.edge_vertices.size() / 2); }
+    // Else it is an intersection curve.
+    bool is_edge(int32_t line) const { return line < count(); }
 };
 
-// Edges that the camera sees and that may move in the picture: those of moving meshes and
-// instances, or all if the camera moves.
-// Only a flat pair of faces can't carry a jump: two faces in one plane, of one orientation, one material and
-// no seam between them (boundary/meshes/seams.h). Silhouettes, open borders, creases, the edges between the
-// facets of a smooth mesh and material borders are one case (derivations A3, 0.5a).
+// Candidates of the primary term: edges that the camera sees and that may move in the picture. These are the
+// edges of moving meshes and instances, or all edges if the camera moves. Only a flat pair of faces is left
+// out: two faces in one plane, with the same orientation and material, and no seam between them
+// (boundary/meshes/seams.h). Silhouettes, open borders, creases, edges between the facets of a smooth mesh
+// and material borders need no distinction (derivations, A3 and 0.5).
 Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, const RequestedMotion& motion);
 
-// Edges that may hide light from a surface: silhouettes as seen from some point of the lights, or (towards
-// the environment) all that are not flat. Of all meshes: what moves may also
-// be the surface or the light.
+// Candidates of the shadow term: edges that may occlude light. Towards lights these are the silhouettes seen
+// from some point of a light. Towards the environment these are all edges except flat ones. Edges of static
+// meshes are included, because the receiver or the light may move.
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment);
 
-// Edges of emissive faces whose light holds its direction (shading/lights/fixed_direction_light.h), but for
-// flat ones.
+// Edges of emissive faces whose light is parametrised by a fixed direction
+// (shading/lights/fixed_direction_light.h), except flat ones.
 Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges);
-// Whether a face of the edge is such.
-bool any_held(const SceneView& scene, int64_t edge);
+// Whether a face of the edge emits such light.
+bool any_fixed_direction(const SceneView& scene, int64_t edge);
 
-// Pieces of candidates by cells of directions: `direction_cells`^2 of each part between neighbouring borders,
-// which borders(k, u) gives of candidate k. `chains`: also of segments that the camera sees by way of other
-// surfaces.
+// The fraction of samples for receivers that the camera sees directly, or (`chained`) through other surfaces.
+// Without `chains` there are none of the latter.
+constexpr double kChainedShare = 0.4;
+constexpr double share_of_mass(bool chains, bool chained) {
+    return !chains ? 1.0 : chained ? kChainedShare : 1.0 - kChainedShare;
+}
+
+// Cuts the candidates into segments at the positions borders(k, u) of candidate k, each with
+// `direction_cells`^2 cells of directions. `chains` adds segments whose receiver the camera sees through
+// other surfaces.
 using Borders = std::function<void(size_t k, std::vector<float>& u)>;
 Candidates cut(const Candidates& edges, int32_t direction_cells, bool chains, const Borders& borders);
 
-// Cells of the picture, about `wanted`, for samples that start at the camera: they have the place of cells of
-// directions of one edge, which says nothing else. `chains`: also of paths that go on from the first surface
-// that they meet before they pass an edge.
+// Candidates of samples that start at the camera: about `requested` cells of the picture, stored in place of
+// the direction cells of one dummy edge. `chains` adds paths that scatter at least once before they pass an
+// edge.
 Candidates whole_picture();
 Candidates over_picture(double requested, bool chains);
 
-// The same edges for light between surfaces: their parts and the cells of their directions make about
-// `wanted` pieces. `chains`: also of segments that the camera sees by way of other surfaces.
+// The candidate edges with cells for light between surfaces: about `requested` pairs of a segment and a
+// direction cell. `chains` adds segments whose receiver the camera sees through other surfaces.
 Candidates over_directions(const Candidates& edges, double requested, bool chains);
 
 }  // namespace edgegrad

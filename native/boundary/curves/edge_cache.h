@@ -1,5 +1,5 @@
-// What derivatives have found out about edges, kept for later calls: other views, seeds or numbers of samples
-// of a scene in which nothing has moved.
+// What derivatives have computed about edges, kept for later calls with other views, seeds or sample counts
+// of the same scene.
 #pragma once
 
 #include <cstring>
@@ -22,23 +22,23 @@ class EdgeTree;
 class LightList;
 struct SurfaceRegions;
 
-// The last value that was made, with what it was made of.
+// The most recent value, with the key from which it was made.
 template <typename Key, typename Value>
 class Kept {
  public:
-    // The value of `key`; make(): a new one.
+    // The value for `key`, made by make() unless it is stored.
     template <typename Make>
     std::shared_ptr<const Value> get(const Key& key, const Make& make) {
         const std::lock_guard<std::mutex> lock(lock_);
         if (!value_ || !(key_ == key)) {
-            value_ = nullptr;  // unless all goes well nothing is kept
+            value_ = nullptr;  // keep nothing if make() throws
             Key made_of = key;
             value_ = std::make_shared<Value>(make());
             key_ = std::move(made_of);
         }
         return value_;
     }
-    // Nothing is kept any more; what was.
+    // Forgets the value and returns it.
     std::shared_ptr<Value> clear() {
         const std::lock_guard<std::mutex> lock(lock_);
         return std::move(value_);
@@ -58,26 +58,26 @@ struct CameraKey {
 };
 
 struct EdgeCache {
-    // From which side solid bodies are seen (boundary/meshes/solids.h) follows from the camera.
+    // The side from which the camera sees each solid body (boundary/meshes/solids.h).
     using Sides = std::vector<int8_t>;
-    // The camera moves; instances do; which meshes do.
+    // Key: whether the camera moves, whether instances move, which meshes move.
     Kept<std::tuple<bool, bool, std::vector<uint8_t>>, Intersections> intersections;
     Kept<std::pair<CameraKey, RequestedMotion>, Candidates> primary;
     Kept<std::pair<std::shared_ptr<const LightList>, Sides>, Candidates> shadow;
-    Kept<Sides, Candidates> silhouettes;  // towards the environment and other surfaces
+    Kept<Sides, Candidates> silhouettes;  // for the environment and for light between surfaces
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
-    Kept<bool, bool> cross;  // whether surfaces pass through each other or through lights
-    // What candidates of the primary term are made in.
+    Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
+    // Reusable memory for the candidates of the primary term.
     ObjectPool<Candidates> spare_candidates;
     ObjectPool<CandidateParts> spare_parts;
 
-    // Where vertices have changed.
+    // Call after vertices have changed.
     void clear() {
         intersections.clear();
         clear_values();
     }
-    // Where values have: surfaces cross where they did.
+    // Call after other values have changed. Intersections depend on vertices alone and stay valid.
     void clear_values() {
         spare_candidates.give(primary.clear());
         shadow.clear(), silhouettes.clear();

@@ -12,20 +12,20 @@
 namespace edgegrad {
 namespace {
 
-// Edges are cut so that there are about so many pieces: what a node bounds then is small as seen from where
-// it is looked for.
+// About how many segments the edges are cut into. More segments have tighter bounds as seen from a shading
+// point, but make the tree larger.
 constexpr double kSegments = 128.0;
 
 void put(float* out, Vector v) {
     out[0] = static_cast<float>(v.x), out[1] = static_cast<float>(v.y), out[2] = static_cast<float>(v.z);
 }
 
-// An edge from a along t, with the directions of normals that its faces have and that lie between: a cone
-// about `axis`. A line across one of them sees the edge as a silhouette.
+// An edge from a along t, with the cone about `axis` that contains the normals of its faces and the
+// directions between them. A line perpendicular to one of these directions sees the edge as a silhouette.
 struct EdgeCone {
     Vector a, t, axis;
-    double cosine;     // of the cone's half angle; -1: all directions,
-    Vector normal[2];  // else the outermost two, unit
+    double cosine;     // of the cone's half angle; -1 for all directions
+    Vector normal[2];  // the normals of both faces, unit; unset for all directions
 };
 
 EdgeCone edge_cone(const SceneView& scene, const SceneTables& tables, int64_t edge, int32_t instance,
@@ -35,8 +35,8 @@ EdgeCone edge_cone(const SceneView& scene, const SceneTables& tables, int64_t ed
     cone.t = place(vertex(scene, scene.edge_vertices[2 * edge + 1])) - cone.a;
     const uint32_t first = scene.edge_face_first[edge];
     if (scene.edge_face_first[edge + 1] - first != 2) return cone;
-    // Two faces that let different shares pass hide light from all sides, as those show it that give other
-    // light.
+    // Faces of different transparency are a shadow boundary from all sides. Faces of different emission are a
+    // boundary of the emitter from all sides.
     const auto material = [&](uint32_t k) { return scene.face_material[scene.edge_faces[k]]; };
     const bool differ = material(first) != material(first + 1);
     if ((scene.all_flags & kHasTransparency) && (differ || is_seam(tables, edge))) return cone;
@@ -45,20 +45,21 @@ EdgeCone edge_cone(const SceneView& scene, const SceneTables& tables, int64_t ed
     for (uint32_t k = 0; k < 2; ++k) {
         const Vector third = place(vertex(scene, scene.edge_opposite[first + k])) - cone.a;
         const Vector n = k == 0 ? cross(cone.t, third) : cross(third, cone.t);
-        if (!(length(n) > 0.0)) return cone;  // no area
+        if (!(length(n) > 0.0)) return cone;  // a face without area
         normal[k] = n * (1.0 / length(n));
     }
     const Vector middle = normal[0] + normal[1];
     if (length(middle) < 1e-6) return cone;
     cone.axis = middle * (1.0 / length(middle));
     cone.normal[0] = normal[0], cone.normal[1] = normal[1];
-    // Rounding must not leave a silhouette out.
+    // Widen the cone, so that rounding cannot exclude a silhouette.
     cone.cosine =
         std::cos(std::min(std::acos(std::clamp(dot(cone.axis, normal[0]), -1.0, 1.0)) + 1e-3, 3.14159265));
     return cone;
 }
 
-// The nodes of greatest mass below the root that together hold all: they are weighed once for all candidates.
+// The nodes nearest to the root, largest power first, that together cover the tree. Their weights are
+// computed once for all candidates of a shading point.
 std::vector<int32_t> top_nodes(const std::vector<LightNode>& nodes) {
     std::vector<int32_t> top{0};
     while (top.size() < static_cast<size_t>(kMostTopNodes)) {
@@ -80,6 +81,7 @@ std::vector<int32_t> top_nodes(const std::vector<LightNode>& nodes) {
 
 EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Candidates& edges,
                    bool emitters) {
+    // Make the leaves: cut each edge into segments in proportion to its weight
     std::vector<LightNode> leaves;
     for (int64_t k = 0; k < edges.size(); ++k) {
         const auto i = static_cast<size_t>(k);
@@ -109,9 +111,10 @@ EdgeTree::EdgeTree(const SceneView& scene, const SceneTables& tables, const Cand
             leaf.child = -1 - static_cast<int32_t>(leaves.size());
             leaves.push_back(leaf);
             row[kSegmentU0] = static_cast<float>(u0), row[kSegmentU1] = static_cast<float>(u1);
-            pieces_.insert(pieces_.end(), row, row + kSegmentColumns);
+            segments_.insert(segments_.end(), row, row + kSegmentColumns);
         }
     }
+    // Build the tree
     nodes_ = light_tree(std::move(leaves), 0);
     top_ = top_nodes(nodes_);
 }

@@ -1,5 +1,5 @@
-// Hierarchy of edges, by which one near a given direction is picked as seen from a point: the nodes of lights
-// (scene/lights/light_tree.h), whose axes are the normals of faces here.
+// A hierarchy of edges, from which a shading point samples an edge near a given direction. It uses the nodes
+// of the light tree (scene/lights/light_tree.h); a node's axis is here the axis of the cone of face normals.
 #pragma once
 
 #include "boundary/curves/candidates.h"
@@ -9,18 +9,18 @@ namespace edgegrad {
 
 class EdgeTree {
  public:
-    // Over candidate edges, the long ones cut into pieces; `emitters`: of faces for the light that they give.
+    // Builds the tree over candidate edges, cutting long ones. `emitters`: the edges bound emissive faces.
     EdgeTree(const SceneView& scene, const SceneTables& tables, const Candidates& edges,
              bool emitters = false);
 
     EdgeTreeView view() const {
-        return {nodes_.data(), top_.data(), static_cast<int32_t>(top_.size()), pieces_.data()};
+        return {nodes_.data(), top_.data(), static_cast<int32_t>(top_.size()), segments_.data()};
     }
 
  private:
     std::vector<LightNode> nodes_;
     std::vector<int32_t> top_;
-    std::vector<float> pieces_;
+    std::vector<float> segments_;
 };
 
 }  // namespace edgegrad

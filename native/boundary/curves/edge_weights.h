@@ -1,5 +1,5 @@
-// The masses by which edges are sampled, for packets of edges: what the shape of an edge and its place say of
-// the jumps that it may carry. 0 only where it can't carry any.
+// The weights by which edges are sampled, for packets of edges. A weight estimates from an edge's shape and
+// place how large the discontinuity across it is. It is 0 only where there can be none.
 #pragma once
 
 #include "sampling/z_order.h"
@@ -10,19 +10,19 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The faces of an edge, for what its shape tells.
+// The geometry of an edge and its faces.
 struct Wedges {
     Vec3 a, t;          // from the first end
-    Int faces;          // with an area
-    Vec3 normal[2];     // unit normals of the first two as they are wound
-    Vec3 oriented[2];   // the same along t x third[0] and third[1] x t: equal for a flat pair
-    Vec3 third[2];      // their third corners, from a
-    Mask same_surface;  // of one material, and no seam between them
-    Mask smooth;        // both have shading normals of their own at their corners
-    Mask flat;          // two in one plane, of one orientation and one surface: nothing jumps there
+    Int faces;          // number of faces with an area
+    Vec3 normal[2];     // of the first two faces, unit, by winding order
+    Vec3 oriented[2];   // of the same, along t x third[0] and third[1] x t; equal for a flat pair
+    Vec3 third[2];      // the corners off the edge, from a
+    Mask same_surface;  // one material and no seam
+    Mask smooth;        // both faces have shading normals at all corners
+    Mask flat;          // two faces in one plane, of one orientation and surface: no discontinuity
 };
 
-// Faces whose normals differ by less than this sine lie in one plane.
+// Faces whose normals differ by less than this sine count as coplanar.
 constexpr float kCoplanar = 1e-6f;
 
 EG_INLINE Vec3 placed_vertex(const SceneView& scene, int32_t instance, Int vertex) {
@@ -32,7 +32,8 @@ EG_INLINE Vec3 placed_vertex(const SceneView& scene, int32_t instance, Int verte
     return Vec3{dot(m.x, p), dot(m.y, p), dot(m.z, p)} + m.origin;
 }
 
-// Where of an edge's list the first two faces with an area are, of one with another number of faces than two.
+// For an edge that has a face without area, or does not have two faces: counts the faces with an area and
+// finds the places of the first two in the edge's list.
 EG_INLINE void find_faces(const SceneView& scene, const EdgeWeightTask& task, int lane, Int edge,
                           Int (&slot)[2], Int& faces, Mask& same_surface) {
     const uint32_t first = scene.edge_face_first[edge[lane]], last = scene.edge_face_first[edge[lane] + 1];
@@ -41,7 +42,7 @@ EG_INLINE void find_faces(const SceneView& scene, const EdgeWeightTask& task, in
     for (uint32_t k = first; k < last; ++k) {
         const uint32_t face = scene.edge_faces[k];
         const float* n = task.normal + 3 * static_cast<int64_t>(face);
-        if (n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f) continue;  // no area, no border
+        if (n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f) continue;  // a face without area has no border
         if (faces[lane] < 2) slot[faces[lane]][lane] = static_cast<int32_t>(k);
         if (scene.face_material[face] != scene.face_material[scene.edge_faces[first]]) same_surface[lane] = 0;
         ++faces[lane];
@@ -55,6 +56,7 @@ EG_INLINE Mask has_smooth_corners(const SceneView& scene, Int face) {
 }
 
 EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, int64_t at) {
+    // Load the edges and their ends
     const auto list = [](const uint32_t* table) { return reinterpret_cast<const int32_t*>(table); };
     const int64_t left = task.count - at;
     const Int lane = lane_index();
@@ -73,6 +75,7 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, i
         from = gather(scene.edge_vertices, edge * 2);
         to = gather(scene.edge_vertices, edge * 2 + 1);
     }
+    // Load the first two faces and their corners off the edge
     Int slot[2] = {first, first + select(w.faces > 1, splat(1), splat(0))}, face[2], corner[2];
     if (left >= W && !any(w.faces != 2)) {
         load_pairs(list(scene.edge_faces) + first[0], face[0], face[1]);
@@ -83,6 +86,7 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, i
             corner[k] = gather(scene.edge_opposite, slot[k]);
         }
     }
+    // Handle edges without two regular faces lane by lane
     Vec3 wound[2];
     Mask no_area = splat(0);
     for (int k = 0; k < 2; ++k) {
@@ -104,13 +108,14 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, i
         for (int i = 0; i < W; ++i)
             if (task.seam[at + (i < left ? i : 0)]) w.same_surface[i] = 0;
 
+    // Place the edge and orient the normals of its faces
     w.a = placed_vertex(scene, task.instance, from);
     w.t = placed_vertex(scene, task.instance, to) - w.a;
     for (int k = 0; k < 2; ++k) {
         w.third[k] = placed_vertex(scene, task.instance, corner[k]) - w.a;
         Vec3 n = k == 0 ? cross(w.t, w.third[k]) : cross(w.third[k], w.t);
         if (task.instance < 0) {
-            // In double precision the faces' normals were found, which slivers need.
+            // The faces' normals were computed in double precision, which slivers need.
             w.normal[k] = wound[k];
             w.oriented[k] = select(dot(n, wound[k]) < 0.0f, -wound[k], wound[k]);
             continue;
@@ -123,6 +128,7 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, i
         w.normal[k] = select(dot(still, wound[k]) < 0.0f, -n, n);
     }
     w.smooth = splat(0);
+    // Classify the pair of faces
     if (scene.corner_normal)
         w.smooth = has_smooth_corners(scene, face[0]) & has_smooth_corners(scene, face[1]);
     const Vec3 sine = cross(w.normal[0], w.normal[1]);
@@ -131,15 +137,15 @@ EG_INLINE Wedges wedges_at(const SceneView& scene, const EdgeWeightTask& task, i
     return w;
 }
 
-// Share of an edge's length in the picture by which it is sampled.
-EG_INLINE Float jump_share(const EdgeWeightTask& task, const Wedges& w, Vec3 ray) {
-    // Least share of a crease, however blunt it is: the jump may come from shadows rather than from the
-    // angle. Lights without size draw these sharply. And of edges inside or behind a solid body, which are
-    // hidden unless the mesh crosses itself.
+// The factor on the projected length of an edge in its weight.
+EG_INLINE Float picture_weight(const EdgeWeightTask& task, const Wedges& w, Vec3 ray) {
+    // Lower bounds of the factor of a crease, however blunt: shadows rather than the angle may cause a
+    // discontinuity there. Lights without size cast sharp shadows and need a larger bound. kHidden is the
+    // factor of edges inside or behind a solid body, which are visible only if the mesh intersects itself.
     constexpr float kLeastCrease = 0.005f, kLeastSharp = 0.05f, kHidden = 0.05f;
     const Vec3 sheet = cross(ray, w.t);  // normal of the sheet through camera and edge
     const Float side[2] = {dot(sheet, w.third[0]), dot(sheet, w.third[1])};
-    // What is a silhouette from any point of the lens counts as one.
+    // An edge that is a silhouette from any point of the lens counts as a silhouette.
     Mask whole = (w.faces != 2) | ~w.same_surface | (side[0] * side[1] >= 0.0f);
     if (task.lens_reach > 0.0f) {
         for (int k = 0; k < 2; ++k) {
@@ -147,36 +153,37 @@ EG_INLINE Float jump_share(const EdgeWeightTask& task, const Wedges& w, Vec3 ray
             whole |= abs(side[k]) <= task.lens_reach * sqrt(dot(height, height));
         }
     }
-    // The radiance of flat faces differs by about the angle between them. Where smooth normals go on across
-    // the edge, only light between the planes of both counts, which grazes.
+    // The radiance of two flat faces differs by about the angle between them. Where smooth normals continue
+    // across the edge, only light that grazes the faces differs, so the square of the angle is used.
     const Vec3 bend = w.normal[0] - w.normal[1];
     Float crease = sqrt(dot(bend, bend));
     crease = select(w.smooth, crease * crease, crease);
     crease = min(max(crease, task.sharp ? kLeastSharp : kLeastCrease), splat(1.0f));
     const auto side_of_solid = static_cast<float>(task.solid_side);
     const Mask behind = side_of_solid * dot(w.normal[0], ray) > task.lens_reach;
-    // Where both faces of a concave edge are on one side of the ray, it runs inside the body there.
+    // If both faces of a concave edge lie on one side of the ray, the ray runs inside the body at the edge.
     const Mask concave = (w.faces == 2) & (side_of_solid * dot(w.normal[0], w.third[1]) > 0.0f);
     const Mask inside = concave & (side[0] * side[1] > 0.0f) & splat(task.lens_reach > 0.0f ? 0 : -1);
-    const Float share =
+    const Float weight =
         select(whole, select(inside, splat(kHidden), splat(1.0f)), select(behind, crease * kHidden, crease));
-    return select(w.faces == 0, splat(0.0f), share);
+    return select(w.faces == 0, splat(0.0f), weight);
 }
 
-// Lengths of edges in the picture, in pixels: of those that are in the frame as a whole. The others are cut
-// by the host, but for those that are out of it.
+// Computes the projected lengths, in pixels, of edges that lie completely in the frame. Edges outside the
+// frame get weight 0. The host clips the others.
 EG_INLINE void place_in_frame(const CameraView& c, const EdgeWeightTask& task, const Wedges& w, int64_t at,
-                              Float share) {
+                              Float weight) {
     Mask out = splat(0);
     Float pixels = splat(-1.0f);
     Int tile = splat(0);
     if (!task.cut_all) {
+        // Project both ends and test them against the six planes of the frame
         const Vec3 ends[2] = {w.a - splat3(c.position), w.a + w.t - splat3(c.position)};
         Float sx[2], sy[2];
         Mask beyond[6], whole = splat(-1);
         for (Mask& m : beyond) m = splat(-1);
         const auto size_x = static_cast<float>(c.width), size_y = static_cast<float>(c.height);
-        // Rounding must not put out what is in the frame.
+        // The slack keeps rounding from excluding edges that are in the frame.
         const float slack = task.margin + 0.01f;
         for (int k = 0; k < 2; ++k) {
             const Float z = -dot(splat3(c.back), ends[k]);
@@ -195,6 +202,7 @@ EG_INLINE void place_in_frame(const CameraView& c, const EdgeWeightTask& task, c
             sx[k] = u * over, sy[k] = v * over;
         }
         for (const Mask& m : beyond) out |= m;
+        // Measure the edges in the frame and find their tiles
         const Float dx = sx[1] - sx[0], dy = sy[1] - sy[0];
         pixels = select(whole, sqrt(dx * dx + dy * dy), pixels);
         const auto tile_of = [](Float twice, float size) {
@@ -204,24 +212,25 @@ EG_INLINE void place_in_frame(const CameraView& c, const EdgeWeightTask& task, c
         };
         tile = reinterpret_cast<Int>(tile_of(sx[0] + sx[1], size_x) | (tile_of(sy[0] + sy[1], size_y) << 1));
     }
-    store(task.mass + at, select(out, splat(0.0f), share));
+    store(task.mass + at, select(out, splat(0.0f), weight));
     store(task.pixels + at, pixels);
     store(task.tile + at, tile);
 }
 
-// Whether two faces may lie on one side of the sheet through the edge and a point of a ball around d (from
-// the edge; or, of directions, of the cone around d whose angle has the sine `radius`). A point y sees the
-// edge as a silhouette iff n0.(y - a) and n1.(y - a) differ in sign.
+// Whether two faces may lie on one side of the plane through the edge and some point of a ball around d
+// (relative to the edge). For distant lights d is a direction and `radius` the sine of a cone's half angle. A
+// point y sees the edge as a silhouette if n0.(y - a) and n1.(y - a) have different signs.
 EG_INLINE Mask may_be_silhouette(const Wedges& w, Vec3 d, float radius) {
-    // Rounding must not lose an edge that the samples' arithmetic sees as a silhouette.
+    // Enlarge the radius, so that rounding cannot exclude an edge that sampling would see as a silhouette.
     const Float reach = radius + 1e-5f * sqrt(dot(d, d));
     const Float h0 = dot(w.oriented[0], d), h1 = dot(w.oriented[1], d);
     return (w.faces != 2) | ~(((h0 > reach) & (h1 > reach)) | ((h0 < -reach) & (h1 < -reach)));
 }
 
-// Bound of the light that edges may take from surfaces: of the nodes among which a light is picked, those
-// that may see it as a silhouette, by what they give at its distance. The faces of a mesh that hides nothing
-// of itself are nearest to its own edges, which would get most of the samples for nothing.
+// An upper bound of the light that an edge may occlude: the sum over the top nodes of the light tree that may
+// see the edge as a silhouette, of their power over squared distance. A mesh that occludes nothing of itself
+// is skipped as its own light. It is closest to its own edges, so they would attract most samples without
+// contributing.
 EG_INLINE Float hidden_light(const LightView& lights, const EdgeWeightTask& task, const Wedges& w,
                              Mask all_sides) {
     Float sum = splat(0.0f);
@@ -242,12 +251,13 @@ EG_INLINE Float hidden_light(const LightView& lights, const EdgeWeightTask& task
     return min(sum, splat(1e30f));
 }
 
-// Length of edges times the light that they may hide, or the width of the wedges of directions in which they
-// are silhouettes: the angle between the normals, all directions if there are not two faces.
+// For lights: the length of the edge times the light that it may occlude. For the environment: the length
+// times the angle between the face normals, which is the width of the wedges of directions in which the edge
+// is a silhouette. The angle is pi without two faces.
 EG_INLINE Float hiding_weight(const SceneView& scene, const EdgeWeightTask& task, const Wedges& w) {
-    // A line that touches a concave edge with both faces on one side runs inside the body.
+    // A line through a concave edge with both faces on one side runs inside the body.
     constexpr float kHidden = 0.05f, kPi = 3.14159265f;
-    // Two faces that let different shares pass hide light from all sides.
+    // Two faces of different transparency are a shadow boundary from all sides.
     const Mask all_sides = ~w.same_surface & splat(scene.all_flags & kHasTransparency ? -1 : 0);
     Float mass = sqrt(dot(w.t, w.t));
     if (task.kind == kEnvironmentWeight) {
@@ -267,11 +277,11 @@ static void edge_weights_kernel(const SceneView& scene, const EdgeWeightTask& ta
     for (int64_t at = 0; at < task.count; at += W) {
         Wedges w = wedges_at(scene, task, at);
         store(task.flat + at, w.flat);
-        // If it counts, it is a seam.
+        // A flat pair that is sampled nevertheless is a seam (the host tests that).
         w.same_surface &= ~w.flat;
         if (task.kind == kPictureWeight) {
             const Vec3 ray = c.kind == kOrthographic ? -splat3(c.back) : w.a - splat3(c.position);
-            place_in_frame(c, task, w, at, jump_share(task, w, ray));
+            place_in_frame(c, task, w, at, picture_weight(task, w, ray));
         } else {
             store(task.mass + at, hiding_weight(scene, task, w));
         }

@@ -1,4 +1,4 @@
-// Lines along which the planes of triangles cut each other, in double precision.
+// The lines along which triangles intersect, in double precision.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +10,10 @@
 
 namespace edgegrad {
 
-// Nearer to a plane than this, relative to the coordinates, is on it.
+// A point closer to a plane than this, relative to the coordinates, lies on the plane.
 constexpr double kOnPlane = 1e-6;
-// Sine squared of the least angle between two faces.
+// Squared sine of the smallest angle between two planes that counts as an intersection. The velocity of the
+// line grows without bound as the angle goes to zero.
 constexpr double kParallel = 1e-6;
 
 struct Triangle3 {
@@ -23,13 +24,14 @@ struct Triangle3 {
     Triangle3(Vector p0, Vector p1, Vector p2) : p{p0, p1, p2}, normal(cross(p1 - p0, p2 - p0)), size(0.0) {
         for (const Vector& v : p) size = std::max({size, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     }
-    // A face where an instance places it.
+    // A face, placed by an instance.
     Triangle3(const SceneTables& t, int32_t face, Placement place = {})
         : Triangle3(place(vertex(corner(t, face, 0))), place(vertex(corner(t, face, 1))),
                     place(vertex(corner(t, face, 2)))) {}
 };
 
-// The part of `t` that lies in the plane of `other`; false if it has none, or an edge of it does.
+// Computes the segment of `t` in the plane of `other`. False if there is none, or if an edge of `t` lies in
+// the plane.
 inline bool cut(const Triangle3& t, const Triangle3& other, Vector (&ends)[2]) {
     const double tolerance = kOnPlane * std::max(t.size, other.size) * length(other.normal);
     double height[3];
@@ -48,14 +50,14 @@ inline bool cut(const Triangle3& t, const Triangle3& other, Vector (&ends)[2]) {
     return found == 2;
 }
 
-// The line that two triangles share; false if there is none.
+// Computes the segment that two triangles share. False if there is none.
 inline bool shared_line(const Triangle3& s, const Triangle3& t, Vector (&ends)[2]) {
     const Vector along = cross(s.normal, t.normal);
     const double sine2 = dot(along, along), scale2 = dot(s.normal, s.normal) * dot(t.normal, t.normal);
     if (!(sine2 > kParallel * scale2)) return false;
     Vector a[2], b[2];
     if (!cut(s, t, a) || !cut(t, s, b)) return false;
-    // Both lie on one line: what they have in common is between the second and the third of the four ends.
+    // Both cuts lie on one line. Their overlap runs from the second to the third of the four sorted ends.
     if (dot(along, a[0]) > dot(along, a[1])) std::swap(a[0], a[1]);
     if (dot(along, b[0]) > dot(along, b[1])) std::swap(b[0], b[1]);
     ends[0] = dot(along, a[0]) > dot(along, b[0]) ? a[0] : b[0];

@@ -11,7 +11,7 @@
 namespace edgegrad {
 namespace {
 
-// Boxes are in single precision: so much of the largest coordinate is added on all sides.
+// Boxes are in single precision. They are padded on all sides by this fraction of the largest coordinate.
 constexpr float kRounding = 1e-6f;
 
 Box padded(Box box) {
@@ -26,7 +26,7 @@ void add(Box& box, Vector p) {
     box.add(at);
 }
 
-// The box around what a map makes of the corners of another.
+// The bounding box of a box's corners after a map.
 template <typename Map>
 Box mapped(const Box& box, const Map& map) {
     Box out;
@@ -43,35 +43,37 @@ Box common_box(const Box& a, const Box& b) {
     return out;
 }
 
-// The pairs of copies whose boxes meet and that wanted(one, other), in the order in which they begin along
-// the axis on which they are spread most.
+// The pairs of instances whose boxes overlap and for which requested(one, other) holds, sorted by their lower
+// bounds along the axis of largest spread.
 template <typename Requested>
-std::vector<BoxPair> meeting_pairs(const std::vector<MeshCopy>& copies, const Requested& requested) {
+std::vector<BoxPair> meeting_pairs(const std::vector<PlacedMesh>& meshes, const Requested& requested) {
     Box middles;
-    for (const MeshCopy& copy : copies) add(middles, (vertex(copy.box.low) + vertex(copy.box.high)) * 0.5);
+    for (const PlacedMesh& placed : meshes)
+        add(middles, (vertex(placed.box.low) + vertex(placed.box.high)) * 0.5);
     int axis = 0;
     for (int c = 1; c < 3; ++c)
         if (middles.high[c] - middles.low[c] > middles.high[axis] - middles.low[axis]) axis = c;
-    std::vector<size_t> order(copies.size());
+    std::vector<size_t> order(meshes.size());
     std::iota(order.begin(), order.end(), size_t{0});
     std::stable_sort(order.begin(), order.end(),
-                     [&](size_t a, size_t b) { return copies[a].box.low[axis] < copies[b].box.low[axis]; });
+                     [&](size_t a, size_t b) { return meshes[a].box.low[axis] < meshes[b].box.low[axis]; });
     std::vector<Box> boxes;
-    for (size_t k : order) boxes.push_back(copies[k].box);
+    for (size_t k : order) boxes.push_back(meshes[k].box);
     std::vector<BoxPair> out = BoxPairs(boxes).pairs(
-        [&](size_t a, size_t b) { return requested(copies[order[a]], copies[order[b]]); });
+        [&](size_t a, size_t b) { return requested(meshes[order[a]], meshes[order[b]]); });
     for (auto& [one, other] : out) one = order[one], other = order[other];
     return out;
 }
 
-// The crossings of two copies. Boxes of the one's faces are looked for in the other's tree in its own space.
-void search_copy_pair(const SceneTables& tables, const std::vector<FaceTree>& trees, const MeshCopy* one,
-                      const MeshCopy* other, Intersections& out) {
+// Finds the intersections of two instances. The boxes of one's faces are looked up in the tree of the other's
+// mesh, in that mesh's space.
+void search_mesh_pair(const SceneTables& tables, const std::vector<FaceTree>& trees, const PlacedMesh* one,
+                      const PlacedMesh* other, Intersections& out) {
     const Box common = padded(common_box(one->box, other->box));
-    const auto faces_of = [&](const MeshCopy& copy) {
+    const auto faces_of = [&](const PlacedMesh& placed) {
         std::vector<int32_t> faces;
-        trees[static_cast<size_t>(copy.mesh)].visit(copy.local(common),
-                                                    [&](int32_t f) { faces.push_back(f); });
+        trees[static_cast<size_t>(placed.mesh)].visit(placed.local(common),
+                                                      [&](int32_t f) { faces.push_back(f); });
         return faces;
     };
     std::vector<int32_t> few = faces_of(*one);
@@ -94,7 +96,7 @@ void search_copy_pair(const SceneTables& tables, const std::vector<FaceTree>& tr
 
 }  // namespace
 
-MeshCopy::MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instance, const Box& mesh_box)
+PlacedMesh::PlacedMesh(const SceneTables& tables, int32_t of_mesh, int32_t of_instance, const Box& mesh_box)
     : mesh(of_mesh),
       instance(of_instance),
       place(Placement::of(tables, of_instance)),
@@ -103,7 +105,7 @@ MeshCopy::MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instan
     if (!place.matrix) return;
     box = mapped(box, place);
     const Vector x = vertex(place.matrix), y = vertex(place.matrix + 4), z = vertex(place.matrix + 8);
-    // Scene.validate has seen to it that none flattens its mesh.
+    // Scene.validate rejects singular transforms.
     const double inverse = 1.0 / dot(x, cross(y, z));
     const Vector column[3] = {cross(y, z) * inverse, cross(z, x) * inverse, cross(x, y) * inverse};
     back[0] = {column[0].x, column[1].x, column[2].x};
@@ -111,19 +113,19 @@ MeshCopy::MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instan
     back[2] = {column[0].z, column[1].z, column[2].z};
 }
 
-Vector MeshCopy::local(Vector world) const {
+Vector PlacedMesh::local(Vector world) const {
     if (!place.matrix) return world;
     const Vector d = world - Vector{place.matrix[3], place.matrix[7], place.matrix[11]};
     return {dot(back[0], d), dot(back[1], d), dot(back[2], d)};
 }
 
-Box MeshCopy::local(const Box& world) const {
+Box PlacedMesh::local(const Box& world) const {
     return place.matrix ? padded(mapped(world, [&](Vector p) { return local(p); })) : world;
 }
 
 void place_intersections(const SceneTables& tables, const Intersections& own,
-                         const std::vector<int32_t>& copies, Intersections& out) {
-    for (int32_t instance : copies) {
+                         const std::vector<int32_t>& instances, Intersections& out) {
+    for (int32_t instance : instances) {
         may_cancel();
         const Placement place = Placement::of(tables, instance);
         for (size_t k = 0; k < own.faces.size(); k += 2) {
@@ -136,26 +138,29 @@ void place_intersections(const SceneTables& tables, const Intersections& own,
     }
 }
 
-void search_copies(const SceneTables& tables, const RequestedMotion& motion, int32_t seers, int threads,
-                   Intersections& out) {
+void search_instances(const SceneTables& tables, const RequestedMotion& motion, int32_t seers, int threads,
+                      Intersections& out) {
     const auto instances = mesh_instances(tables);
-    std::vector<MeshCopy> copies;
+    // List all meshes and instances that the rays see
+    std::vector<PlacedMesh> meshes;
     for (size_t m = 0; m < instances.size(); ++m) {
         if (!(tables.mesh_mask[m] & seers)) continue;
         const Box box = mesh_box(tables, m);
         for (int32_t instance : instances[m])
-            copies.emplace_back(tables, static_cast<int32_t>(m), instance, box);
+            meshes.emplace_back(tables, static_cast<int32_t>(m), instance, box);
     }
-    const auto requested = [&](const MeshCopy& one, const MeshCopy& other) {
+    // Select the pairs that may move and whose boxes overlap
+    const auto requested = [&](const PlacedMesh& one, const PlacedMesh& other) {
         if (one.instance < 0 && other.instance < 0)
-            return false;  // boundary/curves/intersections.cpp has them
+            return false;  // boundary/curves/intersections.cpp covers these
         return motion.camera || motion.instances || motion.moving[static_cast<size_t>(one.mesh)] ||
                motion.moving[static_cast<size_t>(other.mesh)];
     };
-    const std::vector<BoxPair> pairs = meeting_pairs(copies, requested);
+    const std::vector<BoxPair> pairs = meeting_pairs(meshes, requested);
+    // Build a tree of faces for each mesh of these pairs
     std::vector<uint8_t> met(instances.size(), 0);
     for (const BoxPair& pair : pairs)
-        for (size_t k : pair) met[static_cast<size_t>(copies[k].mesh)] = 1;
+        for (size_t k : pair) met[static_cast<size_t>(meshes[k].mesh)] = 1;
     std::vector<FaceTree> trees;
     for (size_t m = 0; m < instances.size(); ++m) {
         std::vector<int32_t> faces;
@@ -164,12 +169,13 @@ void search_copies(const SceneTables& tables, const RequestedMotion& motion, int
         std::iota(faces.begin(), faces.end(), tables.mesh_first_face[m]);
         trees.emplace_back(tables, std::move(faces), threads);
     }
+    // Intersect the pairs in parallel
     constexpr size_t kBlock = 16;
     std::vector<Intersections> parts((pairs.size() + kBlock - 1) / kBlock);
     parallel_for(threads, static_cast<int64_t>(parts.size()), nullptr, [&](int, int64_t part) {
         const size_t first = static_cast<size_t>(part) * kBlock;
         for (size_t k = first; k < std::min(pairs.size(), first + kBlock); ++k)
-            search_copy_pair(tables, trees, &copies[pairs[k][0]], &copies[pairs[k][1]],
+            search_mesh_pair(tables, trees, &meshes[pairs[k][0]], &meshes[pairs[k][1]],
                              parts[static_cast<size_t>(part)]);
     });
     out.add(parts);

@@ -1,5 +1,4 @@
-// Lines along which copies of instanced meshes pass through other surfaces, through each other, and through
-// themselves.
+// The lines along which instances intersect themselves, each other and other surfaces.
 #pragma once
 
 #include "boundary/curves/intersections.h"
@@ -8,27 +7,27 @@
 
 namespace edgegrad {
 
-// A mesh where an instance places it, or that stands in the world itself (-1).
-struct MeshCopy {
+// A mesh placed by an instance, or a mesh that is not instanced (instance -1).
+struct PlacedMesh {
     int32_t mesh, instance;
     Placement place;
-    Vector back[3];  // rows of the inverse of its linear part
-    Box box;         // of its mesh's box in the world
+    Vector back[3];  // rows of the inverse of the transform's linear part
+    Box box;         // bounds in the world
 
-    // `mesh_box`: of the mesh in its own space.
-    MeshCopy(const SceneTables& tables, int32_t of_mesh, int32_t of_instance, const Box& mesh_box);
-    // A point, and a box around what is in a box, in the mesh's own space.
+    // `mesh_box` is the mesh's bounding box in its own space.
+    PlacedMesh(const SceneTables& tables, int32_t of_mesh, int32_t of_instance, const Box& mesh_box);
+    // A point in the mesh's own space, and the bounds there of a box.
     Vector local(Vector world) const;
     Box local(const Box& world) const;
 };
 
-// Appends a mesh's crossings with itself where its copies are.
+// Appends a mesh's intersections with itself, once for each of its instances.
 void place_intersections(const SceneTables& tables, const Intersections& own,
-                         const std::vector<int32_t>& copies, Intersections& out);
+                         const std::vector<int32_t>& instances, Intersections& out);
 
-// Appends the crossings of different copies, and of copies with what stands in the world, of meshes that rays
-// with one of `seers` meet, where one of the two moves, or the camera does.
-void search_copies(const SceneTables& tables, const RequestedMotion& motion, int32_t seers, int threads,
-                   Intersections& out);
+// Appends the intersections of instances with each other and with meshes that are not instanced. Considered
+// are pairs of which one moves, or all pairs if the camera moves, of meshes visible to rays of `seers`.
+void search_instances(const SceneTables& tables, const RequestedMotion& motion, int32_t seers, int threads,
+                      Intersections& out);
 
 }  // namespace edgegrad

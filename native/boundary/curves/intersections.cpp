@@ -14,7 +14,7 @@
 namespace edgegrad {
 namespace {
 
-// Whether two faces have a corner in common, by place: copies of a vertex count as one.
+// Whether two faces share a corner, by position: welded vertices keep several numbers.
 bool neighbours(const SceneTables& t, int32_t face, int32_t other) {
     for (size_t j = 0; j < 3; ++j)
         for (size_t k = 0; k < 3; ++k) {
@@ -57,7 +57,7 @@ void search_self(const EdgeList& edges, int32_t mesh, Intersections& out) {
     const int threads = edges.threads;
     const auto m = static_cast<size_t>(mesh);
     if (tables.mesh_first_face[m + 1] - tables.mesh_first_face[m] > kSelfIntersectionFaces) return;
-    // To tell costs a 20th of the search.
+    // The test costs little compared with the search (native/TUNING.md).
     if (edges.closed[m] && is_star_shaped(tables, m, threads)) return;
     std::vector<int32_t> faces(
         static_cast<size_t>(tables.mesh_first_face[m + 1] - tables.mesh_first_face[m]));
@@ -80,6 +80,7 @@ Intersections find_intersections(const EdgeList& edges, const RequestedMotion& m
     const SceneTables& tables = edges.tables;
     const int threads = edges.threads;
     const auto meshes = static_cast<size_t>(tables.visible_meshes);
+    // Bound the meshes that the rays see and that are not instanced
     std::vector<Box> boxes(meshes);
     std::vector<uint8_t> seen(meshes);
     const auto instances = mesh_instances(tables);
@@ -88,9 +89,10 @@ Intersections find_intersections(const EdgeList& edges, const RequestedMotion& m
         if (seen[m]) boxes[m] = mesh_box(tables, m);
     }
     Intersections out;
-    // Meshes that no camera sees have empty boxes.
+    // Meshes that no ray sees have empty boxes.
     const std::vector<BoxPair> pairs = BoxPairs(boxes).pairs(
         [&](size_t a, size_t b) { return motion.camera || motion.moving[a] || motion.moving[b]; });
+    // Intersect each mesh with itself and with later meshes
     auto pair = pairs.begin();
     for (size_t a = 0; a < meshes; ++a) {
         may_cancel();
@@ -105,6 +107,7 @@ Intersections find_intersections(const EdgeList& edges, const RequestedMotion& m
             search_pair(tables, static_cast<int32_t>(a), static_cast<int32_t>(b), common, threads, out);
         }
     }
+    // Intersect each instanced mesh with itself, and instances with other surfaces
     if (tables.instance_mesh.empty()) return out;
     for (size_t m = 0; m < meshes; ++m) {
         if (!is_placed(instances[m]) || !(tables.mesh_mask[m] & seers)) continue;
@@ -113,7 +116,7 @@ Intersections find_intersections(const EdgeList& edges, const RequestedMotion& m
         search_self(edges, static_cast<int32_t>(m), own);
         place_intersections(tables, own, instances[m], out);
     }
-    search_copies(tables, motion, seers, threads, out);
+    search_instances(tables, motion, seers, threads, out);
     return out;
 }
 
@@ -172,15 +175,16 @@ void EdgesAndIntersections::add_candidates(const CameraView& camera, Candidates&
     for (int64_t k = 0; k < intersections_.size(); ++k) {
         may_cancel();
         const float* p = &intersections_.ends[6 * static_cast<size_t>(k)];
-        frame.pieces({p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::EdgeSegment& piece) {
-            if (!(piece.pixels > 0.0)) return;
-            candidates.instance.resize(candidates.edge.size(), -1);
-            candidates.edge.push_back(edge_count_ + static_cast<int32_t>(k));
-            candidates.instance.push_back(-1);
-            candidates.u0.push_back(static_cast<float>(piece.u0));
-            candidates.u1.push_back(static_cast<float>(piece.u1));
-            candidates.cumulative.push_back(candidates.cumulative.back() + piece.pixels);
-        });
+        frame.visit_segments(
+            {p[0], p[1], p[2]}, {p[3], p[4], p[5]}, [&](const PictureFrame::EdgeSegment& segment) {
+                if (!(segment.pixels > 0.0)) return;
+                candidates.instance.resize(candidates.edge.size(), -1);
+                candidates.edge.push_back(edge_count_ + static_cast<int32_t>(k));
+                candidates.instance.push_back(-1);
+                candidates.u0.push_back(static_cast<float>(segment.u0));
+                candidates.u1.push_back(static_cast<float>(segment.u1));
+                candidates.cumulative.push_back(candidates.cumulative.back() + segment.pixels);
+            });
     }
 }
 

@@ -1,4 +1,4 @@
-// Where surfaces pierce each other: the lines that pairs of triangles share, which no mesh has as an edge.
+// Intersections of surfaces: the lines that pairs of triangles share and that are no edge of any mesh.
 #pragma once
 
 #include "boundary/curves/candidates.h"
@@ -6,14 +6,14 @@
 
 namespace edgegrad {
 
-// One of the two surfaces of a line: a face and the instance that places it (-1: none does), or a light
+// One of the two surfaces of a line: a face with the instance that places it (-1: not instanced), or a light
 // (kLightOfTable).
 struct IntersectedFace {
     uint32_t face;
     int32_t instance = -1;
 };
 
-// Lines by number: their ends in the world (n, 2, 3), and the two faces of each with their instances.
+// The ends of each line in the world (n, 2, 3), and its two faces with their instances.
 struct Intersections {
     std::vector<float> ends;
     std::vector<uint32_t> faces;
@@ -26,7 +26,7 @@ struct Intersections {
         for (const IntersectedFace& f : {one, other})
             faces.push_back(f.face), instances.push_back(f.instance);
     }
-    // Lines [first, last) of others.
+    // Appends the lines [first, last) of `from`.
     void add(const Intersections& from, int64_t first, int64_t last) {
         const auto append = [&](auto& to, const auto& all, int64_t each) {
             to.insert(to.end(), all.begin() + each * first, all.begin() + each * last);
@@ -39,35 +39,36 @@ struct Intersections {
     }
 };
 
-// Meshes of more faces are not searched for places where they pierce themselves. Star-shaped ones of any size
-// have none (boundary/meshes/star_shaped.h).
+// Meshes with more faces are not searched for intersections with themselves. A larger limit finds more, but
+// the search takes longer. Star-shaped meshes have none and are skipped at any size
+// (boundary/meshes/star_shaped.h).
 constexpr int32_t kSelfIntersectionFaces = 50'000;
 
-// All crossings of meshes, and of the copies of instanced ones, that rays with one of `seers` (bits
-// 1 << RayKind) meet, and of which one moves, or the camera does. Left out are faces that lie in one plane,
-// or nearly (their line's speed has no bound), and edges that lie in a face: that is contact, which the edge
-// itself covers.
+// All intersections of meshes and instances that are visible to rays of `seers` (bits 1 << RayKind), where
+// one of the two surfaces or the camera moves. Left out are (nearly) coplanar faces, because the velocity of
+// their line is unbounded, and edges that lie in a face: that is contact, which the edge's own samples handle
+// (derivations, F3).
 Intersections find_intersections(const EdgeList& edges, const RequestedMotion& motion, int32_t seers);
 
-// Of crossings that were found for more than what is asked, those of the latter.
+// Selects those of `all` that move under `motion`. `all` may have been found for more motion.
 Intersections moving_intersections(const SceneTables& tables, const RequestedMotion& motion,
                                    const Intersections& all);
 
-// The edges of the scene and its crossings as further edges behind them.
+// The edges of a scene with its intersections appended as further edges.
 class EdgesAndIntersections {
  public:
     EdgesAndIntersections(const SceneTables& tables, Intersections intersections);
 
-    // `scene` with both; pointers are into this object.
+    // `scene` with edges and intersections. The result points into this object.
     SceneView view(SceneView scene) const;
-    // The crossings alone, by their length.
+    // The intersections alone, weighted by their length.
     Candidates intersections() const;
-    // Adds the crossings' pieces in the picture to the edges'.
+    // Appends the visible segments of the intersections to the candidates.
     void add_candidates(const CameraView& camera, Candidates& candidates) const;
 
  private:
     int32_t edge_count_;
-    bool placed_;  // instances place some of the scene's meshes
+    bool placed_;  // the scene has instances
     Intersections intersections_;
     std::vector<uint32_t> face_first_, faces_;
 };

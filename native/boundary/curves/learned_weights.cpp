@@ -7,44 +7,46 @@
 namespace edgegrad {
 namespace {
 
-// What is left of a cell's samples after one more gradient.
+// The fraction of a cell's samples, and of the squared errors of guesses, that one more gradient keeps. A
+// larger fraction averages over more gradients, but adapts more slowly.
 constexpr float kKept = 0.8f;
 constexpr double kKeptSquare = 0.9;
-// Guesses of a piece's samples: its own cell's, drawn to the mean of so many pieces to each side with the
-// weight of so many samples. Where events are rare the wide one is the better.
+// A guess is the mean over a segment's own cell, blended with the mean over `reach` segments to each side.
+// The latter has the weight of `weight` samples. The wide guess is better where contributions are rare.
 struct Neighbours {
     int64_t reach;
     double weight;
 };
 constexpr Neighbours kNeighbours[] = {{4, 2.0}, {32, 1e6}};
-// Parts of the samples that may go to all mass alike: what a guess calls worthless is sampled that much.
+// The candidate fractions of the samples that follow the unlearned weights. They keep segments sampled whose
+// guess is too low.
 constexpr double kAlike[] = {0.15, 0.35, 0.6, 1.0};
 double mixed(int mixture, float size) {
     return kAlike[mixture] + (1.0 - kAlike[mixture]) * static_cast<double>(size);
 }
-// A piece counts at most for so many of mean size.
+// Upper bound of a guess relative to the mean. It limits the harm of single outliers.
 constexpr float kLargest = 16.0f;
-// Where more of the mass than this part has no cells, all is begun anew.
+// If cells are missing for more than this fraction of the weight, learning starts again.
 constexpr double kMostUnknown = 0.25;
-// Cells, about, beyond which directions have fewer than the samples' own.
+// About the number of cells beyond which an edge gets fewer direction cells.
 constexpr double kMostCells = 1 << 20;
 
-// The cell among n x n in which a cell among others x others begins.
-int32_t cell_among(int32_t cell, int32_t others, int32_t n) {
+// The cell of an n x n grid that contains the first corner of a cell of an others x others grid.
+SegmentCell cell_among(SegmentCell cell, int32_t others, int32_t n) {
     if (n == others) return cell;
-    const int32_t place = cell & ~kChained;
-    return (place / others * n / others * n + place % others * n / others) | (cell & kChained);
+    const int32_t place = cell.place();
+    return {place / others * n / others * n + place % others * n / others, cell.chained()};
 }
 
 }  // namespace
 
 bool LearnedWeights::knows(const EdgeList& edges, const Candidates& candidates) const {
     if (!learned_ || first_.size() != static_cast<size_t>(edges.count()) + 1 ||
-        copy_.size() != edges.tables.instance_mesh.size())
+        instance_number_.size() != edges.tables.instance_mesh.size())
         return false;
     double unknown = 0.0;
     for (size_t i = 0; i < candidates.edge.size(); ++i)
-        if (candidates.edge[i] < edges.count() && parts(candidates.edge[i], -1) == 0)
+        if (edges.is_edge(candidates.edge[i]) && parts(candidates.edge[i], -1) == 0)
             unknown += candidates.cumulative[i + 1] - candidates.cumulative[i];
     return unknown <= kMostUnknown * candidates.mass();
 }
@@ -52,17 +54,19 @@ bool LearnedWeights::knows(const EdgeList& edges, const Candidates& candidates) 
 void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells,
                            bool chains, double requested) {
     const SceneTables& tables = edges.tables;
-    // Every edge has all cells of directions: where there are many edges, there are fewer cells.
+    // Every edge has all cells of directions, so many edges require few cells each.
     const double lists = static_cast<double>(std::max<int64_t>(1, candidates.size())) * (chains ? 2 : 1);
     direction_cells = std::clamp(static_cast<int32_t>(std::sqrt(std::max(requested, kMostCells) / lists)), 1,
                                  direction_cells);
     direction_cells_ = direction_cells, chains_ = chains, learned_ = false;
     guess_ = 1, mixture_ = 2, std::fill_n(&square_[0][0], kGuesses * kMixtures, 0.0);
-    std::vector<int32_t> copies(static_cast<size_t>(tables.visible_meshes), 0);
-    copy_.clear(), copies_.clear();
-    for (int32_t mesh : tables.instance_mesh) copy_.push_back(copies[static_cast<size_t>(mesh)]++);
-    for (int32_t mesh : tables.instance_mesh) copies_.push_back(copies[static_cast<size_t>(mesh)]);
+    std::vector<int32_t> instances(static_cast<size_t>(tables.visible_meshes), 0);
+    instance_number_.clear(), instance_count_.clear();
+    for (int32_t mesh : tables.instance_mesh)
+        instance_number_.push_back(instances[static_cast<size_t>(mesh)]++);
+    for (int32_t mesh : tables.instance_mesh) instance_count_.push_back(instances[static_cast<size_t>(mesh)]);
 
+    // Choose the number of parts of each edge in proportion to its weight
     const auto count = static_cast<size_t>(edges.count());
     first_.assign(count + 1, 0);
     const int32_t all = direction_cells * direction_cells * (chains ? 2 : 1);  // cells of a part
@@ -75,6 +79,7 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
         const double parts = std::round(each * std::min(1.0, mass / (candidates.mass() * length)));
         first_[edge] = std::max(first_[edge], static_cast<uint32_t>(std::clamp(parts, 1.0, 65536.0)));
     }
+    // Assign consecutive parts to edges and their instances
     int64_t mesh = 0;
     uint32_t next = 0;
     for (size_t edge = 0; edge < count; ++edge) {
@@ -82,7 +87,7 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
         if (!candidates.instance.empty()) {
             const auto face = static_cast<int32_t>(tables.edge_faces[tables.edge_face_first[edge]]);
             while (face >= tables.mesh_first_face[static_cast<size_t>(mesh) + 1]) ++mesh;
-            n *= static_cast<uint32_t>(std::max(1, copies[static_cast<size_t>(mesh)]));
+            n *= static_cast<uint32_t>(std::max(1, instances[static_cast<size_t>(mesh)]));
         }
         first_[edge] = next;
         next += n;
@@ -95,18 +100,18 @@ void LearnedWeights::begin(const EdgeList& edges, const Candidates& candidates, 
 int32_t LearnedWeights::parts(int32_t edge, int32_t instance) const {
     const auto e = static_cast<size_t>(edge);
     if (e + 1 >= first_.size()) return 0;
-    const int32_t copies = instance < 0 ? 1 : copies_[static_cast<size_t>(instance)];
-    return static_cast<int32_t>(first_[e + 1] - first_[e]) / copies;
+    const int32_t instances = instance < 0 ? 1 : instance_count_[static_cast<size_t>(instance)];
+    return static_cast<int32_t>(first_[e + 1] - first_[e]) / instances;
 }
 
-int64_t LearnedWeights::cell(int32_t edge, int32_t instance, float u, int32_t direction) const {
+int64_t LearnedWeights::cell(int32_t edge, int32_t instance, float u, SegmentCell direction) const {
     const int32_t n = parts(edge, instance);
     if (n == 0) return -1;
     int64_t part = first_[static_cast<size_t>(edge)];
-    if (instance >= 0) part += static_cast<int64_t>(copy_[static_cast<size_t>(instance)]) * n;
+    if (instance >= 0) part += static_cast<int64_t>(instance_number_[static_cast<size_t>(instance)]) * n;
     part += std::clamp(static_cast<int32_t>(u * static_cast<float>(n)), 0, n - 1);
-    const int32_t kind = direction & kChained ? 1 : 0;
-    return (part * (chains_ ? 2 : 1) + kind) * direction_cells_ * direction_cells_ + (direction & ~kChained);
+    const int32_t kind = direction.chained() ? 1 : 0;
+    return (part * (chains_ ? 2 : 1) + kind) * direction_cells_ * direction_cells_ + direction.place();
 }
 
 Candidates LearnedWeights::pieces(const Candidates& candidates) const {
@@ -121,6 +126,7 @@ Candidates LearnedWeights::pieces(const Candidates& candidates) const {
             if (const float at = static_cast<float>(k) / size; at > low && at < high) u.push_back(at);
         u.push_back(high);
     });
+    // Look up the cell of each segment and guess the size of its samples
     std::vector<int64_t> cells;
     for (size_t i = 0; i < out.edge.size(); ++i) {
         cells.push_back(cell(out.edge[i], instance(out, i), 0.5f * (out.u0[i] + out.u1[i]), out.cell[i]));
@@ -147,13 +153,14 @@ std::vector<float> LearnedWeights::guess(const std::vector<int64_t>& cells, cons
         samples.push_back(samples.back() + value(samples_, c));
     }
     std::vector<float> out(cells.size());
+    // Blend each segment's own mean square with that of its neighbours
     double sum = 0.0, mass = 0.0;
     for (int64_t k = 0; k < count; ++k) {
         const auto i = static_cast<size_t>(k);
         const auto low = static_cast<size_t>(std::max<int64_t>(0, k - reach));
         const auto high = static_cast<size_t>(std::min(count, k + reach + 1));
         const double seen = samples[high] - samples[low];
-        out[i] = -1.0f;  // nothing is known here
+        out[i] = -1.0f;  // unknown
         if (seen <= 0.0) continue;
         const double around = std::max(0.0, moments[high] - moments[low]) / seen;
         const double square =
@@ -161,6 +168,7 @@ std::vector<float> LearnedWeights::guess(const std::vector<int64_t>& cells, cons
         out[i] = static_cast<float>(std::sqrt(square));
         sum += static_cast<double>(out[i]) * masses[i], mass += masses[i];
     }
+    // Normalise by the weighted mean
     const auto mean = static_cast<float>(mass > 0.0 ? sum / mass : 0.0);
     for (float& size : out) size = mean > 0.0f && size >= 0.0f ? std::min(size / mean, kLargest) : 1.0f;
     return out;
@@ -171,39 +179,42 @@ void LearnedWeights::age() {
     for (float& n : samples_) n *= kKept;
 }
 
-void LearnedWeights::learn(const Candidates& pieces, const SampleRecord& record, int64_t count, double scale,
-                           double total) {
+void LearnedWeights::learn(const Candidates& segments, const SampleRecord& record, int64_t count,
+                           double scale, double total) {
     learned_ = true;
     const double relative = total > 0.0 ? 1.0 / (scale * total) : 0.0;
-    const bool guessed = !pieces.unlearned.empty();
+    const bool guessed = !segments.unlearned.empty();
+    // Add the samples to their cells and score each guess
     double square[kGuesses][kMixtures] = {};
     for (int64_t k = 0; k < count; ++k) {
         const auto i = static_cast<size_t>(record.entry[k]);
-        const double mass = guessed ? pieces.unlearned[i] : pieces.segment_mass(i);
+        const double mass = guessed ? segments.unlearned[i] : segments.segment_mass(i);
         const double size = static_cast<double>(record.contribution[k]) * relative;
         const int64_t at =
-            cell(pieces.edge[i], pieces.instance.empty() ? -1 : pieces.instance[i], record.u[k],
-                 cell_among(record.cell[k], pieces.direction_cells, direction_cells_));
+            cell(segments.edge[i], segments.instance.empty() ? -1 : segments.instance[i], record.u[k],
+                 cell_among(record.cell[k], segments.direction_cells, direction_cells_));
         if (at >= 0) {
             const double each = size * static_cast<double>(record.density[k]) / mass;
             samples_[static_cast<size_t>(at)] += 1.0f;
             moment_[static_cast<size_t>(at)] += static_cast<float>(std::min(each * each, 1e30));
         }
         if (!guessed || size == 0.0) continue;
-        // Of n samples by another density d', sum F^2/(d d') estimates the sum of squares.
-        const double now = (pieces.cumulative[i + 1] - pieces.cumulative[i]) / mass * size * size;
+        // With n samples of density d' instead of d, sum F^2/(d d') estimates the mean square under d'.
+        const double now = (segments.cumulative[i + 1] - segments.cumulative[i]) / mass * size * size;
         for (int g = 0; g < kGuesses; ++g)
-            for (int m = 0; m < kMixtures; ++m) square[g][m] += now / mixed(m, pieces.guess[g][i]);
+            for (int m = 0; m < kMixtures; ++m) square[g][m] += now / mixed(m, segments.guess[g][i]);
     }
     if (!guessed) return;
+    // Update the mean square of each guess and mixture
     for (int g = 0; g < kGuesses; ++g) {
         for (int m = 0; m < kMixtures; ++m) {
             double all = 0.0;
-            for (size_t i = 0; i < pieces.unlearned.size(); ++i)
-                all += pieces.unlearned[i] * mixed(m, pieces.guess[g][i]);
-            square_[g][m] = kKeptSquare * square_[g][m] + square[g][m] * all / pieces.mass();
+            for (size_t i = 0; i < segments.unlearned.size(); ++i)
+                all += segments.unlearned[i] * mixed(m, segments.guess[g][i]);
+            square_[g][m] = kKeptSquare * square_[g][m] + square[g][m] * all / segments.mass();
         }
     }
+    // Select the best one
     for (int g = 0; g < kGuesses; ++g)
         for (int m = 0; m < kMixtures; ++m)
             if (square_[g][m] < square_[guess_][mixture_]) guess_ = g, mixture_ = m;

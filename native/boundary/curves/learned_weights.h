@@ -1,11 +1,11 @@
-// What samples along edges have been worth to gradients, kept from one gradient to the next of a fit: then no
-// first pass has to find it out, and what many iterations have found is surer than what one has.
+// Learned weights of edge segments, kept from one gradient of a fit to the next. With them no first pass is
+// needed, and the estimates of many iterations are more accurate than those of one.
 //
-// With F(k) what sample k would bring if all of its piece were like it, the best number of samples on a piece
-// is in proportion to the root of the mean of F^2. That mean is kept per unit of the candidates' mass, so
-// that it stays valid while vertices move; by cell: a part of an edge, and of directions about it. Old
-// samples count less and less. The total is divided out of each gradient's samples, since adjoints shrink
-// while a fit goes on.
+// Let F(k) be the estimate of the term if all of its segment were like sample k. The optimal number of
+// samples on a segment is proportional to the root of the mean of F^2. This mean is stored per unit of
+// weight, so that it stays valid while vertices move. It is stored by cell, a part of an edge times a cell of
+// directions about it. The influence of old samples decays exponentially. The total is divided out of each
+// gradient's samples, because adjoints shrink as a fit converges.
 #pragma once
 
 #include "boundary/curves/candidates.h"
@@ -16,57 +16,49 @@ namespace edgegrad {
 
 class LearnedWeights {
  public:
-    // Whether it knows anything of these edges, and enough of the candidates.
+    // Whether the weights know these edges and enough of the candidates.
     bool knows(const EdgeList& edges, const Candidates& candidates) const;
 
-    // Begins with about `wanted` cells for the candidates: edges are cut into parts, each with as many cells
-    // of directions, and where there are `chains` (candidates.h) as many again.
+    // Starts with about `requested` cells for the candidates. Edges are cut into parts, each with the same
+    // number of direction cells. `chains` (candidates.h) doubles the cells.
     void begin(const EdgeList& edges, const Candidates& candidates, int32_t direction_cells, bool chains,
                double requested);
-    // The candidates as pieces of single cells, by what has been learned of them.
+    // The candidates cut into segments of single cells, weighted by what has been learned.
     Candidates pieces(const Candidates& candidates) const;
-    // Learns from `count` samples, each scaled by `scale`, on some pieces; `total`: what all of them are
-    // worth.
-    void learn(const Candidates& pieces, const SampleRecord& record, int64_t count, double scale,
+    // Learns from `count` samples on some segments. Their contributions are multiplied by `scale`. `total` is
+    // the sum of all contributions.
+    void learn(const Candidates& segments, const SampleRecord& record, int64_t count, double scale,
                double total);
-    // Before the samples of one more gradient.
+    // Decays the stored samples; call before those of the next gradient.
     void age();
 
  private:
-    int64_t cell(int32_t edge, int32_t instance, float u, int32_t direction) const;
+    int64_t cell(int32_t edge, int32_t instance, float u, SegmentCell direction) const;
     std::vector<float> guess(const std::vector<int64_t>& cells, const std::vector<double>& masses,
                              int which) const;
-    int32_t parts(int32_t edge, int32_t instance) const;  // 0: nothing is learned of it
+    int32_t parts(int32_t edge, int32_t instance) const;  // 0: nothing is stored
 
-    // By edge: its first part; parts of the copies of one edge follow each other. Edges that were no
-    // candidates at the beginning have none, nor have lines along which surfaces pierce each other.
+    // By edge: its first part. The parts of an edge's instances are consecutive. Edges that were no
+    // candidates at the start have no parts. Neither have intersections of surfaces.
     std::vector<uint32_t> first_;
-    std::vector<int32_t> copy_, copies_;  // by instance: which copy of its mesh it is, and of how many
+    // By instance: its number among the instances of its mesh, and the number of these instances.
+    std::vector<int32_t> instance_number_, instance_count_;
     int32_t direction_cells_ = 1;
     bool chains_ = false;
-    // By cell: the sum of the squares of samples, and their number.
+    // By cell: the sum of squared samples, and the number of samples.
     std::vector<float> moment_, samples_;
-    bool learned_ = false;  // anything since the beginning
-    // The mean square of samples if they were distributed by each guess, and by each part of them that goes
-    // to all mass alike.
+    bool learned_ = false;  // since begin()
+    // The mean squared sample under each guess, mixed with the unlearned weights in each of the fractions
+    // kAlike.
     static constexpr int kGuesses = 2, kMixtures = 4;
     double square_[kGuesses][kMixtures] = {};
     int guess_ = 1, mixture_ = 2;  // the best of them
 };
 
-// Terms of a derivative (core/rendering/renderer.py).
-enum DerivativeTerm : int32_t { kInteriorTerm, kPrimaryTerm, kShadowTerm, kIndirectTerm, kDerivativeTerms };
-// The one that each kind of boundary belongs to.
-constexpr DerivativeTerm kTermOf[] = {kPrimaryTerm,  kShadowTerm, kShadowTerm,   kIndirectTerm,
-                                      kIndirectTerm, kShadowTerm, kIndirectTerm, kShadowTerm,
-                                      kPrimaryTerm,  kShadowTerm, kPrimaryTerm,  kShadowTerm};
-static_assert(sizeof kTermOf / sizeof *kTermOf == kBoundaryKinds);
-
-// What gradients of one view of a scene have learned.
+// What the gradients of one view of a scene have learned.
 struct LearnedSampling {
-    LearnedWeights masses[kBoundaryKinds];
-    // By term: its samples in terms of those that it has unless told otherwise, and how many the last
-    // gradient took.
+    LearnedWeights weights[kBoundaryKinds];
+    // By term: the factor on its default number of samples, and the number that the last gradient took.
     double share[kDerivativeTerms] = {1.0, 1.0, 1.0, 1.0};
     double taken[kDerivativeTerms] = {};
 };

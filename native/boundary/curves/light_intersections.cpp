@@ -13,12 +13,13 @@
 namespace edgegrad {
 namespace {
 
-// Radians: arcs are cut into pieces, of which places along the chord are nearly places along the arc.
+// Radians. Arcs are cut into chords of at most this angle. A shorter chord follows the arc more closely, but
+// makes more lines.
 constexpr double kArcSegment = std::numbers::pi / 8.0;
 
 using VisitLine = std::function<void(const Vector& from, const Vector& to)>;
 
-// A rectangle or ellipse of the light table.
+// A rectangle or an ellipse of the light table.
 struct FlatLight {
     Vector center, x, y;  // half axes
     bool ellipse;
@@ -38,15 +39,15 @@ struct FlatLight {
             }
     }
 
-    // The line along which a triangle cuts the light. There is none where an edge of it lies in the light's
-    // plane.
+    // Visits the line along which a triangle intersects the light. None if an edge of the triangle lies in
+    // the light's plane.
     void cut_by(const Triangle3& t, const VisitLine& visit) const {
         Vector ends[2];
         const Vector normal = cross(x, y), along = cross(t.normal, normal);
         const double scale2 = dot(t.normal, t.normal) * dot(normal, normal);
         if (!(dot(along, along) > kParallel * scale2)) return;
         if (!cut(t, Triangle3(center, center + x, center + y), ends)) return;
-        // The part of it where the light is: of a + b k, k from 0 to 1, in the frame of the half axes.
+        // Clip the segment a + b k, k from 0 to 1, to the light, in the frame of its half axes.
         const auto place = [&](const Vector& p, const Vector& axis) {
             return dot(p - center, axis) / dot(axis, axis);
         };
@@ -78,7 +79,7 @@ struct FlatLight {
     }
 };
 
-// Distance of a point to a triangle.
+// The distance of a point from a triangle.
 double distance_to(const Triangle3& t, const Vector& point) {
     bool above = dot(t.normal, t.normal) > 0.0;
     double nearest = 1e300;
@@ -91,7 +92,7 @@ double distance_to(const Triangle3& t, const Vector& point) {
     return above ? std::abs(dot(t.normal, point - t.p[0])) / length(t.normal) : nearest;
 }
 
-// A sphere of the light table, or all places of a disk.
+// A sphere of the light table, or the ball that contains a disk in all of its orientations.
 struct RoundLight {
     Vector center;
     double radius;
@@ -109,7 +110,8 @@ struct RoundLight {
         }
     }
 
-    // The chords of the arcs along which a triangle cuts the sphere; of disks a line for each triangle.
+    // Visits the chords of the arcs along which a triangle intersects the sphere. For disks, visits one
+    // placeholder line for each triangle that meets the ball.
     void cut_by(const Triangle3& t, const VisitLine& visit) const {
         if (disk) {
             double longest = 0.0;
@@ -126,9 +128,9 @@ struct RoundLight {
         const double ring = std::sqrt(ring2);
         const Vector middle = center + n * height, side = t.p[1] - t.p[0];
         const Vector x = side * (ring / length(side)), y = cross(n, x);
-        // The circle is middle + x cos + y sin; where it crosses the triangle's sides.
+        // The circle is middle + x cos + y sin. Find where it crosses the triangle's sides.
         std::vector<double> turns{-std::numbers::pi, std::numbers::pi};
-        double across[3][3];  // of a side: how far inside of it, by 1, cos and sin
+        double across[3][3];  // by side: signed distance inwards, as coefficients of 1, cos and sin
         for (size_t k = 0; k < 3; ++k) {
             const Vector inwards = cross(n, t.p[(k + 1) % 3] - t.p[k]);
             across[k][0] = dot(inwards, middle - t.p[k]);
@@ -142,6 +144,7 @@ struct RoundLight {
         }
         std::sort(turns.begin(), turns.end());
         const auto at = [&](double turn) { return middle + x * std::cos(turn) + y * std::sin(turn); };
+        // Visit the arcs inside the triangle
         for (size_t k = 0; k + 1 < turns.size(); ++k) {
             const double angle = turns[k + 1] - turns[k], half = turns[k] + 0.5 * angle;
             if (!(angle * ring > kOnPlane * t.size)) continue;
@@ -149,9 +152,9 @@ struct RoundLight {
                 return side_k[0] + side_k[1] * std::cos(half) + side_k[2] * std::sin(half) > 0.0;
             };
             if (!inside(across[0]) || !inside(across[1]) || !inside(across[2])) continue;
-            const int pieces = static_cast<int>(std::ceil(angle / kArcSegment));
-            for (int j = 0; j < pieces; ++j)
-                visit(at(turns[k] + angle * j / pieces), at(turns[k] + angle * (j + 1) / pieces));
+            const int chords = static_cast<int>(std::ceil(angle / kArcSegment));
+            for (int j = 0; j < chords; ++j)
+                visit(at(turns[k] + angle * j / chords), at(turns[k] + angle * (j + 1) / chords));
         }
     }
 };
@@ -166,6 +169,7 @@ Intersections lines_through_lights(const SceneTables& tables, const RequestedPai
         size_t row;
         std::vector<IntersectedFace> faces;
     };
+    // List the lights that have a size
     std::vector<Search> searches;
     for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
         const int32_t kind = tables.lights.kind[row];
@@ -178,24 +182,25 @@ Intersections lines_through_lights(const SceneTables& tables, const RequestedPai
     const auto box_of_light = [](const Search& s) {
         return std::visit([](const auto& light) { return light.box; }, s.light);
     };
+    // Find the faces near each light, mesh by mesh
     for (size_t m = 0; m < instances.size(); ++m) {
         may_cancel();
         const auto mesh = static_cast<int32_t>(m);
-        std::vector<Search*> motion;
+        std::vector<Search*> searched;
         for (Search& s : searches)
-            if (requested(s.row, m)) motion.push_back(&s);
-        if (motion.empty()) continue;
+            if (requested(s.row, m)) searched.push_back(&s);
+        if (searched.empty()) continue;
         const Box own = mesh_box(tables, m);
-        // The lights that copies of the mesh are near, and their boxes in the mesh's space.
+        // The lights near each instance, with their bounds in the mesh's space.
         std::vector<std::pair<Search*, int32_t>> near;
         std::vector<Box> boxes;
         for (int32_t instance : instances[m]) {
-            const MeshCopy copy(tables, mesh, instance, own);
-            for (Search* s : motion) {
+            const PlacedMesh placed(tables, mesh, instance, own);
+            for (Search* s : searched) {
                 const Box box = box_of_light(*s);
-                if (!copy.box.meets(box)) continue;
+                if (!placed.box.meets(box)) continue;
                 near.emplace_back(s, instance);
-                boxes.push_back(copy.local(box));
+                boxes.push_back(placed.local(box));
             }
         }
         if (near.empty()) continue;
@@ -204,11 +209,12 @@ Intersections lines_through_lights(const SceneTables& tables, const RequestedPai
             for (int32_t face : found[k])
                 near[k].first->faces.push_back({static_cast<uint32_t>(face), near[k].second});
     }
+    // Intersect the faces with their lights
     Intersections out;
     for (const Search& s : searches)
         for (const IntersectedFace& f : s.faces) {
             const VisitLine add = [&](const Vector& from, const Vector& to) {
-                out.add({from, to}, f, {kLightOfTable | static_cast<uint32_t>(s.row)});
+                out.add({from, to}, f, {LineSurface::light(static_cast<int32_t>(s.row)).bits()});
             };
             const Triangle3 t(tables, static_cast<int32_t>(f.face), Placement::of(tables, f.instance));
             std::visit([&](const auto& light) { light.cut_by(t, add); }, s.light);
@@ -228,7 +234,8 @@ Intersections find_light_intersections(const SceneTables& tables, const Requeste
     const Intersections rows = lines_through_lights(
         tables,
         [&](size_t row, size_t mesh) {
-            // What a point sees of a sphere turns with it: anything that moves moves that against surfaces.
+            // The part of a sphere that a point sees turns with the point, so any motion moves it relative to
+            // surfaces.
             const int32_t kind = tables.lights.kind[row];
             return kind == kSphereLight || (kind != kDiskLight && (motion.lights || moving[mesh]));
         },

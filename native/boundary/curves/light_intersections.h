@@ -1,10 +1,11 @@
-// Where meshes, and copies of instanced ones, pass through lights of the table: lines, each of a face and a
-// light (kLightOfTable).
+// Intersections of meshes and instances with lights of the light table: lines, each of a face and a light
+// (kLightOfTable).
 //
-// Through rectangles and ellipses lines are straight, through spheres chords of the arcs that the faces'
-// planes cut out of them (boundary/samples/light_cut.h bends them). Where a disk that faces what it lights is
-// cut depends on that: its lines stand for faces that it may meet, and only their length means something.
-// Planes that nearly lie in or touch a light are left out: the speed of their line has no bound.
+// Rectangles and ellipses are intersected along straight lines. A sphere's line is the chord of an arc, the
+// intersection with the face's plane (boundary/samples/light_cut.h bends it back). A disk faces the point
+// that it lights, so its intersection depends on that point: its lines only list the faces that it may meet,
+// and only their length has a meaning. Planes that nearly contain or touch a light are left out, because the
+// velocity of their line is unbounded.
 #pragma once
 
 #include <functional>
@@ -13,16 +14,16 @@
 
 namespace edgegrad {
 
-// Those but for disks where one of the two moves, and those of `crossings` of which one face is in `emissive`
-// (by face, -1: it gives no light; null: none does).
+// Intersections with all lights but disks where one of the two moves, and those of `intersections` with an
+// emissive face. `emissive` is -1 for faces that emit no light, and null if none does.
 Intersections find_light_intersections(const SceneTables& tables, const RequestedMotion& motion,
                                        const Intersections& intersections, const int32_t* emissive,
                                        int threads);
 
-// Those through disks, which turn with what they light.
+// Intersections with disks, which turn with the point that they light.
 Intersections find_disk_intersections(const SceneTables& tables, int threads);
 
-// Those that camera rays meet and that may move in the picture. `disks`: also through these.
+// Intersections that the camera sees and that may move in the picture. `disks`: include disks.
 Intersections find_seen_lights(const SceneTables& tables, const RequestedMotion& motion, bool disks,
                                int threads);
 

@@ -11,7 +11,7 @@ Vector vector(const float* p) { return {p[0], p[1], p[2]}; }
 struct Range {
     double low = 0.0, high = 1.0;
 
-    // Cuts the range to where the linear function that is v0 at 0 and v1 at 1 isn't negative.
+    // Restricts the range to where the linear function with the values v0 at 0 and v1 at 1 is not negative.
     void clip(double v0, double v1) {
         if (v0 < 0.0 && v1 < 0.0) high = -1.0;
         if (v0 < 0.0) low = std::max(low, v0 / (v0 - v1));
@@ -20,8 +20,8 @@ struct Range {
     bool empty() const { return !(low < high); }
 };
 
-// Cuts to where v + |w| isn't negative, for linear functions v and w: to the hull of where v + w or v - w
-// isn't.
+// Restricts the range to where v + |w| is not negative, for linear functions v and w. This is the hull of the
+// ranges where v + w or v - w is not negative.
 void clip_blurred(Range& range, const double (&v)[2], const double (&w)[2]) {
     Range more = range, less = range;
     more.clip(v[0] + w[0], v[1] + w[1]);
@@ -36,7 +36,7 @@ void clip_blurred(Range& range, const double (&v)[2], const double (&w)[2]) {
 
 using Ends = double[2];
 
-// The piece from u0 to u1 of a segment, whose ends' places in the picture are (x, y)/h.
+// The part from u0 to u1 of a segment whose ends project to (x, y)/h.
 PictureFrame::EdgeSegment seen_segment(double u0, double u1, const Ends& x, const Ends& y, const Ends& h,
                                        const Ends& blur_x, const Ends& blur_y) {
     double sx[2], sy[2], bx[2], by[2];
@@ -48,7 +48,7 @@ PictureFrame::EdgeSegment seen_segment(double u0, double u1, const Ends& x, cons
         by[k] = (blur_y[0] + u * (blur_y[1] - blur_y[0])) * over;
     }
     const auto size = [](double dx, double dy) { return std::sqrt(dx * dx + dy * dy); };
-    // A segment that points at the middle of the lens is a point from there, but not from its border.
+    // A segment that points at the lens centre projects to a point from there, but not from the lens border.
     const double pixels = size(sx[1] - sx[0], sy[1] - sy[0]) + size(bx[1] - bx[0], by[1] - by[0]);
     return {u0, u1, pixels, 0.5 * (sx[0] + sx[1]), 0.5 * (sy[0] + sy[1])};
 }
@@ -106,13 +106,14 @@ PictureFrame::EdgeSegment PictureFrame::flat_segment(Vector a, Vector b) const {
         x[k] = ends[k].x, y[k] = ends[k].y, z[k] = ends[k].z, h[k] = ends[k].h;
         blur_x[k] = ends[k].blur_x, blur_y[k] = ends[k].blur_y;
     }
-    // Most segments of fine meshes are in the frame as a whole.
+    // Most segments of fine meshes lie completely in the frame.
     bool whole = blur_x_ == 0.0 && blur_y_ == 0.0;
     for (int k = 0; k < 2; ++k)
         whole &= z[k] > c.clip_start && z[k] < c.clip_end && x[k] > 0.0 && x[k] < c.width * h[k] &&
                  y[k] > 0.0 && y[k] < c.height * h[k];
     Range range;
     if (whole) return seen_segment(range.low, range.high, x, y, h, blur_x, blur_y);
+    // Clip against the near and far planes, then against the blurred frame
     range.clip(z[0] - c.clip_start, z[1] - c.clip_start);
     range.clip(c.clip_end - z[0], c.clip_end - z[1]);
     const auto within = [&](const double (&v)[2], double size, const double (&blur)[2]) {
@@ -140,7 +141,7 @@ void PictureFrame::panorama_segments(Vector a, Vector b,
     struct Place {
         double u, longitude, sy;
     };
-    // Where the direction is at the angle `at` from a.
+    // The position at the angle `at` from a.
     const auto place = [&](double at) {
         const double from_a = std::sin(angle - at) * far, from_b = std::sin(at) * near;
         const double u = at <= 0.0 ? 0.0 : at >= angle ? 1.0 : from_b / (from_a + from_b);
@@ -150,6 +151,7 @@ void PictureFrame::panorama_segments(Vector a, Vector b,
         return Place{u, std::atan2(dot(right_, d), -dot(back_, d)), (1.0 - fy) * c.full_height - c.window_y};
     };
     const int count = static_cast<int>(std::ceil(angle / kLongest));
+    // Walk along the segment in steps of equal angle
     Place from = place(0.0);
     for (int k = 0; k < count; ++k) {
         const Place to = place(angle * (k + 1) / count);

@@ -1,4 +1,4 @@
-// Where line segments of the scene are in the picture.
+// The projection of line segments of the scene into the picture.
 #pragma once
 
 #include <functional>
@@ -9,51 +9,52 @@
 
 namespace edgegrad {
 
-// Everything that some pixel may see: the frame, widened by what the pixel filters reach over it and by what
-// depth of field blurs into it, between the clip distances.
+// The region that any pixel may see: the frame between the clip distances, enlarged by the pixel filter's
+// support and by the blur of depth of field.
 class PictureFrame {
  public:
     explicit PictureFrame(const CameraView& camera);
 
-    // A part of a segment that is in the frame: u runs from 0 at its first end to 1 at the other, `pixels` is
-    // the part's length in the picture, seen from some point of the lens, (x, y) its middle there.
+    // A part of a segment in the frame. u is 0 at the first end of the segment and 1 at the other. `pixels`
+    // is an upper estimate of its projected length over the lens. (x, y) is the middle of the projection.
     struct EdgeSegment {
         double u0, u1, pixels, x, y;
     };
-    // visit(piece) for the pieces of the segment from a to b. One at most, but for an equirectangular camera,
-    // in whose pictures lines are bent.
+    // Calls visit(segment) for the visible parts of the segment from a to b. There is at most one, except for
+    // equirectangular cameras, whose pictures bend lines.
     template <typename Visit>
-    void pieces(Vector a, Vector b, const Visit& visit) const {
+    void visit_segments(Vector a, Vector b, const Visit& visit) const {
         if (camera_.kind == kEquirectangular) return panorama_segments(a, b, visit);
-        const EdgeSegment piece = flat_segment(a, b);
-        if (piece.u0 < piece.u1) visit(piece);
+        const EdgeSegment segment = flat_segment(a, b);
+        if (segment.u0 < segment.u1) visit(segment);
     }
 
-    // Where in the frame a point may be seen, pixels; none: anywhere.
+    // Bounds in pixels of where a point may be seen. None if it may be seen anywhere.
     struct Bounds {
         double low[2], high[2];
     };
     std::optional<Bounds> around(Vector point) const;
 
-    // Direction of the ray through a point (from the middle of the lens), of any length.
+    // The direction, of any length, of the ray from the lens centre through a point.
     Vector ray_through(Vector point) const;
-    // By how much the rays from other points of the lens differ from it.
+    // The largest difference between that direction and the directions from other points of the lens.
     double lens_reach() const;
-    // By how much the pixel filters reach over the frame, pixels.
+    // By how many pixels the filter extends beyond the frame.
     double margin() const { return margin_; }
-    // Whether lines may be bent in the picture, or points be blurred.
+    // Whether the camera may bend lines or blur points.
     bool bends_or_blurs() const {
         return camera_.kind == kEquirectangular || blur_x_ != 0.0 || blur_y_ != 0.0;
     }
 
  private:
-    // Every clip plane is linear along a segment in homogeneous coordinates: (x, y) times h, and h is the
-    // depth z or, orthographic, 1. A lens point shifts the picture by at most blur |z/F - 1| times that.
+    // In homogeneous coordinates (x h, y h, h) all clip planes are linear along a segment. h is the depth z,
+    // or 1 for orthographic cameras. A point of the lens shifts the projection by at most blur |z/F - 1|, F
+    // the focus distance.
     struct Place {
         double x, y, z, h, blur_x, blur_y;
     };
     Place place(Vector point) const;
-    EdgeSegment flat_segment(Vector a, Vector b) const;  // empty where nothing of it is in the frame
+    EdgeSegment flat_segment(Vector a, Vector b) const;  // u0 > u1 if nothing is in the frame
     void panorama_segments(Vector a, Vector b, const std::function<void(const EdgeSegment&)>& visit) const;
 
     const CameraView& camera_;

@@ -39,7 +39,7 @@ size_t BoxPairs::build(size_t first, size_t last) {
                                 boxes_[b].low[axis] + boxes_[b].high[axis];
                      });
     build(first, half);
-    const size_t right = build(half, last);  // builds may move the nodes
+    const size_t right = build(half, last);  // build() may reallocate nodes_
     nodes_[at].right = right;
     return at;
 }

@@ -1,4 +1,4 @@
-// Pairs of boxes that meet, of very many.
+// Finds the pairs of overlapping boxes among many.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@ namespace edgegrad {
 // Two boxes by number.
 using BoxPair = std::array<size_t, 2>;
 
-// The pairs (a, b), a < b, of boxes that meet, in the order of a and then b. A tree of boxes is walked
-// through with each of them; empty boxes meet none.
+// A tree of boxes. `pairs` queries it with each of its own boxes. Empty boxes overlap none. The boxes must
+// outlive the tree.
 class BoxPairs {
  public:
     explicit BoxPairs(const std::vector<Box>& boxes);
 
-    // visit(b) for the boxes that meet a box, in no order.
+    // Calls visit_box(b) for each box b that overlaps `box`, in no particular order.
     template <typename Visit>
     void visit(const Box& box, const Visit& visit_box) const {
         std::vector<size_t> stack;
@@ -38,7 +38,8 @@ class BoxPairs {
         }
     }
 
-    // Those of the pairs that wanted(a, b).
+    // The pairs (a, b), a < b, of overlapping boxes for which requested(a, b) holds, sorted by a and then by
+    // b.
     template <typename Requested>
     std::vector<BoxPair> pairs(const Requested& requested) const {
         std::vector<BoxPair> out;
@@ -56,7 +57,7 @@ class BoxPairs {
     struct Node {
         Box box;
         size_t first, last;  // order_[first] to order_[last - 1]
-        size_t right;        // 0: a leaf; the left child comes next
+        size_t right;        // 0 for a leaf; the left child is the next node
     };
 
     size_t build(size_t first, size_t last);

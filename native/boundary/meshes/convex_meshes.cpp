@@ -16,14 +16,15 @@ namespace {
 
 // Faces or edges per item of parallel work.
 constexpr int64_t kBlock = 1 << 14;
-// Nearer to a plane than this, relative to the meshes' size, is on it (core/geometry/shape.py).
+// A point closer to a plane than this, relative to the meshes' size, lies on the plane. Must agree with
+// core/geometry/shape.py.
 constexpr double kOnPlane = 1e-6;
 
 struct Plane {
     Vector at, normal;  // unit
 };
 
-// The plane in which a mesh lies: that of its largest face; none, if it isn't flat.
+// The plane of a flat mesh, taken from its largest face. None if the mesh is not flat.
 std::optional<Plane> plane_of(const SceneTables& t, size_t mesh) {
     const auto first = static_cast<size_t>(t.mesh_first_face[mesh]);
     const auto last = static_cast<size_t>(t.mesh_first_face[mesh + 1]);
@@ -45,7 +46,7 @@ std::optional<Plane> plane_of(const SceneTables& t, size_t mesh) {
     return plane;
 }
 
-// Whether a mesh is flat, and the other one on one side of its plane; it may stand on it.
+// Whether `sheet` is flat and `other` lies on one side of its plane. `other` may touch the plane.
 bool is_one_sided(const SceneTables& t, size_t sheet, size_t other, double slack) {
     const std::optional<Plane> plane = plane_of(t, sheet);
     if (!plane) return false;
@@ -87,9 +88,9 @@ bool is_convex(const SceneTables& t, size_t mesh, int8_t side, int threads) {
     const auto vertex = [&](uint32_t v, double (&out)[3]) {
         for (int c = 0; c < 3; ++c) out[c] = t.vertices[3 * static_cast<size_t>(v) + c];
     };
-    // Flat quads are concave by a rounding.
+    // Rounding can make a flat quad slightly concave.
     constexpr double kSlack = 1e-6;
-    // A face without area has no normal: it could line a concave edge and hide it.
+    // A face without area has no normal, so a concave edge next to it would go unnoticed.
     constexpr double kSliver = 1e-6;
     const auto has_area = [&](size_t face) {
         double p[3][3];
@@ -115,7 +116,7 @@ bool is_convex(const SceneTables& t, size_t mesh, int8_t side, int threads) {
         const double height = m[0] * d[0] + m[1] * d[1] + m[2] * d[2];
         return side * height <= kSlack * std::hypot(m[0], m[1], m[2]) * std::hypot(d[0], d[1], d[2]);
     };
-    // Edges first: most bodies have a concave one soon.
+    // Test the edges first: most meshes have a concave edge, which ends the search early.
     std::atomic<bool> convex{true};
     const auto all = [&](int64_t from, int64_t to, const auto& holds) {
         const int64_t blocks = (to - from + kBlock - 1) / kBlock;

@@ -8,14 +8,14 @@
 namespace edgegrad {
 namespace {
 
-// Nodes of a tree over so many faces.
+// The number of nodes of a tree over `faces` faces with at most `most` faces per leaf.
 size_t node_count(size_t faces, size_t most) {
     return faces <= most ? 1 : 1 + node_count(faces / 2, most) + node_count(faces - faces / 2, most);
 }
 
-// A number's bits, as a whole number in the order of numbers.
+// Maps a float to an integer so that integers compare as the floats do.
 uint32_t ordered(float x) {
-    const auto bits = std::bit_cast<uint32_t>(x + 0.0f);  // there is one zero
+    const auto bits = std::bit_cast<uint32_t>(x + 0.0f);  // maps -0 to +0
     return bits >> 31 ? ~bits : bits | 0x80000000u;
 }
 
@@ -59,7 +59,7 @@ Cone::Cone(Vector to, double angle) : axis(to), cosine(-2.0), sine(0.0) {
     if (left > 0.0) cosine = std::cos(left), sine = std::sin(left);
 }
 
-// In loops of their own, of which compilers make vectors.
+// The loops compare all faces of a leaf without branches, so that the compiler vectorises them.
 uint32_t FaceTree::Leaf::meets(const Box& b) const {
     int32_t is[kLeaf];
     for (size_t k = 0; k < kLeaf; ++k)
@@ -97,7 +97,7 @@ FaceTree::FaceTree(const SceneTables& tables, std::vector<int32_t> faces, int th
     make(0, 0, static_cast<uint32_t>(count), 0);
 }
 
-// All nodes that may cross themselves, of subtrees at once.
+// Splits all nodes that may intersect themselves, one subtree per item of parallel work.
 void FaceTree::split_wide() const {
     std::vector<size_t> subtrees;
     if (nodes_) subtrees.push_back(0);
@@ -140,9 +140,10 @@ std::vector<FaceTree::Pair> FaceTree::pairs(size_t requested) const {
     return found;
 }
 
-void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_closure) const {
+void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_leaf) const {
     Node& node = nodes_[at];
-    node.first = first, node.last = last, node.first_closure = first_closure;
+    node.first = first, node.last = last, node.first_leaf = first_leaf;
+    // Bound the faces and their centres
     Box box, centres;
     Vector sum{0, 0, 0};
     for (size_t k = first; k < last; ++k) {
@@ -152,15 +153,18 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_clo
         centres.add(c);
         sum = sum + normal;
     }
+    // Bound the normals by a cone
     const Vector axis = sum * (1.0 / std::max(length(sum), 1e-300));
-    // Of wider cones nothing is left, however wide they are.
+    // A wider cone is stored as "all directions": it can never be narrow together with another cone.
     constexpr double kWide = 0.89;
-    static_assert(kWide < 1.0 - 0.125 * kOneDirection * kOneDirection, "the cosine of half of it is larger");
+    static_assert(kWide < 1.0 - 0.125 * kOneDirection * kOneDirection,
+                  "kWide must be below the cosine of kOneDirection / 2");
     double least = 1.0;
     for (size_t k = first; k < last && least > kWide; ++k)
         least = std::min(least, dot(axis, shapes_[order_[k]].normal));
     node.box = box;
     node.cone = Cone(axis, least > kWide ? std::acos(std::min(least, 1.0)) : kOneDirection);
+    // Choose the axis along which the node would be split
     for (uint32_t c = 1; c < 3; ++c)
         if (centres.high[c] - centres.low[c] > centres.high[node.axis] - centres.low[node.axis])
             node.axis = c;
@@ -169,7 +173,8 @@ void FaceTree::make(size_t at, uint32_t first, uint32_t last, uint32_t first_clo
         node.right = static_cast<uint32_t>(at + 1 + node_count(half, kLeaf));
         return;
     }
-    Leaf& leaf = leaves_[first_closure];
+    // Fill the leaf
+    Leaf& leaf = leaves_[first_leaf];
     for (size_t k = 0; k < kLeaf; ++k) {
         const bool any = k < node.count();
         const size_t at_face = any ? order_[first + k] : 0;
@@ -204,10 +209,10 @@ void FaceTree::make_children(size_t at) const {
     const auto place = [&](uint32_t k) { return sorted_.begin() + static_cast<ptrdiff_t>(k); };
     std::nth_element(place(first), place(middle), place(last));
     for (size_t k = first; k < last; ++k) order_[k] = static_cast<uint32_t>(sorted_[k]);
-    make(at + 1, first, middle, node.first_closure);
+    make(at + 1, first, middle, node.first_leaf);
     // A tree of n nodes has (n + 1)/2 leaves.
     const auto left_leaves = static_cast<uint32_t>((node.right - at) / 2);
-    make(node.right, middle, last, node.first_closure + left_leaves);
+    make(node.right, middle, last, node.first_leaf + left_leaves);
 }
 
 std::vector<std::vector<int32_t>> faces_in(const SceneTables& t, int32_t mesh, std::span<const Box> boxes,

@@ -1,4 +1,4 @@
-// Faces in a tree of boxes, to find those that may cross.
+// A tree of faces that finds the pairs of faces which may intersect.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +16,8 @@
 
 namespace edgegrad {
 
-// Radians: parts of one mesh whose normals differ by less are taken not to pierce each other, as patches of a
-// smooth surface.
+// Radians. Two parts of one mesh whose normals differ by less than this angle are assumed not to intersect,
+// as patches of one smooth surface. A smaller angle searches more pairs of faces.
 constexpr double kOneDirection = 0.9;
 
 struct Box {
@@ -39,35 +39,36 @@ struct Box {
 const float* corner(const SceneTables& t, int32_t face, size_t k);
 Box box_of(const SceneTables& t, int32_t face);
 Box mesh_box(const SceneTables& t, size_t mesh);
-// By some boxes the faces of a mesh whose own box meets them.
+// For each of `boxes`, the faces of the mesh whose own bounding boxes overlap it.
 std::vector<std::vector<int32_t>> faces_in(const SceneTables& t, int32_t mesh, std::span<const Box> boxes,
                                            int threads);
 
-// Directions about an axis.
+// A cone of directions about an axis.
 struct Cone {
     Vector axis;
-    // Of the angle that is left of half of kOneDirection; below -1: none is.
+    // Cosine and sine of kOneDirection/2 minus the cone's half angle. The cosine is below -1 if that is
+    // negative.
     double cosine, sine;
 
     Cone() = default;
     Cone(Vector to, double angle);
-    // Whether all directions of both are within kOneDirection of each other: the angles that are left are
-    // larger than that between the axes.
+    // Whether any two directions, one from each cone, differ by less than kOneDirection. This holds if the
+    // sum of the remaining angles exceeds the angle between the axes.
     bool narrow(const Cone& other) const {
         return cosine > -1.0 && other.cosine > -1.0 &&
                dot(axis, other.axis) > cosine * other.cosine - sine * other.sine;
     }
 };
 
-// Faces in a tree of boxes, with the cones of their normals. Nodes are split when a search first gets to
-// them, from whichever thread that is: of a smooth surface few are. What is found, and in which order, is
-// that of the whole tree.
+// A tree of boxes over faces, with the cone of the faces' normals at each node. A node is split when a search
+// first reaches it, by whichever thread reaches it. A search of a smooth surface reaches few nodes. The
+// results and their order do not depend on which nodes have been split before.
 class FaceTree {
  public:
-    // `threads`: of the constructor and of `pairs`.
+    // `threads` is the number of threads of the constructor and of `pairs`.
     FaceTree(const SceneTables& tables, std::vector<int32_t> faces, int threads);
 
-    // visit(face) for the faces whose boxes meet this one.
+    // Calls visit_face(face) for the faces whose boxes overlap `box`.
     template <typename Visit>
     void visit(const Box& box, const Visit& visit_face) const {
         if (!nodes_) return;
@@ -78,7 +79,7 @@ class FaceTree {
             const Node& node = nodes_[at];
             if (!node.box.meets(box)) continue;
             if (node.leaf()) {
-                const Leaf& leaf = leaves_[node.first_closure];
+                const Leaf& leaf = leaves_[node.first_leaf];
                 for_each_bit(leaf.meets(box), [&](size_t k) { visit_face(leaf.face[k]); });
             } else {
                 split(at);
@@ -88,15 +89,15 @@ class FaceTree {
         }
     }
 
-    // Two nodes by number, or one and itself.
+    // The numbers of two nodes, which may be the same.
     using Pair = std::array<size_t, 2>;
 
-    // About so many pairs of nodes whose faces' pairs are all that may cross, but for those in patches of
-    // about one direction.
+    // About `requested` pairs of nodes. Together they cover all pairs of faces that may intersect, except
+    // pairs within patches of nearly one direction (kOneDirection).
     std::vector<Pair> pairs(size_t requested) const;
 
-    // visit(face, other) for the pairs of two nodes' faces whose boxes meet, but for those in such patches
-    // and those with a vertex in common.
+    // Calls visit_pair(face, other) for the pairs of faces of two nodes whose boxes overlap. Left out are
+    // pairs within such patches and pairs that share a vertex.
     template <typename Visit>
     void visit_pairs(Pair first, const Visit& visit_pair) const {
         std::vector<Pair> stack;
@@ -108,7 +109,7 @@ class FaceTree {
             const Pair pair = stack.back();
             stack.pop_back();
             if (both_leaves(pair))
-                visit_closures(pair, visit_pair);
+                visit_leaves(pair, visit_pair);
             else
                 divide(pair, add);
         }
@@ -117,24 +118,24 @@ class FaceTree {
  private:
     static constexpr size_t kLeaf = 8;
 
-    // Whether a node's children are made.
+    // Whether a node's children exist.
     enum State : uint8_t { kWhole, kBeingSplit, kSplit };
 
     struct Node {
         Box box;
         Cone cone;
         uint32_t first = 0, last = 0;  // faces order_[first] to order_[last - 1]
-        uint32_t right = 0;            // 0: a leaf; the left child comes next
-        uint32_t first_closure = 0;
-        uint32_t axis = 0;  // on which its faces are spread most
+        uint32_t right = 0;            // 0 for a leaf; the left child is the next node
+        uint32_t first_leaf = 0;
+        uint32_t axis = 0;  // along which the faces' centres spread most
         std::atomic<uint8_t> state = kWhole;
 
         bool leaf() const { return right == 0; }
         uint32_t count() const { return last - first; }
     };
 
-    // A leaf's faces by coordinate, so that one box is compared with all; places that are left over meet
-    // none.
+    // The faces of a leaf, stored by coordinate so that one box is compared with all of them at once. Unused
+    // slots overlap no box.
     struct Leaf {
         float low[3][kLeaf], high[3][kLeaf];
         int32_t vertex[3][kLeaf], face[kLeaf];
@@ -142,9 +143,9 @@ class FaceTree {
         Box box(size_t k) const {
             return {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}};
         }
-        // Bits of the faces whose boxes meet this one.
+        // The faces whose boxes overlap `b`, one bit each.
         uint32_t meets(const Box& b) const;
-        // Bits of the faces that have one of these three vertices.
+        // The faces that have one of these three vertices, one bit each.
         uint32_t with_vertex(int32_t a, int32_t b, int32_t c) const;
     };
 
@@ -158,13 +159,13 @@ class FaceTree {
         const Node &s = nodes_[pair[0]], &t = nodes_[pair[1]];
         return s.box.meets(t.box) && !s.cone.narrow(t.cone);
     }
-    // Which of two nodes, not both leaves, has its children take its place: the larger one.
+    // The node of the pair to replace by its children: the larger one. At least one node is not a leaf.
     size_t divided(const Pair& pair) const {
         const Node &s = nodes_[pair[0]], &t = nodes_[pair[1]];
         return pair[0] != pair[1] && (t.leaf() || (!s.leaf() && s.count() >= t.count())) ? pair[0] : pair[1];
     }
 
-    // add(pair) for the pairs with the children of one of two nodes.
+    // Calls add(pair) for the pairs that result when one of the two nodes is replaced by its children.
     template <typename Add>
     void divide(const Pair& pair, const Add& add) const {
         const auto [a, b] = pair;
@@ -184,8 +185,8 @@ class FaceTree {
     }
 
     template <typename Visit>
-    void visit_closures(const Pair& pair, const Visit& visit_pair) const {
-        const Leaf &s = leaves_[nodes_[pair[0]].first_closure], &t = leaves_[nodes_[pair[1]].first_closure];
+    void visit_leaves(const Pair& pair, const Visit& visit_pair) const {
+        const Leaf &s = leaves_[nodes_[pair[0]].first_leaf], &t = leaves_[nodes_[pair[1]].first_leaf];
         const bool one = pair[0] == pair[1];
         for_each_bit(s.meets(nodes_[pair[1]].box), [&](size_t j) {
             uint32_t others = t.meets(s.box(j));
@@ -195,9 +196,9 @@ class FaceTree {
         });
     }
 
-    // What one node is over, without its children: a leaf with its faces.
-    void make(size_t at, uint32_t first, uint32_t last, uint32_t first_closure) const;
-    // Makes the node's children unless another thread has, or waits until it has.
+    // Fills a node from its range of faces, without its children. A leaf gets its faces.
+    void make(size_t at, uint32_t first, uint32_t last, uint32_t first_leaf) const;
+    // Makes the node's children, or waits if another thread is making them.
     void split(size_t at) const {
         if (nodes_[at].state.load(std::memory_order_acquire) != kSplit) split_once(at);
     }
@@ -212,11 +213,11 @@ class FaceTree {
         Box box;
         Vector normal;
     };
-    std::vector<Shape> shapes_;  // of the faces
-    // While it grows, each part by one thread.
+    std::vector<Shape> shapes_;  // by face
+    // Each range is written by the one thread that splits its node.
     mutable std::vector<uint32_t> order_;
-    mutable std::vector<uint64_t> sorted_;  // faces by their places along an axis
-    std::unique_ptr<Node[]> nodes_;         // null: there are no faces
+    mutable std::vector<uint64_t> sorted_;  // keys of faces by position along the split axis
+    std::unique_ptr<Node[]> nodes_;         // null without faces
     std::unique_ptr<Leaf[]> leaves_;
 };
 

@@ -10,9 +10,9 @@ namespace edgegrad {
 inline Vector vertex(const float* p) { return {p[0], p[1], p[2]}; }
 inline Vector vertex(const SceneView& scene, int64_t k) { return vertex(scene.vertices + 3 * k); }
 
-// Where an instance places the points of its mesh; without one they stay.
+// The transform of an instance, or the identity.
 struct Placement {
-    const float* matrix = nullptr;  // rows of 4; null: none
+    const float* matrix = nullptr;  // three rows of four; null is the identity
 
     static Placement of(const SceneView& scene, int32_t instance) {
         return {instance < 0 ? nullptr : scene.instance_to_world + 12 * int64_t{instance}};

@@ -10,10 +10,11 @@
 namespace edgegrad {
 namespace {
 
-// Values that differ by less aren't told apart.
+// Relative difference below which two values count as equal.
 constexpr float kSame = 1e-5f;
 
-// The corner of a face that is at a point (a welded vertex has copies with other numbers).
+// The corner of a face at a given point. It is found by distance, because welded vertices keep several
+// numbers.
 int nearest_corner(const SceneTables& t, uint32_t face, const float* point) {
     int best = 0;
     float least = 3e38f;
@@ -38,11 +39,12 @@ bool normals_differ(const SceneTables& t, const uint32_t (&face)[2], const int (
     for (size_t k = 0; k < 2; ++k)
         n[k] = t.corner_normal[3 * size_t{face[k]} + static_cast<size_t>(corner[k])];
     if (n[0] == n[1]) return false;
-    if (n[0] < 0 || n[1] < 0) return true;  // one of them is flat
+    if (n[0] < 0 || n[1] < 0) return true;  // one face is flat-shaded
     return differ(&t.normals[3 * static_cast<size_t>(n[0])], &t.normals[3 * static_cast<size_t>(n[1])], 3);
 }
 
-// Whether the material's shaders read attributes; `slope`: also how these change along the surface.
+// Whether the material's shaders read attributes. Sets `slope` if they also read attribute derivatives along
+// the surface.
 bool reads_attributes(const SceneTables& t, int32_t material, bool& slope) {
     const TextureTables& x = t.textures;
     if (x.program_first.size() <= 1) return false;
@@ -74,8 +76,8 @@ bool attributes_differ(const SceneTables& t, const uint32_t (&face)[2], const in
     return false;
 }
 
-// Whether what the material lets through reads its normal: of its shading (not `smooth`: where that jumps),
-// or its triangles' own.
+// Whether the material's transparency depends on a normal: on the shading normal, if that is discontinuous
+// here (not `smooth`), or on the geometric normal.
 bool lets_through_by_normal(const SceneTables& t, int32_t material, bool smooth) {
     const auto reads = [smooth](const TextureInstruction& step) {
         return step.op == static_cast<int32_t>(TextureOp::TRUE_NORMAL) ||
@@ -90,7 +92,7 @@ bool lets_through_by_normal(const SceneTables& t, int32_t material, bool smooth)
     return false;
 }
 
-// Whether two faces lie in one plane, or are one the other's back.
+// Whether two faces lie in one plane, with equal or opposite orientation.
 bool in_one_plane(const SceneTables& t, const uint32_t (&face)[2]) {
     const Vector n[2] = {area_normal(t, face[0]), area_normal(t, face[1])};
     const Vector across = cross(n[0], n[1]);
@@ -106,7 +108,7 @@ bool is_seam(const SceneTables& t, int64_t edge) {
     const uint32_t face[2] = {t.edge_faces[first], t.edge_faces[first + 1]};
     bool slope = false;
     const bool reads = reads_attributes(t, t.face_material[face[0]], slope);
-    if (slope) return true;  // tangents are constant on a face
+    if (slope) return true;  // tangents are constant per face
     if (t.corner_normal.empty() && !reads) return false;
     if (reads) {
         const auto is_smooth = [&t](uint32_t f) {

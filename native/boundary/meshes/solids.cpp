@@ -14,8 +14,8 @@ namespace {
 // Faces or edges per item of parallel work.
 constexpr int64_t kBlock = 1 << 14;
 
-// Whether the face is wound along a -> b, an edge of it opposite to its vertex `opposite`. By distance:
-// welded vertices have other numbers, and may be a rounding apart.
+// Whether the face is wound along its edge a -> b. `opposite` is the face's vertex off the edge. Ends are
+// compared by distance: welded vertices keep different numbers and may differ by rounding.
 bool runs_along(const SceneTables& t, uint32_t face, uint32_t opposite, const float* a, const float* b) {
     const int32_t* f = &t.faces[3 * static_cast<size_t>(face)];
     int k = 0;
@@ -97,7 +97,7 @@ std::vector<int8_t> solid_sides(const std::vector<SolidBody>& bodies, const Came
             inside &= low <= 0.0f && high >= 0.0f;
             depth += std::min(-camera.back[c] * low, -camera.back[c] * high);
         }
-        // Seen from within, or cut open by the near plane.
+        // The camera is inside the body, or the near plane cuts it open.
         sides.push_back(inside || depth <= camera.clip_start ? int8_t{0} : body.side);
     }
     return sides;

@@ -12,8 +12,8 @@ namespace {
 
 // Faces per item of parallel work.
 constexpr int64_t kBlock = 1 << 12;
-// What is in doubt, relative to the mesh's size (core/geometry/shape.py): faces whose planes pass the middle
-// nearer than this, and directions nearer to a face's border than rounding.
+// Tolerances relative to the mesh's size, as in core/geometry/shape.py: kNear for face planes close to the
+// centre, kRounding for directions close to a face's border.
 constexpr double kNear = 1e-6, kRounding = 1e-12;
 
 }  // namespace
@@ -39,7 +39,7 @@ bool is_star_shaped(const SceneTables& t, size_t mesh, int threads) {
             const Vector p = from_middle(f, 0), q = from_middle(f, 1), r = from_middle(f, 2);
             const Vector normal = cross(q - p, r - p);
             if (!(side * dot(normal, p) > kNear * size * length(normal))) star = false;
-            // Whether the way passes between the planes through the middle and the face's edges.
+            // Test whether `way` passes between the planes through the centre and the face's edges.
             const double slack = -kRounding * size * size * size;
             const auto inside = [&](const Vector& u, const Vector& v) {
                 return side * dot(way, cross(u, v)) > slack;

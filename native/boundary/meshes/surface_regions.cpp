@@ -11,7 +11,7 @@ namespace {
 // Faces whose normals differ by less than this sine lie in one plane.
 constexpr double kCoplanar = 1e-6;
 
-// Whether shading goes on across an edge.
+// Whether shading is continuous across an edge.
 bool joins(const SceneTables& t, size_t edge) {
     const uint32_t first = t.edge_face_first[edge];
     if (t.edge_face_first[edge + 1] - first != 2) return false;
@@ -33,7 +33,7 @@ SurfaceRegions surface_regions(const SceneTables& t) {
     out.region.resize(faces);
     out.face_edge.assign(3 * faces, -1);
     std::iota(out.region.begin(), out.region.end(), 0);
-    // Union-find; a region's number is that of one of its faces.
+    // Union-find. A region's number is the number of one of its faces.
     const auto root = [&](uint32_t face) {
         auto k = static_cast<int32_t>(face);
         auto& up = out.region;

@@ -1,5 +1,5 @@
-// Parts of surfaces over which shading is continuous, by which scan lines tell whether two neighbouring rays
-// see the same (boundary/specular/scan_lines.h).
+// Regions of continuous shading. Scan lines (boundary/specular/scan_lines.h) use them to decide whether two
+// neighbouring rays see the same surface.
 #pragma once
 
 #include <cstdint>
@@ -11,11 +11,12 @@ namespace edgegrad {
 
 struct SurfaceRegions {
     std::vector<int32_t> region;     // of each face
-    std::vector<int32_t> face_edge;  // (F, 3) the edge opposite of each corner; -1: none is known
+    std::vector<int32_t> face_edge;  // (F, 3): the edge opposite to each corner, or -1
 };
 
-// Faces of the visible meshes are of one region if they are joined by edges across which nothing jumps: two
-// faces of one material that share their corners' shading normals or lie in one plane, and no seam.
+// Two faces of a visible mesh belong to one region if a chain of edges without a discontinuity joins them: at
+// each edge the faces share a material, share the shading normals of their common corners or lie in one
+// plane, and the edge is no seam.
 SurfaceRegions surface_regions(const SceneTables& tables);
 
 }  // namespace edgegrad

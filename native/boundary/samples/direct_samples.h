@@ -1,10 +1,12 @@
-// Both modes of boundary samples, once they are known: moving_blocks(mode, scene, asked, samples) is what
-// moves, times their color; weigh(task, at, samples) leaves out those without a finite size, and
-// sweep_of(samples) is what a unit of motion sweeps.
+// Forward and reverse mode of boundary samples. add_to_picture and add_to_gradient take samples whose
+// radiance is known. For its sample type a term defines moving_blocks(mode, scene, requested, samples), the
+// velocities times the color; weigh(task, at, samples), which drops samples of infinite size; and
+// sweep_of(samples), the swept area per unit of motion.
 //
-// Most need no paths, since what they are seen by and what jumps there is known: sample(scene, task, at,
-// piece, asked, adjoint) gives a packet of those. `adjoint`: of the picture; samples where it is zero needn't
-// be found. Null: all are.
+// direct_forward and direct_backward are the kernels of terms whose samples need no further paths. Such a
+// term defines sample(scene, task, at, segment, requested, adjoint), which returns a packet of samples.
+// `adjoint` is the adjoint of the picture: samples whose pixel has adjoint zero may be skipped. It is null in
+// forward mode.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"
@@ -16,7 +18,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Lanes whose place in the picture has an adjoint.
+// Lanes whose place in the picture has a nonzero adjoint.
 EG_INLINE Mask has_adjoint(const SceneView& scene, Mask active, Float x, Float y, const float* adjoint) {
     if (!adjoint) return splat(-1);
     return largest_component(adjoint_at(scene.camera, active, x, y, adjoint)) > 0.0f;
@@ -45,9 +47,9 @@ EG_INLINE void add_to_gradient(const SceneView& scene, const BoundaryTask& task,
 template <auto sample>
 static void direct_forward(const SceneView& scene, const BoundaryTask& task, Workspace&,
                            const DerivativeView& tangent, Splats& splats) {
-    SegmentCursor piece = first_segment(task);
+    SegmentCursor cursor = first_segment(task);
     for (int64_t at = 0; at < task.count; at += W) {
-        auto s = sample(scene, task, at, piece, tangent, nullptr);
+        auto s = sample(scene, task, at, cursor, tangent, nullptr);
         add_to_picture(scene, task, at, tangent, s, splats);
     }
 }
@@ -55,9 +57,9 @@ static void direct_forward(const SceneView& scene, const BoundaryTask& task, Wor
 template <auto sample>
 static void direct_backward(const SceneView& scene, const BoundaryTask& task, Workspace&,
                             const float* adjoint, DerivativeView& gradient) {
-    SegmentCursor piece = first_segment(task);
+    SegmentCursor cursor = first_segment(task);
     for (int64_t at = 0; at < task.count; at += W) {
-        auto s = sample(scene, task, at, piece, gradient, adjoint);
+        auto s = sample(scene, task, at, cursor, gradient, adjoint);
         add_to_gradient(scene, task, at, adjoint, s, gradient);
     }
 }

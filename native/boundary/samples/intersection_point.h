@@ -1,7 +1,7 @@
-// The velocity of a point q of a line along which two planes cut each other: for any vector g across the
-// line,
+// The velocity of a point q on the intersection line of two planes. For any vector g perpendicular to the
+// line
 //   g = mu_1 n_1 + mu_2 n_2,    g . dq = mu_1 n_1 . m_1(q) + mu_2 n_2 . m_2(q),
-// m_k the velocities of the planes' points at q (derivations, F1).
+// where n_k is the normal of plane k and m_k(q) the material velocity of its point at q (derivations, F1).
 #pragma once
 
 #include "boundary/samples/moving_points.h"
@@ -10,7 +10,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// mu_1 and mu_2. Planes that are nearly parallel don't come here: the line's speed has no bound there.
+// Computes mu_1 and mu_2. Nearly parallel planes are excluded earlier, because their line has unbounded
+// velocity.
 EG_INLINE void part_normals(Vec3 g, Vec3 n1, Vec3 n2, Float& mu1, Float& mu2) {
     const Float cosine = dot(n1, n2), inverse = 1.0f / max(1.0f - cosine * cosine, 1e-7f);
     const Float one = dot(g, n1), other = dot(g, n2);
@@ -23,7 +24,7 @@ EG_INLINE Vec3 unit_normal(const Triangle& t) {
     return m * (1.0f / max(sqrt(dot(m, m)), 1e-30f));
 }
 
-// Barycentrics of a point of a face's plane.
+// Barycentrics of a point in a face's plane.
 EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
     const Vec3 m = area_normal(t), d = at - t.p0;
     const Float size = 1.0f / max(dot(m, m), 1e-37f);
@@ -31,8 +32,8 @@ EG_INLINE void place_in_face(const Triangle& t, Vec3 at, Float& b1, Float& b2) {
     b2 = dot(m, cross(t.p1 - t.p0, d)) * size;
 }
 
-// The share of light along w that a face, as an instance places it, doesn't let pass at a point: what it lets
-// pass isn't hidden.
+// The fraction of light along w that a face, placed by an instance, absorbs at a point. Transmitted light is
+// not occluded.
 EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int instance, Vec3 at, Vec3 w,
                           RayKind rays) {
     if (!(scene.all_flags & kHasTransparency)) return {splat(1.0f), splat(1.0f), splat(1.0f)};
@@ -45,7 +46,7 @@ EG_INLINE Vec3 stopped_by(const SceneView& scene, Mask active, Int face, Int ins
     return {1.0f - through.x, 1.0f - through.y, 1.0f - through.z};
 }
 
-// g . m(at), times the color, for a point that rides on a face.
+// Adds g . m(at), times the color, for a material point of a face.
 template <typename Mode>
 EG_INLINE void plane_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
                                   Mask active, Int face, Int instance, Vec3 at, Vec3 g, Vec3 color) {

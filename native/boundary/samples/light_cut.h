@@ -1,11 +1,11 @@
-// Points of the lines along which faces pass through lights of the light table
+// Points of the intersection lines of faces with lights of the light table
 // (boundary/curves/light_intersections.h).
 //
-// A rectangle or an ellipse is cut along a straight line. Of a sphere the line is the chord of the arc along
-// which the face's plane cuts it: with v the way from the circle's middle to the chord's point at u, t the
-// chord and r the circle's radius
-//   q = middle + r v/|v|,    dq/du = r/|v| (t - v (v . t)/v^2).
-// A disk faces the point x that sees it: where it is cut isn't known before x is.
+// Rectangles and ellipses are intersected along straight lines. For a sphere, the stored line is the chord of
+// an arc, the intersection with the face's plane. With v the vector from the arc's centre to the chord's
+// point at u, t the chord and r the arc's radius
+//   q = centre + r v/|v|,    dq/du = r/|v| (t - v (v . t)/v^2).
+// A disk faces the point x that it lights, so its line can be computed only once x is known.
 #pragma once
 
 #include "boundary/samples/intersection_point.h"
@@ -14,7 +14,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The faces, the instances that place them, and the lights' rows of lines.
+// The face, its instance, and the light's row of each line.
 EG_INLINE void faces_of_line(const SceneView& scene, Mask active, Int line, Int& face, Int& instance,
                              Int& row) {
     face = row = splat(0);
@@ -22,19 +22,18 @@ EG_INLINE void faces_of_line(const SceneView& scene, Mask active, Int line, Int&
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
         instance[i] = face_instance(scene, line[i], -1, 0);
-        const uint32_t* faces = scene.edge_faces + scene.edge_face_first[line[i]];
-        face[i] = static_cast<int32_t>(faces[0]);
-        row[i] = static_cast<int32_t>(faces[1] & ~kLightOfTable);
+        face[i] = scene.surface_of_line(line[i], 0).face();
+        row[i] = scene.surface_of_line(line[i], 1).light_row();
     }
 }
 
 struct LightCut {
     Mask active;
     Vec3 point, tangent;  // q, dq/du
-    Vec3 normal;          // unit, the light's at q
+    Vec3 normal;          // of the light at q, unit
 };
 
-// At `point` of the line `tangent` through a light that is no disk, on a face with this unit normal.
+// The intersection at `point` of the line `tangent` through a light that is no disk. face_normal is unit.
 EG_INLINE LightCut light_cut(const LightRow& l, Int kind, Vec3 point, Vec3 tangent, Vec3 face_normal) {
     LightCut cut{splat(-1), point, tangent, l.direction};
     const Mask sphere = kind == splat(static_cast<int>(kSphereLight));
@@ -51,16 +50,17 @@ EG_INLINE LightCut light_cut(const LightRow& l, Int kind, Vec3 point, Vec3 tange
     return cut;
 }
 
-// At u, from 0 to 1, of the line along which a triangle cuts the disk that faces x.
+// The point at u, from 0 to 1, of the line along which a triangle intersects the disk that faces x.
 EG_INLINE LightCut facing_disk_cut(const LightRow& l, const Triangle& t, Vec3 face_normal, Vec3 x, Float u) {
-    constexpr float kParallel = 1e-6f;  // as where lines are looked for
+    constexpr float kParallel = 1e-6f;  // as in boundary/curves/face_cut.h
+    // Find the line of the two planes
     const Vec3 way = x - l.position;
     const Vec3 axis = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
     const Vec3 along = cross(face_normal, axis);
     const Float sine2 = dot(along, along);
     LightCut cut{sine2 > kParallel, l.position, zero3(), axis};
     const Vec3 e = along * (1.0f / sqrt(max(sine2, kParallel))), across = cross(axis, e);
-    // The line is foot + e s; across the disk, and within the triangle's sides.
+    // Clip the line foot + e s to the disk and to the triangle.
     const Float lean = dot(face_normal, across);
     const Float off = dot(face_normal, t.p0 - l.position) / select(cut.active, lean, 1.0f);
     const Vec3 foot = l.position + across * off;

@@ -1,8 +1,8 @@
-// Adjoint blocks of points that ride on edges and faces, those of instances included (derivations, section 1:
-// E and M): g . velocity, times `color`, for what `asked` names.
+// Adjoint blocks E and M (derivations, section 1): the velocity of material points of edges and faces, dotted
+// with g and multiplied by `color`, for the requested parameters.
 //
-// A point of an instance is at M q, q a point of the mesh that is placed: it moves with the transform M, and
-// with the mesh' vertices, whose adjoint is M^T g.
+// A point of an instanced mesh is at M q, with q in the mesh's space. It moves with the transform M and with
+// the mesh's vertices, which receive the adjoint M^T g.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"
@@ -10,7 +10,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The transposed linear part of an instance's transform.
+// Applies the transpose of the linear part of an instance's transform.
 EG_INLINE Vec3 into_instance(const SceneView& scene, Int instance, Vec3 g) {
     if (!any(instance >= 0)) return g;
     for (int i = 0; i < W; ++i) {
@@ -24,17 +24,17 @@ EG_INLINE Vec3 into_instance(const SceneView& scene, Int instance, Vec3 g) {
     return g;
 }
 
-// The first of an edge's faces.
+// The first face of an edge.
 EG_INLINE Int edge_face(const SceneView& scene, Int edge) {
     return gather(scene.edge_faces, gather(scene.edge_face_first, edge));
 }
 
-// Whether the vertices of the edge's mesh are among the parameters.
+// Whether vertices of the edge's mesh are requested.
 EG_INLINE Mask edge_moving(const SceneView& scene, Int edge) {
     return gather(scene.face_moving, edge_face(scene, edge)) != 0;
 }
 
-// Whether a point of an edge, or of a face, may move.
+// Whether a point of an edge or of a face may move.
 EG_INLINE Mask edge_point_moves(const SceneView& scene, const DerivativeView& motion, Mask active, Int edge,
                                 Int instance) {
     Mask moves = active & edge_moving(scene, edge);
@@ -48,7 +48,7 @@ EG_INLINE Mask face_point_moves(const SceneView& scene, const DerivativeView& mo
     return moves;
 }
 
-// The point at u on the edge.
+// The point at u on the edge (block E).
 template <typename Mode>
 EG_INLINE void edge_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                  Mask active, Int edge, Int instance, Float u, Vec3 g, Vec3 color) {
@@ -73,7 +73,7 @@ EG_INLINE void edge_point_blocks(Mode& mode, const SceneView& scene, const Deriv
     mode.edge_end(moves, 1, edge, local * u, color);
 }
 
-// The point at barycentrics (b1, b2) of the face.
+// The point at barycentrics (b1, b2) of the face (block M).
 template <typename Mode>
 EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                  Mask active, Int face, Int instance, Float b1, Float b2, Vec3 g,
@@ -90,9 +90,10 @@ EG_INLINE void face_point_blocks(Mode& mode, const SceneView& scene, const Deriv
     mode.corner(moves, known, 2, local * b2, color);
 }
 
-// How a face turns: g . (m(x + w) - m(x)), x the point at (b1, b2), w a direction in the face's plane and m
-// the velocity of the face's points, extended over its plane. The difference is taken over a step of about
-// the face's size, since one of a metre would be lost in the barycentrics of a large face.
+// The rotation of a face: g . (m(x + w) - m(x)), where x is the point at (b1, b2), w a direction in the
+// face's plane, and m the velocity of the face's points, extended affinely over its plane. The difference is
+// taken over a step of about the face's size. A step of unit length would be lost to rounding in the
+// barycentrics of a large face.
 template <typename Mode>
 EG_INLINE void face_turn_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion, Mask active,
                                 Int face, Int instance, Float b1, Float b2, Vec3 w, Vec3 g, Vec3 color) {

@@ -1,6 +1,7 @@
 #include "boundary/samples/sample_plan.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
+#include "tasks/seed_tags.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,23 +10,22 @@
 namespace edgegrad {
 namespace {
 
-// Of all samples, those of the first pass, and what its estimate counts for beside the second's: little,
-// since the error of systematic samples falls faster than their number grows. With 0.04 for all but the
-// primary boundary what the first pass misses shows: shadow_occluder's gradient has twice the variance. 0.125
-// costs a tenth of the seconds for nothing.
-constexpr double kFirstPrimary = 0.18, kFirst = 0.0625;
+// The weight of the first pass's estimate in the mean. It is small because the error of systematic samples
+// falls faster than their number grows (native/TUNING.md).
 constexpr float kFirstWeight = 0.04f;
 constexpr int64_t kMostShares = int64_t{1} << 20;
-// Most samples of a pass from which something is learned.
+// Upper bound of recorded samples per pass; it limits memory.
 constexpr int64_t kMostRecords = int64_t{1} << 20;
-// Neighbours of a share, to each side, that tell of it.
+// Neighbours to each side from which a share's sample size is estimated. More neighbours reduce noise, but
+// blur narrow features.
 constexpr int64_t kReach = 4;
-// Parts of the second pass that may go to all shares alike: a share may be worth more than its neighbours
-// say.
+// Candidate fractions of the second pass that are distributed evenly. They keep shares sampled whose size the
+// neighbours underestimate.
 constexpr double kAlike[] = {0.2, 0.35, 0.6, 1.0};
-// A share counts at most for so many of mean size.
+// Upper bound of a share's size relative to the mean. It limits the harm of single outliers.
 constexpr double kLargest = 16.0;
-// How densely shares of mean size are sampled, at least, beside what one pass would give all.
+// The least density of samples on shares of mean size, relative to that of a single pass. A larger value
+// takes more samples where they are concentrated on few shares.
 constexpr double kDensity = 2.5;
 
 }  // namespace
@@ -36,16 +36,14 @@ SamplePlan::SamplePlan(std::shared_ptr<const Candidates> candidates, double requ
     const double all = candidates_->size() == 0 ? 0.0 : std::ceil(std::min(requested, most));
     total_[0] = static_cast<int64_t>(all);
     if (!guided_ || total_[0] == 0) return;
-    total_[0] =
-        std::min(kMostShares,
-                 static_cast<int64_t>(std::ceil((kind == kPrimaryBoundary ? kFirstPrimary : kFirst) * all)));
+    total_[0] = std::min(kMostShares, static_cast<int64_t>(std::ceil(kBoundaryTable[kind].first_pass * all)));
     total_[1] = std::max<int64_t>(1, static_cast<int64_t>(all) - total_[0]);
     score_.assign(static_cast<size_t>(total_[0]), 0.0f);
 }
 
 void SamplePlan::guide() {
-    // The best density of samples is in proportion to the root of their mean square, here that of neighbours
-    // on the list, which are neighbours in the picture.
+    // The optimal density of samples is proportional to the root of their mean square. This is estimated from
+    // neighbours on the list, which are neighbours in the picture.
     const auto shares = static_cast<int64_t>(score_.size());
     std::vector<double> squares(score_.size() + 1);
     const auto square = [&](int64_t k) {
@@ -54,7 +52,8 @@ void SamplePlan::guide() {
     };
     for (int64_t k = 0; k < shares; ++k)
         squares[static_cast<size_t>(k) + 1] = squares[static_cast<size_t>(k)] + square(k);
-    std::vector<double> with(score_.size()), without(score_.size());  // a share's own sample
+    std::vector<double> with(score_.size()),
+        without(score_.size());  // with and without the share's own sample
     double mean_with = 0.0, mean_without = 0.0;
     for (int64_t k = 0; k < shares; ++k) {
         const int64_t low = std::max<int64_t>(0, k - kReach), high = std::min(shares, k + kReach + 1);
@@ -74,9 +73,9 @@ void SamplePlan::guide() {
         relative_with[i] = relative(with[i], mean_with);
         without[i] = relative(without[i], mean_without);
     }
-    // Whether neighbours tell anything of a share is seen from what they would have made of the first pass:
-    // the second moment of its samples under their guidance, relative to how many samples that would spare.
-    // All parts in one loop, side by side in vectors.
+    // Choose the even fraction by cross-validation. The score is the second moment of the first pass' samples
+    // under the guide that their neighbours suggest, times the total of that guide. The inner loop over all
+    // fractions vectorises.
     constexpr size_t kParts = std::size(kAlike);
     double moments[kParts] = {}, totals[kParts] = {}, inverses[kParts] = {}, weight = 0.0;
     for (int64_t k = 0; k < shares; ++k) {
@@ -97,6 +96,7 @@ void SamplePlan::guide() {
             part = weight > 0.0 ? std::min(1.0, kDensity * inverses[j] / weight) : 0.1;
         }
     }
+    // Build the guide and reduce the number of samples where it concentrates them
     guide_.resize(score_.size() + 1);
     for (size_t k = 0; k < relative_with.size(); ++k)
         guide_[k + 1] = guide_[k] + alike + (1.0 - alike) * relative_with[k];
@@ -132,7 +132,7 @@ BoundaryTask SamplePlan::task(int pass, int64_t first, int64_t count) {
     t.count = count;
     t.total = total_[pass];
     t.max_depth = options_.max_depth;
-    t.seed = options_.seed ^ (pass == 0 ? 0u : 0x3c6ef372u);
+    t.seed = options_.seed ^ (pass == 0 ? 0u : kSecondPassSeed);
     t.kind = kind_;
     t.limits = options_.limits;
     t.guide = pass == 0 ? nullptr : guide_.data();

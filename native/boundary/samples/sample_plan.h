@@ -1,52 +1,48 @@
-// How many samples a boundary term takes, and where: in one pass over the candidates' mass, or in two, of
-// which the first says where the second is worth its while.
+// The number and the distribution of a boundary term's samples. There is one pass over the candidates'
+// weights, or two passes, of which the first guides the second.
 #pragma once
 
 #include <memory>
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/learned_weights.h"
-#include "engine/engine.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/boundary_task.h"
+#include "tasks/render_options.h"
 
 namespace edgegrad {
 
-// Boundary samples per task, and per batch of stored splats (20 MB). Of 4096 dense_200k has so few tasks that
-// threads wait for each other, which takes 0.06 of the seconds; 1024 are no faster.
-constexpr int64_t kBoundaryChunk = 2048;
-constexpr int64_t kSplatBatch = int64_t{1} << 20;
-
 class SamplePlan {
  public:
-    // One pass of `wanted` samples, at most `most`; `guided`: a part of them, then the others by the
-    // sizes that those had. Both passes estimate the whole term, and their weighted mean is the
-    // result: the weights are fixed, so that it stays unbiased though the second pass depends on the first.
+    // A plan of one pass with `requested` samples, at most `most`. If `guided`, a fraction of these makes the
+    // first pass, and the sizes of its samples distribute the others. Both passes estimate the whole term,
+    // and the result is a weighted mean of both. The weights are constants, so the mean is unbiased although
+    // the second pass depends on the first.
     SamplePlan(std::shared_ptr<const Candidates> candidates, double requested, double most,
                const RenderOptions& options, BoundaryKind kind, bool guided);
 
     BoundaryKind kind() const { return kind_; }
 
     int passes() const { return guided_ ? 2 : 1; }
-    // Samples of a pass; of the second one before `guide` the most that it may take.
+    // The samples of a pass. For the second pass this is an upper bound until guide() is called.
     int64_t total(int pass) const { return total_[pass]; }
-    int64_t chunks(int pass) const { return (total_[pass] + kBoundaryChunk - 1) / kBoundaryChunk; }
-    // Between the passes.
+    // Distributes the second pass. Call it between the passes.
     void guide();
-    // Noise of a sample of the first pass: the root of its variance among neighbours on the list, times the
-    // number of samples, for a picture's sum and a motion of one unit across every edge.
+    // Estimates the noise of the first pass: the standard deviation of one sample, from differences of
+    // neighbours on the list, times the number of samples. It is that of the picture's sum for a unit motion
+    // across each edge.
     double noise() const;
-    // Takes this part of the second pass' samples only.
+    // Reduces the second pass to a fraction of its samples.
     void thin(double part);
 
-    // Records what samples are worth to a gradient; after it, teaches that.
+    // Records the samples' contributions to a gradient. teach() then updates the learned weights.
     void record();
     void teach(LearnedWeights& masses) const;
 
     BoundaryTask task(int pass, int64_t first, int64_t count);
 
  private:
-    float scale(int pass) const;  // what a pass' samples count for
+    float scale(int pass) const;  // the weight of a pass' estimate
     SampleRecord view(int pass) const;
 
     std::shared_ptr<const Candidates> candidates_;
@@ -54,14 +50,15 @@ class SamplePlan {
     BoundaryKind kind_;
     bool guided_;
     int64_t total_[2] = {0, 0};
-    std::vector<float> score_;   // by sample of the first pass, each in a share of its own
+    std::vector<float> score_;   // by sample of the first pass, one per share of the weight
     std::vector<double> guide_;  // (shares + 1)
     struct Record {
         int32_t shift = 0;
         std::vector<float> contribution, density, u;
-        std::vector<int32_t> entry, cell;
+        std::vector<int32_t> entry;
+        std::vector<SegmentCell> cell;
     };
-    mutable Record records_[2];  // by pass; empty: nothing is learned
+    mutable Record records_[2];  // by pass; empty: not recorded
 };
 
 }  // namespace edgegrad

@@ -1,4 +1,4 @@
-// Sampling of boundary pieces by mass, shared by all boundary terms, and their splats.
+// Samples segments of edges by weight, and writes splats; shared by all boundary terms.
 #pragma once
 
 #include "path/stream.h"
@@ -12,16 +12,18 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct SegmentSample {
     Mask active;
     Int edge, instance;
-    Int cell;       // of directions, in each row of them one after the other
-    Mask chained;   // x is seen by way of other surfaces
-    Vec3 a, t;      // first end, and from it to the second
-    Float u0, u1;   // the piece
-    Float tau;      // place along the piece, uniform in [0, 1]
-    Float density;  // expected number of samples on the piece
+    Int cell;       // direction cell, in row-major order
+    Mask chained;   // the camera sees x through other surfaces
+    Vec3 a, t;      // first end; vector to the second
+    Float u0, u1;   // the segment
+    Float tau;      // position in the segment, uniform in [0, 1]
+    Float density;  // expected number of samples on the segment
     PathIndex random;
+
+    Int light_row() const { return cell; }  // of curves about lights
 };
 
-// A point of an instanced mesh in the world; `instance` -1: it stands there itself.
+// Places a point of a mesh in the world. `instance` is -1 for meshes that are not instanced.
 EG_INLINE void place_point(const SceneView& scene, int32_t instance, float (&p)[3]) {
     if (instance < 0) return;
     const float* m = scene.instance_to_world + 12 * static_cast<int64_t>(instance);
@@ -29,17 +31,16 @@ EG_INLINE void place_point(const SceneView& scene, int32_t instance, float (&p)[
     for (int r = 0; r < 3; ++r) p[r] = m[4 * r] * x + m[4 * r + 1] * y + m[4 * r + 2] * z + m[4 * r + 3];
 }
 
-// An end (0 or 1) of an edge, or of a line along which two faces pierce each other.
+// An end (0 or 1) of an edge or of an intersection line.
 EG_INLINE void edge_end(const SceneView& scene, int32_t edge, int32_t instance, int end, float (&p)[3]) {
-    const float* from =
-        edge < scene.edge_count
-            ? scene.vertices + 3 * static_cast<int64_t>(scene.edge_vertices[2 * edge + end])
-            : scene.intersection_ends + 6 * static_cast<int64_t>(edge - scene.edge_count) + 3 * end;
+    const float* from = scene.is_intersection(edge)
+                            ? scene.intersection_ends + 6 * scene.intersection(edge) + 3 * end
+                            : scene.vertices + 3 * static_cast<int64_t>(scene.edge_vertices[2 * edge + end]);
     for (int c = 0; c < 3; ++c) p[c] = from[c];
     place_point(scene, instance, p);
 }
 
-// An end (0 or 1) of each lane's edge, where its mesh has it.
+// An end (0 or 1) of each lane's edge, in the mesh's space.
 EG_INLINE Vec3 gather_edge_end(const SceneView& scene, Int edge, int end) {
     Rows vertex;
     for (int i = 0; i < W; ++i)
@@ -47,9 +48,9 @@ EG_INLINE Vec3 gather_edge_end(const SceneView& scene, Int edge, int end) {
     return gather3(scene.vertices, vertex);
 }
 
-// The first ends of edges, or of lines along which two faces pierce each other, and the ways to the second.
+// The first ends of edges or intersection lines, and the vectors to the second ends.
 EG_INLINE void gather_edges(const SceneView& scene, Int edge, Int instance, Vec3& a, Vec3& t) {
-    const Mask intersection = edge >= scene.edge_count, placed = instance >= 0;
+    const Mask intersection = is_intersection(scene, edge), placed = instance >= 0;
     const Int known = select(intersection, splat(0), edge);
     a = gather_edge_end(scene, known, 0);
     Vec3 b = gather_edge_end(scene, known, 1);
@@ -69,9 +70,9 @@ EG_INLINE void gather_edges(const SceneView& scene, Int edge, Int instance, Vec3
     t = b - a;
 }
 
-// Barycentrics of the points at u on edges in one of their faces, which their mesh has at `t` and whose
-// corner `opposite` is off the edge. Which of the others is the edge's first vertex is told by distance,
-// since copies of one vertex differ.
+// Barycentrics of the points at u of edges, in one face of each. `t` is the face in the mesh's space, and
+// `opposite` its corner off the edge. The edge's first vertex is found among the other corners by distance,
+// because welded vertices keep several numbers.
 EG_INLINE void edge_place(const SceneView& scene, Int edge, Float u, const Triangle& t, Int opposite,
                           Float& b1, Float& b2) {
     const Vec3 a = gather_edge_end(scene, edge, 0);
@@ -84,41 +85,43 @@ EG_INLINE void edge_place(const SceneView& scene, Int edge, Float u, const Trian
     b2 = select(zero, at_last, select(one, at_next, splat(0.0f)));
 }
 
-// The random numbers of a boundary term.
+// The random number stream of a boundary term.
 EG_INLINE uint32_t boundary_stream(const BoundaryTask& task) {
     return hash(task.seed ^ hash(0x2545f491u + static_cast<uint32_t>(task.kind)));
 }
 
-// Where a task's samples have come to.
+// The positions in the lists that a task's samples have reached.
 struct SegmentCursor {
     int64_t entry = 0, share = 0;
 };
 
-// The piece of an entry (Candidates::parts) at `place` of its length, in [0, 1]: which cell it is of, what of
-// the entry's u it has, and the place in the piece. Cells go there and back by rows, so that pieces that
-// follow each other are near each other.
+// The segment of an entry (Candidates::parts) at the fraction `place` of the entry's weight: its direction
+// cell, its range of u, and the position in the segment. Cells run in alternating directions from row to row,
+// so that consecutive segments are neighbours.
 struct EntrySegment {
     int32_t cell;
     float u0, u1;
     double place;
-    double count;  // pieces of the entry
+    double count;  // segments of the entry
 };
 EG_INLINE EntrySegment segment_of_entry(const BoundaryTask& task, int64_t entry, double place) {
-    const int32_t n = task.direction_cells, cells = n * n, parts = task.parts[entry], pieces = parts * cells;
-    place *= pieces;
-    const int32_t last = pieces - 1;
+    const int32_t n = task.direction_cells, cells = n * n, parts = task.parts[entry],
+                  segments = parts * cells;
+    place *= segments;
+    const int32_t last = segments - 1;
     const int32_t k = !(place > 0.0) ? 0 : place < last ? static_cast<int32_t>(place) : last;
     const int32_t part = k / cells, row = k % cells / n, column = k % n;
     const float from = task.u0[entry], width = (task.u1[entry] - from) / static_cast<float>(parts);
     return {row * n + (row % 2 ? n - 1 - column : column), from + width * static_cast<float>(part),
-            from + width * static_cast<float>(part + 1), place - k, static_cast<double>(pieces)};
+            from + width * static_cast<float>(part + 1), place - k, static_cast<double>(segments)};
 }
 
-// Samples [task.first + at, …): number k lies in the k-th of `total` equal parts of the mass, or of the
-// guide, which goes through the mass at another speed.
+// Samples [task.first + at, ...). Sample k lies in the k-th of `total` equal parts of the weight. With a
+// guide the parts are equal in the guide, which maps to the weight piecewise linearly.
 EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const BoundaryTask& task, int64_t at,
                                             SegmentCursor& cursor) {
     SegmentSample s;
+    // Measure the steps between samples and the shares of the guide
     const double mass = task.cumulative[task.entries];
     const double guided = task.guide ? task.guide[task.shares] : mass;
     const double step = guided / static_cast<double>(task.total);
@@ -127,6 +130,7 @@ EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const Bounda
     s.instance = splat(-1);
     s.cell = s.chained = splat(0);
     s.u0 = s.tau = splat(0.0f);
+    // Find the place of each sample in the guide and among the entries
     s.u1 = s.density = splat(1.0f);
     for (int i = 0; i < W; ++i) {
         const int64_t k = at + i;
@@ -150,56 +154,58 @@ EG_INLINE SegmentSample sample_edge_segment(const SceneView& scene, const Bounda
         s.u0[i] = task.u0[entry];
         s.u1[i] = task.u1[entry];
         if (task.cell) {
-            s.cell[i] = task.cell[entry] & ~kChained;
-            s.chained[i] = task.cell[entry] & kChained ? -1 : 0;
+            s.cell[i] = task.cell[entry].place();
+            s.chained[i] = task.cell[entry].chained() ? -1 : 0;
         }
+        // Select the segment and the cell of an entry that has many
         if (task.parts) {
-            const EntrySegment piece = segment_of_entry(task, entry, tau);
-            s.cell[i] = piece.cell;
-            s.u0[i] = piece.u0, s.u1[i] = piece.u1;
-            tau = piece.place;
-            length /= piece.count;
+            const EntrySegment segment = segment_of_entry(task, entry, tau);
+            s.cell[i] = segment.cell;
+            s.u0[i] = segment.u0, s.u1[i] = segment.u1;
+            tau = segment.place;
+            length /= segment.count;
         }
         s.tau[i] = static_cast<float>(tau < 0.0 ? 0.0 : tau > 1.0 ? 1.0 : tau);
         s.density[i] = static_cast<float>(length * density);
+        // Record the segment, for learned weights
         if (task.record.has(task.first + k)) {
             const int64_t at_record = task.record.place(task.first + k);
             task.record.entry[at_record] = static_cast<int32_t>(entry);
-            task.record.cell[at_record] = s.cell[i] | (s.chained[i] & kChained);
+            task.record.cell[at_record] = SegmentCell(s.cell[i], s.chained[i]);
             task.record.density[at_record] = s.density[i];
             task.record.u[at_record] = s.u0[i] + (s.u1[i] - s.u0[i]) * s.tau[i];
         }
     }
-    // One low-discrepancy sequence over all samples: neighbouring shares of the mass get stratified
-    // random numbers.
+    // All samples share one low-discrepancy sequence, so that samples of neighbouring segments have
+    // stratified numbers.
     s.random.pixel = splat(0);
     s.random.stream = splat(boundary_stream(task));
     gather_edges(scene, s.edge, s.instance, s.a, s.t);
     return s;
 }
 
-// The cursor of the task's first sample.
+// The positions in the lists of the task's first sample.
 EG_INLINE SegmentCursor first_segment(const BoundaryTask& task) {
     SegmentCursor cursor;
     const double mass = task.cumulative[task.entries];
     double place = static_cast<double>(task.first) / static_cast<double>(task.total);
     if (task.guide) {
         cursor.share = last_below(task.guide, task.shares, place * task.guide[task.shares]);
-        // The entry at the share's beginning: the samples' cursor goes on from there.
+        // Start at the entry where the share begins. The samples advance from there.
         place = static_cast<double>(cursor.share) / static_cast<double>(task.shares);
     }
     cursor.entry = last_below(task.cumulative, task.entries, place * mass);
     return cursor;
 }
 
-// Beyond this, products with velocities and adjoints don't fit into floats.
+// Products of larger samples with velocities and adjoints would overflow.
 constexpr float kLargestSample = 1e36f;
 
-// A size that is no finite number if one of the components isn't.
+// The sum of the absolute components. It is not finite if one of them is not.
 EG_INLINE Float size_of(Vec3 a) { return abs(a.x) + abs(a.y) + abs(a.z); }
 
-// The samples of finite size; the others are counted. Velocities and adjoints are not in a size, so that both
-// modes leave out the same samples.
+// Keeps the samples of finite size and counts the others. A size contains neither velocities nor adjoints, so
+// that both modes drop the same samples.
 EG_INLINE Mask keep_finite(const BoundaryTask& task, int64_t at, Mask active, Int edge, Int instance,
                            Float size) {
     const Mask lost = active & ~(size < kLargestSample);
@@ -213,8 +219,8 @@ EG_INLINE Mask keep_finite(const BoundaryTask& task, int64_t at, Mask active, In
     return active & ~lost;
 }
 
-// Records what samples are worth to the gradient: the light that they move, times the adjoint. Unlike a size
-// it is for later calls, whose both modes then take the same samples.
+// Records the contributions of samples to the gradient: the moved light times the adjoint. They guide later
+// calls only, so that both modes of a call take the same samples.
 EG_INLINE void record_contribution(const BoundaryTask& task, int64_t at, Mask active, Vec3 color,
                                    Vec3 adjoint, Float sweep) {
     if (!task.record.contribution) return;

@@ -1,5 +1,5 @@
-// A point of an edge as the camera sees it: where it is in the picture, how fast it sweeps over it, and which
-// surfaces are beside it.
+// A point of an edge as the camera sees it: its place in the picture, the area that it sweeps there, and the
+// surfaces on its two sides.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"
@@ -14,34 +14,34 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct EdgeSample {
     Mask active;
     Int edge, instance;
-    Mask intersection;  // no edge, but a line along which two faces pierce each other
+    Mask intersection;  // an intersection line of two faces instead of an edge
     Float u;            // position along the edge
     Float weight;       // kappa / density
     Vec3 point, tangent;
-    Vec3 end;     // the edge's first
+    Vec3 end;     // the edge's first end
     Vec3 normal;  // N = D x t
     Projection view;
     PathIndex random;
-    Int mask;  // of what rays towards it meet
+    Int mask;  // mask of the rays towards the point
 };
 
-// Samples [task.first + at, …) of the pieces, each seen through its own point of the lens.
+// Samples [task.first + at, ...) of the segments, each seen through its own point of the lens.
 EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                 SegmentCursor& piece) {
-    const SegmentSample place = sample_edge_segment(scene, task, at, piece);
+                                 SegmentCursor& cursor) {
+    const SegmentSample place = sample_edge_segment(scene, task, at, cursor);
     const CameraView& c = scene.camera;
     EdgeSample s;
     s.active = place.active;
     s.edge = place.edge;
     s.instance = place.instance;
-    s.intersection = place.edge >= scene.edge_count;
+    s.intersection = is_intersection(scene, place.edge);
     s.random = place.random;
     s.mask = splat(1 << kCameraRay);
     const Float length = place.u1 - place.u0;
     Float du;  // du / dtau
     if (c.kind == kPerspective) {
-        // Uniform along the piece on the screen: with depths z0, z1 at its ends, the fraction tau of the
-        // screen length lies at the fraction tau z0/(z1 + tau (z0 - z1)) of the piece in space.
+        // Sample uniformly along the projected segment. With depths z0 and z1 at its ends, the fraction tau
+        // of the projected length lies at the fraction tau z0/(z1 + tau (z0 - z1)) of the segment in space.
         const Vec3 back = splat3(c.back);
         const Float z_a = -dot(back, place.a - splat3(c.position)), z_t = -dot(back, place.t);
         const Float z0 = max(z_a + place.u0 * z_t, 1e-30f), z1 = max(z_a + place.u1 * z_t, 1e-30f);
@@ -52,6 +52,7 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
         s.u = place.u0 + length * place.tau;
         du = length;
     }
+    // Record the position and project the point
     if (task.record.contribution)
         for (int i = 0; i < W && at + i < task.count; ++i)
             if (const int64_t k = task.first + at + i; task.record.has(k))
@@ -68,18 +69,18 @@ EG_INLINE EdgeSample sample_edge(const SceneView& scene, const BoundaryTask& tas
     return s;
 }
 
-// A face beside an edge: the nearest of those on one side of it, as the camera sees them.
+// The visible face on one side of an edge: the nearest of the faces on that side, as the camera sees them.
 struct SideFace {
     Int face;      // -1: none is there
-    Int instance;  // that places it
+    Int instance;  // placing the face
     Int opposite;  // its corner off the edge, 0 to 2
-    Float slope;   // of its depth, across the edge
+    Float slope;   // depth slope across the edge
 };
 
 struct Sides {
-    SideFace plus, minus;  // where N points, and where it points from
-    // Rays that leave a face at the edge may start behind another face of it: unless the edge is a border, or
-    // its two faces are blunt to each other (by more than 104 degrees).
+    SideFace plus, minus;  // the side to which N points, and the other
+    // Rays that leave a face at the edge may start behind another face of the edge. This is not possible at
+    // borders, nor if the two faces meet at an obtuse angle (narrow_pair).
     Mask narrow;
 };
 
@@ -87,10 +88,11 @@ struct Sides {
 struct EdgeFace {
     Int face, instance, opposite;  // its corner off the edge, 0 to 2
     Vec3 normal;                   // area normal
-    Vec3 way;                      // from the edge's first end to that corner; 0 of crossings
+    Vec3 way;                      // from the edge's first end to that corner; 0 for intersections
 };
 
-// Entry `place` of the edges' faces, the k-th of each, of the lanes that have one.
+// The k-th face of each lane's edge, at `place` in the scene's list of edge faces, for the lanes `there` that
+// have one.
 EG_INLINE EdgeFace face_beside(const SceneView& scene, const EdgeSample& s, Mask there, Int place, int k) {
     const Mask intersection = there & s.intersection;
     const auto entries = [&](const uint32_t* table, Mask m) {
@@ -112,7 +114,7 @@ EG_INLINE EdgeFace face_beside(const SceneView& scene, const EdgeSample& s, Mask
     return f;
 }
 
-// Whether the faces of a pair are not blunt to each other across their edge of direction t.
+// Whether two faces of an edge of direction t meet at an angle that is not clearly obtuse.
 EG_INLINE Mask narrow_pair(const EdgeFace (&pair)[2], Vec3 t) {
     Vec3 across[2];
     for (int k = 0; k < 2; ++k) {
@@ -123,9 +125,9 @@ EG_INLINE Mask narrow_pair(const EdgeFace (&pair)[2], Vec3 t) {
     return dot(across[0], across[1]) >= kBlunt * sqrt(dot(across[0], across[0]) * dot(across[1], across[1]));
 }
 
-// Per side the face that is nearest to the camera just beside the edge: the one of smallest depth slope
-// -(n . g)/(n . D), g = +-N (derivations A3). A face seen exactly edge-on lies on no side. Faces that pierce
-// each other are on both sides.
+// Finds on each side the face nearest to the camera just beside the edge: the face of smallest depth slope
+// -(n . g)/(n . D), g = +-N (derivations, A3). A face seen exactly edge-on lies on no side. Faces that
+// intersect lie on both sides.
 EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
     const SideFace none = {splat(-1), splat(-1), splat(0), splat(__builtin_inff())};
     Sides sides{none, none, splat(-1)};
@@ -160,13 +162,13 @@ EG_INLINE Sides visible_faces(const SceneView& scene, const EdgeSample& s) {
 struct Behind {
     Closest hit;
     Mask touched;
-    // Of surfaces in front of the edge that let light pass: what comes through, and their number.
+    // The transmittance and the number of transparent surfaces in front of the edge.
     Vec3 through;
     Int passed;
 };
 
-// Of surfaces that rays meet, those that let them pass by chance, as pictures' paths; takes what comes
-// through.
+// Decides for each hit surface whether the ray passes it, with probability by its transparency as on camera
+// paths. Multiplies the transmittance of the rays that pass.
 EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const EdgeSample& s, const Closest& hit,
                        Behind& behind, Float& offset) {
     SurfacePoint x = surface_point(scene, blocked, hit.face, hit.b1, hit.b2, s.view.direction, hit.instance);
@@ -185,9 +187,9 @@ EG_OUTLINE Mask passes(const SceneView& scene, Mask blocked, const EdgeSample& s
     return pass;
 }
 
-// Rays from the camera through e that ignore the edge's faces; lanes where something is in front of e become
-// inactive. They start at the camera, so that a surface touching the edge isn't lost. Where a face of the
-// edge is seen on both sides, what is farther than it doesn't matter, and isn't looked for.
+// Traces rays from the camera through e that ignore the edge's faces. Lanes where e is occluded become
+// inactive. The rays start at the camera, so that a surface that touches the edge is not missed. If the edge
+// has a visible face on both sides, nothing farther away matters, and the rays end there.
 EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides& sides,
                              int most_transparent) {
     constexpr float kContact = 1e-5f, kAlong = 1e-3f, kHere = 1e-3f, kBefore = 1e-5f;
@@ -203,9 +205,10 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
     const Float far = select(hidden, min(s.view.far, s.view.distance + scale * kHere), s.view.far);
     Mask looking = s.active;
     while (any(looking)) {
+        // Find the next surface along the ray
         const Closest hit = intersect(scene, looking, s.view.origin, s.view.direction, near, far,
                                       {s.edge, s.instance}, embree::kCoherent, s.mask);
-        // Contact: the hit is about at e, and the edge lies in its plane.
+        // Contact: the hit is close to e and the edge lies in the plane of the face.
         Mask touched = hit.hit & (abs(hit.distance - s.view.distance) < scale * kHere);
         if (any(touched)) {
             const Triangle t = placed_triangle(scene, hit.face, hit.instance).triangle;
@@ -214,6 +217,7 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
             touched &= (abs(dot(m, s.point - t.p0)) < length * scale * kContact) &
                        (abs(dot(m, s.tangent)) < length * sqrt(dot(s.tangent, s.tangent)) * kAlong);
         }
+        // Keep the hits at or behind the edge
         const Mask blocked =
             looking & hit.hit & ~touched & (hit.distance < s.view.distance - scale * kBefore);
         const Mask seen = looking & ~blocked;
@@ -225,6 +229,7 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
         behind.hit.b2 = select(seen, hit.b2, behind.hit.b2);
         behind.hit.distance = select(seen, hit.distance, behind.hit.distance);
         behind.touched |= seen & touched;
+        // Continue behind transparent surfaces in front of the edge
         looking = blocked & (behind.passed < most_transparent);
         if (!(scene.all_flags & kHasTransparency)) looking = splat(0);
         if (any(looking)) {
@@ -237,7 +242,8 @@ EG_INLINE Behind look_behind(const SceneView& scene, EdgeSample& s, const Sides&
     return behind;
 }
 
-// Depth slope of the plane in which the edge lies, for the side of N; the other side's is its negative.
+// The depth slope of the plane in which the edge lies, on the side of N. On the other side it is the
+// negative.
 EG_INLINE Float touched_slope(const SceneView& scene, const EdgeSample& s, const Closest& hit) {
     Triangle t = gather_triangle(scene, hit.face);
     place_triangle(scene, hit.instance, t);
@@ -246,14 +252,13 @@ EG_INLINE Float touched_slope(const SceneView& scene, const EdgeSample& s, const
     return select(md != 0.0f, -dot(m, s.normal) / select(md != 0.0f, md, 1.0f), splat(__builtin_inff()));
 }
 
-// By how far rays beside an edge start off it, of a face: far enough that a ray which leaves the surface
-// (SurfacePoint::offset off it) starts on the right side of another face of the edge or of a surface that
-// touches there, unless they meet it at less than 1/32; near enough that what hides light is what hides it
-// at the edge (tested against central differences where the neighbour hides all of it:
-// tests/boundary/test_primary_boundary.py).
+// The distance from the edge at which rays beside it start on a face. It is large enough that a ray that
+// leaves the surface (at SurfacePoint::offset) starts on the right side of another face of the edge or of a
+// touching surface, unless their angle is below 1/32. It is small enough that occlusion is that at the edge
+// itself.
 EG_INLINE Float aside(const Triangle& t) { return 32.0f * ray_offset(t); }
 
-// Barycentrics of e on a triangle in whose plane the edge lies; the step from there to beside it.
+// The barycentrics of e on a triangle that contains the edge, and the step from e to the side of `outwards`.
 EG_INLINE Vec3 beside_in_plane(const EdgeSample& s, const Triangle& t, Vec3 outwards, Float& b1, Float& b2) {
     const Vec3 m = area_normal(t);
     const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, d = s.point - t.p0;
@@ -265,8 +270,8 @@ EG_INLINE Vec3 beside_in_plane(const EdgeSample& s, const Triangle& t, Vec3 outw
     return select(dot(across, outwards) < 0.0f, -across, across) * aside(t);
 }
 
-// Barycentrics of the point e of the edge on `face`; the step from there to beside the edge, where `outwards`
-// (+-N) points.
+// The barycentrics of the point e of the edge on the face `near`, and the step from e to the side of
+// `outwards` (+-N).
 EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const SideFace& near, Vec3 outwards,
                           Float& b1, Float& b2) {
     const Mask active = s.active & (near.face >= 0);
@@ -274,13 +279,13 @@ EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const Sid
     Triangle t = gather_triangle(scene, face);
     edge_place(scene, select(active & ~s.intersection, s.edge, splat(0)), s.u, t, near.opposite, b1, b2);
     place_triangle(scene, select(active, near.instance, splat(-1)), t);
-    // Towards the opposite corner, at most an eighth of the way.
+    // Step towards the opposite corner, at most an eighth of the way.
     const Vec3 corner = select(near.opposite == 0, t.p0, select(near.opposite == 1, t.p1, t.p2));
     const Vec3 sheet = cross(s.tangent, corner - s.point);
     const Float height = sqrt(dot(sheet, sheet) / max(dot(s.tangent, s.tangent), 1e-37f));
     const Vec3 step = (corner - s.point) * min(aside(t) / max(height, 1e-30f), splat(0.125f));
     if (!any(active & s.intersection)) return step;
-    // In the plane of the face, across the line; rays may start a step outside of the triangle.
+    // Step across the line in the face's plane. Rays may start slightly outside of the triangle.
     Float c1, c2;
     const Vec3 across = beside_in_plane(s, t, outwards, c1, c2);
     b1 = select(s.intersection, c1, b1);
@@ -288,7 +293,7 @@ EG_INLINE Vec3 near_point(const SceneView& scene, const EdgeSample& s, const Sid
     return select(s.intersection, across, step);
 }
 
-// The same of the surface in which the edge lies.
+// The same for the surface that contains the edge.
 EG_INLINE Vec3 touched_point(const SceneView& scene, const EdgeSample& s, const Closest& hit, Vec3 outwards,
                              Float& b1, Float& b2) {
     Triangle t = gather_triangle(scene, hit.face);

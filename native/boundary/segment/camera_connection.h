@@ -1,8 +1,9 @@
-// The camera's connection to a point x that light has reached from elsewhere. As an integral over surfaces a
-// pixel's value is
+// The camera's connection to a point x that light has reached from elsewhere. As an integral over surfaces,
+// the value of a pixel is
 //   I = int h(s(x)) kappa |D . n| V(x) L(x, wo) dA,
-// s(x) the place of x in the picture, h the pixel's filter, D the direction of the ray through it and kappa
-// the picture's area per area across D (path/camera_projection.h); V is what is let through on the way.
+// where s(x) is the place of x in the picture, h the pixel's filter, D the direction of the ray through it,
+// and kappa the picture's area per area perpendicular to D (path/camera_projection.h). V is the transmittance
+// between camera and x.
 #pragma once
 
 #include "boundary/terms/camera_sampled_lobes.h"
@@ -15,7 +16,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Where the camera would see x, through a random point of the lens; inactive where no pixel looks there.
+// The projection of x through a random point of the lens. Inactive if x is outside the frame.
 EG_INLINE Projection place_in_picture(const SceneView& scene, Mask active, Vec3 x, const PathIndex& random) {
     const CameraView& c = scene.camera;
     const LensPoint lens = lens_of(c, random);
@@ -25,7 +26,8 @@ EG_INLINE Projection place_in_picture(const SceneView& scene, Mask active, Vec3 
     return view;
 }
 
-// V: what surfaces between the camera and x let through; `most_transparent` is the picture's limit.
+// V: the transmittance between the camera and x. `most_transparent` is the picture's limit of transparent
+// surfaces.
 EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const SurfacePoint& x,
                               const Projection& view, int most_transparent) {
     const Vec3 start = leave_surface(x);
@@ -34,10 +36,10 @@ EG_INLINE Vec3 seen_by_camera(const SceneView& scene, Mask active, const Surface
                          {splat(1 << kCameraRay), kCameraRay, most_transparent});
 }
 
-// f |n_s . w| / |n . w| of light from w that x scatters by `shader` towards point.view (unit, both from x),
-// on whose side x's normal is: by the picture's own BSDF, times the share that isn't let through.
-// `light_kinds`: bits 1 << RayKind of the scattering that the light is seen through. In lanes of `without`
-// the lobes that may be followed are left out.
+// f |n_s . w| / |n . w| for light from w that x scatters by `shader` towards point.view. Both are unit
+// vectors from x, and x's normal is on the side of the view. The BSDF is that of the picture, times the
+// opaque fraction. `light_kinds` are the kinds of scattering (bits 1 << RayKind) to which the light is
+// visible. Lanes of `without` leave out the lobes that scan lines may follow.
 EG_OUTLINE Vec3 scattered_by(const SceneView& scene, const SurfacePoint& x, const TexturePoint& point,
                              const Shader& shader, Vec3 w, Int light_kinds, Mask without = splat(0)) {
     const Vec3 normal = shading_normal(scene, x.active, shader, point);
@@ -75,21 +77,21 @@ EG_INLINE Vec3 followed_part(const SceneView& scene, const SurfacePoint& x, cons
     return all - scattered_by(scene, x, point, shader, w, light_kinds, splat(-1));
 }
 
-// The same towards a ray of `kind`, with one of the material's shaders picked by `choice`; without the lobes
-// that are the aimed estimator's. `followed`, if not null: the part of followed lobes.
+// The same towards a ray of `kind`, for one of the material's closures, picked by `choice`. Left out are the
+// camera-sampled lobes. Sets `followed`, if not null, to the part of followed lobes.
 EG_INLINE Vec3 scattered_towards(const SceneView& scene, const SurfacePoint& x, Vec3 view, Vec3 w, Int kind,
-                                 Int light_kinds, Float choice, float aimed = 0.0f,
+                                 Int light_kinds, Float choice, float camera_sampled_alpha = 0.0f,
                                  Vec3* followed = nullptr) {
     const TexturePoint point = texture_point(scene, x, view, kind);
     const Shader shader = surface_shader(scene, x, point, choice);
-    const Int kinds = light_kinds & ~camera_sampled_kinds(shader, aimed);
+    const Int kinds = light_kinds & ~camera_sampled_kinds(shader, camera_sampled_alpha);
     const Vec3 all = scattered_by(scene, x, point, shader, w, kinds);
     if (followed) *followed = followed_part(scene, x, point, shader, w, kinds, all);
     return all;
 }
 
-// What `all` leaves of the light that chains of followed lobes alone bring, which scan lines find
-// (boundary/specular/chain_term.h): nothing but rounding where they bring all of it.
+// Subtracts from `all` the light of chains of followed lobes, which scan lines sample
+// (boundary/specular/chain_term.h). A difference within rounding counts as zero.
 EG_INLINE Vec3 without_followed(Vec3 all, Vec3 followed) {
     constexpr float kRounding = 1e-5f;
     const auto rest = [&](Float a, Float b) { return select(a - b > kRounding * a, a - b, splat(0.0f)); };

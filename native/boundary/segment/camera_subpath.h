@@ -1,4 +1,4 @@
-// The camera's paths as far as their surface number `target`: those of the picture, scattered by their BSDF.
+// Camera paths up to their vertex number `target`. They are paths of the picture, sampled by the BSDFs.
 #pragma once
 
 #include "boundary/segment/fixed_direction_chain.h"
@@ -8,16 +8,16 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A surface that scatters a path, shaded by one of its material's shaders.
+// A surface that scatters a path, shaded by one closure of its material.
 struct ScatteringPoint {
     SurfacePoint x;
     TexturePoint point;
     Shader shader;
     Vec3 normal;      // shading normal, on the viewer's side
-    Mask both_sides;  // light that falls on its back matters
+    Mask both_sides;  // light from behind contributes
 
-    // f |cos| of light from w, for what kinds of scattering (bits 1 << RayKind) see of it; in lanes of
-    // `without` but for lobes that may be followed.
+    // f |cos| for light from w, restricted to the `kinds` of scattering (bits 1 << RayKind). Lanes of
+    // `without` leave out the lobes that scan lines may follow.
     EG_INLINE Vec3 evaluate(const SceneView& scene, Mask active, Vec3 w, Int kinds,
                             Mask without = splat(0)) const {
         const bool all_kinds = !any(active & ((kinds & kScatteredRays) != kScatteredRays));
@@ -29,7 +29,7 @@ struct ScatteringPoint {
         visit(scene, active, add, without);
         return value;
     }
-    // Density with which `sample` finds w.
+    // The density with which `sample` returns w.
     EG_INLINE Float density(const SceneView& scene, Mask active, Vec3 w) const {
         Float pdf = splat(0.0f);
         visit(scene, active, [&](const auto& surface, Mask m) EG_INLINE_LAMBDA {
@@ -57,7 +57,7 @@ struct ScatteringPoint {
     }
 
  private:
-    // visit_surface(surface, mask) for Lambertian lanes and for the others.
+    // Calls visit_surface(surface, mask) for Lambertian lanes and for all others.
     template <typename Visit>
     EG_INLINE void visit(const SceneView& scene, Mask active, const Visit& visit_surface,
                          Mask without = splat(0)) const {
@@ -73,14 +73,14 @@ struct ScatteringPoint {
     }
 };
 
-// Shaders that scatter light which falls on their backs.
+// Shaders that scatter light from behind.
 EG_INLINE Mask scatters_on_both_sides(const Shader& shader) {
     return ~has(shader, kLambertian) &
            (has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
             (shader.kind == static_cast<int>(kDisney)));
 }
 
-// The surface that paths have met, as the path tracer shades it.
+// The surfaces that paths have hit, shaded as in the path tracer.
 EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTask& task, const PathPacket& p,
                                            Mask active, const Closest& hit) {
     ScatteringPoint s;
@@ -97,14 +97,15 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, const ImageTa
     return s;
 }
 
-// Follows paths from their first hits to the surfaces on which their segments with the numbers `target` end;
-// lanes that don't get there, or aren't scattered there, become inactive. Surfaces that let light pass are
-// passed by chance. `aimed`, if above 0: from the camera's surface only by the aimed estimator's lobes, and
-// nowhere by perfect ones. `held`: the surfaces on their way, where light is held. `followed`, if not null:
-// of the throughput what perfect and followed lobes alone bring.
+// Continues paths from their first hits to the surfaces at which their segments number `target` end. Paths
+// that end earlier, or cannot scatter there, become inactive. Transparent surfaces are passed at random. If
+// `camera_sampled_alpha` > 0, paths leave the first surface only by camera-sampled lobes
+// (camera_sampled_kinds). Fills `fixed`, if not null, with the surfaces of the path for fixed directions near
+// contact. Sets `followed`, if not null, to the part of the throughput that perfect and followed lobes alone
+// contribute.
 EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task, PathPacket& p, Closest& hit,
-                                  Int target, float aimed = 0.0f, FixedDirectionChain* held = nullptr,
-                                  Vec3* followed = nullptr) {
+                                  Int target, float camera_sampled_alpha = 0.0f,
+                                  FixedDirectionChain* fixed = nullptr, Vec3* followed = nullptr) {
     if (followed) *followed = p.throughput;
     const bool follows = followed && scene.followed_alpha > 0.0f;
     const bool clear = scene.all_flags & kHasTransparency;
@@ -117,6 +118,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
         }
         if (!any(walking)) break;
         const ScatteringPoint s = scattering_point(scene, task, p, walking, hit);
+        // Pass transparent surfaces at random
         const PathIndex index = path_index(task, p.path);
         walking &= s.x.active;
         Mask pass = splat(0);
@@ -128,26 +130,27 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             pass = walking & has(s.shader, kHasTransparency) & (chance < passing_share(s.shader, color));
             arrived |= there & walking & ~pass;
             walking &= ~arrived;
-            const Int kind = splat(static_cast<int>(kShadowRay));  // the fourth count: passed surfaces
+            const Int kind = splat(static_cast<int>(kShadowRay));  // kShadowRay counts transparent surfaces
             walking &= ~pass | (bounce_count(p.bounces, kind) < task.limits.transparent);
             p.bounces = add_bounce(p.bounces, walking & pass, kind);
             p.throughput = select(walking & pass, p.throughput * color * s.shader.scale, p.throughput);
             if (follows) *followed = select(walking & pass, *followed * color * s.shader.scale, *followed);
             p.origin = select(walking & pass, leave_surface(s.x, p.direction), p.origin);
         }
+        // Sample the BSDF for the next direction
         const Mask scattered = walking & ~pass;
         if (any(scattered)) {
             Float lobe, u, v;
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexChoice), unused, lobe);
             sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexDirection), u, v);
             const BsdfSample next = s.sample(scene, scattered, lobe, u, v);
-            // The ray must be scattered once more.
+            // The path must be able to scatter once more.
             const Mask goes = scattered & next.active & ~next_is_final(task, p, next.ray_kind);
             walking &= pass | goes;
             Vec3 weight = next.weight;
             Int kinds = splat(kScatteredRays);
-            if (aimed > 0.0f) {
-                kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, aimed), kinds);
+            if (camera_sampled_alpha > 0.0f) {
+                kinds = select(p.segment == 1, camera_sampled_kinds(s.shader, camera_sampled_alpha), kinds);
                 weight = s.evaluate(scene, goes, next.wi, kinds) * (1.0f / max(next.pdf, 1e-20f));
             }
             if (follows) {
@@ -164,6 +167,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             p.pdf = select(goes, select(next.specular, splat(0.0f), next.pdf), p.pdf);
             p.segment = p.segment - goes;
         }
+        // Trace the paths to their next surfaces
         walking &= largest_component(p.throughput) > 0.0f;
         if (!any(walking)) break;
         p.vertex = p.vertex - walking;
@@ -171,12 +175,12 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
             intersect(scene, walking, p.origin, p.direction, splat(0.0f), splat(__builtin_inff()),
                       ignore_nothing(), embree::kIncoherent, ray_mask(p.kind));
         walking &= met.hit;
-        if (held && scene.mesh_contact && any(walking & (held->length > 0))) {
-            // Nothing lets rays pass, so that all have met as many surfaces.
+        if (fixed && scene.mesh_contact && any(walking & (fixed->length > 0))) {
+            // Contact requires an opaque scene, so all lanes have met the same number of surfaces.
             SurfacePoint next = surface_point(scene, walking, met.face, met.b1, met.b2, p.direction,
                                               select(walking, met.instance, splat(-1)));
             next.mesh = select(walking, met.mesh, splat(0));
-            hold_next(scene, walking & (held->length > 0), p.segment - 2, s.x, next, *held);
+            set_chain_surface(scene, walking & (fixed->length > 0), p.segment - 2, s.x, next, *fixed);
         }
         hit.face = select(walking, met.face, hit.face), hit.mesh = select(walking, met.mesh, hit.mesh);
         hit.instance = select(walking, met.instance, hit.instance);

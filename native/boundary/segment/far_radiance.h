@@ -1,5 +1,5 @@
-// The far end of an indirect boundary segment: the surface y behind the edge, and the light that y scatters
-// towards the edge, which the path tracer of pictures finds.
+// The far end of an indirect boundary segment: the surface y behind the edge, and the radiance from y towards
+// the edge, which the path tracer of pictures estimates.
 #pragma once
 
 #include "boundary/samples/direct_samples.h"
@@ -15,13 +15,13 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The samples of a task as paths of the path tracer.
+// A task's samples as paths of the path tracer.
 EG_INLINE ImageTask light_paths(const BoundaryTask& task) {
     return sample_paths(task, 1, hash(task.seed ^ 0x7f4a7c15u));
 }
 
-// Where y is nearer than rounding, the edge lies in its surface (derivations F3): rays leave it a step to the
-// side that the edge's faces don't hide.
+// Where y is closer to the edge than rounding, the edge lies in y's surface (derivations, F3). Rays then
+// leave y from a point slightly beside the edge, on the side that the edge's faces do not occlude.
 EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 hidden_side,
                              const Closest& y) {
     const Triangle triangle = placed_triangle(scene, y.face, y.instance).triangle;
@@ -30,10 +30,10 @@ EG_INLINE Vec3 leave_contact(const SceneView& scene, Mask touched, Vec3 t, Vec3 
     return select(touched, select(dot(across, hidden_side) > 0.0f, -across, across), zero3());
 }
 
-// The surface behind the edge.
+// Finds the surface behind the edge.
 EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
                                    Mask active, Int path, Vec3 t, Vec3 w) {
-    // The ray starts before the edge, so that a surface touching it isn't lost.
+    // The ray starts in front of the edge, so that a surface that touches the edge is not missed.
     const Float rounding = 1e-5f * largest_component(s.point);
     LightSource y = meet_source(scene, active, s.point + w * rounding, -w, {s.edge, s.instance},
                                 path_index(light_paths(task), path), task.limits.transparent);
@@ -43,18 +43,18 @@ EG_OUTLINE LightSource find_source(const SceneView& scene, const BoundaryTask& t
     return y;
 }
 
-// Samples of an estimator but for L(y), whose path each appends to a queue; then L(y) of all of them.
+// Samples the segments of an estimator without L(y), then traces the paths of all L(y) together.
 template <auto sample, typename Segment>
 EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                   const DerivativeView& requested) {
     const int count = static_cast<int>(task.count);
     const size_t packets = static_cast<size_t>((count + W - 1) / W);
     auto* segments = static_cast<Segment*>(work.segments->grow(packets * sizeof(Segment), 0));
-    SegmentCursor piece = first_segment(task);
+    SegmentCursor cursor = first_segment(task);
     int queued = 0;
     for (int at = 0; at < count; at += W)
-        queued = sample(scene, task, requested, at, piece, work, queued, segments[at / W]);
-    if (task.kind == kLightIntersection) return segments;  // what lights give is known
+        queued = sample(scene, task, requested, at, cursor, work, queued, segments[at / W]);
+    if (task.kind == kLightIntersection) return segments;  // the radiance of lights is known
     run_appended(scene, light_paths(task), work, queued, count);
     for (int at = 0; at < count; at += W) {
         BoundarySegment& s = segments[at / W];
@@ -66,8 +66,9 @@ EG_INLINE Segment* trace_segments(const SceneView& scene, const BoundaryTask& ta
     return segments;
 }
 
-// Both modes of an estimator. sample(scene, task, asked, at, piece, work, queued, segment): a packet's
-// segments but for L(y), whose paths it appends to the queue of `queued`; its new length.
+// Forward and reverse mode of such an estimator. sample(scene, task, requested, at, segment, work, queued, s)
+// sets a packet `s` of segments without L(y). It appends their paths to the queue of length `queued` and
+// returns the new length.
 template <auto sample, typename Segment = BoundarySegment>
 static void lit_segments_forward(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                  const DerivativeView& tangent, Splats& splats) {

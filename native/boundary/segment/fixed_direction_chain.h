@@ -1,8 +1,10 @@
-// How points move whose light is held (scene/contact.h): x = x_k slides along the ray
-// from x_(k-1) by a share b_k and rides on its surface by the rest, and so does x_(k-1), down to x_1, which
-// slides along the camera's ray,
+// The motion of path vertices whose next vertex is parametrised by a fixed direction near contact
+// (scene/contact.h). Vertex x = x_k slides along the ray from x_(k-1) with the blending weight b_k and moves
+// with its surface with the weight 1 - b_k. So does x_(k-1), and so on down to x_1, which slides along the
+// camera's ray (derivations, C5):
 //   dx_k = (1 - b_k) m(x_k) + b_k (dx_(k-1) + w n . (m(x_k) - dx_(k-1))/(n . w)).
-// Backwards: of the adjoint g of dx_k, b_k (g - n (g . w)/(n . w)) is that of dx_(k-1), the rest that of m.
+// In reverse, with g the adjoint of dx_k, b_k (g - n (g . w)/(n . w)) is the adjoint of dx_(k-1). The rest of
+// g is the adjoint of m(x_k).
 #pragma once
 
 #include "boundary/samples/moving_points.h"
@@ -16,20 +18,20 @@ struct FixedDirectionSurface {
     Int face, instance;
     Float b1, b2;
     Vec3 normal;
-    Vec3 w;       // unit, to the next one towards x
-    Float share;  // of that one's motion
+    Vec3 w;       // unit, to the next vertex towards x
+    Float blend;  // b of the next vertex
 };
 
-// Those of a chain, from the camera on.
+// The surfaces of a chain, starting at the camera.
 struct FixedDirectionChain {
-    Int length;  // 0: x isn't held
+    Int length;  // 0: x moves with its surface alone
     FixedDirectionSurface surface[kFixedDirectionSurfaces];
 };
 
-// Sets surface number k (from 0) of the chain in some lanes: `next` is the one behind it as x sees it.
-EG_INLINE void hold_next(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
-                         const SurfacePoint& next, FixedDirectionChain& chain) {
-    const Float share =
+// Sets surface number k (from 0) of the chain in some lanes. `next` is the next vertex towards x.
+EG_INLINE void set_chain_surface(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
+                                 const SurfacePoint& next, FixedDirectionChain& chain) {
+    const Float blend =
         contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.triangle, next.position)
             .share;
     const Vec3 way = next.position - from.position;
@@ -41,11 +43,12 @@ EG_INLINE void hold_next(const SceneView& scene, Mask active, Int k, const Surfa
         h.face = select(here, from.face, h.face), h.instance = select(here, from.instance, h.instance);
         h.b1 = select(here, from.b1, h.b1), h.b2 = select(here, from.b2, h.b2);
         h.normal = select(here, from.normal, h.normal), h.w = select(here, w, h.w);
-        h.share = select(here, share, h.share);
+        h.blend = select(here, blend, h.blend);
     }
 }
 
-// Chains of `length` surfaces between x and the camera, of those that may be held.
+// Starts a chain of `length` surfaces between x and the camera. Longer chains than
+// scene.fixed_direction_surfaces get length 0.
 EG_INLINE void begin_fixed_direction_chain(const SceneView& scene, Mask active, Int length,
                                            FixedDirectionChain& chain) {
     chain.length = select(active & (length <= scene.fixed_direction_surfaces), length, splat(0));
@@ -54,8 +57,8 @@ EG_INLINE void begin_fixed_direction_chain(const SceneView& scene, Mask active, 
         h = {none, splat(-1), splat(0.0f), splat(0.0f), zero3(), zero3(), splat(0.0f)};
 }
 
-// The blocks of all surfaces but x, whose adjoint is g; that of its motion on its surface, `to_x` where it
-// isn't held.
+// Adds the blocks of all surfaces of the chain, with g the adjoint of x. Returns the adjoint of the material
+// velocity of x. This is `to_x` in lanes without a chain.
 template <typename Mode>
 EG_INLINE Vec3 fixed_direction_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                       Mask active, const FixedDirectionChain& chain, const SurfacePoint& x,
@@ -63,16 +66,16 @@ EG_INLINE Vec3 fixed_direction_blocks(Mode& mode, const SceneView& scene, const 
     Mask carried = splat(0);  // lanes whose surface k has an adjoint
     for (int k = kFixedDirectionSurfaces; k >= 1; --k) {
         const FixedDirectionSurface& by = chain.surface[k - 1];
-        const Mask starts = active & (chain.length == k), here = (starts | carried) & (by.share > 0.0f);
+        const Mask starts = active & (chain.length == k), here = (starts | carried) & (by.blend > 0.0f);
         const FixedDirectionSurface& own = chain.surface[k < kFixedDirectionSurfaces ? k : 0];
         const Vec3 n = select(starts, x.normal, own.normal);
         const Vec3 of_ray =
-            select(here, (g - n * (dot(g, by.w) / select(here, dot(n, by.w), 1.0f))) * by.share, zero3());
-        const Vec3 rides = g - of_ray;
-        to_x = select(starts, rides, to_x);
+            select(here, (g - n * (dot(g, by.w) / select(here, dot(n, by.w), 1.0f))) * by.blend, zero3());
+        const Vec3 of_material = g - of_ray;
+        to_x = select(starts, of_material, to_x);
         if (any(carried))
-            face_point_blocks(mode, scene, motion, carried, own.face, own.instance, own.b1, own.b2, rides,
-                              color);
+            face_point_blocks(mode, scene, motion, carried, own.face, own.instance, own.b1, own.b2,
+                              of_material, color);
         g = select(starts | carried, of_ray, g);
         carried = here;
     }

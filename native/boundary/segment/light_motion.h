@@ -1,21 +1,21 @@
-// How the far end of a segment moves with its light: the transpose of the parametrisation of the interior
-// term (adjoint/light_arrival.h), in which a sample is a fixed place in the frame of its light. With the
-// light at p, and g the adjoint of the velocity of y:
+// The motion of a segment's far end y with its light. This is the transpose of the parametrisation of the
+// interior term (adjoint/light_arrival.h), in which a sample is a fixed point in the frame of its light. With
+// the light at p and g the adjoint of y's velocity:
 //   point               y = p
-//   sphere              y = x + r w,                 w as of a cone below, d the unit p - x, sin = R/|p - x|
+//   sphere              y = x + r w,                 w as for a cone below, d the unit p - x, sin = R/|p - x|
 //   disk facing x       y = p + (a s + b t) R,       a, b the basis across p - x; s, t fixed
 //   rectangle, ellipse  y = p + X s + Y t,           X, Y half the extents; s, t fixed
-// and of distant lights, with g the adjoint of the velocity of the direction -w to the light:
-//   direction           -w = d,                      d the direction against which it travels
+// For distant lights g is the adjoint of the velocity of the direction -w to the light:
+//   direction           -w = d,                      d the direction opposite to the light's travel
 //   cone                -w = (a s + b t) sin + d cos, 1 - cos = q (1 - cos of half its angle); q, s, t fixed.
-// Were y at a fixed place of a sphere, derivatives would be divided by the cosine there (derivations, C4).
+// Fixing y on a sphere's surface instead would divide derivatives by the cosine there (derivations, C4).
 #pragma once
 
 #include "shading/lights/light_rows.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The LightKind of rows of the light table; of rows that give no light, any.
+// The LightKind of rows of the light table. Arbitrary for rows that emit no light.
 EG_INLINE Int kind_of_rows(const LightView& lights, Int row) {
     Int kind = splat(0);
     for (int i = 0; i < W; ++i)
@@ -29,7 +29,7 @@ EG_INLINE Mask turns_with_point(Int kind) {
     return (kind == splat(static_cast<int>(kSphereLight))) | (kind == splat(static_cast<int>(kDiskLight)));
 }
 
-// The adjoint of the unit vector n from those of its basis vectors (simd/vector.h).
+// The adjoint of the unit vector n, from those of its basis vectors (simd/vector.h).
 EG_INLINE Vec3 basis_adjoint(Vec3 n, Vec3 ga, Vec3 gb) {
     const Float sign = select(n.z >= 0.0f, splat(1.0f), -1.0f);
     const Float p = -1.0f / (sign + n.z), mixed = sign * ga.y + gb.x;
@@ -38,7 +38,7 @@ EG_INLINE Vec3 basis_adjoint(Vec3 n, Vec3 ga, Vec3 gb) {
             p * p * (sign * n.x * n.x * ga.x + n.x * n.y * mixed + n.y * n.y * gb.y)};
 }
 
-// The adjoints of a cone's axis and of 1 - cos of half its angle (its cap) from that of a direction w in it.
+// The adjoints of a cone's axis and cap (1 - cos of half its angle), from that of a direction w in the cone.
 struct ConeMotion {
     Vec3 axis;
     Float cap;
@@ -53,8 +53,8 @@ EG_INLINE ConeMotion cone_motion(Vec3 axis, Float cap, Vec3 w, Vec3 g) {
     return {g * z + basis_adjoint(axis, g * s, g * t), widens};
 }
 
-// The adjoints of the row's floats. `offset` leads from x to y, of distant lights it is the unit direction;
-// what is returned is the adjoint of x, which turns disks that face it, and cones about spheres.
+// Sets the adjoints of the light's row. `offset` is y - x, or the unit direction of distant lights. Returns
+// the adjoint of x, on which disks that face x and cones about spheres depend.
 EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Vec3 x, Vec3 offset, Vec3 g,
                                 Float (&row)[kLightParams]) {
     for (Float& r : row) r = splat(0.0f);
@@ -67,8 +67,10 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
     };
     const Mask near = kind < splat(static_cast<int>(kDirectionLight)), cone = is(kConeLight);
     const Vec3 place = x + offset - l.position;
+    // Point lights, and the centres of disks, rectangles and ellipses
     put(kLightPosition, near, g);
     const Mask disk = is(kDiskLight), sphere = is(kSphereLight);
+    // Disks turn with p - x
     if (any(disk)) {
         const Vec3 unit = place * (1.0f / max(l.radius, 1e-30f));
         row[kLightRadius] = select(disk, dot(g, unit), row[kLightRadius]);
@@ -83,6 +85,7 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
         from = select(disk, -across, from);
     }
     const Mask flat = is(kRectangleLight) | is(kEllipseLight);
+    // Rectangles and ellipses stretch with their half axes
     if (any(flat)) {
         const auto axis = [&](int at, int extent, Vec3 half) {
             const Float share = dot(place, half) / max(dot(half, half), 1e-37f);
@@ -93,17 +96,19 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
         axis(kLightAxisX, kLightExtentX, l.axis_x);
         axis(kLightAxisY, kLightExtentY, l.axis_y);
     }
+    // Suns turn, and cones of directions widen
     put(kLightDirection, is(kDirectionLight), -g);
     if (any(cone)) {
         const ConeMotion m = cone_motion(-l.direction, l.one_minus_cos, offset, g);
         row[kLightOneMinusCos] = select(cone, m.cap, row[kLightOneMinusCos]);
         put(kLightDirection, cone, -m.axis);
     }
+    // Spheres move the cone in which x sees them
     if (any(sphere)) {
         const SphereCone seen = sphere_cone(l.position - x, l.radius);
         const Float r = sqrt(dot(offset, offset)), inverse = 1.0f / seen.distance;
         const ConeMotion m = cone_motion(seen.axis, seen.cap, offset * (1.0f / max(r, 1e-30f)), g * r);
-        // By sin^2 = R^2/d^2; from inside all directions are in it.
+        // By sin^2 = R^2/d^2. From inside the sphere, the cone contains all directions.
         const Mask outside = l.radius < seen.distance;
         const Float by_sine2 = select(outside, m.cap * 0.5f / max(1.0f - seen.cap, 1e-6f), splat(0.0f));
         const Float ratio = l.radius * inverse;
@@ -116,7 +121,7 @@ EG_INLINE Vec3 light_motion_row(const LightView& lights, Int light, Int kind, Ve
     return from;
 }
 
-// The same of a point y of a sphere's surface, as far as g is along the normal there: y = p + n R.
+// The same for a point y fixed on a sphere's surface, y = p + n R. Only the component of g along n matters.
 EG_INLINE void sphere_surface_row(const LightView& lights, Mask sphere, Int light, Vec3 y, Vec3 g,
                                   Float (&row)[kLightParams]) {
     const LightRow l = gather_light(lights, light);

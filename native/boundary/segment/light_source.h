@@ -1,4 +1,4 @@
-// The surface from which light comes along a ray.
+// The surface that a ray towards a light-scattering surface meets.
 #pragma once
 
 #include "path/start.h"
@@ -10,16 +10,16 @@ namespace edgegrad::EDGEGRAD_ISA {
 // A surface that scatters light.
 struct LightSource {
     Closest hit;
-    Mask escapes;  // rays that nothing stops
+    Mask escapes;  // rays that leave the scene
     Float distance;
-    Vec3 aside;  // from there to where rays leave it
-    // Of surfaces before it that let light pass: what comes through, and their number.
+    Vec3 aside;  // offset from the surface to where rays leave it
+    // The transmittance and the number of transparent surfaces in front of it.
     Vec3 through;
     Int passed;
 };
 
-// The first one along a ray. Surfaces that let light pass are passed by chance, with the random numbers by
-// which the path tracer decides that, and at most `most_transparent` of them.
+// Finds the first such surface along a ray. Transparent surfaces are passed at random, at most
+// `most_transparent` of them. The path tracer's random numbers decide, so that both make the same choices.
 EG_OUTLINE LightSource meet_source(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction,
                                    const Ignored& ignored, const PathIndex& random, int most_transparent) {
     const Int kind = splat(static_cast<int>(kDiffuseRay));
@@ -31,9 +31,11 @@ EG_OUTLINE LightSource meet_source(const SceneView& scene, Mask active, Vec3 ori
     y.escapes = splat(0);
     Float near = splat(0.0f);
     while (true) {
+        // Find the next surface along each ray
         Closest hit = intersect(scene, looking, origin, direction, near, splat(__builtin_inff()), ignored,
                                 embree::kIncoherent, splat(kScatteredRays));
         Mask pass = splat(0);
+        // Pass transparent surfaces at random
         if (scene.all_flags & kHasTransparency) {
             SurfacePoint x = surface_point(scene, hit.hit, hit.face, hit.b1, hit.b2, direction, hit.instance);
             x.mesh = hit.mesh;
@@ -48,6 +50,7 @@ EG_OUTLINE LightSource meet_source(const SceneView& scene, Mask active, Vec3 ori
             near = select(pass, hit.distance + 2.0f * x.offset, near);
             y.passed = y.passed - pass;
         }
+        // Keep the hits of rays that stop
         const Mask stays = looking & hit.hit & ~pass;
         y.escapes |= looking & ~hit.hit;
         if (any(found)) {

@@ -1,4 +1,4 @@
-// What the faces of an edge hide of the light that passes it.
+// Occlusion and transparency of the faces of an edge, for light that passes it.
 #pragma once
 
 #include "boundary/segment/silhouette.h"
@@ -7,7 +7,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// On which side of the sheet of normal `across` through the edge a face of it lies: +1, -1, or 0 in it.
+// The side of a face of the edge, relative to the plane through the edge with normal `across`: +1, -1, or 0
+// if it lies in the plane.
 EG_INLINE int face_side(const SceneView& scene, const SegmentSample& p, uint32_t place, Vec3 across, int i) {
     float c[3];
     across_edge(scene, p, i, place, c);
@@ -15,7 +16,7 @@ EG_INLINE int face_side(const SceneView& scene, const SegmentSample& p, uint32_t
     return h > 0.0f ? 1 : h < 0.0f ? -1 : 0;
 }
 
-// Lanes whose edge has a face that lets light pass.
+// Lanes whose edge has a transparent face.
 EG_INLINE Mask transparent_occluder(const SceneView& scene, Mask active, Int edge) {
     Mask clear = splat(0);
     if (!(scene.all_flags & kHasTransparency)) return clear;
@@ -31,9 +32,9 @@ EG_INLINE Mask transparent_occluder(const SceneView& scene, Mask active, Int edg
     return clear;
 }
 
-// Of such lanes those whose edge may let more light pass on one side than on the other wherever it comes
-// from: between faces of two materials, or of one whose share is a texture's. All others count as silhouettes
-// alone.
+// Of these lanes, those in which the transmittance may differ between the two sides of the edge for light
+// from any direction: the faces have different materials, or one material with a texture. All other edges
+// count only where they are silhouettes.
 EG_INLINE Mask parts_light(const SceneView& scene, Mask clear, Int edge) {
     Mask parted = splat(0);
     if (!any(clear)) return parted;
@@ -53,7 +54,7 @@ EG_INLINE Mask parts_light(const SceneView& scene, Mask clear, Int edge) {
     return parted;
 }
 
-// Lanes whose x lies in a face of the edge.
+// Lanes whose x lies on a face of the edge.
 EG_INLINE Mask on_edge_face(const SceneView& scene, const SegmentSample& p, const SurfacePoint& x) {
     Mask on = splat(0);
     for (int i = 0; i < W; ++i) {
@@ -64,17 +65,20 @@ EG_INLINE Mask on_edge_face(const SceneView& scene, const SegmentSample& p, cons
     return on;
 }
 
-// T- - T+: the light that passes the edge's faces on the side from which `across` points, less that on the
-// side to which it does, for a line towards the light. Where both let all or nothing pass, nothing jumps.
+// T- - T+: the difference in transmittance of the edge's faces between the two sides of the plane through the
+// edge. `across` points to the plus side. `towards` is the direction to the light. It is zero if both sides
+// have equal transmittance.
 EG_OUTLINE Vec3 transparent_jump(const SceneView& scene, const SegmentSample& p, Mask active, Float u,
                                  Vec3 across, Vec3 towards) {
     const Vec3 white = {splat(1.0f), splat(1.0f), splat(1.0f)};
     Vec3 plus = white, minus = white;
+    // Find the largest number of faces in any lane
     uint32_t most = 0;
     for (int i = 0; i < W; ++i) {
         const uint32_t count = scene.edge_face_first[p.edge[i] + 1] - scene.edge_face_first[p.edge[i]];
         if (active[i] && count > most) most = count;
     }
+    // Multiply the transmittance of the faces on each side
     for (uint32_t k = 0; k < most; ++k) {
         Mask here = splat(0), above = splat(0);
         Int face = splat(0), opposite = splat(0);

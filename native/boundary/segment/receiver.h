@@ -1,4 +1,4 @@
-// The surface that light which passes an edge falls on.
+// The receiver: the surface that light hits after it passes an edge.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"
@@ -7,31 +7,34 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-struct LitPoint {
+struct ReceiverHit {
     Mask found;
     Closest hit;
-    Vec3 through;  // what surfaces on the way let pass, by the probability of having gone on
+    Vec3 through;  // transmittance on the way over the probability of the choice
 };
 
-// What light meets on its way: it is stopped by the meshes with a bit of `blockers`, and seen on those with
-// one of `seers`, by rays of `kind`. Random numbers are those of vertices from `first` on.
-struct LightsWay {
+// The meshes that light meets on its way. Meshes with a bit of `blockers` stop it, and meshes with a bit of
+// `seers` can be the receiver. `kind` is the kind of the rays. The random numbers are those of path vertices
+// from `first` on.
+struct ReceiverRays {
     Int blockers, seers;
     RayKind kind;
     Int first;
 };
 
-// The first surface behind e along -towards that is seen. Light also goes on behind surfaces that don't stop
-// it, or not all of it: one of all that it falls on is picked.
-EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
-                                  const Ignored& ignored, const LightsWay& way, const PathIndex& random) {
+// Finds the receiver along -towards from a point of an edge. If surfaces on the way are transparent or do not
+// stop the light, several receivers are possible, and one of them is chosen at random.
+EG_OUTLINE ReceiverHit find_receiver(const SceneView& scene, Mask active, Vec3 point, Vec3 towards,
+                                     const Ignored& ignored, const ReceiverRays& rays,
+                                     const PathIndex& random) {
     constexpr float kStay = 0.5f;
-    LitPoint r;
+    ReceiverHit r;
     r.hit.hit = r.hit.face = r.hit.mesh = splat(0);
     r.hit.instance = splat(-1);
     r.hit.b1 = r.hit.b2 = r.hit.distance = splat(0.0f);
     r.through = {splat(1.0f), splat(1.0f), splat(1.0f)};
     r.found = splat(0);
+    // Handle the common case: the first hit stops the light
     const bool clear = scene.all_flags & kHasTransparency;
     const bool differ = clear || scene.rays_differ || scene.lights.any_linked;
     Float near = splat(0.0f);
@@ -39,36 +42,39 @@ EG_OUTLINE LitPoint find_receiver(const SceneView& scene, Mask active, Vec3 poin
     Mask looking = active;
     while (any(looking)) {
         const Closest hit = intersect(scene, looking, point, -towards, near, splat(__builtin_inff()), ignored,
-                                      embree::kIncoherent, way.blockers | way.seers);
+                                      embree::kIncoherent, rays.blockers | rays.seers);
         looking &= hit.hit;
         if (!differ) {
             r.hit = hit;
             r.found = looking;
             return r;
         }
+        // Evaluate what the hit surface transmits
         const Int mask = gather(scene.mesh_mask, hit.mesh);
-        const Mask sees = (mask & way.seers) != 0, stops = looking & ((mask & way.blockers) != 0);
+        const Mask sees = (mask & rays.seers) != 0, stops = looking & ((mask & rays.blockers) != 0);
         Vec3 through = {splat(1.0f), splat(1.0f), splat(1.0f)};
         Float offset = splat(0.0f);
         if (any(looking)) {
-            // Shadow rays come from the other side.
+            // Shadow rays would meet the surface from the other side.
             const SurfacePoint x =
                 surface_point(scene, looking, hit.face, hit.b1, hit.b2, towards, hit.instance);
             offset = x.offset;
             Vec3 passing = zero3();
             if (clear)
                 passing = surface_transmittance(
-                    scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(way.kind))));
+                    scene, x, texture_point(scene, x, -towards, splat(static_cast<int>(rays.kind))));
             through = select(stops, passing, through);
         }
+        // Stop here or continue, at random
         Float chance, unused;
-        sobol_pair(random.stream, random.sample, vertex_pair(way.first + passed, kVertexSurvival), chance,
+        sobol_pair(random.stream, random.sample, vertex_pair(rays.first + passed, kVertexSurvival), chance,
                    unused);
         const Mask open = largest_component(through) > 0.0f;
         const Mask stays = looking & sees & (~open | (chance < kStay)), goes = looking & open & ~stays;
         r.through = select(stays & open, r.through * splat(1.0f / kStay), r.through);
         r.through =
             select(goes, r.through * through * select(sees, splat(1.0f / (1.0f - kStay)), 1.0f), r.through);
+        // Keep the hits of lanes that stop
         if (!any(r.found)) {
             r.hit = hit;
         } else {

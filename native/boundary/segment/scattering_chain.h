@@ -1,12 +1,14 @@
-// Chains of surfaces by which the camera sees a point x that is no first hit: the light that x scatters is
-// followed from surface to surface, x = x_k, x_(k-1), ..., x_1, and x_1 is connected to the camera.
+// Chains of surfaces through which the camera sees a point x that is not a first hit. The light that x
+// scatters is followed from surface to surface, x = x_k, x_(k-1), ..., x_1, and x_1 is connected to the
+// camera.
 //
-// Light that arrives at x along w counts for the picture with (derivations, section 2)
+// The importance of light that arrives at x along w is (derivations, section 2)
 //   W(x) = int do f |n_s . w|/|n . w| |n . o| W(x'),
-// o the direction in which x scatters and x' the surface that it meets: light that is traced from its source
-// meets the surfaces' true cosine where the camera's paths have that of the shading normal, hence the factor
-// |n_s . w|/|n . w| (Veach 1997, section 5.3.2). The density of o is that with which the surface would
-// scatter light that comes from o's side; the BSDF itself is evaluated as the camera's paths see it.
+// where o is the direction in which x scatters and x' the surface along o. Light that is traced from its
+// source meets surfaces with the geometric cosine, but camera paths with the cosine to the shading normal.
+// The factor |n_s . w|/|n . w| corrects for that (Veach 1997, section 5.3.2). o is sampled as if the surface
+// scattered a camera path that arrives along -w. The BSDF is evaluated as a camera path that arrives along -o
+// sees it.
 #pragma once
 
 #include "boundary/segment/camera_connection.h"
@@ -18,16 +20,16 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The end of a chain so far: the point where light of `weight` arrives along w.
+// The current end of a chain: the point where light of `weight` arrives along w.
 struct Chain {
-    Closest at;  // hit: it is there
+    Closest at;  // hit: the chain has a point
     Vec3 w;
     Vec3 weight;
-    Vec3 followed;  // of the weight, what followed lobes alone bring on from the first surface
-    Int bounces;    // counts by kind (path/path_queue.h)
+    Vec3 followed;  // the part of `weight` that followed lobes alone contribute after x
+    Int bounces;    // counters by kind (path/path_queue.h)
 };
 
-// That point, its normal on the side from which the ray came that met it.
+// The surface point at the end of a chain, with its normal on the side from which the ray came.
 EG_INLINE SurfacePoint chain_point(const SceneView& scene, Mask active, const Chain& c) {
     SurfacePoint x = surface_point(scene, active & c.at.hit, c.at.face, c.at.b1, c.at.b2, c.w, c.at.instance);
     x.mesh = c.at.mesh;
@@ -41,26 +43,27 @@ EG_INLINE void turn_to(SurfacePoint& x, Vec3 viewer) {
     x.side = x.side * turned;
 }
 
-// The kind of bounce by which a camera's path goes on from x, seen from the side of its normal, to w, given
-// the part of the light that diffuse lobes scatter.
+// The kind of bounce by which a camera path continues from x to w, with x seen from the side of its normal.
+// `diffuse` is the part of the scattered light `all` that is due to diffuse lobes.
 EG_INLINE Int bounce_kind(const SurfacePoint& x, Vec3 w, Vec3 all, Vec3 diffuse, Float choice) {
     const Mask soft = choice * largest_component(all) < largest_component(diffuse);
     const Int above = select(soft, splat(static_cast<int>(kDiffuseRay)), splat(static_cast<int>(kGlossyRay)));
     return select(dot(x.normal, w) < 0.0f, splat(static_cast<int>(kTransmissionRay)), above);
 }
 
-// Whether a path of these bounces may be scattered once more.
+// Whether a path with these bounces may scatter once more.
 EG_INLINE Mask within_limits(const BounceLimits& limits, Int bounces) {
     return ((bounces & 255) <= limits.diffuse) & (((bounces >> 8) & 255) <= limits.glossy) &
            (((bounces >> 16) & 255) <= limits.transmission);
 }
 
-// Where the random numbers of a chain's surface begin, by vertex: others are the segment's own, and those of
-// the surfaces that let light pass on the way to the next one follow.
+// The stride of vertex numbers, for random numbers, from one surface of a chain to the next. The numbers
+// before the first surface are the segment's own. Transparent surfaces on the way to the next surface use the
+// numbers in between.
 constexpr int kChainVertex = 256;
 
-// One more surface, which rays of `seers` (bits 1 << RayKind) see; lanes whose light leaves the scene, or is
-// reflected perfectly, become inactive. `first`: it is x.
+// Extends chains by one surface that rays of `seers` (bits 1 << RayKind) see. Lanes whose light leaves the
+// scene, or meets only perfect lobes, become inactive. `first`: the chain ends at x.
 EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const PathIndex& random, Int vertex,
                        Int light_kinds, Int seers, bool count_bounces, bool first) {
     Float choice, lobe, u, v;
@@ -69,7 +72,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     const Int kind = splat(static_cast<int>(kDiffuseRay));
     const Vec3 wi = -c.w;
 
-    // A direction, as if the light's path were one of the camera's.
+    // Sample a direction by the BSDF, as if the light were a camera path.
     const SurfacePoint x = chain_point(scene, walking, c);
     const TexturePoint from = texture_point(scene, x, wi, kind);
     const Shader shader = surface_shader(scene, x, from, choice);
@@ -91,14 +94,14 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         pdf = select(rough, s.pdf, pdf);
     }
 
-    // What the camera's paths make of it.
+    // Evaluate the BSDF as camera paths see it.
     SurfacePoint seen = x;
     seen.active &= pdf > 0.0f;
     turn_to(seen, wo);
     const TexturePoint point = texture_point(scene, seen, wo, kind);
     Shader back = closure_shader(scene, seen, shader.closure, point);
     if (scene.any_mixture) {
-        // The shader was picked with the probability that its weight has as seen from the light's side.
+        // The closure was chosen with the probability of its weight from the light's side.
         const Int closures = gather(scene.material_first_closure + 1, x.material) -
                              gather(scene.material_first_closure, x.material);
         const Float here = closure_weight(scene, seen.active, shader.closure, point);
@@ -111,6 +114,7 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     Vec3 followed = c.followed * by_density;
     if (scene.followed_alpha > 0.0f)
         followed = followed * (first ? f : followed_part(scene, seen, point, back, wi, light_kinds, f));
+    // Count the bounce
     const Mask active = seen.active & (largest_component(weight) > 0.0f);
     if (count_bounces && any(active)) {
         const Vec3 diffuse = scattered_by(scene, seen, point, back, wi, splat(1 << kDiffuseRay));
@@ -118,9 +122,10 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
         sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexSurvival), chance, unused);
         c.bounces = add_bounce(c.bounces, active, bounce_kind(seen, wi, f, diffuse, chance));
     }
-    const LightsWay way = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};
-    const LitPoint next =
-        find_receiver(scene, active, leave_surface(seen), -wo, ignore_nothing(), way, random);
+    // Find the next surface
+    const ReceiverRays rays = {splat(kScatteredRays), seers, kDiffuseRay, vertex + 1};
+    const ReceiverHit next =
+        find_receiver(scene, active, leave_surface(seen), -wo, ignore_nothing(), rays, random);
     const Closest& hit = next.hit;
     c.at.hit = select(walking, next.found, c.at.hit);
     c.at.face = select(walking, hit.face, c.at.face);
@@ -134,11 +139,11 @@ EG_OUTLINE void extend(const SceneView& scene, Mask walking, Chain& c, const Pat
     c.followed = select(walking, followed * next.through, c.followed);
 }
 
-// The share of chains that go on once more, if the picture's depth lets them.
+// The probability of one more surface in a chain, if the picture's depth allows it.
 constexpr float kChainGoesOn = 0.6f;
 
-// Surfaces of a sample's chain besides x, 0 of those whose x the camera sees, at most `most`; the probability
-// of that number.
+// The number of surfaces in a sample's chain besides x, at most `most`; 0 if the camera sees x. Sets the
+// probability of that number.
 EG_INLINE Int chain_length(const SegmentSample& p, int most, Float& probability) {
     Float choice, unused;
     sobol_pair(p.random.stream, p.random.sample, kPairChain, choice, unused);
@@ -157,14 +162,14 @@ EG_INLINE Int chain_length(const SegmentSample& p, int most, Float& probability)
     return length;
 }
 
-// Whether limits of bounces may end paths before their depth does.
+// Whether the bounce limits may end paths before the depth limit does.
 EG_INLINE bool limits_matter(const BoundaryTask& task) {
     const int most = task.max_depth - 2;
     return task.limits.diffuse < most || task.limits.glossy < most || task.limits.transmission < most;
 }
 
-// Whether paths that lobes of `kinds` scatter at x, the vertex of these random numbers, towards w may go on;
-// then counts the bounce. evaluate(kinds): the lobes' value.
+// Whether paths may continue after lobes of `kinds` scatter them at x towards w; counts the bounce. `vertex`
+// selects the random numbers of x, and evaluate(kinds) returns the value of lobes.
 template <typename Value>
 EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, const SurfacePoint& x, Vec3 w,
                                       Int kinds, const PathIndex& random, Int vertex, const Value& evaluate,
@@ -177,19 +182,20 @@ EG_INLINE Mask scatters_within_limits(const BoundaryTask& task, Mask active, con
     return active & within_limits(task.limits, bounces);
 }
 
-// How the camera sees the light that x scatters.
+// The light that x scatters, as the camera sees it.
 struct SeenLight {
     Mask active;
     Projection view;
-    Vec3 weight;               // W(x); where the camera sees x itself, but for |n . D|
-    Int bounces;               // of x and of the surfaces before it, counts by kind
-    FixedDirectionChain held;  // where light is held
+    Vec3 weight;                // W(x); without |n . D| where the camera sees x
+    Int bounces;                // of x and of the surfaces before it, counters by kind
+    FixedDirectionChain fixed;  // near contact
 };
 
-// Light that arrives along w at x, of the kinds `light_kinds` of scattering, is followed over `length` more
-// surfaces to the camera. `x_goes_on`: the camera's path is scattered once more behind x. Left out is what
-// followed lobes alone bring (boundary/specular/chain_term.h), but for light `of_table` where the camera sees
-// x: that has no edges.
+// Follows light of the scattering kinds `light_kinds`, which arrives at x along w, over `length` more
+// surfaces to the camera. `x_goes_on`: the camera path scatters once more after x. Left out is the
+// contribution of followed lobes alone, which scan lines estimate (boundary/specular/chain_term.h). It is
+// kept for light `of_table` where the camera sees x, because lights of the table have no edges for scan lines
+// to find.
 EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                                Mask active, const Closest& x, Vec3 w, Int length, Int light_kinds,
                                bool x_goes_on, Mask of_table) {
@@ -198,21 +204,24 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     Chain chain{x, w, one, one, splat(0)};
     chain.at.hit = active;
     SeenLight seen;
-    if (scene.mesh_contact) begin_fixed_direction_chain(scene, active, length, seen.held);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, active, length, seen.fixed);
+    // Extend the chain to a surface that the camera sees
     for (int k = 0;; ++k) {
         const Mask walking = chain.at.hit & (length > k);
         if (!any(walking)) break;
-        const bool holds = scene.mesh_contact && any(walking & (seen.held.length > k));
+        const bool fixes = scene.mesh_contact && any(walking & (seen.fixed.length > k));
         SurfacePoint before;
-        if (holds) before = chain_point(scene, walking, chain);
+        if (fixes) before = chain_point(scene, walking, chain);
         const Int seers = select(length == k + 1, splat(1 << kCameraRay), splat(kScatteredRays));
         extend(scene, walking, chain, p.random, splat((k + 1) * kChainVertex),
                k == 0 ? light_kinds : splat(kScatteredRays), seers, limited && (k > 0 || x_goes_on), k == 0);
-        if (holds) {
-            const Mask held = walking & chain.at.hit & (seen.held.length > k);
-            hold_next(scene, held, length - (k + 1), chain_point(scene, held, chain), before, seen.held);
+        if (fixes) {
+            const Mask fixed = walking & chain.at.hit & (seen.fixed.length > k);
+            set_chain_surface(scene, fixed, length - (k + 1), chain_point(scene, fixed, chain), before,
+                              seen.fixed);
         }
     }
+    // Connect the last surface to the camera
     SurfacePoint end = chain_point(scene, chain.at.hit, chain);
     seen.view = place_in_picture(scene, end.active, end.position, p.random);
     end.active &= seen.view.active;
@@ -222,10 +231,11 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
     const Int kind = splat(static_cast<int>(kCameraRay));
     const Int kinds = select(length == 0, light_kinds, splat(kScatteredRays));
     Vec3 followed = zero3();
-    Vec3 f =
-        scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
-                          x_goes_on ? task.aimed : 0.0f, scene.followed_alpha > 0.0f ? &followed : nullptr);
+    Vec3 f = scattered_towards(scene, end, -seen.view.direction, -chain.w, kind, kinds, choice,
+                               x_goes_on ? task.camera_sampled_alpha : 0.0f,
+                               scene.followed_alpha > 0.0f ? &followed : nullptr);
     end.active &= largest_component(f) > 0.0f;
+    // Count its bounce and test the bounce limits
     seen.bounces = chain.bounces;
     const Mask counts = x_goes_on ? end.active : end.active & (length > 0);
     if (limited && any(counts)) {
@@ -236,6 +246,7 @@ EG_OUTLINE SeenLight see_light(const SceneView& scene, const BoundaryTask& task,
         seen.bounces = add_bounce(seen.bounces, counts, bounce_kind(end, -chain.w, f, soft, chance));
         end.active &= within_limits(task.limits, seen.bounces);
     }
+    // Weight by visibility and by the picture's area
     if (any(end.active)) {
         const Vec3 through = seen_by_camera(scene, end.active, end, seen.view, task.limits.transparent);
         f = f * through, followed = followed * through;

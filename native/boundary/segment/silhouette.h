@@ -1,4 +1,5 @@
-// Directions in which an edge is a silhouette: all of its faces are on one side of the sheet through it.
+// Directions for which an edge is a silhouette: all of its faces lie on one side of the plane through edge
+// and direction.
 #pragma once
 
 #include "boundary/samples/segment_sampling.h"
@@ -7,7 +8,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The corner off the edge of its face number k, from the edge's first end, where the edge's copy stands.
+// The corner off the edge of face number k, relative to the edge's first end, as placed by the edge's
+// instance.
 EG_INLINE void across_edge(const SceneView& scene, const SegmentSample& p, int lane, uint32_t k,
                            float (&out)[3]) {
     const float* c = scene.vertices + 3 * static_cast<int64_t>(scene.edge_opposite[k]);
@@ -16,8 +18,8 @@ EG_INLINE void across_edge(const SceneView& scene, const SegmentSample& p, int l
     out[0] -= p.a.x[lane], out[1] -= p.a.y[lane], out[2] -= p.a.z[lane];
 }
 
-// Unit vectors across the edge into its first face (b1) and at a right angle to it towards the second
-// (b2), and the angle delta between the two faces (0 unless there are exactly two).
+// Unit vectors across the edge: b1 into its first face, and b2 perpendicular to b1, on the second face's
+// side. Sets delta to the angle between the two faces (0 unless there are exactly two).
 EG_INLINE void edge_frame(const SceneView& scene, const SegmentSample& p, Vec3& axis, Vec3& b1, Vec3& b2,
                           Float& delta) {
     axis = p.t * (1.0f / max(sqrt(dot(p.t, p.t)), 1e-30f));
@@ -41,11 +43,11 @@ EG_INLINE void edge_frame(const SceneView& scene, const SegmentSample& p, Vec3& 
     b2 = cross(axis, b1);
     const Float c = dot(b1, across[1]), s = dot(b2, across[1]);
     b2 = select(two & (s < 0.0f), -b2, b2);
-    // Accurate for small and for nearly flat angles alike.
+    // atan2 is accurate for small angles and for nearly flat pairs alike.
     for (int i = 0; i < W; ++i) delta[i] = two[i] ? __builtin_atan2f(__builtin_fabsf(s[i]), c[i]) : 0.0f;
 }
 
-// sigma: +1 or -1 if all faces of the edge lie on that side of the sheet of normal `across`, else 0.
+// sigma: +1 or -1 if all faces of the edge lie on that side of the plane with normal `across`, else 0.
 EG_INLINE Float occluder_side(const SceneView& scene, const SegmentSample& p, Vec3 across) {
     Float sigma = splat(0.0f);
     for (int i = 0; i < W; ++i) {
@@ -63,13 +65,14 @@ EG_INLINE Float occluder_side(const SceneView& scene, const SegmentSample& p, Ve
     return sigma;
 }
 
-// Wedges of less than this angle are not sampled by themselves where other directions count, too: what
-// rounding makes of their directions is in them or not by chance.
+// Narrower wedges are not sampled separately if other directions count as well. Rounding would decide whether
+// their directions are inside.
 constexpr float kLeastWedge = 1e-3f;
 
-// A direction about the edge: its cosine to the edge goes with u, and with v its azimuth in the two wedges in
-// which both faces are on one side, each of width alpha. `density`: of its solid angle there, 1/(4 alpha).
-// Half of the lanes of `parted` have any azimuth (density_about), and all whose wedges are narrow.
+// A direction about the edge. u gives its cosine to the edge, and v its azimuth in the two wedges of angle
+// alpha in which both faces are on one side (derivations, E). `density` is per solid angle in the wedges,
+// 1/(4 alpha). In lanes of `parted`, half of the directions have a uniform azimuth, or all if the wedges are
+// narrow (density_about).
 EG_INLINE Vec3 wedge_direction(const SceneView& scene, const SegmentSample& p, Mask parted, Float u, Float v,
                                Float& density) {
     Vec3 axis, b1, b2;
@@ -92,7 +95,7 @@ EG_INLINE Vec3 wedge_direction(const SceneView& scene, const SegmentSample& p, M
     return axis * cosine + (b1 * c + b2 * s) * sine;
 }
 
-// A sample's own random numbers, moved into its piece's cell of directions, of which there are so many.
+// A sample's random numbers, mapped into its direction cell. Returns the number of cells.
 EG_INLINE float cell_numbers(const BoundaryTask& task, const SegmentSample& p, Float& u, Float& v) {
     sobol_pair(p.random.stream, p.random.sample, kPairEnvironment, u, v);
     const float width = 1.0f / static_cast<float>(task.direction_cells);
@@ -101,7 +104,7 @@ EG_INLINE float cell_numbers(const BoundaryTask& task, const SegmentSample& p, F
     return 1.0f / (width * width);
 }
 
-// A direction for these numbers, and the density of the wedges there.
+// A direction for these numbers. `density` is per solid angle in the wedges.
 EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                               Mask parted, Float& density) {
     Float u, v;
@@ -111,7 +114,7 @@ EG_INLINE Vec3 cell_direction(const SceneView& scene, const BoundaryTask& task, 
     return w;
 }
 
-// The density of these directions at any w where the edge counts, from that of the wedges.
+// The density of cell_direction at any w, given that of the wedges.
 EG_INLINE Float density_about(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                               Mask parted, Vec3 w, Float density) {
     if (!any(parted)) return density;

@@ -11,10 +11,10 @@
 namespace edgegrad {
 namespace {
 
-// What rounding may make of places in the picture, pixels.
+// Allowance for rounding of projected points, pixels.
 constexpr double kSlack = 0.5;
 
-// Materials that may be mirrors or smooth glass, or have lobes that are followed like those.
+// Materials with mirrors, smooth glass, or lobes that scan lines follow.
 std::vector<uint8_t> specular_materials(const SceneTables& t, float followed) {
     std::vector<uint8_t> out(t.material_first_closure.size() - 1);
     for (size_t m = 0; m < out.size(); ++m)
@@ -24,7 +24,7 @@ std::vector<uint8_t> specular_materials(const SceneTables& t, float followed) {
     return out;
 }
 
-// Vertices of a mesh's faces of such materials.
+// The vertices of a mesh's faces with such materials.
 std::vector<int64_t> vertices_of(const SceneTables& t, size_t mesh, const std::vector<uint8_t>& materials) {
     const auto first = static_cast<size_t>(t.mesh_first_vertex[mesh]);
     std::vector<uint8_t> used(static_cast<size_t>(t.mesh_first_vertex[mesh + 1]) - first);
@@ -48,7 +48,7 @@ FilmRectangle specular_bounds(const SceneView& scene, const SceneTables& t) {
                             {static_cast<float>(c.width) + margin, static_cast<float>(c.height) + margin}};
     const std::vector<uint8_t> materials = specular_materials(t, scene.followed_alpha);
     double low[2] = {1e30, 1e30}, high[2] = {-1e30, -1e30};
-    // False: they may be seen anywhere.
+    // Adds the projections of vertices. False if they may be seen anywhere.
     const auto add = [&](const std::vector<int64_t>& vertices, int32_t instance) {
         const Placement placed = Placement::of(scene, instance);
         for (int64_t k : vertices) {

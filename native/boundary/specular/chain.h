@@ -1,12 +1,12 @@
-// Chains of perfect mirrors, smooth glass and transparent surfaces: what a camera ray meets one after the
-// other, as a function of its place in the picture.
+// Chains of perfect mirrors, smooth glass and transparent surfaces: the vertices that a camera ray meets one
+// after the other, as a function of its place in the picture.
 //
-// What becomes of the ray at each surface (its fate) is chosen at random once, for one place; other places
-// near by take the same fate for as long as they meet the same surfaces. So all that the chain depends on
-// varies continuously from place to place but for the jumps that are looked for.
+// The scattering events at the vertices are chosen at random for one place. Neighbouring places use the same
+// events as long as they meet the same surfaces. The chain then varies continuously with the place, except at
+// the discontinuities that scan lines search for.
 //
-// A chain may end at a surface that scatters light of a light: its last ray then goes there. All that stops
-// it is the same, and surfaces that let light pass are met one after the other.
+// A chain may end at a surface that is not perfectly smooth, with a last ray from there to a light. A
+// transparent surface on this ray is a vertex like others, and an opaque one ends the chain.
 #pragma once
 
 #include "boundary/specular/chain_light.h"
@@ -17,30 +17,33 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// What a chain's vertices are told apart by, besides the numbers of regions (2 region + side).
-// Of rays that a surface sends nowhere: kBelow if into itself, past the horizon of its face.
+// Keys of vertices without a region. Vertices on surfaces have the key 2 region + side. kMissed: the ray
+// leaves the scene. kDead: there is no ray, because the event scatters no light. kBelow: there is none,
+// because the direction is below the horizon of its face. kBlocked: an opaque surface blocks the ray to the
+// light.
 enum ChainKey : int32_t { kMissed = -1, kDead = -2, kBlocked = -3, kBelow = -4 };
 
-// A place of the picture and of the lens.
+// A place in the picture and on the lens.
 struct PicturePoint {
     Float x, y, lens_u, lens_v;
 };
 
+// The scattering events of a chain, and the keys of the vertices at which they were chosen.
 struct ChainChoices {
-    Int key[kMostChain], instance[kMostChain];  // of the vertices that it was chosen at
+    Int key[kMostChain], instance[kMostChain];  // of the vertices at which the events were chosen
     Int closure[kMostChain], event[kMostChain];
-    Vec3 half[kMostChain];          // microfacets' normals, of followed lobes
-    Float probability[kMostChain];  // of this vertex' choice
-    Int lit;                        // the vertex that a light is looked at from; kMostChain: none
+    Vec3 half[kMostChain];          // microfacet normals of followed lobes
+    Float probability[kMostChain];  // of the event at this vertex
+    Int lit;                        // the vertex from which the last ray goes to a light; kMostChain: none
     ChainLight light;
 };
 
-// The vertices that a chain meets: as far as they are those of its choices, and the first that differs.
+// The vertices of a chain: those that agree with its events' keys, and the first that differs.
 struct SpecularChain {
     Int count;
     Int key[kMostChain], face[kMostChain], mesh[kMostChain], instance[kMostChain];
     Float b1[kMostChain], b2[kMostChain];
-    Vec3 from[kMostChain];       // the vertex that scattered the ray last
+    Vec3 from[kMostChain];       // the vertex that last scattered the ray
     Vec3 direction[kMostChain];  // of the ray, unit
     Vec3 position[kMostChain], normal[kMostChain], smooth[kMostChain];
 };
@@ -52,12 +55,12 @@ EG_INLINE ChainRay chain_start(const CameraView& camera, const PicturePoint& at,
     return {ray.origin, ray.direction * (1.0f / length), ray.origin, splat(static_cast<int>(kCameraRay))};
 }
 
-// Bounces of a chain so far, as paths count them.
+// The bounces of a chain so far, counted as by the path tracer.
 struct ChainCount {
     PathPacket p;
     ImageTask limits;
 
-    explicit ChainCount(const BounceLimits& most, int max_depth) : p{}, limits{} {
+    ChainCount(const BounceLimits& most, int max_depth) : p{}, limits{} {
         limits.max_depth = max_depth;
         limits.limits = most;
         p.segment = splat(1);
@@ -70,7 +73,7 @@ struct ChainCount {
         p.bounces = add_bounce(p.bounces, scattered, counted);
         p.segment = p.segment + (scattered & 1);
     }
-    // Surfaces that were gone through are counted by the fourth count; those beyond the limit end the chain.
+    // Transparent surfaces have the fourth counter. The chain ends at the limit.
     EG_INLINE Mask may_pass() const {
         return bounce_count(p.bounces, splat(static_cast<int>(kShadowRay))) < limits.limits.transparent;
     }
@@ -92,7 +95,7 @@ EG_INLINE Mask may_have(const SceneView& scene, const SurfacePoint& x, Mask acti
     return may;
 }
 
-// Sends the rays of lanes towards their lights; which of them shine on x from there.
+// Directs the rays of lanes `lit` from x to their lights.
 EG_OUTLINE void look_at_light(const SceneView& scene, Mask lit, const ChainLight& light,
                               const SurfacePoint& x, ChainRay& ray, Float& far) {
     const ChainLightRay seen = see_chain_light(scene, lit, light, x.position);
@@ -102,19 +105,20 @@ EG_OUTLINE void look_at_light(const SceneView& scene, Mask lit, const ChainLight
     far = select(lit, seen.distance * 0.9999f, far);
 }
 
-// Traces chains. kChoose: `choices` are made on the way, else followed.
+// Traces chains. With kChoose the events are chosen on the way and written to `choices`. Otherwise they are
+// read from `choices`.
 template <bool kChoose>
-EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                            int max_depth, Mask active, const PicturePoint& at, UInt stream,
-                            ChainChoices& choices, SpecularChain& chain) {
+EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, Mask active, const PicturePoint& at,
+                            UInt stream, ChainChoices& choices, SpecularChain& chain) {
     chain.count = splat(0);
     if constexpr (kChoose) choices.lit = splat(kMostChain);
-    ChainCount counted(limits, max_depth);
+    ChainCount counted(task.limits, task.max_depth);
     Float near, far;
     ChainRay ray = chain_start(scene.camera, at, near, far);
     Mask going = active, dead = splat(0), below = dead, bent = dead;
     for (int level = 0; level < kMostChain && any(going); ++level) {
         const Mask tracing = going & ~dead, to_light = level > choices.lit;
+        // Trace the rays to their next surfaces
         Closest hit = intersect(scene, tracing, ray.origin, ray.direction, near, far, ignore_nothing(),
                                 level == 0 ? embree::kCoherent : embree::kIncoherent,
                                 select(to_light, choices.light.blockers, ray_mask(ray.kind)));
@@ -122,6 +126,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         hit.hit &= tracing;
         SurfacePoint x = surface_point(scene, hit.hit, hit.face, hit.b1, hit.b2, ray.direction, hit.instance);
         x.mesh = hit.mesh;
+        // Compute the key of the vertex and store the vertex
         const Int region = gather(task.region, select(hit.hit, hit.face, splat(0)));
         Int key =
             select(hit.hit, 2 * region + ((x.side < 0.0f) & 1),
@@ -137,6 +142,7 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
         chain.position[level] = x.position;
         const TexturePoint point = texture_point(scene, x, -ray.direction, ray.kind);
         chain.normal[level] = x.normal, chain.smooth[level] = point.normal;
+        // Stop where the vertex differs from that of the events
         if constexpr (kChoose) {
             choices.key[level] = key, choices.instance[level] = hit.instance;
             choices.closure[level] = splat(0), choices.event[level] = splat(kEventEnds);
@@ -147,26 +153,29 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
                      (choices.event[level] != kEventEnds);
         }
         going &= hit.hit & x.active & ~stops;
-        // On its way to a light a chain goes through all that lets light pass. Most other chains end at a
-        // surface that does nothing with their rays.
+        // Find what may happen at the surface. On the way to a light, chains only pass transparent surfaces.
+        // Most other chains end here, at a surface that neither bends their ray nor can be lit.
         const Mask passes_on = going & to_light;
         if constexpr (kChoose)
             choices.event[level] = select(passes_on, splat(kEventPasses), splat(kEventEnds));
-        // A surface that lights this one takes a ray more than a light does.
+        // Light from a surface needs one more ray than light from a light.
         const Mask ends_here = going & bent & ~to_light & ~counted.p.final_ray;
         const Mask by_lights = task.lights ? ends_here : splat(0);
-        const Mask by_surfaces = task.surfaces ? ends_here & (counted.p.segment + 2 <= max_depth) : splat(0);
+        const Mask by_surfaces =
+            task.surfaces ? ends_here & (counted.p.segment + 2 <= task.max_depth) : splat(0);
         const Mask may_be_lit = by_lights | by_surfaces;
         if constexpr (kChoose)
             going &= passes_on | may_be_lit |
                      may_have(scene, x, going, kHasGlossy | kHasRefraction | kHasTransparency);
         if (!any(going)) return;
 
+        // Continue the rays that pass on their way to a light
         ray.origin = select(passes_on, leave_surface(x, ray.direction), ray.origin);
         far = select(passes_on, far - hit.distance, far);
         x.active &= going & ~passes_on;
         const Mask meets = going & ~passes_on;
         if (!any(meets)) continue;
+        // Choose a closure and an event at the other surfaces
         Int closure = choices.closure[level];
         Float probability = splat(1.0f);
         if constexpr (kChoose) {
@@ -202,8 +211,10 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
             going &= passes_on | (event != kEventEnds);
             if (!any(going)) return;
         }
+        // Direct the last rays to their lights
         const Mask lit = meets & going & (event == kEventLit);
         if (any(lit)) look_at_light(scene, lit, choices.light, x, ray, far);
+        // Pass or scatter the other rays
         const Mask passes = meets & going & (event == kEventPasses),
                    scatters = meets & going & ~passes & ~lit;
         far = select(passes | scatters, splat(__builtin_inff()), far);
@@ -223,9 +234,9 @@ EG_OUTLINE void trace_chain(const SceneView& scene, const ScanTask& task, const 
     }
 }
 
-// The first vertex at which two chains of the same choices differ by more than their neighbourhood explains;
-// -1: none. Within one region they do where one part of it hides another: the way from one point to the other
-// doesn't lie in the surface then, or the normal jumps.
+// The first vertex at which two chains of the same events differ discontinuously; -1 if there is none.
+// Vertices of one region differ if one part of the region occludes another: then the vector between both
+// points is not tangential to the surface, or the normal is discontinuous.
 EG_OUTLINE Int first_difference(const SpecularChain& a, const SpecularChain& b, Mask active) {
     constexpr float kSteep = 0.5f, kBent = 0.7f, kRounding = 4e-6f;
     Int found = splat(-1);

@@ -1,14 +1,14 @@
-// Horizons of smooth-shaded faces in mirrors and glass: where a chain's last ray leaves a face along its
-// plane.
+// Specular term at the horizon of smooth-shaded faces: places in the picture where a chain's last ray leaves
+// a face along its plane (derivations, J and H).
 //
-// A mirror or smooth glass whose normals are interpolated sends some rays into itself, past the horizon of
-// the face that stands for it: nothing comes from there. With D the ray from the chain's last vertex and n
-// the normal of its face F, towards the side on which rays go on, that happens where
-//   g(s, theta) = D . n = 0,   -dg/dtheta = -n . dD + n . (m_F(p + D) - m_F(p)),
-// m_F the velocity of F's points, extended over its plane (derivations, H): D lies in it. L- = 0 there, and
-// L+ is what comes along D (boundary/specular/chain_term.h).
-// Where two faces of one mesh meet, and only one of them sends its rays on, it is their edge that the ray to
-// them touches, as any other edge; what jumps is the same.
+// A mirror or smooth glass with interpolated normals scatters some rays below the horizon of their face.
+// These rays carry no light. With p the last vertex, D the direction of the ray from it, and n the normal of
+// its face F towards the side of continuing rays, this begins where
+//   g(s, theta) = D . n = 0,   -dg/dtheta = -n . dD + n . (m_F(p + D) - m_F(p)).
+// m_F is the velocity of F's points, extended affinely over its plane, in which D lies. L- = 0, and L+ is the
+// radiance along D (boundary/specular/chain_term.h). If the ray continues from only one of two adjacent
+// faces, the curve is that of their edge and of the ray that touches it, as for any other edge. The jump of
+// radiance is the same.
 #pragma once
 
 #include "boundary/samples/visible_edge.h"
@@ -18,7 +18,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// What a chain met last.
+// The last vertex of a chain.
 struct LastVertex {
     Int face, mesh, instance, closure;
     Float b1, b2;
@@ -42,7 +42,7 @@ EG_INLINE Mask at_horizon(const ChainCrossings& c, int at, int count) {
     return first_lanes(count - at) & (load(c.edge + at) < 0);
 }
 
-// Sets -dg by the rays that go on.
+// Stores the slopes -dg with respect to the continuing rays.
 EG_INLINE void horizon_slopes(ChainCrossings& c, int at, Mask active, const ChainRay& ray,
                               const PathPacket& p) {
     const Vec3 n = select(ray.kind == static_cast<int>(kTransmissionRay), -p.from_normal, p.from_normal);
@@ -50,7 +50,7 @@ EG_INLINE void horizon_slopes(ChainCrossings& c, int at, Mask active, const Chai
     put3(c.from, at, active, ray.from), put3(c.direction, at, active, ray.direction);
 }
 
-// Of faces that the edge of `s` parts, lanes in which the last vertex is on the side where g > 0.
+// For edges between two faces of which one ends the ray: lanes whose last vertex is on the side where g > 0.
 EG_INLINE Mask is_plus_side(const SceneView& scene, const ChainCrossings& c, int at, Mask parted,
                             const EdgeSample& s) {
     const LastVertex v = last_vertex(c, at, parted);
@@ -58,7 +58,7 @@ EG_INLINE Mask is_plus_side(const SceneView& scene, const ChainCrossings& c, int
     return dot(s.normal, t.p0 + t.p1 + t.p2 - s.point * splat(3.0f)) > 0.0f;
 }
 
-// Queues the rays that go on, with the numbers `path`.
+// Appends the continuing rays to the queue of paths, with the numbers `path`.
 EG_OUTLINE int see_onwards(const SceneView& scene, Mask active, const ChainRay& ray, const PathPacket& p,
                            Int path, Workspace& work, int queued) {
     PathPacket side = p;
@@ -75,7 +75,7 @@ EG_OUTLINE int see_onwards(const SceneView& scene, Mask active, const ChainRay& 
     return append_met(work, queued, side, hit, zero3(), none);
 }
 
-// The part of -dg by the faces, times the color, for what `asked` names.
+// Adds the part of -dg that is due to the face's motion, times the color, for the requested parameters.
 template <typename Mode>
 EG_INLINE void chain_horizon_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
                                     const ChainCrossings& c, int at, Mask active, Vec3 color) {

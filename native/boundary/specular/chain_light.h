@@ -1,11 +1,12 @@
-// Light that falls on the end x of a chain of mirrors and glass: one place y of a light or of a surface that
-// scatters light, or a direction to the sky, that is held while x moves.
+// Light at the end x of a chain of mirrors and glass. A point y is sampled on a light or on a surface that
+// scatters light, or a direction to the environment. It is fixed while x moves.
 //
-// y is a fixed place in the frame of its light, as in the interior term (adjoint/light_arrival.h): what a
-// picture integrates over lights by samples at each x is, with dM the measure of those places,
-//   L(x) = int f |n_s . w| V(x, y) L_e |n_y . w|/|y - x|^2 dM(y),
-// and of what has no distance, by direction; of surfaces L_e is what they scatter to x. So a jump of V alone
-// is left, as x moves along a scan line, and as the scene does.
+// y is a fixed point in the frame of its light, as in the interior term (adjoint/light_arrival.h). With dM
+// the measure of these points
+//   L(x) = int f |n_s . w| V(x, y) L_e |n_y . w|/|y - x|^2 dM(y).
+// For distant light dM is the solid angle and the geometry factor is 1. For surfaces L_e is the radiance
+// scattered towards x. With y fixed, only V is discontinuous as x moves along a scan line or as the scene
+// moves.
 #pragma once
 
 #include "boundary/segment/camera_subpath.h"
@@ -21,19 +22,19 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 struct ChainLight {
     Int row, kind;       // of the light table, LightKind; -1: none
-    Int face, instance;  // or of a surface; -1: none. Neither: the sky
-    Mask scatters;       // light of a surface is what it scatters, else what it emits
+    Int face, instance;  // a face that emits or scatters; -1: none. Neither row nor face: environment
+    Mask scatters;       // the face's light is what it scatters, not its emission
     Float b1, b2;        // place on the face
-    // y; of distant ones the direction to them, of disks that face x and of cones about spheres
-    // two coordinates.
+    // y. For distant light the direction to it. For disks that face x and for spheres, two coordinates (see
+    // see_chain_light).
     Vec3 place;
     Int blockers, visible_to;
-    Float density;  // of y by dM
+    Float density;  // of y with respect to dM
 
     EG_INLINE Mask is(LightKind k) const { return (row >= 0) & (kind == splat(static_cast<int>(k))); }
-    EG_INLINE Mask sky() const { return (row < 0) & (face < 0); }
+    EG_INLINE Mask environment() const { return (row < 0) & (face < 0); }
     EG_INLINE Mask distant() const {
-        return sky() | ((row >= 0) & (kind >= splat(static_cast<int>(kDirectionLight))));
+        return environment() | ((row >= 0) & (kind >= splat(static_cast<int>(kDirectionLight))));
     }
 };
 
@@ -44,7 +45,7 @@ EG_INLINE ChainLight no_chain_light() {
             splat(0), splat(0), splat(1.0f)};
 }
 
-// Takes the lanes of a mask from another one.
+// Copies the lanes of a mask.
 EG_INLINE void take(ChainLight& to, Mask m, const ChainLight& from) {
     to.row = select(m, from.row, to.row), to.kind = select(m, from.kind, to.kind);
     to.face = select(m, from.face, to.face), to.instance = select(m, from.instance, to.instance);
@@ -59,7 +60,7 @@ EG_INLINE void take(ChainLight& to, Mask m, const ChainLight& from) {
 // A light as seen from x.
 struct ChainLightRay {
     Vec3 w;          // unit, to y
-    Float distance;  // infinite of distant ones
+    Float distance;  // infinite for distant light
     Float measure;   // |n_y . w|/|y - x|^2
 };
 
@@ -69,6 +70,7 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     const Mask on_row = active & (light.row >= 0);
     if (any(on_row)) l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
     Vec3 y = light.place, normal = zero3();
+    // Find the point and the light's normal
     const Mask disk = on_row & light.is(kDiskLight);
     if (any(disk)) {
         const Vec3 way = l.position - x;
@@ -86,6 +88,7 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
             area_normal(placed_triangle(scene, face, select(on_face, light.instance, splat(-1))).triangle);
         normal = select(on_face, m * (1.0f / max(sqrt(dot(m, m)), 1e-37f)), normal);
     }
+    // Measure the ray to it
     const Mask distant = light.distant();
     const Vec3 way = select(distant, light.place, y - x);
     const Float r2 = max(dot(way, way), 1e-30f), r = sqrt(r2);
@@ -96,7 +99,8 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     seen.measure = select(distant, splat(1.0f), facing / r2);
     const Mask sphere = on_row & light.is(kSphereLight);
     if (any(sphere)) {
-        // The place's radius in the unit disk is the root of its share of the cone.
+        // The radius of `place` in the unit disk is the square root of the fraction of the cone inside that
+        // direction.
         const Vec3 center = l.position - x;
         const SphereCone cone = sphere_cone(center, l.radius);
         Vec3 a, b;
@@ -112,12 +116,13 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     return seen;
 }
 
-// What of it shines on x of a mesh, as rays of `kind` see it; 1 of what surfaces scatter.
+// The radiance towards x on `mesh`, seen by rays of `kind`. It is 1 for surfaces that scatter; their radiance
+// is estimated by paths.
 EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
                            const ChainLightRay& seen, Int mesh, Int kind) {
     Vec3 radiance = select(active & light.scatters, gray(splat(1.0f)), zero3());
-    const Mask sky = active & light.sky();
-    if (any(sky)) radiance = select(sky, environment_radiance(scene, seen.w), radiance);
+    const Mask environment = active & light.environment();
+    if (any(environment)) radiance = select(environment, environment_radiance(scene, seen.w), radiance);
     const Mask on_row = active & (light.row >= 0) & shines_on(scene, light.row, mesh);
     if (any(on_row)) {
         const LightRow l = gather_light(scene.lights, select(on_row, light.row, splat(0)));
@@ -139,7 +144,7 @@ EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight
     return select(s.active, s.radiance, radiance);
 }
 
-// The surface at which a chain ends, as it scatters light.
+// The surface at which a chain ends, prepared for evaluation of its BSDF.
 EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, Mask active, const ChainSurface& s) {
     ScatteringPoint p{s.x, s.point, s.shader, s.point.normal, splat(0)};
     p.x.active = active;
@@ -148,10 +153,10 @@ EG_INLINE ScatteringPoint scattering_point(const SceneView& scene, Mask active, 
     return p;
 }
 
-// Directions to the sky are by half its image's own samples, if it has one.
+// The fraction of samples that an importance-sampled environment image takes. The others sample the BSDF.
 constexpr float kByImage = 0.5f;
 
-// A sample of the sky as x scatters it.
+// Samples a direction to the environment by the BSDF of x or by the environment's image.
 EG_OUTLINE Mask choose_environment(const SceneView& scene, const ScatteringPoint& x, Mask active,
                                    const Float (&random)[4], ChainLight& light) {
     const BsdfSample s = x.sample(scene, active, random[0], random[1], random[2]);
@@ -175,7 +180,7 @@ EG_OUTLINE Mask choose_environment(const SceneView& scene, const ScatteringPoint
     return found;
 }
 
-// The first surface that x sees in a direction of its BSDF; of those behind transparent ones, one by chance.
+// Samples the BSDF of x for a surface. If there are several behind transparent ones, one is chosen at random.
 EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x, Mask active, UInt stream,
                                const Float (&random)[4], ChainLight& light) {
     const BsdfSample s = x.sample(scene, active, random[0], random[1], random[2]);
@@ -186,12 +191,13 @@ EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x,
     index.sample = bits(splat(0));
     index.stream = hash(stream ^ splat(0x3c6ef372u));
     const Int all = splat(kScatteredRays);
-    const LitPoint y =
+    const ReceiverHit y =
         find_receiver(scene, found, start, -s.wi, ignore_nothing(), {all, all, kDiffuseRay, splat(0)}, index);
     found &= y.found;
     Float density = s.pdf;
     if (scene.all_flags & kHasTransparency) {
-        // What is let through is counted where the light is: the chance of having gone on is left.
+        // `y.through` contains transmittance over the probability of the choice. The transmittance is
+        // evaluated again with the light, so only the probability enters the density here.
         const Vec3 through =
             transmittance(scene, found, start, s.wi, y.hit.distance * 0.9999f, {all, kDiffuseRay});
         found &= largest_component(through) > 0.0f;
@@ -210,22 +216,24 @@ EG_OUTLINE Mask choose_surface(const SceneView& scene, const ScatteringPoint& x,
     return found;
 }
 
-// A light for x: of some kinds that there may be, one is picked in proportion to these.
+// Relative probabilities of the available kinds of light.
 constexpr float kLightShare = 2.0f, kEnvironmentShare = 2.0f, kSurfaceShare = 1.0f;
 
-// A light for x by the picture's own samples of lights, of the sky or of surfaces; lanes that found any.
+// Samples a light for x with the picture's samplers. Returns the lanes that found one.
 EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint& x, Mask by_lights,
                                    Mask by_surfaces, UInt stream, const Float (&random)[4], Float pick,
                                    ChainLight& light) {
     light = no_chain_light();
-    const bool lights = scene.lights.count > 0, sky = scene.has_environment;
+    const bool lights = scene.lights.count > 0, environment = scene.has_environment;
+    // Choose the kind of light
     const Float of_lights = select(by_lights, splat(lights ? kLightShare : 0.0f), 0.0f);
-    const Float of_sky = select(by_lights, splat(sky ? kEnvironmentShare : 0.0f), 0.0f);
+    const Float of_environment = select(by_lights, splat(environment ? kEnvironmentShare : 0.0f), 0.0f);
     const Float of_surfaces = select(by_surfaces, splat(kSurfaceShare), 0.0f);
-    const Float all = of_lights + of_sky + of_surfaces, mark = pick * all;
-    const Mask by_light = mark < of_lights, by_sky = ~by_light & (mark < of_lights + of_sky);
-    const Mask by_surface = ~by_light & ~by_sky & (of_surfaces > 0.0f);
+    const Float all = of_lights + of_environment + of_surfaces, mark = pick * all;
+    const Mask by_light = mark < of_lights, by_environment = ~by_light & (mark < of_lights + of_environment);
+    const Mask by_surface = ~by_light & ~by_environment & (of_surfaces > 0.0f);
     Mask found = splat(0);
+    // Sample a light and express the point in the light's frame
     if (any(by_light)) {
         const LightSample s = sample_light(scene, by_light, x.x, x.both_sides, random[0], random[1]);
         const Mask at = by_light & s.active & s.casts_shadow;
@@ -254,24 +262,25 @@ EG_OUTLINE Mask choose_chain_light(const SceneView& scene, const ScatteringPoint
             const Float scale = sqrt(min(rise / max(cone.cap, 1e-30f), splat(1.0f)) / sine2);
             light.place = select(sphere, {along * scale, across * scale, splat(0.0f)}, light.place);
         }
-        // What a sample weighs holds the measure of its place as seen from here.
+        // s.geometry is the measure of the sampled point, as seen from x, over its density.
         const ChainLightRay seen = see_chain_light(scene, at, light, x.x.position);
         light.density = select(light.distant(), splat(1.0f), seen.measure) / max(s.geometry, 1e-37f);
         found |= at & (light.density > 0.0f);
     }
-    if (any(by_sky)) found |= choose_environment(scene, x, by_sky, random, light);
+    // Sample the environment or a surface
+    if (any(by_environment)) found |= choose_environment(scene, x, by_environment, random, light);
     if (any(by_surface)) found |= choose_surface(scene, x, by_surface, stream, random, light);
-    const Float share = select(by_light, of_lights, select(by_sky, of_sky, of_surfaces));
+    const Float share = select(by_light, of_lights, select(by_environment, of_environment, of_surfaces));
     light.density = light.density * (share / max(all, 1e-30f));
     return found;
 }
 
-// What a light rides on.
+// What the light moves with.
 EG_INLINE FarEnd far_end(const SceneView& scene, const ChainLight& light) {
     FarEnd y = still_far_end();
     y.face = light.face, y.instance = light.instance, y.b1 = light.b1, y.b2 = light.b2;
     y.row = light.row, y.kind = light.kind;
-    y.sky = light.sky() & splat(scene.sky.pixels ? -1 : 0);
+    y.environment = light.environment() & splat(scene.sky.pixels ? -1 : 0);
     return y;
 }
 

@@ -1,19 +1,19 @@
-// Edges of shadows that are seen through chains of mirrors and smooth glass, and edges between surfaces seen
-// there and others that light them.
+// Specular shadow term: shadow edges, and edges between surfaces that light each other, seen through chains
+// of mirrors and smooth glass (derivations, J).
 //
-// The chain ends at x, a function of the place s in the picture and of theta, and y is a place of a light
-// (boundary/specular/chain_light.h). The way from x to y touches the edge of direction t through e where
-//   g(s, theta) = (e - x) . (t x D) = 0,   D the unit direction from x to y;
-// with r = |e - x| and lambda = |e - y|/|x - y|
+// A chain ends at x, a function of the place s in the picture and of theta. y is a fixed point of a light
+// (boundary/specular/chain_light.h). The segment from x to y touches the edge of direction t through e where
+//   g(s, theta) = (e - x) . (t x D) = 0,   D the unit direction from x to y.
+// With r = |e - x| and lambda = |e - y|/|x - y|
 //   -dg/dtheta = (D x t) . (de - lambda dx - (1 - lambda) dy),
-// which is formula (S)'s with x where the chain moves it. One term of the picture is then, of the crossings
-// of scan lines with that curve (boundary/specular/chain_term.h), and in the mean over y with its density p
-// by dM,
-//   dI = sum over crossings of T f |n_s . D| L_e |n_y . D|/|x - y|^2 /p sigma (-dg/dtheta) |g_k| /(g_x^2 +
-//   g_y^2),
-// sigma the side of the edge's faces, seen along D x t. Nothing is divided by r^2: hard and soft shadows are
-// one. Of a y on a surface L_e is what that scatters to x, a path of the picture. -dg/dx = -lambda (D x t) is
-// the seed of the chain's sweeps; where the light faces x, it moves y too.
+// which is formula (S) with the chain's motion for dx. The term sums over the crossings of scan lines with
+// this curve (boundary/specular/chain_term.h). y is sampled with the density p with respect to dM:
+//   dI = sum over crossings of T f |n_s . D| L_e |n_y . D|/|x - y|^2 /p sigma
+//        (-dg/dtheta) |g_k| / (g_x^2 + g_y^2),
+// where sigma is the side of the edge's faces relative to D x t. There is no division by r^2, and hard and
+// soft shadows are sampled alike. For a y that scatters light, L_e is estimated by a path of the picture.
+// -dg/dx = -lambda (D x t) seeds the sweeps of the recorded chain. A light that faces x adds the motion of y
+// with x.
 #pragma once
 
 #include "boundary/segment/occluder.h"
@@ -38,12 +38,12 @@ EG_INLINE ChainLight load_light(const ChainCrossings& c, int at, Mask lit) {
     return l;
 }
 
-// The way from x past the edge of `s` to the light: D x t = s.normal * s.weight.
+// The segment from x past the edge of `s` to the light, with D x t = s.normal * s.weight.
 struct ShadowWay {
     ChainLightRay light;
     FarEnd y;
     Float lambda;
-    Vec3 by_y;  // -dg by y, of distant ones by the direction to them
+    Vec3 by_y;  // -dg/dy, or with respect to the direction to y for distant lights
 };
 
 EG_INLINE ShadowWay shadow_way(const SceneView& scene, const ChainLight& light, const EdgeSample& s, Vec3 x) {
@@ -56,7 +56,7 @@ EG_INLINE ShadowWay shadow_way(const SceneView& scene, const ChainLight& light, 
     return way;
 }
 
-// -dg by what the light moves by, for what `asked` names, times `color`.
+// Adds the part of -dg that is due to the light's motion, times `color`, for the requested parameters.
 template <typename Mode>
 EG_INLINE void light_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
                             const ChainCrossings& c, int at, const EdgeSample& s, Vec3 x, Vec3 color) {
@@ -70,8 +70,9 @@ EG_INLINE void light_blocks(Mode& mode, const SceneView& scene, const Derivative
     far_end_blocks(mode, scene, requested, lit, way.y, x, way.light.w, way.light.distance, way.by_y, color);
 }
 
-// The jump at crossings from `at` on that are lit, but for the throughput of their chains and what surfaces y
-// scatter. `scatters`: x, met by rays of `kind`. Sets -dg by x.
+// Computes the jump at lit crossings from `at` on, without the throughput of their chains and without the
+// radiance of surfaces that scatter. `scatters` is x, met by rays of `kind`. Sets `by_x` to -dg/dx. Returns
+// the lanes that have a jump.
 EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int at, EdgeSample s,
                             const ScatteringPoint& scatters, Int kind, Vec3& jump, Vec3& by_x) {
     const SurfacePoint& x = scatters.x;
@@ -79,6 +80,7 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const ChainLight light = load_light(c, at, lit);
     s.active = lit;
     const ShadowWay way = shadow_way(scene, light, s, x.position);
+    // Keep edges between x and the light that are silhouettes
     lit &= (s.view.distance > 1e-5f * largest_component(s.point)) & (way.lambda > 0.0f) &
            (s.view.distance < way.light.distance);
     SegmentSample p;
@@ -92,8 +94,9 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const Vec3 w = way.light.w;
     lit &= scatters.both_sides | (dot(x.normal, w) > 0.0f);
     if (!any(lit)) return lit;
-    // Followed lobes find all but lights of the table by the chain itself.
+    // Followed lobes already find all light but that of the light table, by the chain itself.
     const Mask without = scene.followed_alpha > 0.0f ? light.row < 0 : splat(0);
+    // Evaluate the light that the edge may occlude
     Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to, without) *
                  radiance_of(scene, lit, light, way.light, x.mesh, kind) *
                  (sigma * way.light.measure / light.density);
@@ -107,6 +110,7 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     if (any(clear & lit))
         value = select(clear, value * transparent_jump(scene, p, lit & clear, s.u, across, w), value);
     jump = select(lit, value, jump);
+    // Differentiate g with respect to x
     by_x = select(lit, across * -way.lambda, by_x);
     const Mask on_row = lit & (light.row >= 0) & turns_with_point(light.kind);
     if (any(on_row)) {

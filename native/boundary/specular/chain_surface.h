@@ -1,6 +1,6 @@
-// Surfaces that a chain of perfect mirrors, smooth glass and transparent surfaces meets, and what becomes of
-// its ray there: the fate that is chosen for it. Lobes that are followed are mirrors and glass of a random
-// normal, which belongs to the fate (shading/bsdf/followed_lobes.h).
+// Surfaces on a chain of perfect mirrors, smooth glass and transparent surfaces, and the scattering events
+// there. Followed lobes act as mirrors or glass with a random microfacet normal, which is part of the event
+// (shading/bsdf/followed_lobes.h).
 #pragma once
 
 #include "path/shaded_surface.h"
@@ -10,8 +10,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Fates: a lobe, which may transmit, and may be followed; to pass unscattered; to look from here at a light
-// (boundary/specular/chain_light.h); to end here.
+// Bits of an event: a lobe, whether it transmits, and whether it is a followed lobe. Or one of: pass
+// unscattered; go on to a light (boundary/specular/chain_light.h); end here.
 constexpr int32_t kEventLobes = 7, kEventTransmits = 8, kEventPasses = 16, kEventLit = 32, kEventFollows = 64,
                   kEventEnds = -1;
 
@@ -25,14 +25,14 @@ EG_INLINE ChainRay select(Mask m, const ChainRay& a, const ChainRay& b) {
             select(m, a.kind, b.kind)};
 }
 
-// Perfect and followed lobes that a surface may have.
+// The perfect and followed lobes of a surface.
 constexpr int kPerfectLobes = 4;
 constexpr int32_t kPerfectEvent[kPerfectLobes] = {kMirrorLobe, kCoatLobe, kInterfaceLobe,
                                                   kInterfaceLobe | kEventTransmits};
 
 struct PerfectLobes {
-    // Their values f |cos| at the view, zero of those that it hasn't; of followed ones by the density of the
-    // microfacet's normal, which is that by D(h) dh.
+    // f |cos| at the view, 0 for missing lobes. For followed lobes it is divided by the density of the
+    // microfacet normal, with respect to D(h) dh.
     Float value[kPerfectLobes];
     Mask followed[kPerfectLobes];
     Vec3 half[kPerfectLobes];
@@ -60,7 +60,7 @@ EG_INLINE void perfect_values(const Bsdf& f, Mask active, PerfectLobes& lobes) {
     }
 }
 
-// Adds followed lobes, their normals by the random numbers u and v.
+// Adds followed lobes. The random numbers u and v sample their microfacet normals.
 EG_OUTLINE void followed_values(const Bsdf& f, Mask active, Float u, Float v, PerfectLobes& lobes) {
     const auto put = [&](int k, const Ggx& g, Vec3 view, bool transmits) {
         Mask m = active & g.followed;
@@ -81,14 +81,14 @@ EG_OUTLINE void followed_values(const Bsdf& f, Mask active, Float u, Float v, Pe
     if (f.any_lobe[kInterfaceLobe]) put(2, f.glass.ggx, f.view, false), put(3, f.glass.ggx, f.view, true);
 }
 
-// A surface that a chain meets, and what it does with the ray.
+// A surface of a chain, with one closure of its material.
 struct ChainSurface {
     SurfacePoint x;
     TexturePoint point;
     Shader shader;
     Float closure_weight;  // of the shader in its material
-    Float share;           // of light that passes unscattered
-    Vec3 passing;          // its colour
+    Float transparency;    // fraction of light that passes unscattered
+    Vec3 passing;          // its color
 };
 
 EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint& x,
@@ -100,7 +100,7 @@ EG_OUTLINE ChainSurface chain_surface(const SceneView& scene, const SurfacePoint
         if (any(mixed))
             s.closure_weight = select(mixed, closure_weight(scene, mixed, closure, point), s.closure_weight);
     }
-    if (scene.all_flags & kHasTransparency) s.share = passing_share(s.shader, s.passing);
+    if (scene.all_flags & kHasTransparency) s.transparency = passing_share(s.shader, s.passing);
     return s;
 }
 
@@ -111,7 +111,7 @@ EG_OUTLINE ShadedSurface chain_bsdf(const SceneView& scene, Mask active, const C
     return surface;
 }
 
-// The rays of lanes that scatter by the lobe of their fate.
+// Scatters the rays of lanes by the lobe of their event.
 EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
                                      Mask transmitted, Vec3 half) {
     const Shader& shader = s.shader;
@@ -129,8 +129,9 @@ EG_OUTLINE Specular scatter_by_event(const SceneView& scene, const ChainSurface&
     return next;
 }
 
-// Where lanes that scatter go on, what it multiplies their light with, and whether there is such a direction.
-// `below`: it is on the wrong side of the face, which interpolated normals may lead to.
+// Continues the rays of lanes that scatter and sets `value` to the factor on their radiance. Returns the
+// lanes with a continuing ray. `below`: the direction is on the wrong side of the face, which interpolated
+// normals can cause.
 EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mask scatters, Int event,
                               Vec3 half, ChainRay& ray, Vec3& value, Mask& below) {
     const Mask transmitted = (event & kEventTransmits) != 0;
@@ -150,14 +151,14 @@ EG_OUTLINE Mask scatter_chain(const SceneView& scene, const ChainSurface& s, Mas
     return fine;
 }
 
-// Numbers in [0, 1) for a vertex' choices.
+// Random numbers in [0, 1) for the choices at a vertex.
 EG_INLINE Float chain_random(UInt stream, int level, int which) {
     const uint32_t place =
         hash(static_cast<uint32_t>(4 * level + (which & 3)) ^ (which < 4 ? 0x7f4a7c15u : 0x2545f491u));
     return to_float(bits(hash(stream ^ splat(place)) >> 8)) * 5.9604645e-8f;
 }
 
-// Least probability of what is possible at all, by the number of possibilities.
+// The least probability of a possible event, shared among several lobes. It limits the weight of rare events.
 constexpr float kLeastChoice = 0.1f;
 
 // Lanes with a lobe that is neither perfect nor followed.
@@ -174,30 +175,33 @@ EG_INLINE Mask has_wide_lobes(const Bsdf& f, Mask active) {
     return wide;
 }
 
-// Share of fates that look at a light, of surfaces that have perfect lobes besides.
+// The probability of going on to a light, at surfaces that also have perfect lobes.
 constexpr float kLitShare = 0.5f;
 
-// Chooses a fate at a surface: to pass in proportion to what passes, else to look at a light, if other lobes
-// than perfect ones show it, or one of the perfect and followed lobes in proportion to their values. `half`:
-// the microfacet's normal of the latter.
+// Chooses the event at a surface. The ray passes with a probability by its transparent fraction. Otherwise it
+// goes on to a light, if lobes other than perfect ones can reflect it, or scatters by a perfect or followed
+// lobe with a probability by the lobe's value. Sets `half` to the microfacet normal of a followed lobe.
 EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask active, Mask scatters,
                             Mask may_be_lit, UInt stream, int level, Float& probability, Vec3& half) {
     Int event = splat(kEventEnds);
     Mask left = active;
-    const Mask may_pass = active & (s.share > 0.0f);
+    // Pass with the probability of the transparent fraction
+    const Mask may_pass = active & (s.transparency > 0.0f);
     if (any(may_pass)) {
-        const Float chance = select(s.share >= 1.0f, splat(1.0f),
-                                    clamp(s.share, splat(kLeastChoice), splat(1.0f - kLeastChoice)));
+        const Float chance = select(s.transparency >= 1.0f, splat(1.0f),
+                                    clamp(s.transparency, splat(kLeastChoice), splat(1.0f - kLeastChoice)));
         const Mask pass = may_pass & (chain_random(stream, level, 1) < chance);
         event = select(pass, splat(kEventPasses), event);
         probability = probability * select(pass, chance, select(may_pass, 1.0f - chance, splat(1.0f)));
         left &= ~pass;
     }
+    // Go on to a light from surfaces without perfect lobes
     const Mask bends = has(s.shader, kHasGlossy | kHasRefraction);
     event = select(left & may_be_lit & ~bends, splat(kEventLit), event);
     left &= scatters & bends;
     if (!any(left)) return event;
     const ShadedSurface surface = chain_bsdf(scene, left, s);
+    // Evaluate the perfect and followed lobes
     Float sum = splat(0.0f), count = splat(0.0f);
     PerfectLobes lobes;
     perfect_values(surface.bsdf, left, lobes);
@@ -209,7 +213,8 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
         count = count + select(v > 0.0f, splat(1.0f), 0.0f);
     }
     Mask lit = left & may_be_lit;
-    // Followed lobes scatter light of the table as wide ones do.
+    // Go on to a light, if there are wide lobes. For lights of the light table followed lobes count as wide,
+    // because no ray meets these lights.
     const bool table = scene.lights.kinds & ~(1 << kTriangleLight);
     Bsdf whole = surface.bsdf;
     if (table) follow_none(whole, left);
@@ -221,6 +226,7 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
         probability = probability * select(looks, chance, select(lit, 1.0f - chance, splat(1.0f)));
         left &= ~looks;
     }
+    // Choose a lobe in proportion to its value
     left &= sum > 0.0f;
     const Float u = chain_random(stream, level, 2), least = kLeastChoice / max(count, 1.0f);
     Float passed = splat(0.0f);
@@ -228,7 +234,7 @@ EG_OUTLINE Int choose_event(const SceneView& scene, const ChainSurface& s, Mask 
         const Float value = lobes.value[k];
         const Float share =
             select(value > 0.0f, least + (1.0f - kLeastChoice) * value / max(sum, 1e-30f), splat(0.0f));
-        // The last one takes what rounding leaves.
+        // The last lobe gets the remainder that rounding leaves.
         const Mask picked = left & (value > 0.0f) & ((u < passed + share) | (passed + share > 0.99999f));
         event = select(picked, splat(kPerfectEvent[k]) | (lobes.followed[k] & kEventFollows), event);
         probability = select(picked, probability * share * lobes.density[k], probability);

@@ -1,20 +1,22 @@
-// Specular boundary term: what changes where an edge, seen through mirrors and smooth glass, sweeps over the
-// picture, and where one of a shadow does that is seen there (boundary/specular/chain_shadow.h).
+// Specular boundary term: the picture of an edge, or of a shadow edge (boundary/specular/chain_shadow.h),
+// that is seen through mirrors and smooth glass (derivations, J).
 //
-// A chain of perfect reflections and refractions ends with a ray from p along D, both functions of the place
-// s in the picture and of the scene theta. It touches the edge of direction t through e where
-//   g(s, theta) = (e - p) . (t x D) = 0:
-// that curve moves with the velocity -dg/dtheta / |grad_s g| along n = grad_s g / |grad_s g|. The change of
-// the picture, an integral over the curve of T (L- - L+) times that velocity, becomes one over scan lines:
-// per unit of distance between horizontal lines there is |n_x| of the curve, so with the weights n_x^2 +
-// n_y^2 = 1 of horizontal and vertical ones,
+// A chain of perfect reflections and refractions ends with a ray from p along D. Both are functions of the
+// place s in the picture and of the parameter theta. The ray touches the edge of direction t through e where
+//   g(s, theta) = (e - p) . (t x D) = 0.
+// This curve moves with the velocity -dg/dtheta / |grad_s g| along its normal n = grad_s g / |grad_s g|, so
+// that
+//   dI = int dl T (L- - L+) (-dg/dtheta) / |grad_s g|.
+// T is the chain's throughput. L+ and L- are the radiance on the sides where g > 0 and g < 0; N = (e - p) x t
+// points to the plus side. The integral is sampled by horizontal and vertical scan lines. A curve element dl
+// crosses |n_x| dl horizontal lines, if these are one unit apart. With the weights n_x^2 + n_y^2 = 1 for the
+// two directions
 //   dI = sum over crossings of T (L- - L+) (-dg/dtheta) |g_k| / (g_x^2 + g_y^2),
-// k = x on horizontal and y on vertical lines: bounded for every direction of the curve. T is the chain's
-// throughput, L+ and L- the radiance of the sides where g > 0 and g < 0: where N = (e - p) x t points, and
-// from where.
+// where k = x on horizontal and k = y on vertical lines. The factor |g_k| / |grad_s g| is bounded for all
+// directions of the curve.
 //
-// The derivatives of p and D are those of the recorded chain (adjoint/vertex.h); the edge's own is N . de/r,
-// r = |e - p|.
+// The derivatives of p and D are those of the recorded chain (adjoint/vertex.h). The edge contributes
+// N . de/r, r = |e - p|.
 #pragma once
 
 #include "boundary/segment/scattering_chain.h"
@@ -28,9 +30,10 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Replays the chains of crossings [at, at + W) and records their vertices. Returns their last rays, of those
-// that end at a light the ones that met their last surfaces; `p` is the path's state along them. Where an
-// edge parts two faces, `touching` is the ray before the last one, and the vertex in between isn't recorded.
+// Replays the chains of crossings [at, at + W) and records their vertices. Returns the lanes whose replay
+// succeeded. Sets `ray` to the last ray, or to the ray that met the last surface if the chain ends at a
+// light, and `p` to the path's state. If an edge separates two faces of which only one continues the ray,
+// `touching` is set to the ray before the last one, and the vertex in between is not recorded.
 EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, const ChainCrossings& c,
                               int at, int count, VertexMemory& vertices, ChainRay& ray, ChainRay& touching,
                               PathPacket& p) {
@@ -42,8 +45,9 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     ray = touching = chain_start(scene.camera, place, near, far);
     ChainCount counted(task.limits, task.max_depth);
     Mask fine = active;
-    // Of surfaces that let light pass, those behind which the chain is scattered once more; `look_behind`
-    // sees to those before the edge.
+    // `passed` and `waiting` hold the transmittance and the number of transparent surfaces since the last
+    // scattering vertex. They enter the throughput when the chain scatters again. look_behind() handles the
+    // transparent surfaces in front of the edge.
     Vec3 throughput = {splat(1.0f), splat(1.0f), splat(1.0f)}, passed = throughput;
     Int waiting = splat(0);
     Vec3 from_normal = ray.direction;
@@ -57,6 +61,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const auto column = [&](int32_t* const(&table)[kMostChain], int rest) {
             return select(here, load(table[level] + at), splat(rest));
         };
+        // Shade the stored vertex
         Closest hit;
         hit.hit = here;
         hit.face = column(c.face, 0), hit.mesh = column(c.mesh, 0), hit.instance = column(c.instance, -1);
@@ -73,6 +78,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         const Mask passes = here & (event == kEventPasses), lit = here & (event == kEventLit);
         const Mask scatters = here & ~passes & ~lit;
 
+        // Record the ray's arrival
         PathPacket arrived{};
         arrived.active = here;
         arrived.path = lane_index() + at;
@@ -88,16 +94,18 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         put(v.closure, here, s.shader.closure);
         put(v.passes, passes, splat(-1));
 
+        // Update the throughput and scatter the ray
         const Float kept = s.closure_weight;
-        passed = select(passes, passed * s.passing * (s.share * kept), passed);
+        passed = select(passes, passed * s.passing * (s.transparency * kept), passed);
         waiting = waiting - passes;
-        throughput = select(lit, throughput * passed * ((1.0f - s.share) * kept), throughput);
+        throughput = select(lit, throughput * passed * ((1.0f - s.transparency) * kept), throughput);
         if (!any(scatters)) continue;
         Vec3 value;
         Mask below;
         const Mask goes_on = scatter_chain(scene, s, scatters, event, half, ray, value, below);
-        // At a horizon rounding may decide.
+        // At a horizon rounding decides whether the ray continues.
         fine &= goes_on | ~scatters | (below & horizon & (length == level + 1));
+        // Record the scattering event
         const Mask bends = scatters & recorded;
         put(v.samples, bends, splat(-1));
         put(v.continues, bends, splat(-1));
@@ -108,7 +116,8 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
         put(v.follows, follows, splat(1) << (event & kEventLobes));
         put3(v.half, follows, half);
         put3(v.next_direction, bends, ray.direction);
-        throughput = select(scatters, throughput * passed * value * ((1.0f - s.share) * kept), throughput);
+        throughput =
+            select(scatters, throughput * passed * value * ((1.0f - s.transparency) * kept), throughput);
         passed = select(scatters, Vec3{splat(1.0f), splat(1.0f), splat(1.0f)}, passed);
         from_normal = select(scatters, x.normal, from_normal);
         from_mesh = select(scatters, x.mesh, from_mesh);
@@ -128,7 +137,7 @@ EG_OUTLINE Mask record_chains(const SceneView& scene, const BoundaryTask& task, 
     return fine;
 }
 
-// The edge that a chain's last ray touches, as seen from where that ray comes from.
+// The edge that a chain's last ray touches, as seen from the origin of that ray.
 EG_INLINE EdgeSample chain_edge(const SceneView& scene, const ChainCrossings& c, int at, int count, Vec3 from,
                                 Vec3 origin) {
     EdgeSample s;
@@ -165,7 +174,7 @@ EG_INLINE void store_jump(ChainCrossings& c, int at, Mask m, Vec3 jump) {
     store3(c.jump, at, select(m, jump, zero3()));
 }
 
-// Loads the surfaces at which lit crossings end, where `ray` has met them.
+// The surfaces at which the chains of lit crossings end, where `ray` has met them.
 EG_INLINE ChainSurface receiver(const SceneView& scene, const ChainCrossings& c, int at, Mask lit,
                                 const ChainRay& ray) {
     const LastVertex v = last_vertex(c, at, lit);
@@ -174,8 +183,8 @@ EG_INLINE ChainSurface receiver(const SceneView& scene, const ChainCrossings& c,
     return chain_surface(scene, x, texture_point(scene, x, -ray.direction, ray.kind), v.closure);
 }
 
-// Appends what the surfaces of crossings [at, at + W) scatter past edges towards x, `p` being the path as it
-// arrives there; lanes that may be scattered so often.
+// Appends to the queue the paths that estimate the radiance from the far surfaces of crossings [at, at + W)
+// past the edges to x. `p` is the path as it arrives at x. Returns the lanes within the bounce limits.
 EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task, const ChainCrossings& c,
                                 int at, Mask active, const EdgeSample& s, const ScatteringPoint& x,
                                 const PathPacket& p, Workspace& work, int& queued) {
@@ -196,8 +205,8 @@ EG_OUTLINE Mask append_surfaces(const SceneView& scene, const BoundaryTask& task
     return active;
 }
 
-// The jumps of light at crossings with edges of shadows, and what the chains' ends move them by; lanes of
-// those.
+// Computes the jumps at crossings with shadow edges, and their slopes with respect to the chains' ends.
+// Returns the lanes that have a jump.
 EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, ChainCrossings& c, int at,
                           int count, Mask lit, const ChainRay& ray, const PathPacket& p, Workspace& work,
                           int& queued) {
@@ -217,7 +226,7 @@ EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, Chai
     return seen;
 }
 
-// Records the chains of `count` crossings, and estimates what jumps across their edges.
+// Records the chains of `count` crossings and estimates the jumps of radiance across their edges.
 static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                VertexMemory& vertices, ChainCrossings& c, int count) {
     vertices.clear();
@@ -227,6 +236,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         ChainRay onwards, ray;
         PathPacket p;
         const Mask fine = record_chains(scene, task, c, at, count, vertices, onwards, ray, p);
+        // Find the surfaces on both sides of the edge and behind it
         EdgeSample s = chain_edge(scene, c, at, count, ray.from, ray.origin);
         const Mask lit = first_lanes(count - at) & load(c.lit + at);
         s.active &= fine & ~lit;
@@ -239,10 +249,11 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
         Mask seen = s.active | parted;
-        // -dg/dp = t x D and -dg/dD = -N, D being the recorded ray's.
+        // -dg/dp = t x D and -dg/dD = -N, with D the direction of the recorded ray.
         store3(c.by_point, at, select(seen, cross(s.tangent, ray.direction), zero3()));
         store3(c.by_direction, at, select(seen, -s.normal, zero3()));
         store3(c.from, at, select(seen, ray.from, zero3()));
+        // Handle horizons and shadow edges
         if (any(horizon)) horizon_slopes(c, at, horizon, ray, p);
         if (any(horizon | parted)) {
             const Mask plus = horizon | is_plus_side(scene, c, at, parted, s);
@@ -253,6 +264,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         if (any(lit & fine)) seen |= lit_sides(scene, task, c, at, count, lit & fine, ray, p, work, queued);
         store(c.seen + at, seen);
         if (!any(s.active)) continue;
+        // Start a path on each side
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
         const auto start = [&](const SideFace& near, Int number, Vec3 outwards,
                                Float slope_behind) EG_INLINE_LAMBDA {
@@ -274,6 +286,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
         start(sides.plus, lane_index() + at, s.normal, slope);
         start(sides.minus, lane_index() + at + count, -s.normal, -slope);
     }
+    // Trace the paths and subtract the two sides
     run_appended(scene, paths, work, queued, 2 * count);
     for (int at = 0; at < count; at += W) {
         Vec3 plus, minus;
@@ -286,7 +299,7 @@ static void chain_sides_kernel(const SceneView& scene, const BoundaryTask& task,
     }
 }
 
-// The jumps times what a unit of -dg/dtheta sweeps per scan line: |g_k| / (g_x^2 + g_y^2).
+// Multiplies the jumps by the swept length per unit of -dg/dtheta and scan line: |g_k| / (g_x^2 + g_y^2).
 static void chain_sweeps_kernel(const BoundaryTask& task, ChainCrossings& c, int count) {
     for (int at = 0; at < count; at += W) {
         const Float gx = load(c.by_screen[0] + at), gy = load(c.by_screen[1] + at);
@@ -299,7 +312,7 @@ static void chain_sweeps_kernel(const BoundaryTask& task, ChainCrossings& c, int
     }
 }
 
-// The splats of crossings, of which work.radiance[0] has the part of -dg/dtheta that is the chain's.
+// Computes the splats of crossings. work.radiance[0] holds the part of -dg/dtheta that is due to the chain.
 static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c, int count, Workspace& work,
                                  const DerivativeView& tangent, Splats& splats) {
     for (int at = 0; at < count; at += W) {
@@ -325,7 +338,7 @@ static void chain_forward_kernel(const SceneView& scene, const ChainCrossings& c
     }
 }
 
-// Adds the edges' part to the gradient, and leaves in `seeds` the adjoints of the chains' -dg/dtheta.
+// Adds the edges' part to the gradient. Writes the adjoints of the chains' part of -dg/dtheta to `seeds`.
 static void chain_backward_kernel(const SceneView& scene, const ChainCrossings& c, int count,
                                   const float* adjoint, DerivativeView& gradient, float* seeds) {
     for (int at = 0; at < count; at += W) {

@@ -1,19 +1,20 @@
-// Where scan lines cross the picture of edges that are seen through chains of mirrors and smooth glass.
+// Finds the crossings of scan lines with the pictures of edges that are seen through chains of mirrors and
+// smooth glass (derivations, J).
 //
-// No projection leads from such an edge to the picture: the rays that meet it are found from the camera. Of
-// two neighbouring places on a line, the chains are compared, vertex by vertex; where they differ, the place
-// in between is found by bisection, and of the faces met there the edge that the ray touches. If both halves
-// of an interval have a difference, one of them is followed, with twice the weight: any number of crossings
-// within a segment are found in the mean. Beside a place whose ray goes on may be one whose ray is sent into
-// the surface: what is in between is the horizon of the face, and the chain is that of the ray which goes on.
-// What lies between two neighbouring places and is seen from none of them isn't. Edges of shadows are found
-// in the same way, on the way from the chain's end to a place of a light, which is picked at one of the two
-// places: from where makes no difference, but for its density.
+// There is no projection from such an edge to the picture, so rays that meet it are searched for from the
+// camera. The chains of two neighbouring places on a line are compared vertex by vertex. If they differ,
+// bisection finds the place in between, and the edge that the ray touches is taken from the faces met there.
+// If both halves of an interval contain a difference, one of them is chosen at random and gets twice the
+// weight. Thus any number of crossings in a segment are counted correctly in the mean. If the ray continues
+// at one place and ends below its face at the other, the crossing is the face's horizon, and the chain is the
+// one that continues. Shadow edges are found in the same way, on the ray from the chain's end to a point of a
+// light. That point is sampled at one of the two places. The choice of the place affects only the point's
+// density. Features narrower than the spacing of the places are missed.
 //
-// Every second place of a line chooses a chain, which those on both sides of it follow: three chains are
-// traced for two segments. Lines begin anywhere within a pair, so that either end of a segment is as often
-// the one that chooses: what only one of them sees counts twice. They end with their tile of the picture
-// (boundary/specular/scan_plan.h).
+// Every second place of a line chooses the events of a chain, and the places on both sides of it follow them.
+// This takes three chains for two segments. Lines start at a random offset within such a pair, so that either
+// end of a segment is equally often the one that chooses. A crossing that only one end can find gets twice
+// the weight. Lines end at the border of their tile of the picture (boundary/specular/scan_plan.h).
 #pragma once
 
 #include <algorithm>
@@ -24,28 +25,30 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Halvings of a segment: to a few roundings of places in the picture.
+// Bisection steps. More steps locate crossings up to the rounding of places in the picture.
 constexpr int kHalvings = 14;
-// Those that tell two crossings apart, by a thousandth of a pixel. Nearer to an edge rounding lets rays slip
-// past it or between its faces: differences there are of one crossing, whose sides are known by construction.
+// The steps after which two crossings in one interval are no longer told apart. In smaller intervals,
+// rounding lets rays slip past an edge or between its faces. Such differences belong to one crossing, whose
+// sides are known by construction.
 constexpr int kApart = 9;
 
-// Two segments that share an end, at which the chain is chosen.
+// Two segments that share an end, at which the chain's events are chosen.
 struct SegmentPair {
     Mask active, horizontal;
     PicturePoint chosen, end[2];
     UInt stream;
-    Float low, high;  // of the tile, along the line: what crosses the line elsewhere is other tiles'
-    Float share;      // what a line counts for: their distance, and what the pass does
+    Float low, high;  // of the tile, along the line; crossings elsewhere belong to other tiles
+    Float share;      // weight of a line: line spacing times the weight of the pass
 };
 
-// Of the task's segments from `at` on.
+// The pairs of segments of the task from `at` on.
 EG_INLINE SegmentPair scan_segments(const ScanTask& task, int64_t at) {
     SegmentPair s;
     s.active = splat(0);
     const int64_t tiles = static_cast<int64_t>(task.columns) * task.rows;
     int64_t tile =
         std::upper_bound(task.tile_first, task.tile_first + tiles, task.first + at) - task.tile_first - 1;
+    // Find the tile and the line of each segment
     for (int i = 0; i < W; ++i) {
         const int64_t k = task.first + at + 2 * i;
         s.active[i] = at + 2 * i < task.count ? -1 : 0;
@@ -61,7 +64,7 @@ EG_INLINE SegmentPair scan_segments(const ScanTask& task, int64_t at) {
             high[axis] = __builtin_fminf(low[axis] + kScanTile, task.high[axis]);
         }
         const float width = high[1 - along] - low[1 - along];
-        // Lines are spaced evenly, each with a place of its own within its strip.
+        // Lines are evenly spaced, each with a random offset within its strip.
         const uint32_t random = hash(static_cast<uint32_t>(k - number % kScanLine) ^ hash(task.seed));
         const auto uniform = [random](uint32_t which) {
             return static_cast<float>(hash(random ^ (0x9e3779b9u * which)) >> 8) * 5.9604645e-8f;
@@ -75,6 +78,7 @@ EG_INLINE SegmentPair scan_segments(const ScanTask& task, int64_t at) {
         s.horizontal[i] = flat ? -1 : 0;
         s.low[i] = low[along], s.high[i] = high[along];
         s.share[i] = task.scale / (static_cast<float>(lines) / width);
+        // Place the three points on the line
         const auto place = [&](PicturePoint& p, float steps) {
             const float here = begin + steps * kScanSegment;
             p.x[i] = flat ? here : across, p.y[i] = flat ? across : here;
@@ -93,7 +97,7 @@ EG_INLINE PicturePoint select(Mask m, const PicturePoint& a, const PicturePoint&
     return {select(m, a.x, b.x), select(m, a.y, b.y), a.lens_u, a.lens_v};
 }
 
-// Takes the lanes of a mask from another chain.
+// Copies the lanes of a mask.
 EG_OUTLINE void take(SpecularChain& to, Mask m, const SpecularChain& from) {
     int most = 0;
     for (int i = 0; i < W; ++i)
@@ -114,11 +118,11 @@ EG_OUTLINE void take(SpecularChain& to, Mask m, const SpecularChain& from) {
     }
 }
 
-// The edge that a ray touches, of the two faces that neighbouring rays meet.
+// The edge that a ray touches, among those of the faces that neighbouring rays meet.
 struct TouchedEdge {
     int32_t edge = -1, instance = -1;
     float u = 0.0f;
-    float off = 3e38f;  // by how much the ray misses it, as an angle
+    float off = 3e38f;  // angle by which the ray misses the edge
 };
 
 // Tries the edges of a face.
@@ -130,7 +134,7 @@ EG_INLINE void try_edges(const SceneView& scene, const ScanTask& task, int32_t f
         float a[3], b[3];
         edge_end(scene, edge, instance, 0, a);
         edge_end(scene, edge, instance, 1, b);
-        // Across the ray, the edge's ends and the way between them; the nearest point of it to the ray.
+        // Project the edge onto the plane perpendicular to the ray, and find its point nearest to the ray.
         float w[3], t[3], wd = 0.0f, td = 0.0f;
         for (int k = 0; k < 3; ++k) {
             w[k] = a[k] - from[k], t[k] = b[k] - a[k];
@@ -155,7 +159,8 @@ EG_INLINE void try_edges(const SceneView& scene, const ScanTask& task, int32_t f
     }
 }
 
-// How far a ray may pass an edge that it is said to touch: the distance of the neighbours, and roundings.
+// The largest angle by which a ray may miss an edge that it touches: the distance of the neighbours plus
+// rounding.
 EG_INLINE float reach_of(const SpecularChain& p, const SpecularChain& q, int level, int i, float distance) {
     const auto gap = [i](const Vec3& a, const Vec3& b) {
         const float x = a.x[i] - b.x[i], y = a.y[i] - b.y[i], z = a.z[i] - b.z[i];
@@ -169,7 +174,7 @@ EG_INLINE float reach_of(const SpecularChain& p, const SpecularChain& q, int lev
            2e-5f * size / distance;
 }
 
-// Of neighbouring chains that differ at a vertex, the edge that their last ray touches.
+// The edge that the last ray touches, for neighbouring chains that differ at a vertex.
 EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task, const SpecularChain& p,
                                    const SpecularChain& q, int level, int i) {
     TouchedEdge best;
@@ -189,14 +194,14 @@ EG_INLINE TouchedEdge touched_edge(const SceneView& scene, const ScanTask& task,
     return best;
 }
 
-// Appends lane i's crossing.
+// Appends the crossing of lane i.
 EG_INLINE void append_intersection(ChainCrossings& out, int n, int i, int64_t segment, Mask horizontal,
                                    const PicturePoint& place, const ChainChoices& choices,
                                    const SpecularChain& chain, int level, const TouchedEdge& edge,
                                    float weight) {
     const ChainLight& light = choices.light;
     const bool lit = level > choices.lit[i];
-    if (lit) level = choices.lit[i] + 1;  // what is passed on the way to the light is no part of the chain
+    if (lit) level = choices.lit[i] + 1;  // surfaces on the way to the light are not part of the chain
     out.lit[n] = lit ? -1 : 0;
     out.light_row[n] = light.row[i], out.light_kind[n] = light.kind[i], out.light_face[n] = light.face[i];
     out.light_instance[n] = light.instance[i], out.light_scatters[n] = light.scatters[i];
@@ -224,8 +229,8 @@ EG_INLINE void append_intersection(ChainCrossings& out, int n, int i, int64_t se
     out.weight[n] = weight / probability;
 }
 
-// Lanes whose chain ends where some of the light of the chosen surface arrives. Of opaque scenes where the
-// way from one end to a surface that was found from the other is different, it is hidden.
+// Lanes whose chain ends at a point that receives light from the chosen surface. Empty in opaque scenes: if
+// the ray to the surface differs between the ends of the segment, the surface is occluded from one of them.
 EG_OUTLINE Mask sees_surface(const SceneView& scene, const ChainChoices& choices, const SpecularChain& chain,
                              Mask active) {
     Mask requested = active & choices.light.scatters & (choices.lit < chain.count);
@@ -238,25 +243,26 @@ EG_OUTLINE Mask sees_surface(const SceneView& scene, const ChainChoices& choices
     return requested & (largest_component(seen) > 0.0f);
 }
 
-// Segments whose ends differ, until they fill a packet: few of a packet's do, and each takes many chains.
+// Segments whose ends differ, collected until they fill a packet. Few segments of a packet differ, and each
+// takes many chains.
 struct IntersectedSegments {
     PicturePoint chosen, end;
     UInt stream;
     Mask horizontal;
     Float low, high;   // of the tile
-    Float share;       // of a line
-    Int number, half;  // in the task; which of its pair
+    Float share;       // weight of a line
+    Int number, half;  // number in the task; first or second of its pair
     ChainChoices choices;
     SpecularChain at_chosen, at_end;
-    Int common;   // how far the other end's chain is the same
-    Mask lone;    // the way to the light is another from there
-    int waiting;  // how many
+    Int common;   // number of vertices up to which the other end could follow the events
+    Mask lone;    // the other end cannot see the light's point
+    int waiting;  // number of collected segments
 };
 
-// Appends the crossings of the waiting segments, which wait no longer. Returns the number of all that are
-// found.
-EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                              int32_t max_depth, IntersectedSegments& s, ChainCrossings& out, int found) {
+// Finds the crossings of the collected segments, appends them, and empties the collection. Returns the number
+// of all crossings found.
+EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, IntersectedSegments& s,
+                              ChainCrossings& out, int found) {
     const int count = s.waiting;
     s.waiting = 0;
     Mask active = first_lanes(count);
@@ -264,9 +270,10 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
     SpecularChain &chain_p = s.at_chosen, &chain_q = s.at_end, chain_m;
     ChainChoices& choices = s.choices;
     Float weight = splat(1.0f);
+    // Bisect the segments
     for (int step = 0; step < kHalvings; ++step) {
         const PicturePoint m = middle(p, q);
-        trace_chain<false>(scene, task, limits, max_depth, active, m, s.stream, choices, chain_m);
+        trace_chain<false>(scene, task, active, m, s.stream, choices, chain_m);
         const Mask first = first_difference(chain_p, chain_m, active) >= 0,
                    second = first_difference(chain_m, chain_q, active) >= 0;
         active &= first | second;
@@ -285,6 +292,7 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
         p = select(to_second, m, p);
         take(chain_p, to_second, chain_m);
     }
+    // Find the edge that each ray touches
     const Int level = first_difference(chain_p, chain_q, active);
     for (int i = 0; i < count; ++i) {
         const int k = level[i];
@@ -292,10 +300,10 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
         const float along = s.horizontal[i] ? p.x[i] : p.y[i];
         if (along < s.low[i] || along >= s.high[i]) continue;
         const bool below = chain_p.key[k][i] == kBelow, horizon = below || chain_q.key[k][i] == kBelow;
-        // Where it is another face of the mesh that sends the ray into itself, that is due to their edge.
+        // If the two chains end on different faces, the edge between these faces is the cause.
         const bool parted = horizon && (chain_p.face[k - 1][i] != chain_q.face[k - 1][i] ||
                                         chain_p.instance[k - 1][i] != chain_q.instance[k - 1][i]);
-        // Seen directly, or through transparent surfaces alone: that is the primary boundary.
+        // Edges seen directly or only through transparent surfaces belong to the primary term.
         const int seen = parted ? k - 1 : k;
         bool bent = false;
         for (int j = 0; j < seen; ++j) bent |= choices.event[j][i] != kEventPasses;
@@ -313,20 +321,22 @@ EG_OUTLINE int cross_segments(const SceneView& scene, const ScanTask& task, cons
     return found;
 }
 
-// Of the segments from `at` on those that end at end[half] and have different chains there: appends them to
-// the waiting ones, and the crossings of these whenever they fill a packet. Returns the number of crossings.
-EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                                    int32_t max_depth, int64_t at, int half, const SegmentPair& s,
-                                    Mask active, ChainChoices& choices, const SpecularChain& chosen,
-                                    IntersectedSegments& crossed, ChainCrossings& out, int found) {
+// Collects the segments from `at` on that end at end[half] and whose chains differ there. Finds their
+// crossings whenever they fill a packet. Returns the number of crossings.
+EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task, int64_t at, int half,
+                                    const SegmentPair& s, Mask active, ChainChoices& choices,
+                                    const SpecularChain& chosen, IntersectedSegments& crossed,
+                                    ChainCrossings& out, int found) {
     SpecularChain end;
-    trace_chain<false>(scene, task, limits, max_depth, active, s.end[half], s.stream, choices, end);
+    trace_chain<false>(scene, task, active, s.end[half], s.stream, choices, end);
     active &= first_difference(chosen, end, active) >= 0;
     if (!any(active)) return found;
+    // Find which crossings the other end could not have found
     Int common = end.count;
     for (int k = 0; k < kMostChain; ++k)
         common = select((k < end.count) & (end.key[k] == splat(static_cast<int>(kDead))), splat(k), common);
     const Mask lone = active & choices.light.scatters & ~sees_surface(scene, choices, end, active);
+    // Collect the segments
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
         const int to = crossed.waiting++;
@@ -338,14 +348,13 @@ EG_OUTLINE int sort_out_intersected(const SceneView& scene, const ScanTask& task
         move_lane(crossed.choices, to, choices, i);
         move_lane(crossed.at_chosen, to, chosen, i), move_lane(crossed.at_end, to, end, i);
         move_lane(crossed.common, to, common, i), move_lane(crossed.lone, to, lone, i);
-        if (crossed.waiting == W) found = cross_segments(scene, task, limits, max_depth, crossed, out, found);
+        if (crossed.waiting == W) found = cross_segments(scene, task, crossed, out, found);
     }
     return found;
 }
 
-// The crossings of a task's segments; their number.
-static int scan_kernel(const SceneView& scene, const ScanTask& task, const BounceLimits& limits,
-                       int32_t max_depth, ChainCrossings& out) {
+// Finds the crossings of a task's segments. Returns their number.
+static int scan_kernel(const SceneView& scene, const ScanTask& task, ChainCrossings& out) {
     int found = 0;
     IntersectedSegments crossed{};
     for (int64_t at = 0; at < task.count; at += 2 * W) {
@@ -353,14 +362,14 @@ static int scan_kernel(const SceneView& scene, const ScanTask& task, const Bounc
         ChainChoices choices;
         choices.light = no_chain_light();
         SpecularChain chosen;
-        trace_chain<true>(scene, task, limits, max_depth, s.active, s.chosen, s.stream, choices, chosen);
+        trace_chain<true>(scene, task, s.active, s.chosen, s.stream, choices, chosen);
         const Mask active = s.active & (chosen.count > 1);
         if (!any(active)) continue;
         for (int half = 0; half < 2; ++half)
-            found = sort_out_intersected(scene, task, limits, max_depth, at, half, s, active, choices, chosen,
-                                         crossed, out, found);
+            found =
+                sort_out_intersected(scene, task, at, half, s, active, choices, chosen, crossed, out, found);
     }
-    return crossed.waiting > 0 ? cross_segments(scene, task, limits, max_depth, crossed, out, found) : found;
+    return crossed.waiting > 0 ? cross_segments(scene, task, crossed, out, found) : found;
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

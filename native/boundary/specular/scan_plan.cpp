@@ -3,25 +3,26 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tasks/seed_tags.h"
+
 namespace edgegrad {
 namespace {
 
-// Of all lines, those of the first pass, and what its estimate counts for beside the second's: next to
-// nothing, since the error of lines falls with the square of their number and more.
+// The fraction of the lines that the first pass takes, and the weight of its estimate in the mean. The weight
+// is small because the error of a line estimate falls at least with the square of the number of lines.
 constexpr double kFirst = 0.25;
 constexpr float kFirstWeight = 0.02f;
-// Lines of the first pass, about: by then it tells enough of each tile, and what it finds is kept until all
-// is known.
+// About the largest number of lines in the first pass. By then each tile is known well enough, and all
+// crossings of the first pass stay in memory until the second is planned.
 constexpr double kMostFirst = 1 << 21;
-// Part of the second pass' lines that goes to all tiles alike: in one where the first pass has found nothing
-// there may be something (with 0.2 the scenes of engine/terms/specular_term.cpp have 0.40 and 0.76 for 0.53
-// and 0.88, but what few of many seeds find there counts for ten times as much). Most that a tile counts for,
-// beside one of mean size, and a tile itself beside each of the eight around it, which the picture of the
-// same edge may reach.
+// kAlike: the fraction of the second pass that is distributed evenly. A smaller one reduces the usual error
+// but makes rare contributions, missed by the first pass, noisier. kLargest: upper bound of a tile's size
+// relative to the mean; it limits the harm of outliers. kOwn: the weight of a tile relative to each of its
+// eight neighbours, which the picture of the same edge may reach.
 constexpr double kAlike = 0.5, kLargest = 16.0, kOwn = 4.0;
 
-// A number of lines near `wanted` that pixels share evenly: with 13 lines in 4 pixels instead of 12 or 16 the
-// variance along a sharp edge is 3.5 times as large.
+// A number of lines near `requested` that the pixels of a tile share evenly. Uneven numbers increase the
+// variance along sharp edges several times (native/TUNING.md).
 int32_t whole_lines(double requested) {
     constexpr double kPixels = kScanTile;
     if (requested < 0.75 * kPixels)
@@ -59,7 +60,7 @@ void ScanPlan::set_lines(int pass, const std::vector<double>& requested) {
 int64_t ScanPlan::total(int pass) const { return pass_[pass].first.back(); }
 
 void ScanPlan::guide(const std::vector<std::vector<IntersectionSize>>& sizes) {
-    // A line's sum is what a tile's estimate is made of.
+    // The estimate of a tile is a sum over lines, so sum the crossings of each line.
     std::vector<double> sums(static_cast<size_t>(total(0) / kScanLine), 0.0);
     for (const auto& part : sizes)
         for (const IntersectionSize& c : part)
@@ -69,8 +70,8 @@ void ScanPlan::guide(const std::vector<std::vector<IntersectionSize>>& sizes) {
     for (size_t tile = 0; tile < squares.size(); ++tile)
         for (const size_t last = line + 2 * static_cast<size_t>(pass_[0].lines[tile]); line < last; ++line)
             squares[tile] += sums[line] * sums[line];
-    // The best number of lines is in proportion to the root of their mean square, here that of the tile and
-    // those around it.
+    // The optimal number of lines is proportional to the root of their mean square, estimated here from the
+    // tile and its neighbours.
     std::vector<double> contribution(squares.size());
     double mean = 0.0;
     for (int32_t row = 0; row < rows_; ++row) {
@@ -89,6 +90,7 @@ void ScanPlan::guide(const std::vector<std::vector<IntersectionSize>>& sizes) {
         }
     }
     mean /= static_cast<double>(tiles());
+    // Mix with an even distribution and scale to the number of lines
     double all = 0.0;
     for (double& w : contribution)
         all += w = kAlike + (1.0 - kAlike) * (mean > 0.0 ? std::min(w / mean, kLargest) : 1.0);
@@ -105,7 +107,7 @@ ScanTask ScanPlan::task(int pass, int64_t first, int64_t count) const {
     std::copy_n(film_.low, 2, t.low);
     std::copy_n(film_.high, 2, t.high);
     t.scale = !guided_ ? 1.0f : pass == 0 ? kFirstWeight : 1.0f - kFirstWeight;
-    t.seed = seed_ ^ (pass == 0 ? 0u : 0x3c6ef372u);
+    t.seed = seed_ ^ (pass == 0 ? 0u : kSecondPassSeed);
     return t;
 }
 

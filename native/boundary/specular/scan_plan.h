@@ -1,5 +1,5 @@
-// Where in the picture scan lines are, and how many: in tiles, of which a first pass with lines everywhere
-// tells what a second one finds there.
+// The number and the distribution of scan lines over tiles of the picture. A first pass with lines everywhere
+// guides a second one.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace edgegrad {
 
-// What a crossing is worth, whatever is asked for: its jump times what a motion of one unit across the edge
-// sweeps of its line.
+// The size of a crossing: its jump times the swept part of its line, for a unit motion across the edge. It
+// does not depend on the requested parameters, so that both modes use the same lines.
 struct IntersectionSize {
     int64_t line;  // of the pass
     float size;
@@ -18,19 +18,19 @@ struct IntersectionSize {
 
 class ScanPlan {
  public:
-    // About `lines` lines per pixel, of each direction, over the film; `guided`: in two passes, else in one.
+    // About `lines` lines per pixel and direction over the film, in two passes if `guided`, else in one.
     ScanPlan(const FilmRectangle& film, double lines, bool guided, uint32_t seed);
 
     int passes() const { return guided_ ? 2 : 1; }
     int64_t total(int pass) const;  // segments
-    // Between the passes, by the first one's crossings. About as many segments are left for the second.
+    // Distributes the second pass by the crossings of the first, keeping about the same number of segments.
     void guide(const std::vector<std::vector<IntersectionSize>>& sizes);
 
     // Segments [first, first + count) of a pass.
     ScanTask task(int pass, int64_t first, int64_t count) const;
 
  private:
-    // Lines of each direction, by tile, and the segments before each tile's.
+    // By tile: the lines of each direction, and the number of segments before the tile.
     struct Pass {
         std::vector<int32_t> lines;
         std::vector<int64_t> first;
@@ -43,7 +43,7 @@ class ScanPlan {
     bool guided_;
     uint32_t seed_;
     Pass pass_[2];
-    double second_ = 0.0;  // lines of the second one, in a tile's mean
+    double second_ = 0.0;  // mean number of lines per tile of the second pass
 };
 
 }  // namespace edgegrad

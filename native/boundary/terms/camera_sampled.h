@@ -1,17 +1,18 @@
-// Indirect boundary term, sampled from the camera: edges that the camera sees in sharp lobes.
+// Indirect boundary term, camera-sampled: edges that the camera sees in sharp lobes.
 //
-// The same integral as from edges (boundary/terms/indirect.h), over paths of the picture and, from their k-th
-// surface x, over points e of edges (derivations C1): with r = |x - e| and beta the path's throughput
-//   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 L(y) sigma (t x w) . (de - lambda dx - (1 -
-//   lambda) dy).
-// From edges outwards, what x scatters towards the camera is left to chance: of a lobe of the width alpha
-// only alpha^2 of the directions matter. Here x's own lobes say where to look for edges
-// (boundary/samples/edge_importance.h). Several candidates are drawn, and one of them is taken in proportion
-// to f |n_s . w| |t x w|/r^2 where it is a silhouette (resampled importance sampling, Talbot et al. 2005), so
-// that only edges that count cost a path.
+// This estimates the same integral as boundary/terms/indirect.h, over camera paths of the picture and, from
+// their k-th vertex x, over points e of edges (derivations, C1 and I). With r = |x - e| and beta the path's
+// throughput
+//   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 L(y)
+//        sigma (t x w) . (de - lambda dx - (1 - lambda) dy).
+// Samples that start at edges reach a lobe of width alpha only with a probability of about alpha^2. Here the
+// lobes of x choose the edges (boundary/samples/edge_importance.h). Several candidates are drawn. One of them
+// is chosen with a probability proportional to f |n_s . w| |t x w|/r^2, if it is a silhouette (resampled
+// importance sampling, Talbot et al. 2005), so that only edges that contribute cost a path.
 //
-// Each lobe that the camera sees is the one estimator's or the other's (camera_sampled_kinds), by its alpha;
-// which lobes are behind it doesn't matter, since edge samples reach the camera's surface by those.
+// Each lobe at the camera's first vertex belongs to one of the two estimators, by its alpha
+// (camera_sampled_kinds). Lobes of later vertices do not matter, because samples that start at edges sample
+// those lobes on their way to the camera.
 #pragma once
 
 #include "boundary/samples/edge_importance.h"
@@ -29,12 +30,14 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Candidates that one is taken of.
+// Candidates per sample. More candidates reduce the variance, but each one costs a descent of the tree.
 constexpr int kCameraSampledCandidates = 8;
-// Where the random numbers of a walk's last surface begin: those of its aim, and of candidates.
-constexpr int kAimVertex = 1 << 20;
+// The first vertex number for the random numbers of the last vertex: those of its lobe direction, then those
+// of the candidates.
+constexpr int kLobeVertex = 1 << 20;
 
-// A place of the picture by a sample's cell, and the part of the picture that its sample stands for.
+// Samples a place of the picture in the sample's cell. Returns the area of the picture that the sample
+// represents.
 EG_INLINE Float place_in_cell(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
                               Float& sx, Float& sy) {
     const CameraView& c = scene.camera;
@@ -51,14 +54,14 @@ EG_INLINE Float place_in_cell(const SceneView& scene, const BoundaryTask& task, 
     return width * height / p.density;
 }
 
-// A surface that scatters a path, prepared to be asked for many directions.
+// A surface that scatters a path, prepared for evaluations of many directions.
 struct CameraSampledSurface {
     const ScatteringPoint& at;
     Mask lambertian, others;
     Lambertian flat;
     ShadedSurface rest;
 
-    // In lanes of `without` but for lobes that may be followed.
+    // Lanes of `without` leave out the lobes that scan lines may follow.
     EG_INLINE CameraSampledSurface(const SceneView& scene, const ScatteringPoint& s, Mask active,
                                    Mask without)
         : at(s),
@@ -69,7 +72,7 @@ struct CameraSampledSurface {
         if (any(others)) rest = shaded_surface(scene, others, s.x, s.point, s.shader, s.normal);
         if (any(others & without)) follow_lobes(rest.bsdf, others & without, scene.followed_alpha);
     }
-    // f |n_s . w| towards light from w, of lobes that scatter `kinds` (bits 1 << RayKind).
+    // f |n_s . w| for light from w, of lobes that scatter `kinds` (bits 1 << RayKind).
     EG_INLINE Vec3 evaluate(Mask m, Vec3 w, Int kinds) const {
         const Float above = dot(at.x.normal, w);
         Vec3 value = zero3();
@@ -83,7 +86,7 @@ struct CameraSampledSurface {
         }
         return value;
     }
-    // A direction by the density of lobes that are not perfect.
+    // Samples a direction from the lobes that are not perfect.
     EG_INLINE BsdfSample sample(Mask m, Float lobe, Float u, Float v) const {
         BsdfSample s = flat.sample(m & lambertian, lobe, u, v);
         if (any(m & others)) {
@@ -98,28 +101,28 @@ struct CameraSampledSurface {
     }
 };
 
-// A direction of x's lobes that scatter `kinds`: of some samples of one lobe the densest. The density of an
-// edge in the lobe's middle falls with the square of how far off it is looked for; of one sample alone its
-// inverse, the weight, would have no variance.
-EG_INLINE Aim aim_at_lobes(const CameraSampledSurface& surface, Mask active, Int kinds, Float lobe_u,
-                           const PathIndex& random) {
-    Aim aim{surface.at.x.position, surface.at.x.normal, splat(1.0f)};
+// Samples a direction of x's lobes that scatter `kinds`: the one of largest density among several samples of
+// one lobe. The density of an edge in the centre of the lobe decreases with the square of the distance of
+// that direction. With a single sample the weight, which is the reciprocal, would have infinite variance.
+EG_INLINE LobeDirection sample_lobe_direction(const CameraSampledSurface& surface, Mask active, Int kinds,
+                                              Float lobe_u, const PathIndex& random) {
+    LobeDirection around{surface.at.x.position, surface.at.x.normal, splat(1.0f)};
     Float densest = splat(0.0f);
     Int lobe = splat(-1);
     for (int k = 0; k < 6; ++k) {
         Float u, v;
-        sobol_pair(random.stream, random.sample, vertex_pair(splat(kAimVertex + k), kVertexDirection), u, v);
+        sobol_pair(random.stream, random.sample, vertex_pair(splat(kLobeVertex + k), kVertexDirection), u, v);
         const BsdfSample s = surface.sample(active, lobe_u, u, v);
         const Mask found = active & s.active & ((kinds & ray_mask(s.ray_kind)) != 0) & (s.pdf > densest) &
                            ((lobe < 0) | ((s.lobe + 64 * s.ray_kind) == lobe));
         lobe = select(found, s.lobe + 64 * s.ray_kind, lobe);
         densest = select(found, s.pdf, densest);
-        aim.towards = select(found, s.wi, aim.towards);
+        around.towards = select(found, s.wi, around.towards);
     }
-    // Beyond a quarter of the sphere the kernel is as good as even.
-    aim.width2 =
-        select(lobe >= 0, clamp(0.318309886f / max(densest, 1e-6f), splat(1e-6f), splat(1.0f)), aim.width2);
-    return aim;
+    // A kernel wider than a quarter of the sphere is nearly uniform.
+    around.width2 = select(lobe >= 0, clamp(0.318309886f / max(densest, 1e-6f), splat(1e-6f), splat(1.0f)),
+                           around.width2);
+    return around;
 }
 
 // A point of an edge, as seen from x.
@@ -129,70 +132,74 @@ struct CameraSampledPoint {
     Vec3 a, t;
     Float u, reach;
     Vec3 towards;  // from x to the point, unit
-    Vec3 color;    // f |n_s . w|/r^2 by the density of u
+    Vec3 color;    // f |n_s . w|/r^2 over the density of u
 };
 
-// The nodes on top of the tree, weighed for x: running sums.
+// The running sums of the top nodes' weights for x.
 struct TopNodes {
     Float sum[kMostTopNodes];
 };
 
 EG_OUTLINE CameraSampledPoint choose_edge_point(const EdgeTreeView& tree, const CameraSampledSurface& surface,
-                                                Mask active, Int kinds, const Aim& aim,
+                                                Mask active, Int kinds, const LobeDirection& around,
                                                 const PathIndex& random, int candidates) {
     CameraSampledPoint out;
     out.active = splat(0);
     out.edge = splat(0), out.instance = splat(-1);
     out.a = out.t = out.color = zero3();
-    out.towards = aim.towards;
+    out.towards = around.towards;
     out.u = out.reach = splat(0.0f);
+    // Weight the top nodes of the tree
     TopNodes top;
     Float all = splat(0.0f);
     for (int k = 0; k < tree.top_count; ++k) {
-        all = all + weigh_node(broadcast_node(tree.nodes[tree.top[k]]), aim);
+        all = all + weigh_node(broadcast_node(tree.nodes[tree.top[k]]), around);
         top.sum[k] = all;
     }
     active &= all > 0.0f;
-    const Float rounding = 1e-6f * largest_component(aim.position);
+    const Float rounding = 1e-6f * largest_component(around.position);
     Float total = splat(0.0f), taken = total;
     for (int k = 0; k < candidates && any(active); ++k) {
         Float by_tree, by_place, by_weight, unused;
-        const Int vertex = splat(kAimVertex + 8 + k);
+        const Int vertex = splat(kLobeVertex + 8 + k);
         sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexDirection), by_tree, by_place);
         sobol_pair(random.stream, random.sample, vertex_pair(vertex, kVertexChoice), by_weight, unused);
-        // Candidates share the mass evenly.
+        // Stratify the candidates' places in the tree.
         const Float mark = (by_tree + static_cast<float>(k)) * (1.0f / static_cast<float>(candidates)) * all;
         Int node = splat(-1);
         Float low = splat(0.0f), share = low;
         for (int j = 0; j < tree.top_count; ++j) {
-            // Where rounding leaves the mark beyond the last one, the last that isn't empty is taken.
+            // If rounding leaves the mark beyond the last node, take the last node of nonzero weight.
             const Float before = j > 0 ? top.sum[j - 1] : splat(0.0f), here = top.sum[j] - before;
             const Mask at = (here > 0.0f) & ((mark >= before) | (node < 0));
             node = select(at, splat(tree.top[j]), node);
             low = select(at, before, low);
             share = select(at, here, share);
         }
+        // Descend the tree and sample a point of the segment
         Mask here = active & (node >= 0);
         Float probability = share / max(all, 1e-38f);
         Float within = clamp((mark - low) / max(share, 1e-38f), splat(0.0f), splat(0.99999994f));
-        const Int closure =
+        const Int leaf =
             walk_down(tree.nodes, select(here, node, splat(0)), here, within, probability,
-                      [&](const NodePacket& n) EG_INLINE_LAMBDA { return weigh_node(n, aim); });
+                      [&](const NodePacket& n) EG_INLINE_LAMBDA { return weigh_node(n, around); });
         if (!any(here)) continue;
         Float row[kSegmentColumns];
-        gather_row(tree.pieces, kSegmentColumns, select(here, -1 - closure, splat(0)), row);
+        gather_row(tree.pieces, kSegmentColumns, select(here, -1 - leaf, splat(0)), row);
         const auto vector = [&](int at) { return Vec3{row[at], row[at + 1], row[at + 2]}; };
         const Vec3 a = vector(kSegmentFrom), t = vector(kSegmentAlong);
-        const PlaceOnEdge place = choose_place(aim, here, a, t, row[kSegmentU0], row[kSegmentU1], by_place);
-        const Vec3 way = a + t * place.u - aim.position;
+        const PlaceOnEdge place =
+            choose_place(around, here, a, t, row[kSegmentU0], row[kSegmentU1], by_place);
+        const Vec3 way = a + t * place.u - around.position;
         const Float r2 = dot(way, way), r = sqrt(r2);
         const Vec3 towards = way * (1.0f / max(r, 1e-30f));
-        // Silhouettes, and what rounding can't tell from them.
+        // Keep silhouettes, including edges that rounding cannot tell from silhouettes.
         const Float side0 = dot(vector(kSegmentNormal), way), side1 = dot(vector(kSegmentNormal + 3), way);
         const Float near = 1e-5f * r + rounding;
         here = place.active & (r2 > 0.0f) & ~((side0 > near) & (side1 > near)) &
                ~((side0 < -near) & (side1 < -near));
         if (!any(here)) continue;
+        // Choose among the candidates by resampling
         const Vec3 across = cross(towards, t);
         const Vec3 value = surface.evaluate(here, towards, kinds) * (1.0f / max(r2, 1e-30f));
         const Float target = select(here, largest_component(value) * sqrt(dot(across, across)), 0.0f);
@@ -217,7 +224,7 @@ EG_INLINE ImageTask camera_sampled_paths(const BoundaryTask& task) {
     return sample_paths(task, 1, hash(task.seed ^ 0x1b873593u));
 }
 
-// Those paths on their way, and what they meet first.
+// Starts these paths and finds their first hits.
 EG_INLINE PathPacket start_walk(const SceneView& scene, const BoundaryTask& task, Mask active, Int path,
                                 Float sx, Float sy, const PathIndex& random, Closest& hit) {
     Float lens_u = splat(0.5f), lens_v = lens_u;
@@ -230,54 +237,55 @@ EG_INLINE PathPacket start_walk(const SceneView& scene, const BoundaryTask& task
     return p;
 }
 
-// A path of the picture, by which a sample begins that starts at the camera.
+// A path of the picture, with which a camera-sampled sample starts.
 struct PicturePath {
-    SegmentSample piece;
+    SegmentSample segment;
     Float weight;  // of the sample
-    Int length;    // surfaces that scatter the path before x
+    Int length;    // vertices before x
     Closest hit;   // the first
     Vec3 first;
     PathPacket path;
 };
 
-// The path of samples at `at`, which `longest` surfaces may scatter. Begins their segments.
+// Starts the paths of samples at `at`, with at most `longest` vertices before x. Initialises their segments.
 EG_INLINE PicturePath start_in_picture(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                       SegmentCursor& piece, int longest, BoundarySegment& s) {
+                                       SegmentCursor& cursor, int longest, BoundarySegment& s) {
     PicturePath w;
-    w.piece = sample_edge_segment(scene, task, at, piece);
+    w.segment = sample_edge_segment(scene, task, at, cursor);
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
     s.active = splat(0);
-    s.edge = w.piece.edge, s.instance = w.piece.instance;
+    s.edge = w.segment.edge, s.instance = w.segment.instance;
     s.y = still_far_end();
-    s.held.length = splat(0);
+    s.fixed.length = splat(0);
     Float probability, sx, sy;
-    w.length = chain_length(w.piece, longest, probability);
+    w.length = chain_length(w.segment, longest, probability);
     s.slides = w.length == 0;
-    w.weight = place_in_cell(scene, task, w.piece, sx, sy) * task.scale / probability;
-    w.path = start_walk(scene, task, w.piece.active, lane_index() + static_cast<int32_t>(at), sx, sy,
-                        w.piece.random, w.hit);
+    w.weight = place_in_cell(scene, task, w.segment, sx, sy) * task.scale / probability;
+    w.path = start_walk(scene, task, w.segment.active, lane_index() + static_cast<int32_t>(at), sx, sy,
+                        w.segment.random, w.hit);
     w.first = w.path.origin + w.path.direction * w.hit.distance;
     return w;
 }
 
-// Leaves out what followed lobes alone bring to surfaces that the camera doesn't see
-// (boundary/specular/chain_term.h).
+// Removes what followed lobes alone contribute to vertices that the camera does not see directly. Scan lines
+// estimate that (boundary/specular/chain_term.h).
 EG_INLINE void leave_followed(const SceneView& scene, Mask seen, Vec3 followed, PathPacket& path) {
     if (!(scene.followed_alpha > 0.0f)) return;
     path.throughput = select(seen, path.throughput, without_followed(path.throughput, followed));
     path.active &= largest_component(path.throughput) > 0.0f;
 }
 
-// The edge that x's lobes see, one of `candidates`, as that of the segment and of its piece; its value.
-EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x,
-                           const CameraSampledSurface& surface, Int kinds, const PathIndex& walk, Int vertex,
-                           int candidates, SegmentSample& p, BoundarySegment& s) {
+// Samples an edge in the lobes of x, one of `candidates`, and sets it in the segment and in `p`. Returns f
+// |n_s . w|/r^2 over the density of the point.
+EG_INLINE Vec3 sample_edge_in_lobes(const BoundaryTask& task, const ScatteringPoint& x,
+                                    const CameraSampledSurface& surface, Int kinds, const PathIndex& walk,
+                                    Int vertex, int candidates, SegmentSample& p, BoundarySegment& s) {
     Float choice, lobe;
     sobol_pair(walk.stream, walk.sample, vertex_pair(vertex, kVertexChoice), choice, lobe);
-    const Aim aim = aim_at_lobes(surface, s.active, kinds, lobe, p.random);
+    const LobeDirection around = sample_lobe_direction(surface, s.active, kinds, lobe, p.random);
     const CameraSampledPoint e =
-        choose_edge_point(task.tree, surface, s.active, kinds, aim, p.random, candidates);
+        choose_edge_point(task.tree, surface, s.active, kinds, around, p.random, candidates);
     p.active = s.active &= e.active;
     p.edge = s.edge = e.edge;
     p.instance = s.instance = e.instance;
@@ -290,37 +298,43 @@ EG_INLINE Vec3 aim_segment(const BoundaryTask& task, const ScatteringPoint& x,
     return e.color;
 }
 
-// A sample of the term but for L(y), whose path is appended to the queue of `queued`; its new length.
+// Samples the term without L(y). Appends the path that estimates L(y) to the queue of length `queued`, and
+// returns the new length.
 EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& task,
-                                  const DerivativeView& requested, int at, SegmentCursor& piece,
+                                  const DerivativeView& requested, int at, SegmentCursor& cursor,
                                   Workspace& work, int queued, BoundarySegment& s) {
-    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 3, s);
-    SegmentSample& p = begun.piece;
+    // Follow a path of the picture to x
+    PicturePath begun = start_in_picture(scene, task, at, cursor, task.max_depth - 3, s);
+    SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = camera_sampled_paths(task);
-    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.held);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
     Vec3 followed;
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.aimed, &s.held, &followed);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, task.camera_sampled_alpha, &s.fixed,
+                      &followed);
     leave_followed(scene, s.slides, followed, path);
     if (!any(path.active)) return queued;
+    // Sample an edge in the lobes of x
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
-    const Int kinds = select(s.slides, camera_sampled_kinds(x.shader, task.aimed), splat(kScatteredRays));
+    const Int kinds =
+        select(s.slides, camera_sampled_kinds(x.shader, task.camera_sampled_alpha), splat(kScatteredRays));
     s.active = x.x.active & (kinds != 0);
     if (!any(s.active)) return queued;
     const CameraSampledSurface surface(scene, x, s.active, s.slides);
     const PathIndex walk = path_index(walks, path.path);
     const Vec3 value =
-        aim_segment(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);
+        sample_edge_in_lobes(task, x, surface, kinds, walk, path.vertex, kCameraSampledCandidates, p, s);
     if (!any(s.active)) return queued;
 
     const Vec3 across = cross(s.towards, p.t);  // t x w
-    // Of faces that let light pass the jump takes the place of the side.
+    // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
     const Mask clear = transparent_occluder(scene, s.active, s.edge);
     const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
     s.sweep = across * sigma;
     s.active &= (sigma != 0.0f) & ~on_edge_face(scene, p, x.x);
-    // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
+    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
     s.active &= s.reach > 1e-5f * largest_component(s.point);
+    // Skip samples outside the picture or beyond the bounce limits
     s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
     if (scene.rays_differ)
@@ -331,7 +345,7 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
         [&](Int some) EG_INLINE_LAMBDA { return surface.evaluate(s.active, s.towards, some); }, bounces);
     if (!any(s.active)) return queued;
 
-    // What lies between x and the edge; then what is behind it.
+    // Find the transmittance from x to the edge, and the surface behind the edge.
     const Vec3 start = leave_surface(x.x, s.towards);
     const Vec3 seen =
         transmittance(scene, s.active, start, s.point - start, splat(0.99999f),
@@ -344,12 +358,13 @@ EG_OUTLINE int sample_from_camera(const SceneView& scene, const BoundaryTask& ta
     divide_segment(s);
     s.y.face = select(s.active, y.hit.face, splat(-1));
     s.y.instance = y.hit.instance, s.y.b1 = y.hit.b1, s.y.b2 = y.hit.b2;
-    hold_contact(scene, begun.length, s);
+    blend_near_contact(scene, begun.length, s);
     s.active &= segment_moves(scene, requested, s);
     if (!any(s.active)) return queued;
 
+    // Evaluate the sample and queue the path of L(y)
     s.color = path.throughput * value * seen * (x.shader.scale * begun.weight);
-    // A slide is divided by |n . D| (boundary/segment/segment.h).
+    // The slide of x is divided by |n . D| (boundary/segment/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
     s.color = select(s.slides, s.color * (1.0f / facing), s.color);
     if (any(clear & s.active))

@@ -1,12 +1,16 @@
-// The border of a spot's cone, where it has no blend: the spot's light jumps there.
+// The border of a spot's cone without blend, where the spot's light is discontinuous (derivations, D).
 //
-// Light leaves a point y of the spot along a direction o at the angle theta to its axis a, and meets x at the
-// distance r. The cone ends at theta = c. With N = do/dtheta, the border moves by
-//   dc + o . da/sin(c) - N . (dx - dy)/r
-// over the line from y to x: the first two parts turn the border, the last one turns the line. So
+// Light leaves a point y of the spot along a direction o, at the angle theta to the axis a, and reaches x at
+// the distance r. The cone ends at theta = c. With N = do/dtheta, the border's angular velocity across the
+// segment from y to x is dc + o . da/sin(c) - N . (dx - dy)/r: the first two parts turn the border, and the
+// last part turns the segment. Hence
 //   dI = int dA int dphi sin(c)  W(x) L [dc + o . da/sin(c) - N . (dx - dy)/r],
-// phi the angle about the axis and A the light's area across o; L dA of spots without size is their intensity
-// (W(x): boundary/segment/scattering_chain.h). One side is dark, so that nothing else jumps.
+// where phi is the angle about the axis and A the light's area perpendicular to o. For spots without size,
+// L dA is the intensity. W(x) is the importance (boundary/segment/scattering_chain.h). One side of the border
+// is dark, so the jump is L.
+//
+// phi is sampled uniformly in the range of the sample's segment, and the point of the light uniformly in its
+// disk.
 #pragma once
 
 #include "boundary/samples/direct_samples.h"
@@ -20,17 +24,17 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-struct ConeSample : BoundarySegment {  // its sweep is N/r
-    Float axis, angle;  // what o . da and the change of the row's kLightEdge are multiplied with
+struct ConeSample : BoundarySegment {  // `sweep` is N/r
+    Float axis, angle;                 // factors on o . da, and on the change of the row's kLightEdge
 };
 
 EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                         SegmentCursor& piece, const DerivativeView& motion, const float*) {
+                                         SegmentCursor& cursor, const DerivativeView& motion, const float*) {
     constexpr float kTurn = 6.28318531f;
     ConeSample out;
     BoundarySegment& s = out;
-    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
-    const Int row = p.cell;
+    const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
+    const Int row = p.light_row();
     s.active = p.active;
     s.edge = s.instance = splat(-1);
     s.y = still_far_end();
@@ -39,7 +43,7 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     s.view.sx = s.view.sy = splat(kNowhere);
     const LightRow l = gather_light(scene.lights, row);
 
-    // The direction, and the point of the light.
+    // Sample the direction on the border and the point of the light.
     const Mask linear = (l.flags & static_cast<int>(kLightLinearCone)) != 0;
     Float sine, cosine, s_phi, c_phi;
     sincos(l.edge, sine, cosine);
@@ -69,50 +73,53 @@ EG_OUTLINE ConeSample sample_cone_border(const SceneView& scene, const BoundaryT
     out.axis = 1.0f / max(sine, 1e-6f);
     out.angle = select(linear, splat(1.0f), out.axis);
 
-    // What it lights.
+    // Find the receiver.
     LightSample links = no_light_sample(splat(0), s.active, row, s.y.kind);
     take_links(scene.lights, s.active, row, l.flags, links);
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     s.slides = length == 0;
-    const LightsWay way = {select(links.casts_shadow, links.blockers, splat(0)),
-                           select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)), kShadowRay,
-                           splat(0)};
-    const LitPoint lit = find_receiver(scene, s.active, s.point, s.towards, ignore_nothing(), way, p.random);
-    s.active &= lit.found & (lit.hit.distance > 0.0f);
+    const ReceiverRays rays = {select(links.casts_shadow, links.blockers, splat(0)),
+                               select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)), kShadowRay,
+                               splat(0)};
+    const ReceiverHit receiver =
+        find_receiver(scene, s.active, s.point, s.towards, ignore_nothing(), rays, p.random);
+    s.active &= receiver.found & (receiver.hit.distance > 0.0f);
     if (!any(s.active)) return out;
-    s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.reach = select(s.active, receiver.hit.distance, 1.0f);
     s.distance = splat(0.0f);
-    s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, o,
-                        select(s.active, lit.hit.instance, splat(-1)));
-    s.x.mesh = lit.hit.mesh;
+    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, o,
+                        select(s.active, receiver.hit.instance, splat(-1)));
+    s.x.mesh = receiver.hit.mesh;
     s.active = s.x.active & shines_on(scene, row, s.x.mesh);
     const Mask disk = s.active & sized & ~sphere;
     if (any(disk)) {
-        // A disk that faces x: where the line meets it.
+        // A disk faces x: move y to where the segment meets it.
         Float pdf;
         const Float way_to_disk = meet_light(l, kDiskLight, s.x.position, s.towards, pdf);
         s.reach = select(disk, way_to_disk, s.reach);
         s.active &= ~disk | (s.reach > 0.0f);
     }
-    Mask moves = lit_end_moves(scene, motion, s.active, s.x, s.slides);
+    // Skip samples that do not move
+    Mask moves = receiver_moves(scene, motion, s.active, s.x, s.slides);
     if (motion.lights_requested) moves |= s.active;
     s.active &= moves;
     if (!any(s.active)) return out;
     s.sweep = normal * (1.0f / max(s.reach, 1e-30f));
+    // Follow the light to the camera
     const SeenLight seen =
-        see_light(scene, task, p, s.active, lit.hit, o, length, links.visible_to, false, splat(-1));
+        see_light(scene, task, p, s.active, receiver.hit, o, length, links.visible_to, false, splat(-1));
     s.active = seen.active;
     s.view = seen.view;
-    if (scene.mesh_contact) s.held = seen.held;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
     turn_to(s.x, -s.view.direction);
-    s.color = seen.weight * lit.through * l.radiance *
+    s.color = seen.weight * receiver.through * l.radiance *
               (area * sine * (p.u1 - p.u0) * (kTurn * task.scale) / (p.density * probability));
     s.active &= largest_component(s.color) > 0.0f;
     return out;
 }
 
-// dc + o . da/sin(c) - N . (dx - dy)/r, times the color, for what `asked` names.
+// Adds dc + o . da/sin(c) - N . (dx - dy)/r, times the color, for the requested parameters.
 template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const ConeSample& s) {
@@ -128,7 +135,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     }
     const Vec3 from =
         far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards, s.reach, s.sweep, color);
-    lit_end_blocks(mode, scene, motion, s, from - s.sweep);
+    receiver_blocks(mode, scene, motion, s, from - s.sweep);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

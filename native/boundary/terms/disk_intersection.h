@@ -1,12 +1,12 @@
-// Pierced disks: what surfaces hide of lights that they pass through and that face the point x that they
-// light.
+// Intersections with disk lights, which face the point x that they light: the part of the disk that a surface
+// occludes.
 //
-// Where a face cuts such a disk isn't known before x is, so that samples start at the camera: a path of the
-// picture to its k-th surface x, beta its throughput, and a point q(u) of the line along which the face cuts
-// the disk that faces x (boundary/samples/light_cut.h). As what is hidden of other lights
-// (boundary/terms/intersection.h), with r = |x - q| from the solid angle of directions (derivations, C1),
-//   dI = int ds beta sum over faces int du  f |n_s . w|/r^2 L sigma (t x w) . (dq - dy),
-// y riding on the disk, which turns with x: dy depends on dx.
+// The line along which a face intersects such a disk depends on x, so samples start at the camera. A path of
+// the picture leads to its k-th vertex x, with throughput beta. Then a point q(u) is sampled on the line
+// along which the face intersects the disk that faces x, uniformly in u (boundary/samples/light_cut.h). With
+// r = |x - q|, where 1/r^2 converts the solid angle (derivations, C1 and F2),
+//   dI = int ds beta sum over faces int du  f |n_s . w|/r^2 L sigma (t x w) . (dq - dy).
+// y moves with the disk, which turns with x, so dy depends on dx.
 #pragma once
 
 #include "boundary/samples/direct_samples.h"
@@ -25,21 +25,24 @@ EG_INLINE ImageTask disk_paths(const BoundaryTask& task) {
 }
 
 EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                                SegmentCursor& piece, const DerivativeView& motion,
+                                                SegmentCursor& cursor, const DerivativeView& motion,
                                                 const float* adjoint) {
     DiskSegment s;
-    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
-    const SegmentSample& p = begun.piece;
+    // Follow a path of the picture to x
+    PicturePath begun = start_in_picture(scene, task, at, cursor, task.max_depth - 2, s);
+    const SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     const ImageTask walks = disk_paths(task);
-    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.held);
-    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, &s.held);
-    // What is seen in perfect mirrors and through smooth glass alone is another term's (chain_shadow.h).
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, path.active, begun.length, s.fixed);
+    walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, &s.fixed);
+    // The specular term covers disks seen only in perfect mirrors and through smooth glass
+    // (boundary/specular/chain_shadow.h).
     path.active &= s.slides | (path.pdf > 0.0f);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
     s.active = x.x.active;
     s.x = x.x;
+    // Sample a point of the line of face and disk
     IntersectingPair& pair = s.pair;
     faces_of_line(scene, p.active, p.edge, pair.hider, pair.hider_instance, pair.row);
     pair.face = pair.instance = splat(-1);
@@ -60,22 +63,25 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     s.active &= cut.active & (s.y.kind == splat(static_cast<int>(kDiskLight))) & (r2 > 0.0f) &
                 shines_on(scene, pair.row, x.x.mesh);
     hide_beside(cut.tangent, -s.towards, s);
-    // In the plane of the face light comes along the horizon of x (boundary/terms/horizon.h).
+    // If x lies in the face's plane, the light arrives along x's horizon, which the horizon term covers
+    // (boundary/terms/horizon.h).
     s.active &= (abs(dot(pair.hider_normal, s.towards)) > 1e-5f) &
                 ((x.x.face != pair.hider) | (x.x.instance != pair.hider_instance));
     LightSample links = no_light_sample(splat(0), s.active, pair.row, s.y.kind);
     take_links(scene.lights, s.active, pair.row, gather(scene.lights.flags, pair.row), links);
     const Int hider_mask = gather(scene.mesh_mask, mesh_of(scene, pair.hider));
     s.active &= links.casts_shadow & ((hider_mask & links.blockers) != 0);
+    // Skip samples that do not move or do not count
     s.view = place_in_picture(scene, s.active, select(s.slides, x.x.position, begun.first), p.random);
     s.active &= s.view.active;
-    Mask moves = lit_end_moves(scene, motion, s.active, s.x, s.slides) |
+    Mask moves = receiver_moves(scene, motion, s.active, s.x, s.slides) |
                  face_point_moves(scene, motion, s.active, pair.hider, pair.hider_instance);
     if (motion.lights_requested) moves |= s.active;
     s.active &= moves;
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
+    // Evaluate the BSDF and the light
     const CameraSampledSurface surface(scene, x, s.active, splat(0));
     const Int kinds = scene.lights.any_hidden ? links.visible_to : splat(kScatteredRays);
     const Vec3 value = surface.evaluate(s.active, s.towards, kinds) * (1.0f / max(r2, 1e-30f));
@@ -89,14 +95,14 @@ EG_OUTLINE DiskSegment sample_disk_intersection(const SceneView& scene, const Bo
     rays.ignored = {p.edge, splat(-1)};
     const Vec3 seen = transmittance(scene, s.active, start, s.point - start, splat(0.99999f), rays);
     s.color = path.throughput * value * light * seen * (x.shader.scale * begun.weight * (p.u1 - p.u0));
-    // A slide is divided by |n . D| (boundary/segment/segment.h).
+    // The slide of x is divided by |n . D| (boundary/segment/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
     s.color = select(s.slides, s.color * (1.0f / facing), s.color);
     s.active &= ~(largest_component(s.color) == 0.0f);
     return s;
 }
 
-// sweep . (dq - dy), times the color, for what `asked` names: q lies on the face and the disk.
+// Adds sweep . (dq - dy), times the color, for the requested parameters. q lies on the face and on the disk.
 template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const DiskSegment& s) {
@@ -104,7 +110,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 g = hider_blocks(mode, scene, motion, s, color) - s.sweep;
     const Vec3 from =
         far_end_blocks(mode, scene, motion, s.active, s.y, s.x.position, s.towards, s.reach, g, color);
-    lit_end_blocks(mode, scene, motion, s, from);
+    receiver_blocks(mode, scene, motion, s, from);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

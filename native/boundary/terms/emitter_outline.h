@@ -1,12 +1,14 @@
-// Outlines of emissive meshes as surfaces see them, where the light that these give holds its direction
-// (shading/lights/fixed_direction_light.h): there light of an emissive face begins beside an edge of it. With
-// r = |x - e| and beta the throughput of a path of the picture to its k-th surface x (derivations, K)
-//   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 (L- - L+) (t x w) . (de - dx),
-// L^+- what the edge's nearest face gives on the side to which +-(t x w) points, 0 where there is none: what
-// is behind the edge is the shadow term's, by which the same edge hides it.
+// The outline of an emissive mesh as seen from surfaces, for light parametrised by a fixed direction
+// (shading/lights/fixed_direction_light.h). Along a fixed direction, radiance is discontinuous at the edges
+// where an emissive face begins. With r = |x - e| and beta the throughput of a path of the picture to its
+// k-th vertex x (derivations, K)
+//   dI = int ds beta sum over edges int du  f |n_s . w|/r^2 (L- - L+) (t x w) . (de - dx).
+// L+ and L- are the emission of the edge's nearest face on the side to which +(t x w) and -(t x w) point, or
+// 0 without a face there. What lies behind the edge belongs to the shadow term, in which the same edge is an
+// occluder.
 //
-// Sampled like what sharp lobes show (boundary/terms/camera_sampled.h), all lobes alike: edges are looked for
-// where x's BSDF has sampled a direction.
+// Sampled like boundary/terms/camera_sampled.h, for all lobes: edges are chosen near a direction that the
+// BSDF of x has sampled.
 #pragma once
 
 #include "boundary/samples/direct_samples.h"
@@ -16,18 +18,20 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Candidates that one is taken of: none costs a path.
+// Candidates per sample. More candidates reduce the variance; no candidate costs a path.
 constexpr int kOutlineCandidates = 16;
 
-// L- - L+ towards the point from which `towards` leads to the edge; `across` is t x w.
+// L- - L+ towards a point x. `towards` leads from x to the edge, and `across` is t x w.
 EG_INLINE Vec3 emission_jump(const SceneView& scene, const SegmentSample& p, Mask active, Vec3 across,
                              Vec3 towards) {
     const Float tt = 1.0f / max(dot(p.t, p.t), 1e-37f);
-    const Vec3 deep = towards - p.t * (dot(towards, p.t) * tt);  // across the edge, in the sheet
+    const Vec3 deep =
+        towards - p.t * (dot(towards, p.t) * tt);  // perpendicular to the edge, in the plane of edge and ray
     Vec3 jump = zero3();
     for (int i = 0; i < W; ++i) {
         if (!active[i]) continue;
-        // Of the faces on each side the one of the least depth by distance from the edge hides the others.
+        // On each side the face whose depth increases least with the distance from the edge occludes the
+        // others.
         float nearest[2] = {__builtin_inff(), __builtin_inff()};
         int64_t face[2] = {-1, -1};
         bool back[2] = {false, false};
@@ -42,7 +46,7 @@ EG_INLINE Vec3 emission_jump(const SceneView& scene, const SegmentSample& p, Mas
             if (!(slope < nearest[side])) continue;
             nearest[side] = slope;
             face[side] = scene.edge_faces[k];
-            // Its corners in their order turn the way in which the edge and the third one do, or the other.
+            // The winding order of the face's corners decides which side faces x.
             const int32_t* f = scene.faces + 3 * face[side];
             const auto v = [&](int corner, float (&out)[3]) {
                 for (int j = 0; j < 3; ++j) out[j] = scene.vertices[3 * static_cast<int64_t>(f[corner]) + j];
@@ -56,6 +60,7 @@ EG_INLINE Vec3 emission_jump(const SceneView& scene, const SegmentSample& p, Mas
                              towards.z[i] * (a[0] * b[1] - a[1] * b[0]) >
                          0.0f;
         }
+        // Subtract the emission of the two sides
         for (int side = 0; side < 2; ++side) {
             if (face[side] < 0 || !scene.face_held[face[side]]) continue;
             const int32_t material = scene.face_material[face[side]];
@@ -75,18 +80,19 @@ EG_INLINE ImageTask outline_paths(const BoundaryTask& task) {
 
 // A sample of the term (boundary/samples/direct_samples.h).
 EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const BoundaryTask& task,
-                                                  int64_t at, SegmentCursor& piece,
+                                                  int64_t at, SegmentCursor& cursor,
                                                   const DerivativeView& requested, const float* adjoint) {
     BoundarySegment s;
-    PicturePath begun = start_in_picture(scene, task, at, piece, task.max_depth - 2, s);
-    SegmentSample& p = begun.piece;
+    // Follow a path of the picture to x
+    PicturePath begun = start_in_picture(scene, task, at, cursor, task.max_depth - 2, s);
+    SegmentSample& p = begun.segment;
     PathPacket& path = begun.path;
     s.distance = splat(__builtin_inff());
     const ImageTask walks = outline_paths(task);
     Vec3 followed;
     walk_camera_paths(scene, walks, path, begun.hit, begun.length + 1, 0.0f, nullptr, &followed);
     leave_followed(scene, s.slides, followed, path);
-    // Behind perfect mirrors and smooth glass points of light ride.
+    // Behind perfect mirrors and smooth glass light is parametrised by material points.
     path.active &= s.slides | (path.pdf > 0.0f);
     if (!any(path.active)) return s;
     const ScatteringPoint x = scattering_point(scene, walks, path, path.active, begun.hit);
@@ -95,27 +101,29 @@ EG_OUTLINE BoundarySegment sample_emitter_outline(const SceneView& scene, const 
     s.active &= s.view.active;
     if (!task.score && any(s.active)) s.active &= has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
+    // Sample an edge in the lobes of x
     const CameraSampledSurface surface(scene, x, s.active, s.slides);
     const PathIndex walk = path_index(walks, path.path);
-    const Vec3 value =
-        aim_segment(task, x, surface, splat(kScatteredRays), walk, path.vertex, kOutlineCandidates, p, s);
+    const Vec3 value = sample_edge_in_lobes(task, x, surface, splat(kScatteredRays), walk, path.vertex,
+                                            kOutlineCandidates, p, s);
     if (!any(s.active)) return s;
 
     s.sweep = cross(s.towards, p.t);  // t x w
     const Vec3 jump = emission_jump(scene, p, s.active, s.sweep, s.towards);
     s.active &= (largest_component(jump) > 0.0f) & ~on_edge_face(scene, p, x.x);
-    // Nearer than rounding the jump is that of what is seen of x, not of its light (derivations F3c).
+    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
     s.active &= s.reach > 1e-5f * largest_component(s.point);
     divide_segment(s);
     s.active &= segment_moves(scene, requested, s);
     if (!any(s.active)) return s;
 
+    // Evaluate the transmittance and the jump
     const Vec3 start = leave_surface(x.x, s.towards) + terminator_lift(scene, x.x, x.normal, s.towards);
     const Vec3 seen =
         transmittance(scene, s.active, start, s.point - start, splat(0.99999f),
                       {splat(1 << kShadowRay), kShadowRay, task.limits.transparent, {s.edge, s.instance}});
     s.color = path.throughput * value * seen * jump * (x.shader.scale * begun.weight);
-    // A slide is divided by |n . D| (boundary/segment/segment.h).
+    // The slide of x is divided by |n . D| (boundary/segment/segment.h).
     const Float facing = max(-dot(s.x.normal, s.view.across_of), 1e-20f);
     s.color = select(s.slides, s.color * (1.0f / facing), s.color);
     s.active &= ~(largest_component(s.color) == 0.0f);

@@ -1,19 +1,20 @@
-// Horizon term: what changes where the plane of a face cuts off the light of the face's own points.
+// Horizon term: light cut off by the plane of the face that receives it (derivations, H).
 //
-// A face F that stands for a smooth surface is shaded with another normal n_s than its own, n. Light in its
-// plane then still counts, and what is below doesn't: at a point x of F the light from directions w is
-//   L = int_(n.w > 0) f |n_s . w| L(w) dw,
-// whose domain is bounded by the great circle n . w = 0. With y the point from which light comes along w, at
-// the distance r, and m_F the velocity of F's points, extended over its plane (derivations, H),
+// A face F of a smooth mesh is shaded with a normal n_s other than its own normal n. Light in F's plane then
+// still contributes, while light from below does not. At a point x of F the radiance
+//   L = int_(n . w > 0) f |n_s . w| L(w) dw
+// has a domain bounded by the great circle n . w = 0. With y the point from which light arrives along w, at
+// the distance r, and m_F the velocity of F's points, extended affinely over its plane,
 //   dI = int dphi f |n_s . w| L(w) n . (dy - m_F(y))/r,
-// phi the angle about n: x's own motion within the plane drops out, and m_F(y)/r is that of x + w but for
-// (1 - 1/r) of that of x. Of light at infinity dy/r is the velocity of its direction; of light that is held
-// by a share b (scene/contact.h) n . (dy - m_F(y))/r has (1 - b)/r in the place of 1/r. Of surfaces that pass
-// light on to their backs f jumps: f above less f below. On flat faces f |n_s . w| vanishes.
+// where phi is the angle about n. x's own motion within the plane drops out. m_F(y)/r is evaluated as
+// m_F(x + w) - m_F(x) + m_F(x)/r. For light at infinity dy/r is the velocity of its direction. For light that
+// is blended to a fixed direction with the weight b (scene/contact.h), 1/r becomes (1 - b)/r. For surfaces
+// that transmit light the jump is f above the plane minus f below it. On flat faces f |n_s . w| vanishes at
+// the horizon.
 //
-// Points x are those of the camera's paths, at any vertex (boundary/segment/camera_subpath.h): the light of
-// the picture's own lights is sampled along the arcs that the plane cuts out of them
-// (boundary/terms/light_arc.h), and that of the sky and of surfaces by one ray.
+// x is a vertex of a camera path (boundary/segment/camera_subpath.h). For lights, w is uniform on the arc in
+// which F's plane intersects a sampled light (boundary/terms/light_arc.h). For the environment and for
+// surfaces, w is sampled by plane_direction.
 #pragma once
 
 #include "boundary/segment/camera_connection.h"
@@ -34,14 +35,14 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct HorizonCut {
     Mask active;
     Int face, instance;  // F
-    Float b1, b2;        // x
+    Float b1, b2;        // of x
     Vec3 position, normal;
-    Vec3 towards;    // w
-    Float distance;  // r, infinite of distant lights and the environment
-    Float rides;     // 1 - b
+    Vec3 towards;           // w
+    Float distance;         // r, infinite for distant lights and the environment
+    Float material_weight;  // 1 - b
     FarEnd y;
-    Vec3 color;  // everything but n . (dy - m_F)/r
-    // Lights that face x turn as it moves: lanes in which the camera sees x, and how.
+    Vec3 color;  // the integrand without n . (dy - m_F)/r
+    // Lights that face x turn as x moves. Lanes in which the camera sees x, and its projection.
     Mask slides;
     Projection view;
 };
@@ -50,10 +51,10 @@ struct HorizonSample {
     HorizonCut light, beyond;
 };
 
-// The share of samples whose point is a later vertex of the path, if the picture's depth lets them.
+// The fraction of samples that go on to a later vertex of the path, if the picture's depth allows.
 constexpr float kLaterVertex = 0.4f;
 
-// The number of the path's vertex that a sample is about, and the probability of that.
+// Chooses the number of the path's vertex x. Sets its probability.
 EG_INLINE Int pick_vertex(const PathIndex& random, int most, Float& probability) {
     Float choice, unused;
     sobol_pair(random.stream, random.sample, kPairChain, choice, unused);
@@ -70,11 +71,12 @@ EG_INLINE Int pick_vertex(const PathIndex& random, int most, Float& probability)
     return vertex;
 }
 
-// The side of F's plane on which light is followed: +1 the viewer's. Where light on both counts, one is
-// picked, as what hides it differs; `weight` is the side by the probability of that.
+// The side of F's plane on which the light's path continues: +1 for the viewer's side. If light counts on
+// both sides, one is chosen at random, since they differ in occlusion. `weight` is the sign of the side over
+// the probability.
 struct HorizonSide {
     Float weight;
-    Vec3 normal;  // to that side
+    Vec3 normal;  // towards that side
 };
 
 EG_INLINE HorizonSide pick_side(const ScatteringPoint& s, const PathIndex& random) {
@@ -85,14 +87,14 @@ EG_INLINE HorizonSide pick_side(const ScatteringPoint& s, const PathIndex& rando
             select(back, -s.x.normal, s.x.normal)};
 }
 
-// f |n_s . w| on that side, of its sign.
+// f |n_s . w| on that side, with the side's sign.
 EG_OUTLINE Vec3 scattered_at_horizon(const SceneView& scene, const ScatteringPoint& s, Mask active,
                                      const HorizonSide& side, Vec3 w, Int kinds, Mask without = splat(0)) {
     return s.evaluate(scene, active, w + side.normal * splat(1e-4f), kinds, without) * side.weight;
 }
 
-// The same times the path's throughput; in lanes of `left_out` without what followed lobes alone bring, of
-// `followed` throughput: that is the specular boundary's (boundary/specular/chain_horizon.h).
+// The same times the path's throughput. Lanes of `left_out` leave out what followed lobes alone contribute,
+// whose throughput is `followed`: the specular term covers it (boundary/specular/chain_horizon.h).
 EG_INLINE Vec3 brought_at_horizon(const SceneView& scene, const ScatteringPoint& s, Mask active,
                                   const HorizonSide& side, Vec3 w, Int kinds, Vec3 throughput, Vec3 followed,
                                   Mask left_out) {
@@ -100,7 +102,7 @@ EG_INLINE Vec3 brought_at_horizon(const SceneView& scene, const ScatteringPoint&
     left_out &= active;
     if (!(scene.followed_alpha > 0.0f) || !any(left_out)) return all;
     const Vec3 part = f - scattered_at_horizon(scene, s, left_out, side, w, kinds, splat(-1));
-    // f has the sign of the side.
+    // without_followed() needs positive values, but f has the sign of the side.
     const Vec3 rest = without_followed(all * side.weight, followed * part * side.weight) *
                       (1.0f / (side.weight * side.weight));
     return select(left_out, rest * side.weight, all);
@@ -113,11 +115,11 @@ EG_INLINE HorizonCut empty_cut(const SurfacePoint& x) {
     cut.position = x.position, cut.normal = x.normal;
     cut.y = still_far_end();
     cut.color = zero3();
-    cut.rides = splat(1.0f);
+    cut.material_weight = splat(1.0f);
     return cut;
 }
 
-// Leaves out samples without a finite size.
+// Drops samples of infinite size.
 EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, HorizonCut& cut) {
     const Float size = size_of(cut.color) / min(cut.distance, splat(1.0f));
     const Mask lost = cut.active & ~(size < kLargestSample);
@@ -133,10 +135,11 @@ EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, Horizon
     }
 }
 
-// Light of the scene's lights.
+// Samples the light of the scene's lights in F's plane.
 EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, const DerivativeView& motion,
                            const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
                            const HorizonSide& side, const PathIndex& random, HorizonCut& cut) {
+    // Sample an arc of a light
     Float u, unused;
     sobol_pair(random.stream, random.sample, kPairLight, u, unused);
     LightSample light = sample_light_arc(scene, p.active, s.x.position, s.x.normal, s.x.face, u);
@@ -144,13 +147,14 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     cut.active = light.active;
     cut.towards = light.w;
     cut.distance = light.r;
-    // Light whose direction is held is cut off like that of the sky.
-    const Mask held = holds_direction(scene, light.active, light.face, s.x.material);
-    cut.distance = select(held, splat(__builtin_inff()), cut.distance);
-    cut.y.face = select(light.active & ~held, light.face, splat(-1)), cut.y.b1 = light.b1;
+    // Light of a fixed direction is cut off like the environment's.
+    const Mask fixed = holds_direction(scene, light.active, light.face, s.x.material);
+    cut.distance = select(fixed, splat(__builtin_inff()), cut.distance);
+    cut.y.face = select(light.active & ~fixed, light.face, splat(-1)), cut.y.b1 = light.b1;
     cut.y.b2 = light.b2;
     cut.y.row = select(light.active, light.row, splat(-1)), cut.y.kind = light.kind;
-    cut.rides = 1.0f - held_share(scene, cut.active, p.segment - 1, s.x, cut.y);
+    cut.material_weight = 1.0f - fixed_direction_weight(scene, cut.active, p.segment - 1, s.x, cut.y);
+    // Skip samples that do not move
     const Mask turns = cut.active & (light.row >= 0) & turns_with_point(light.kind);
     Mask moves = face_point_moves(scene, motion, cut.active, cut.face, cut.instance) |
                  face_point_moves(scene, motion, cut.active & (cut.y.face >= 0), cut.y.face, cut.y.instance);
@@ -159,6 +163,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     cut.active &= moves;
     if (!any(cut.active)) return;
 
+    // Evaluate the BSDF and the light
     const Int kinds = scene.lights.any_hidden ? light.visible_to : splat(-1);
     const Vec3 f =
         brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed, light.row < 0);
@@ -180,8 +185,8 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     }
 }
 
-// A direction in the plane: where light from one side alone counts, with the cosine to the shading normal's
-// part in it.
+// Samples a direction in F's plane: uniformly if light counts on both sides, else by the cosine to the
+// projection of the shading normal.
 EG_INLINE Vec3 plane_direction(const ScatteringPoint& s, Float u, Float& density) {
     const Vec3 n = s.x.normal, leans = s.normal - n * dot(n, s.normal);
     const Vec3 a = leans * (1.0f / max(sqrt(dot(leans, leans)), 1e-30f)), b = cross(n, a);
@@ -194,38 +199,41 @@ EG_INLINE Vec3 plane_direction(const ScatteringPoint& s, Float u, Float& density
     return a * cosine + b * sine;
 }
 
-// The task's samples as paths from what their rays meet.
+// The task's samples as paths that start at the surfaces met by their rays.
 EG_INLINE ImageTask beyond_paths(const ImageTask& task) {
     ImageTask paths = task;
     paths.seed = hash(task.seed ^ 0x5be0cd19u);
     return paths;
 }
 
-// Light of the sky, and of surfaces but for what they give by themselves; the path that finds the latter is
-// appended to the queue of `queued`, whose new length is returned.
+// Samples the light of the environment, and the light that surfaces scatter, in F's plane. Appends the paths
+// that estimate the latter to the queue of length `queued`, and returns the new length.
 EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const DerivativeView& motion,
                           const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
                           const HorizonSide& side, const PathIndex& random, Workspace& work, int queued,
                           HorizonCut& cut) {
-    const bool sky = task.lights && scene.has_environment;
+    const bool environment = task.lights && scene.has_environment;
     const Mask further = p.active & (p.segment + 1 < task.image.max_depth);
-    if (!sky && !(task.surfaces && any(further))) return queued;
+    if (!environment && !(task.surfaces && any(further))) return queued;
+    // Trace a ray in the plane
     Float u, unused, density;
     sobol_pair(random.stream, random.sample, kPairEnvironment, u, unused);
     const Vec3 w = plane_direction(s, u, density);
-    const Mask active = p.active & (density > 1e-6f) & (sky ? splat(-1) : further);
+    const Mask active = p.active & (density > 1e-6f) & (environment ? splat(-1) : further);
     const ImageTask paths = beyond_paths(task.image);
     const LightSource y = meet_source(scene, active, leave_surface(s.x, side.normal), w, ignore_nothing(),
                                       path_index(paths, p.path), task.image.limits.transparent);
+    // Skip samples that do not move
     Mask met = splat(0), open = splat(0);
     if (task.surfaces) met = y.hit.hit & further;
-    if (sky) open = y.escapes;
+    if (environment) open = y.escapes;
     Mask moves = face_point_moves(scene, motion, met | open, cut.face, cut.instance) |
                  face_point_moves(scene, motion, met, y.hit.face, y.hit.instance);
     if (motion.rotation_requested && scene.sky.pixels) moves |= open;
     met &= moves;
     open &= moves;
     if (!any(met | open)) return queued;
+    // Evaluate the BSDF
     const Int kinds = select(open, splat(scene.environment_mask), splat(kScatteredRays));
     const Vec3 f =
         brought_at_horizon(scene, s, met | open, side, w, kinds, p.throughput, followed, splat(-1));
@@ -234,14 +242,14 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
     cut.distance = select(met, y.distance, splat(__builtin_inff()));
     cut.y.face = select(met, y.hit.face, splat(-1)), cut.y.instance = y.hit.instance;
     cut.y.b1 = y.hit.b1, cut.y.b2 = y.hit.b2;
-    cut.rides = 1.0f - held_share(scene, met, p.segment - 1, s.x, cut.y);
-    cut.y.sky = open & splat(scene.sky.pixels ? -1 : 0);
+    cut.material_weight = 1.0f - fixed_direction_weight(scene, met, p.segment - 1, s.x, cut.y);
+    cut.y.environment = open & splat(scene.sky.pixels ? -1 : 0);
     cut.color = f * (1.0f / max(density, 1e-30f));
     if (any(open))
         cut.color = select(open, cut.color * y.through * environment_radiance(scene, w), cut.color);
     met &= cut.active;
     if (!any(met)) return queued;
-    // How the path goes on behind x: a bounce of the kind that the BSDF most often makes there.
+    // Choose the kind of the bounce at x by the BSDF, and test the bounce limits.
     Int kind = splat(static_cast<int>(kDiffuseRay)), bounces = p.bounces & 0xffffff;
     const int most = task.image.max_depth - 2;
     const BounceLimits& limits = task.image.limits;
@@ -259,9 +267,10 @@ EG_OUTLINE int cut_beyond(const SceneView& scene, const HorizonTask& task, const
                              y.through, y.passed, p.segment + 1, bounces, kind);
 }
 
-// The samples of a packet of paths from `at` on; the new length of the queue of paths behind them.
+// Samples a packet of paths from `at` on. Returns the new length of the queue of paths behind them.
 EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, const DerivativeView& motion,
                               int at, int count, Workspace& work, int queued, HorizonSample& out) {
+    // Follow the camera paths to x
     PathPacket p = load_paths(work.paths, at, count);
     const Int face = load(work.hits.face + at);
     Closest hit = load_hits(work.hits, at, p.active & (face >= 0));
@@ -272,12 +281,14 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     Vec3 followed;
     walk_camera_paths(scene, task.image, p, hit, target, 0.0f, nullptr, &followed);
     if (!any(p.active)) return queued;
+    // Keep surfaces whose shading normal differs from the face's
     const ScatteringPoint s = scattering_point(scene, task.image, p, p.active, hit);
     const Vec3 leans = cross(s.normal, s.x.normal);
     p.active &= s.x.active & (dot(leans, leans) > 1e-12f);
     if (!any(p.active)) return queued;
     p.throughput = p.throughput * (s.shader.scale / probability);
     followed = followed * (s.shader.scale / probability);
+    // Sample lights, the environment and surfaces
     out.light = out.beyond = empty_cut(s.x);
     const HorizonSide side = pick_side(s, random);
     if (task.lights && scene.lights.count > 0)
@@ -288,7 +299,7 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     return queued;
 }
 
-// All samples of the task's paths.
+// Samples all of the task's paths.
 EG_OUTLINE HorizonSample* sample_horizons(const SceneView& scene, const HorizonTask& task,
                                           const DerivativeView& motion, Workspace& work) {
     const int count = start_paths(scene, task.image, work);
@@ -308,18 +319,19 @@ EG_OUTLINE HorizonSample* sample_horizons(const SceneView& scene, const HorizonT
     return samples;
 }
 
-// n . (dy - m_F(y))/r, times the color, for what `asked` names.
+// Adds n . (dy - m_F(y))/r, times the color, for the requested parameters.
 template <typename Mode>
 EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                               const HorizonCut& cut) {
     if (!any(cut.active)) return;
     const Vec3 n = cut.normal;
     const Mask near = cut.distance < __builtin_inff();
-    const Float inverse = select(near, cut.rides / max(cut.distance, 1e-30f), splat(0.0f));
+    const Float inverse = select(near, cut.material_weight / max(cut.distance, 1e-30f), splat(0.0f));
     face_turn_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, cut.towards, -n,
                      cut.color);
     face_point_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, n * -inverse,
                       cut.color);
+    // The far end
     const Mask on_face = cut.active & (cut.y.face >= 0);
     if (any(on_face))
         face_point_blocks(mode, scene, motion, on_face, cut.y.face, cut.y.instance, cut.y.b1, cut.y.b2,
@@ -327,7 +339,7 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     const Vec3 g = select(is_distant(cut.y), n, n * inverse);
     const Vec3 from = far_end_blocks(mode, scene, motion, cut.active, cut.y, cut.position, cut.towards,
                                      cut.distance, g, cut.color);
-    // A light that faces x: x slides along its pixel's ray, or rides on F.
+    // For a light that faces x: x slides along its pixel's ray, or moves with F.
     if (!any(cut.active & (largest_component(from) > 0.0f))) return;
     const Vec3 d = select(cut.slides, cut.view.across_of, n);
     const Float nd = dot(n, d);
@@ -342,7 +354,7 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     }
 }
 
-// Values of the task's paths, into work.radiance.
+// Writes the values of the task's paths to work.radiance.
 static void horizon_forward_kernel(const SceneView& scene, const HorizonTask& task, Workspace& work,
                                    const DerivativeView& tangent) {
     const HorizonSample* samples = sample_horizons(scene, task, tangent, work);

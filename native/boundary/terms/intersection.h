@@ -1,20 +1,23 @@
-// Pierced surfaces: what changes where a surface hides a part of another that it passes through, and that
-// gives light or passes it on.
+// Intersections of surfaces: a surface occludes a part of another that it passes through and that emits or
+// scatters light.
 //
-// The line along which a surface i pierces another one j, or a light, bounds the part of j that a point x
-// sees. Formula (S) of the derivations (boundary/segment/segment.h) with the line for an edge and y on it:
-// lambda = 0, so that x's own motion drops out (F2),
+// The line along which a surface i intersects another surface j, or a light, bounds the part of j that a
+// point x sees. This is formula (S) of the derivations (boundary/segment/segment.h) with the line in place of
+// an edge and y on the line. Then lambda = 0, so that x's motion drops out (derivations, F2):
 //   dI = int du int dw  W(x) L(y) sigma (t x w) . (dq - dy),
-// q the line's point at u, w any direction, x the first surface along it. y rides on j, and q is on both
-// planes: with g = sigma (t x w) = mu_i n_i + mu_j n_j,
+// where q is the line's point at u and x the first surface along w. y moves with j, and q lies on both
+// planes. With g = sigma (t x w) = mu_i n_i + mu_j n_j
 //   g . dq = mu_i n_i . m_i(q) + mu_j n_j . m_j(q)     (boundary/samples/intersection_point.h).
-// Where j gives light whose direction is held (shading/lights/fixed_direction_light.h), lambda = 1 and dx
-// takes the place of dy; near x it does by a share (scene/contact.h). Of a sphere n_j is its normal at q, and
-// y has a place in the cone in which x sees it, so that dx counts; where disks are cut that face x, which
-// depends on x, is looked for from there (boundary/terms/disk_intersection.h). What x doesn't see of j is on
-// the side of i's plane that is away from x: sigma = sign((t x w) . h) with h in j across the line, (n_i . h)
-// (n_i . w) < 0. L(y) is what j gives by itself (the shadow term), or what it scatters, which the path tracer
-// finds (the indirect one).
+// The part of j that is occluded from x lies on the side of i's plane away from x: sigma = sign((t x w) . h),
+// with h in j perpendicular to the line and (n_i . h)(n_i . w) < 0. L(y) is the emission of j (shadow term),
+// or the radiance that j scatters, estimated by a path of the picture (indirect term).
+//
+// Light of a fixed direction (shading/lights/fixed_direction_light.h) has lambda = 1, so that dx takes the
+// place of dy. Near contact it does so with the blending weight (scene/contact.h). For a sphere n_j is its
+// normal at q. Its y is fixed in the cone in which x sees the sphere, so dx contributes. Disks face x, and
+// their lines depend on x: see boundary/terms/disk_intersection.h.
+//
+// u is uniform on the sampled segment, and w uniform in the sample's cell of the sphere of directions.
 #pragma once
 
 #include "boundary/samples/light_cut.h"
@@ -30,20 +33,20 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The two surfaces of a line, as the one that hides and the one that is hidden.
+// The two surfaces of a line: the one that occludes (hider), and the one that is occluded.
 struct IntersectingPair {
     Int hider, face;               // face -1: a light
-    Int hider_instance, instance;  // that place them
+    Int hider_instance, instance;  // placing the faces
     Int row;                       // of the light table; -1: a face
     Vec3 hider_normal, normal;
-    Float weight;  // by the probability of the choice
+    Float weight;  // 1 over the probability of the choice
 };
 
 struct IntersectionSegment : BoundarySegment {
     IntersectingPair pair;
 };
 
-// One of the surfaces that may be hidden: of the shadow term only what gives light is.
+// Chooses which of the two surfaces is the occluded one. In the shadow term it must emit light.
 EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const BoundaryTask& task,
                                              const SegmentSample& p) {
     IntersectingPair pair;
@@ -51,21 +54,22 @@ EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const Bound
     sobol_pair(p.random.stream, p.random.sample, kPairLight, choice, unused);
     pair.row = splat(-1);
     for (int i = 0; i < W; ++i) {
-        const uint32_t* faces = scene.edge_faces + scene.edge_face_first[p.edge[i]];
-        // Lights of the table, which come second, are hidden and hide nothing.
+        const LineSurface surfaces[2] = {scene.surface_of_line(p.edge[i], 0),
+                                         scene.surface_of_line(p.edge[i], 1)};
+        // The light of a line is second. Lights of the table are occluded but never occlude.
         bool counts[2] = {false, true};
         for (int k = 0; k < 2; ++k)
-            if (!((faces[0] | faces[1]) & kLightOfTable))
+            if (!surfaces[0].is_light() && !surfaces[1].is_light())
                 counts[k] = task.kind == kSurfaceIntersection ||
-                            (scene.lights.face_light && scene.lights.face_light[faces[k]] >= 0);
+                            (scene.lights.face_light && scene.lights.face_light[surfaces[k].face()] >= 0);
         const int k = counts[0] && (!counts[1] || choice[i] < 0.5f) ? 0 : 1;
         pair.weight[i] = counts[0] && counts[1] ? 2.0f : 1.0f;
-        const bool light = faces[k] & kLightOfTable;
-        pair.hider[i] = static_cast<int32_t>(faces[1 - k]);
+        const bool light = surfaces[k].is_light();
+        pair.hider[i] = surfaces[1 - k].face();
         pair.hider_instance[i] = face_instance(scene, p.edge[i], -1, static_cast<uint32_t>(1 - k));
         pair.instance[i] = light ? -1 : face_instance(scene, p.edge[i], -1, static_cast<uint32_t>(k));
-        pair.face[i] = light ? -1 : static_cast<int32_t>(faces[k]);
-        if (light) pair.row[i] = static_cast<int32_t>(faces[k] & ~kLightOfTable);
+        pair.face[i] = light ? -1 : surfaces[k].face();
+        if (light) pair.row[i] = surfaces[k].light_row();
     }
     const Int hidden_face = select(pair.row >= 0, splat(0), pair.face);
     pair.hider_normal = unit_normal(placed_triangle(scene, pair.hider, pair.hider_instance).triangle);
@@ -73,7 +77,7 @@ EG_INLINE IntersectingPair pick_intersection(const SceneView& scene, const Bound
     return pair;
 }
 
-// A direction, uniform about the line, in the piece's cell of directions.
+// Samples a direction about the line, uniformly in the sample's direction cell.
 EG_INLINE Vec3 direction_about(const BoundaryTask& task, const SegmentSample& p, Float& density) {
     Float u, v;
     density = splat(kInvFourPi * cell_numbers(task, p, u, v));
@@ -86,7 +90,8 @@ EG_INLINE Vec3 direction_about(const BoundaryTask& task, const SegmentSample& p,
     return axis * along + (a * c + b * s) * across;
 }
 
-// Where a line cuts a light of the table: its point, the light's normal there and, in `p`, its direction.
+// For lines through lights of the table: moves the point onto the light, and sets its normal and, in `p`, the
+// line's tangent there.
 EG_INLINE void cut_light_row(const SceneView& scene, IntersectionSegment& s, SegmentSample& p) {
     const Mask on_row = s.active & (s.pair.row >= 0);
     if (!any(on_row)) return;
@@ -97,18 +102,18 @@ EG_INLINE void cut_light_row(const SceneView& scene, IntersectionSegment& s, Seg
     s.pair.normal = select(on_row, cut.normal, s.pair.normal);
 }
 
-// A sphere shows its outside to those who are outside, its inside to those who are inside: lanes where x, at
-// s.reach from y, doesn't see y.
+// Spheres emit outwards to points outside, and inwards to points inside. Lanes in which x, at s.reach from y,
+// is on the other side.
 EG_INLINE Mask sees_other_side(const SceneView& scene, const IntersectionSegment& s, Vec3 w) {
     const Mask round = s.active & (s.y.kind == splat(static_cast<int>(kSphereLight)));
     if (!any(round)) return round;
     const LightRow l = gather_light(scene.lights, select(round, s.pair.row, splat(0)));
-    // Inwards, x is inside up to the chord's other end.
+    // Inwards, x is inside up to the far end of the chord.
     const Float outwards = dot(s.pair.normal, w);
     return round & (outwards < 0.0f) & (s.reach >= -2.0f * l.radius * outwards);
 }
 
-// Light that y gives by itself along w, and what stops it.
+// The emission of y along w.
 EG_INLINE Vec3 light_of_intersection(const SceneView& scene, const IntersectingPair& pair,
                                      const BoundarySegment& s, Vec3 w) {
     const Mask on_row = s.active & (pair.row >= 0), on_face = s.active & ~on_row;
@@ -128,8 +133,8 @@ EG_INLINE Vec3 light_of_intersection(const SceneView& scene, const IntersectingP
     return light;
 }
 
-// Sets what moves across the segment of light along w: the light's side of the line is hidden that is behind
-// the hider's plane, to which what is returned points.
+// Sets the sweep of the segment along w. Occluded is the part of the surface behind the hider's plane.
+// Returns the direction, in the surface, that points to this part.
 EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, IntersectionSegment& s) {
     const Vec3 across = cross(t, w);
     const Float facing = dot(s.pair.hider_normal, w);
@@ -140,11 +145,13 @@ EG_INLINE Vec3 hide_beside(Vec3 t, Vec3 w, IntersectionSegment& s) {
     return hidden;
 }
 
-// A sample but for the light that y scatters, whose path is appended to the queue; its new length.
+// Samples a segment, without the light that y scatters. Appends the path that estimates it to the queue, and
+// returns the new length.
 EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& task,
-                                   const DerivativeView& motion, int at, SegmentCursor& piece,
+                                   const DerivativeView& motion, int at, SegmentCursor& cursor,
                                    Workspace& work, int queued, IntersectionSegment& s) {
-    SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    // Sample a point of the line and choose the occluded surface
+    SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     const bool scatters = task.kind == kSurfaceIntersection;
     s.color = zero3();
     s.view.sx = s.view.sy = splat(kNowhere);
@@ -159,15 +166,17 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     s.y.face = pair.face, s.y.instance = pair.instance, s.y.row = pair.row;
     s.y.kind = kind_of_rows(scene.lights, pair.row);
     cut_light_row(scene, s, p);
+    // Skip samples that do not move
     Mask moves = face_point_moves(scene, motion, s.active, pair.hider, pair.hider_instance) |
                  face_point_moves(scene, motion, s.active & (pair.face >= 0), pair.face, pair.instance);
     if (motion.lights_requested) moves |= s.active & (pair.row >= 0);
-    // x may be what moves.
+    // x may move relative to y.
     if (scene.mesh_contact || (!scatters && scene.face_held)) moves = s.active;
     moves |= s.active & (pair.row >= 0) & turns_with_point(s.y.kind);
     s.active &= moves;
     if (!any(s.active)) return queued;
 
+    // Sample a direction and evaluate the light
     Float density;
     const Vec3 w = direction_about(task, p, density);
     s.towards = -w;
@@ -194,34 +203,39 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
     light = light * stopped_by(scene, s.active, pair.hider, pair.hider_instance, s.point, w,
                                scatters ? kDiffuseRay : kShadowRay);
 
+    // Find the receiver
     Float probability;
     const Int length = chain_length(p, task.max_depth - (scatters ? 3 : 2), probability);
     s.slides = length == 0;
-    const LightsWay way = {links.blockers, select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)),
-                           scatters ? kDiffuseRay : kShadowRay, splat(0)};
-    const LitPoint lit =
-        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
-    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    const ReceiverRays rays = {links.blockers,
+                               select(s.slides, splat(1 << kCameraRay), splat(kScatteredRays)),
+                               scatters ? kDiffuseRay : kShadowRay, splat(0)};
+    const ReceiverHit receiver =
+        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
+    s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return queued;
-    s.reach = select(s.active, lit.hit.distance, 1.0f);
+    s.reach = select(s.active, receiver.hit.distance, 1.0f);
     s.active &= ~sees_other_side(scene, s, w);
-    s.x = surface_point(scene, s.active, lit.hit.face, lit.hit.b1, lit.hit.b2, w,
-                        select(s.active, lit.hit.instance, splat(-1)));
-    s.x.mesh = lit.hit.mesh;
+    s.x = surface_point(scene, s.active, receiver.hit.face, receiver.hit.b1, receiver.hit.b2, w,
+                        select(s.active, receiver.hit.instance, splat(-1)));
+    s.x.mesh = receiver.hit.mesh;
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
     if (!scatters)
         s.lambda = select(holds_direction(scene, s.active, pair.face, s.x.material), splat(1.0f), 0.0f);
-    hold_contact(scene, length, s);
+    blend_near_contact(scene, length, s);
+    // Follow the light to the camera
     const Int kinds = scatters ? splat(kScatteredRays) : links.visible_to;
-    const SeenLight seen = see_light(scene, task, p, s.active, lit.hit, w, length, kinds, scatters, splat(0));
+    const SeenLight seen =
+        see_light(scene, task, p, s.active, receiver.hit, w, length, kinds, scatters, splat(0));
     s.active = seen.active;
     s.view = seen.view;
-    if (scene.mesh_contact) s.held = seen.held;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
     turn_to(s.x, -s.view.direction);
-    s.color = seen.weight * lit.through * light *
+    s.color = seen.weight * receiver.through * light *
               ((p.u1 - p.u0) * task.scale / (density * probability * p.density));
+    // Queue the path of the light that y scatters
     if (!scatters || !any(s.active)) return queued;
-    Closest y = lit.hit;
+    Closest y = receiver.hit;
     y.face = pair.face, y.instance = pair.instance,
     y.mesh = mesh_of(scene, select(s.active, pair.face, splat(0)));
     y.b1 = s.y.b1, y.b2 = s.y.b2, y.distance = splat(0.0f);
@@ -231,7 +245,7 @@ EG_OUTLINE int sample_intersection(const SceneView& scene, const BoundaryTask& t
                              splat(0), length + 2, seen.bounces, splat(static_cast<int>(kDiffuseRay)));
 }
 
-// The part of sweep . dq by the surface that hides; what is returned is the adjoint of the other's point.
+// Adds the hider's part of sweep . dq. Returns the adjoint of the other surface's point.
 template <typename Mode>
 EG_INLINE Vec3 hider_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                             const IntersectionSegment& s, Vec3 color) {
@@ -243,8 +257,8 @@ EG_INLINE Vec3 hider_blocks(Mode& mode, const SceneView& scene, const Derivative
     return pair.normal * mu_y;
 }
 
-// Of lines through spheres, the part of q that the surface moves, along its normal, and that of y, which has
-// a place of the cone in which x sees the sphere: what is returned is the adjoint of x by that.
+// For lines through spheres: adds the motion of q with the sphere's surface, along its normal, and that of y
+// in the cone in which x sees the sphere. Returns the adjoint of x, on which the cone depends.
 template <typename Mode>
 EG_INLINE Vec3 sphere_point_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                    Mask sphere, const IntersectionSegment& s, Vec3 by_normal, Vec3 by_y,
@@ -261,7 +275,7 @@ EG_INLINE Vec3 sphere_point_blocks(Mode& mode, const SceneView& scene, const Der
     return select(sphere, from, zero3());
 }
 
-// sweep . (dq - dy), times the color, for what `asked` names.
+// Adds sweep . (dq - dy), times the color, for the requested parameters.
 template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                              const IntersectionSegment& s) {
@@ -273,7 +287,7 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     const Vec3 from =
         any(sphere) ? sphere_point_blocks(mode, scene, motion, sphere, s, by_normal, by_y, color) : zero3();
     if (any(sphere | (s.active & (s.lambda > 0.0f))))
-        lit_end_blocks(mode, scene, motion, s, from - s.sweep * s.lambda);
+        receiver_blocks(mode, scene, motion, s, from - s.sweep * s.lambda);
     const Mask on_face = s.active & (pair.face >= 0);
     if (any(on_face))
         plane_point_blocks(mode, scene, motion, on_face, pair.face, pair.instance, s.point, g, color);

@@ -1,13 +1,13 @@
-// What the camera sees of lights that meshes pass through: the lines along which faces cut lights of the
-// light table.
+// The outline, in the picture, of lights of the light table where a mesh passes through them (derivations,
+// F2).
 //
-// Beside such a line the light is seen on the side where it is in front of the face, whose point q(u) it is;
-// it hides nothing, so that what jumps is its own radiance L. With t = dq/du, D the direction of the camera's
-// ray through q, kappa the picture's area per area across D and c the velocity of that ray, as of outlines
-// (boundary/terms/light_outline.h),
-//   dI = int du  L kappa N . (dq - c),    N = D x t, turned to the side where the light is hidden,
+// The camera sees the light on the side of the line where the light is in front of the face. The light
+// occludes nothing, so the jump is its own radiance L. With q(u) a point of the line, t = dq/du, D the
+// direction of the camera's ray through q, kappa the picture's area per area perpendicular to D, and c the
+// velocity of that ray, as in boundary/terms/light_outline.h,
+//   dI = int du  L kappa N . (dq - c),    N = D x t, on the side where the light is occluded,
 //   N . dq = mu_1 n_1 . m_1(q) + mu_2 n_2 . m_2(q)     (boundary/samples/intersection_point.h),
-// n_1 and m_1 of the face, n_2 and m_2 of the light, whose points ride on it.
+// where n_1 and m_1 belong to the face, and n_2 and m_2 to the light. u is uniform on the sampled segment.
 #pragma once
 
 #include "boundary/samples/light_cut.h"
@@ -17,16 +17,17 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 struct IntersectionOutline : OutlineSample {
-    Int face, instance;  // that places it
+    Int face, instance;  // the face, and the instance that places it
     Vec3 by_face;        // mu_1 n_1
     Vec3 by_light;       // mu_2 n_2
 };
 
 EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scene, const BoundaryTask& task,
-                                                           int64_t at, SegmentCursor& piece,
+                                                           int64_t at, SegmentCursor& cursor,
                                                            const DerivativeView&, const float*) {
     IntersectionOutline s;
-    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
+    // Sample a point of the line on the light
     s.active = p.active;
     s.color = zero3();
     faces_of_line(scene, s.active, p.edge, s.face, s.instance, s.row);
@@ -48,17 +49,18 @@ EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scen
     }
     s.point = cut.point;
     s.view = project(scene.camera, s.point, lens);
+    // Test whether the camera can see the light there
     s.active &= s.view.active & in_reach(scene.camera, s.view.sx, s.view.sy) &
                 (s.view.distance > s.view.near) & (s.view.distance < s.view.far);
     const Vec3 d = s.view.across_of;
-    // Of a sphere the camera sees the outside, or from inside the inside.
+    // The camera sees a sphere's outside, or its inside from within.
     const Vec3 way = s.view.origin - l.position;
     const Mask within =
         (s.kind == splat(static_cast<int>(kSphereLight))) & (dot(way, way) <= l.radius * l.radius);
     const Float face_along = dot(face_normal, d), light_along = dot(cut.normal, d);
     s.active &= (face_along != 0.0f) & ((light_along < 0.0f) | (within & (light_along > 0.0f)));
     if (!any(s.active)) return s;
-    // The face is in front where its depth falls faster, on the side of
+    // The face is in front on the side where its depth decreases faster.
     s.normal = cross(d, cut.tangent);
     const Float face_falls = dot(face_normal, s.normal) / select(s.active, face_along, 1.0f);
     const Float light_falls = dot(cut.normal, s.normal) / select(s.active, light_along, 1.0f);
@@ -68,7 +70,7 @@ EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scen
     part_normals(s.normal, face_normal, cut.normal, mu_face, mu_light);
     s.by_face = face_normal * mu_face, s.by_light = cut.normal * mu_light;
 
-    // What surfaces in front of it let pass.
+    // Evaluate the transmittance of surfaces in front.
     const Vec3 start = s.view.origin + s.view.direction * s.view.distance;
     PassingRays rays{splat(1 << kCameraRay), kCameraRay, task.limits.transparent};
     rays.ignored = {p.edge, splat(-1)};
@@ -80,7 +82,7 @@ EG_OUTLINE IntersectionOutline sample_intersection_outline(const SceneView& scen
     return s;
 }
 
-// weight N . (dq - c), times the color, for what `asked` names.
+// Adds weight N . (dq - c), times the color, for the requested parameters.
 template <typename Mode>
 EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const DerivativeView& requested,
                              const IntersectionOutline& s) {

@@ -1,34 +1,34 @@
-// Where the plane through a point x with the unit normal n cuts a light: an arc of directions about n,
-// uniform samples of which have the density 1/angle.
+// The arc in which the plane through a point x, with unit normal n, intersects a light: directions about n.
+// Uniform samples of the arc have the density 1/angle.
 #pragma once
 
 #include "shading/lights/light_samples.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// x, for the choice of a light: with the negative cosine the bound of a light's irradiance (light_choice.h)
-// is in proportion to the sine by which the sphere around it reaches across the plane.
+// The point x, for the choice of a light. With this negative cosine, the bound of a light's irradiance
+// (light_choice.h) is proportional to the sine by which the light's bounding sphere extends across the plane.
 struct PlanePoint {
     Vec3 position, normal;
 
     EG_INLINE Float facing(Vec3 w) const { return -abs(dot(w, normal)); }
 };
 
-// The directions first cos(a) + (n x first) sin(a), a from 0 to `angle` (which may be negative).
+// The directions first cos(a) + (n x first) sin(a), a from 0 to `angle`, which may be negative.
 struct Arc {
     Mask active;
     Vec3 first;
     Float angle;
 };
 
-// Between two points of the plane, relative to x.
+// The arc between two points of the plane, relative to x.
 EG_INLINE Arc arc_between(Mask active, Vec3 n, Vec3 p, Vec3 q) {
     p = p - n * dot(n, p);
     const Vec3 first = p * (1.0f / max(sqrt(dot(p, p)), 1e-30f));
     return {active, first, atan2(dot(cross(n, first), q), dot(first, q))};
 }
 
-// Of a convex polygon, corners relative to x.
+// The arc of a convex polygon with corners relative to x.
 template <int kCorners>
 EG_INLINE Arc polygon_arc(Mask active, Vec3 n, const Vec3 (&corner)[kCorners]) {
     Vec3 end[2] = {zero3(), zero3()};
@@ -46,9 +46,9 @@ EG_INLINE Arc polygon_arc(Mask active, Vec3 n, const Vec3 (&corner)[kCorners]) {
     return arc_between(active & (found >= 2), n, end[0], end[1]);
 }
 
-// Of an ellipse with these half axes.
+// The arc of an ellipse with the half axes x and y.
 EG_INLINE Arc ellipse_arc(Mask active, Vec3 n, Vec3 center, Vec3 x, Vec3 y) {
-    // n . (center + x s + y t) = 0 is a line of (s, t), of which a chord is in the unit disk.
+    // n . (center + x s + y t) = 0 is a line in (s, t). Its chord in the unit disk is the cut.
     const Float a = dot(n, x), b = dot(n, y), c = dot(n, center), length2 = max(a * a + b * b, 1e-37f);
     const Float foot = -c / length2, half2 = 1.0f - c * c / length2;
     const Float half = sqrt(max(half2, 0.0f) / length2);
@@ -58,10 +58,10 @@ EG_INLINE Arc ellipse_arc(Mask active, Vec3 n, Vec3 center, Vec3 x, Vec3 y) {
     return arc_between(active & (half2 > 0.0f), n, at(-half), at(half));
 }
 
-// Of all directions within an angle of `axis` (unit), less than a right one.
+// The arc of a cone about `axis` (unit), with a half angle below pi/2.
 EG_INLINE Arc cone_arc(Mask active, Vec3 n, Vec3 axis, Float sine2) {
     const Float height = dot(n, axis), level2 = max(1.0f - height * height, 1e-30f);
-    const Float half2 = sine2 - height * height;  // times level2 the square of half the arc's sine
+    const Float half2 = sine2 - height * height;  // level2 times the squared sine of half the arc
     const Float half = atan2(sqrt(max(half2, 0.0f)), sqrt(max(1.0f - sine2, 0.0f)));
     const Vec3 middle = (axis - n * height) * (1.0f / sqrt(level2));
     Float s, c;
@@ -76,11 +76,11 @@ EG_INLINE Arc full_arc(Mask active, Vec3 n) {
     return {active, a, splat(6.28318531f)};
 }
 
-// The arc of a light in the table, and the distance at which a direction of it meets the light.
+// The arc of a light of the table, and the distance of the light along a direction of the arc.
 struct CutLight {
     LightRow light;
     Int kind;
-    Vec3 center;  // relative to x
+    Vec3 center;  // the light's position relative to x
     Arc arc;
 
     EG_INLINE Float distance(Vec3 w) const {
@@ -138,12 +138,13 @@ EG_INLINE CutLight cut_light(const LightView& lights, Mask active, Int row, Int 
     return cut;
 }
 
-// One light that the plane cuts, and a direction to it in the plane, with the random number u: as samples of
-// lights for a surface are (shading/lights/light_samples.h), but per angle about n. Lights without size are
-// cut by no plane; `own`: the face of the plane.
+// Samples a light that the plane intersects, and a direction to it in the plane, with the random number u.
+// The result is like other light samples (shading/lights/light_samples.h), but per angle about n. No plane
+// intersects lights without size. `own` is the face that defines the plane.
 EG_OUTLINE LightSample sample_light_arc(const SceneView& scene, Mask active, Vec3 x, Vec3 n, Int own,
                                         Float u) {
     const LightView& lights = scene.lights;
+    // Choose a light
     const LightChoice choice = choose_light(lights, active, PlanePoint{x, n}, u);
     const Int index = gather(lights.index, choice.light), kind = gather(lights.kind, choice.light);
     const Mask is_triangle = choice.active & (kind == static_cast<int>(kTriangleLight));
@@ -163,6 +164,7 @@ EG_OUTLINE LightSample sample_light_arc(const SceneView& scene, Mask active, Vec
         angle = select(arc.active, arc.angle, angle);
         return arc.first * cosine + cross(n, arc.first) * sine;
     };
+    // Sample the arc of an emissive triangle
     if (any(is_triangle)) {
         const Int face = select(is_triangle, index, splat(0)), material = gather(scene.face_material, face);
         Triangle t = gather_triangle(scene, face);
@@ -181,6 +183,7 @@ EG_OUTLINE LightSample sample_light_arc(const SceneView& scene, Mask active, Vec
         const Float step = clearance / max(sqrt(dot(m, m)), 1e-30f);
         s.end = select(is_triangle, x + w * s.r + m * select(front, step, -step), s.end);
     }
+    // Sample the arc of a light of the table
     if (any(is_row)) {
         const Int row = select(is_row, index, splat(0));
         const CutLight cut = cut_light(lights, is_row, row, kind, x, n);

@@ -1,16 +1,18 @@
-// The outlines of lights that the camera sees: rows of the light table with a size.
+// The outlines of lights of the light table that the camera sees (derivations, D).
 //
-// Such lights hide nothing, so that what jumps across an outline is their own radiance L, where the camera
-// sees it. With y(u) a point of the outline, t = dy/du, D the direction of the camera's ray through it, kappa
-// the picture's area per area across D and c the velocity of that ray (boundary/terms/primary.h):
-//   dI = int du  L kappa N . (dy - c),    N = D x t, turned away from the light's centre.
-// A sphere's outline is where rays touch it, n . D = 0: with N along n it moves as the sphere's points do. A
-// disk that faces the ray's origin turns with it. Of parallel rays along w each has an origin of its own: all
-// those whose disks they meet are within rho of the centre, with R the disk's radius and h the depth of its
-// centre,
+// Such lights occlude nothing, so the jump across an outline is their own radiance L, where visible. With
+// y(u) a point of the outline, t = dy/du, D the direction of the camera's ray through y, kappa the picture's
+// area per area perpendicular to D, and c the velocity of that ray (boundary/terms/primary.h),
+//   dI = int du  L kappa N . (dy - c),    N = D x t, away from the light's centre.
+// A sphere's outline is where rays touch it, n . D = 0. N is then parallel to n, and y moves like a point of
+// the surface. A disk faces the ray's origin and turns with it. Parallel rays have different origins: a ray
+// meets the disk that faces its origin if it passes the centre within the distance rho. With R the disk's
+// radius and h the depth of its centre,
 //   rho^2 (1 + rho^2/h^2) = R^2.
-// The outline of a sun is a circle of directions: y is taken on the rays along them, far away, and turns
-// about their origin, of which only dy - c counts.
+// The outline of a sun is a circle of directions. y is then a far point on the ray along such a direction,
+// and moves with the ray's origin, so that only dy - c matters.
+//
+// u is uniform on the sampled segment of the outline.
 #pragma once
 
 #include "boundary/samples/direct_samples.h"
@@ -23,7 +25,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 struct OutlinePoint {
     Mask active;
-    Vec3 y, t;  // and its derivative by u
+    Vec3 y, t;  // y(u) and dy/du
     Vec3 out;   // away from the light's centre
 };
 
@@ -31,14 +33,14 @@ struct OutlineSample {
     Mask active;
     Int row, kind;
     Vec3 point, normal;  // y, N
-    Float weight;        // kappa by the density of the sample
+    Float weight;        // kappa over the density of the sample
     Projection view;
     Vec3 color;  // L
 };
 
 EG_INLINE Mask is_sun(Int kind) { return kind == splat(static_cast<int>(kConeLight)); }
 
-// The radius of the outline of a disk that faces the origins of parallel rays, and its derivatives.
+// The radius of the outline of a disk for parallel rays, and its derivatives.
 struct ParallelDisk {
     Float rho, by_radius, by_depth;
 };
@@ -50,7 +52,7 @@ EG_INLINE ParallelDisk parallel_disk(Float radius, Float depth) {
     return {radius * factor, slope / factor, sine * sine * sine * slope};
 }
 
-// A point of the outline as seen from the ray's origin (or along its direction, where all are parallel).
+// The point of the outline at u, as seen from the ray's origin, or along its direction if rays are parallel.
 EG_INLINE OutlinePoint outline_point(const LightRow& l, Int kind, Float u, Vec3 origin, Vec3 direction,
                                      bool parallel) {
     constexpr float kTurn = 6.28318531f;
@@ -62,7 +64,7 @@ EG_INLINE OutlinePoint outline_point(const LightRow& l, Int kind, Float u, Vec3 
     const Vec3 axis = parallel ? direction : way * (1.0f / distance);
     Vec3 a, b;
     basis(axis, a, b);
-    // Of a sphere the circle is nearer than the centre, and smaller than a great one.
+    // For a sphere, the circle is in front of the centre and smaller than a great circle.
     const Float sine = select(is(kSphereLight) & splat(parallel ? 0 : -1), l.radius / distance, splat(0.0f));
     const Float cosine = sqrt(max(1.0f - sine * sine, 0.0f));
     Vec3 center = l.position - axis * (l.radius * sine);
@@ -74,7 +76,7 @@ EG_INLINE OutlinePoint outline_point(const LightRow& l, Int kind, Float u, Vec3 
     a = select(flat, l.axis_x, a), b = select(flat, l.axis_y, b);
     Vec3 y = center + a * c + b * s, t = (b * c - a * s) * splat(kTurn);
     if (any(is(kRectangleLight))) {
-        // Side by side: (1, v), (-v, 1), (-1, -v), (v, -1) in the half axes, v from -1 to 1.
+        // The four sides are (1, v), (-v, 1), (-1, -v), (v, -1) in the half axes, with v from -1 to 1.
         const Float side = floor(min(4.0f * u, splat(3.9999998f))), v = 8.0f * u - 2.0f * side - 1.0f;
         const Float cx = select(side == 0.0f, splat(1.0f), select(side == 2.0f, splat(-1.0f), splat(0.0f)));
         const Float cy = select(side == 1.0f, splat(1.0f), select(side == 3.0f, splat(-1.0f), splat(0.0f)));
@@ -82,9 +84,10 @@ EG_INLINE OutlinePoint outline_point(const LightRow& l, Int kind, Float u, Vec3 
         t = select(is(kRectangleLight), (b * cx - a * cy) * splat(8.0f), t);
     }
     OutlinePoint out = {flat | (distance > l.radius) | splat(parallel ? -1 : 0), y, t, y - l.position};
+    // A sun: place the point far along the direction
     const Mask sun = is_sun(kind);
     if (!any(sun)) return out;
-    // So far away that rounding of its place is one of its direction.
+    // Far enough that rounding of the point amounts to rounding of its direction.
     const Float far = 1.0f + 128.0f * largest_component(origin);
     const Vec3 middle = -l.direction;
     basis(middle, a, b);
@@ -99,14 +102,15 @@ EG_INLINE OutlinePoint outline_point(const LightRow& l, Int kind, Float u, Vec3 
 }
 
 EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                        SegmentCursor& piece, const DerivativeView& motion, const float*) {
+                                        SegmentCursor& cursor, const DerivativeView& motion, const float*) {
     OutlineSample s;
-    const SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    const SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     const CameraView& camera = scene.camera;
-    s.row = p.cell;
+    s.row = p.light_row();
     s.color = zero3();
     s.kind = kind_of_rows(scene.lights, s.row);
     const LightRow l = gather_light(scene.lights, s.row);
+    // Sample a point of the outline
     const LensPoint lens = lens_of(camera, p.random);
     const Projection middle = project(camera, l.position, lens);
     const Float u = min(p.u0 + (p.u1 - p.u0) * p.tau, splat(0.99999994f));
@@ -115,6 +119,7 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     s.active = p.active & at_u.active;
     s.point = at_u.y;
     if (!motion.camera_requested && !motion.lights_requested) s.active = splat(0);
+    // Project the point and orient N
     s.view = project(camera, s.point, lens);
     s.active &= s.view.active & in_reach(camera, s.view.sx, s.view.sy);
     const Mask flat = (s.kind == splat(static_cast<int>(kRectangleLight))) |
@@ -124,12 +129,12 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     s.normal = select(dot(s.normal, at_u.out) < 0.0f, -s.normal, s.normal);
     s.weight = s.view.area * ((p.u1 - p.u0) * task.scale / p.density);
     if (!any(s.active)) return s;
-    // Surfaces in front of it, but for what the camera clips. A sun is behind all: towards it, since rays
-    // that start where it clips would miss by rounding.
+    // Evaluate the transmittance of surfaces in front, within the clip distances. A sun is behind everything,
+    // and its ray starts at the near clip distance. The opposite direction would miss surfaces by rounding.
     const Mask sun = is_sun(s.kind);
     Float distance = select(sun, s.view.far, s.view.distance);
     if (parallel) {
-        // A disk that faces the origin of the ray is that much behind its centre's depth.
+        // The disk that faces a parallel ray's origin is deeper than its centre by this distance.
         const Vec3 place = s.point - l.position;
         const Mask disk = s.kind == splat(static_cast<int>(kDiskLight));
         distance = select(disk, distance + dot(place, place) / max(distance, 1e-30f), distance);
@@ -147,8 +152,8 @@ EG_OUTLINE OutlineSample sample_outline(const SceneView& scene, const BoundaryTa
     return s;
 }
 
-// The adjoints of the row's floats of disks that parallel rays meet, with `g` that of the outline. Returns
-// that of the centre by its depth.
+// The row's adjoints for disks that meet parallel rays, with `g` the adjoint of the outline. Returns the
+// adjoint of the centre by its depth.
 EG_INLINE Vec3 parallel_disk_row(const SceneView& scene, const OutlineSample& s, Mask disk, Vec3 g,
                                  Float (&row)[kLightParams]) {
     const LightRow l = gather_light(scene.lights, s.row);
@@ -163,8 +168,8 @@ EG_INLINE Vec3 parallel_disk_row(const SceneView& scene, const OutlineSample& s,
     return by_depth;
 }
 
-// Adds to the camera's floats what they move that depth by, w . (p - o) with w = -Z: the rest of the adjoint
-// is that of rays, which is taken off.
+// Adds the camera's part of that depth, w . (p - o) with w = -Z. The rest of the adjoint is subtracted with
+// the rays' velocity.
 EG_INLINE void add_depth(const SceneView& scene, const OutlineSample& s, Mask disk, Vec3 by_depth,
                          Float (&ray)[kCameraFloats]) {
     const LightRow l = gather_light(scene.lights, s.row);
@@ -178,10 +183,11 @@ EG_INLINE void add_depth(const SceneView& scene, const OutlineSample& s, Mask di
     add(kCameraBack, back);
 }
 
-// g . dy less weight N . c, times the color, for what `asked` names.
+// Adds g . dy minus weight N . c, times the color, for the requested parameters.
 template <typename Mode>
 EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                               const OutlineSample& s, Vec3 g) {
+    // The light's parameters
     const Vec3 origin = s.view.origin;
     const Mask disk = s.active & (s.kind == splat(static_cast<int>(kDiskLight))), sun = is_sun(s.kind);
     const bool widens = scene.camera.kind == kOrthographic && any(disk);
@@ -189,12 +195,13 @@ EG_INLINE void outline_blocks(Mode& mode, const SceneView& scene, const Derivati
     const Vec3 to_light = select(sun, g * s.view.distance, g);
     Vec3 from = light_motion_row(scene.lights, s.row, s.kind, origin,
                                  select(sun, s.view.direction, s.point - origin), to_light, row);
-    from = select(sun, g, from);  // y rides with the ray's origin
+    from = select(sun, g, from);  // y moves with the ray's origin
     const Mask sphere = s.kind == splat(static_cast<int>(kSphereLight));
     if (any(sphere)) sphere_surface_row(scene.lights, sphere, s.row, s.point, g, row);
     Vec3 by_depth = zero3();
     if (widens) by_depth = parallel_disk_row(scene, s, disk, g, row);
     if (motion.lights_requested) mode.light(s.active, s.row, row, s.color);
+    // The camera's parameters
     if (!motion.camera_requested) return;
     Float ray[kCameraFloats];
     ray_velocity_row(scene.camera, s.view, s.normal * s.weight, ray);
@@ -214,10 +221,10 @@ EG_INLINE void moving_blocks(Mode& mode, const SceneView& scene, const Derivativ
     outline_blocks(mode, scene, motion, s, s.normal * s.weight);
 }
 
-// What a motion of the outline across the ray sweeps, per unit and color.
+// The swept area per unit of color, if the outline moves across the ray by one unit.
 EG_INLINE Float sweep_of(const OutlineSample& s) { return s.weight * sqrt(dot(s.normal, s.normal)); }
 
-// Leaves out samples without a finite size, and writes the sizes of those of a first pass.
+// Drops samples of infinite size, and writes the sizes of a first pass.
 EG_INLINE void weigh(const BoundaryTask& task, int64_t at, OutlineSample& s) {
     const Float size = size_of(s.color) * sweep_of(s);
     s.active = keep_finite(task, at, s.active, splat(-1), splat(-1), size);

@@ -1,17 +1,20 @@
-// Primary boundary term: what changes where an edge sweeps over the picture.
+// Primary boundary term: an edge that the camera sees sweeps over the picture.
 //
-// With e(u) a point of an edge of direction t = b - a (not normalised), D the direction of the camera's ray
-// through e, kappa the picture's area per area across D (path/camera_projection.h) and c the velocity of that
-// ray at e (derivations, formula P and section B):
-//   dI = int du (L- - L+) kappa N . (de - c),    N = D x t,
-// L+ and L- the radiance seen just beside the edge on the side to which +N and -N points. Per side: the
-// nearest of the edge's faces on it, or what lies behind the edge. A near face is known to be hit, and the
-// far side is found by one ray that ignores the edge's faces: no ray is aimed at an edge. From there on both
-// sides are followed by the path tracer of pictures, with the same random numbers.
+// e(u) is a point of an edge of direction t = b - a (not normalised), D the direction of the camera's ray
+// through e, kappa the picture's area per area perpendicular to D (path/camera_projection.h), and c the
+// velocity of that ray at e. Then (derivations, formula P and section B)
+//   dI = int du (L- - L+) kappa N . (de - c),    N = D x t.
+// L+ and L- are the radiance just beside the edge, on the sides of +N and -N. On each side it comes from the
+// nearest of the edge's faces there or, without a face, from the surface behind the edge. A near face is hit
+// by construction. One ray, which ignores the edge's faces, finds the surface behind. From there the
+// picture's path tracer estimates both sides with the same random numbers.
 //
-// Where two faces pierce each other, the line that they share is such an edge (derivations F1). Its point e
-// lies on both planes; with N = mu_1 n_1 + mu_2 n_2, N . de = mu_1 n_1 . m_1 + mu_2 n_2 . m_2, m_k the
-// velocities of the two triangles at e.
+// Edges are sampled by their length in the picture and the size of the expected jump
+// (boundary/curves/edge_weights.h). The point is uniform on the projected edge.
+//
+// The line along which two faces intersect is an edge as well (derivations, F1). Its point e lies on both
+// planes. With N = mu_1 n_1 + mu_2 n_2, N . de = mu_1 n_1 . m_1 + mu_2 n_2 . m_2, where m_k are the material
+// velocities of the two faces at e.
 #pragma once
 
 #include "boundary/samples/intersection_point.h"
@@ -26,26 +29,27 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// The samples of a task as paths of the path tracer: those of the plus side, then those of the minus side.
+// A task's samples as paths of the path tracer: those of the plus side, then those of the minus side.
 EG_INLINE ImageTask side_paths(const BoundaryTask& task) {
     return sample_paths(task, 2, boundary_stream(task));
 }
 
-// What is hit on one side: the near face at the point of the edge, or what lies behind it. What of the
-// shading goes on across the edge (smooth normals, textures, samples of lights) has the same value on both
-// sides then. Rays leave the surface a step `aside`.
+// The hit on one side: the near face at the point of the edge, or the surface behind it. The point is the
+// edge point itself. So all shading that is continuous across the edge (smooth normals, textures, light
+// samples) is equal on both sides. Rays leave the surface at the offset `aside`.
 EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Sides& sides,
                            const SideFace& near, const Int& mesh, const Behind& behind, Vec3 outwards,
                            Float slope_behind, Vec3& aside) {
     const Mask touched = s.active & behind.touched;
-    // A face that is behind the surface in which the edge lies isn't seen. Where both lie in one plane, but
-    // for rounding, the nearer one hides the other.
+    // A face behind the surface that contains the edge is not visible. If both lie in one plane up to
+    // rounding, the nearer one occludes the other.
     const Float lower = near.slope - slope_behind;
     const Float size = abs(near.slope) + abs(slope_behind) + sqrt(dot(s.tangent, s.tangent));
     const Mask hides = select(abs(lower) < 1e-5f * size, behind.hit.distance < s.view.distance, lower > 0.0f);
     const Mask is_near = s.active & (near.face >= 0) & ~(touched & hides);
     Closest hit = behind.hit;
     aside = zero3();
+    // Take the surface that contains the edge
     if (any(touched & ~is_near)) {
         Float b1, b2;
         aside = select(touched, touched_point(scene, s, behind.hit, outwards, b1, b2), aside);
@@ -53,6 +57,7 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
         hit.b2 = select(touched, b2, hit.b2);
     }
     if (!any(is_near)) return hit;
+    // Take the near face
     SideFace face = near;
     face.face = select(is_near, near.face, splat(-1));
     Float b1, b2;
@@ -68,8 +73,8 @@ EG_INLINE Closest side_hit(const SceneView& scene, const EdgeSample& s, const Si
     return hit;
 }
 
-// Where both sides are blunt to each other and of one Lambertian material that neither shines nor lets light
-// pass: one path is enough for both (path/edge_step.h).
+// Lanes in which both sides belong to two faces that meet at an obtuse angle and share a Lambertian material
+// without emission or transparency. One path then estimates both sides (path/edge_step.h).
 EG_INLINE Mask bent_lambertian(const SceneView& scene, const EdgeSample& s, const Sides& sides,
                                Mask touched) {
     if (scene.any_terminator) return splat(0);
@@ -85,40 +90,42 @@ EG_INLINE Mask bent_lambertian(const SceneView& scene, const EdgeSample& s, cons
     return bends & ((flags & kPlain) != 0) & ((flags & kOther) == 0);
 }
 
-// A packet of samples, kept while their paths are followed: `active` are those that are seen and count for
-// something.
+// A packet of samples, kept while their paths are traced. `active` are the visible samples that contribute.
 struct TracedSample {
     EdgeSample sample;
-    Vec3 factor;  // of what they count for
+    Vec3 factor;  // multiplies the jump
 };
 
-// Estimates both sides' radiance into work.radiance. Samples whose factor(sample) is zero are left out, but
-// for those of a first pass (weigh).
+// Estimates the radiance of both sides into work.radiance. Samples whose factor(sample) is zero are dropped,
+// except in a first pass, which needs all sizes (weigh).
 template <typename Factor>
 EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                      const Factor& factor) {
     const int count = static_cast<int>(task.count);
     const auto packets = static_cast<size_t>((count + W - 1) / W);
     auto* const traced = static_cast<TracedSample*>(work.segments->grow(packets * sizeof(TracedSample), 0));
-    SegmentCursor piece = first_segment(task);
+    SegmentCursor cursor = first_segment(task);
     int queued = 0;
     for (int at = 0; at < count; at += W) {
         TracedSample& kept = traced[at / W];
         EdgeSample& s = kept.sample;
-        s = sample_edge(scene, task, at, piece);
+        // Sample a point of an edge
+        s = sample_edge(scene, task, at, cursor);
         if (any(s.active)) {
             kept.factor = factor(s);
             if (!task.score) s.active &= ~(largest_component(kept.factor) == 0.0f);
         }
+        // Find the faces on both sides and the surface behind
         Sides sides;
         if (any(s.active)) {
             sides = visible_faces(scene, s);
-            // A point on no side of any face (the edge is seen end-on) has no jump.
+            // An edge that is seen end-on has no face on either side, and no jump.
             s.active &= (sides.plus.face >= 0) | (sides.minus.face >= 0);
         }
         Behind behind;
         if (any(s.active)) behind = look_behind(scene, s, sides, task.limits.transparent);
         if (!any(s.active)) continue;
+        // Start a path on each side
         const Float slope = any(behind.touched) ? touched_slope(scene, s, behind.hit) : splat(0.0f);
         const Int path = lane_index() + at;
         Vec3 aside[2];
@@ -141,6 +148,7 @@ EG_OUTLINE TracedSample* trace_sides(const SceneView& scene, const BoundaryTask&
         other.hit = splat(0);
         if (any(s.active & ~bends)) start(s.active & ~bends, path + count, minus, aside[1], other);
     }
+    // Trace all paths
     run_appended(scene, side_paths(task), work, queued, 2 * task.count);
     return traced;
 }
@@ -153,7 +161,7 @@ EG_INLINE Vec3 jump_of(const BoundaryTask& task, const Workspace& work, int at) 
     return minus - plus;
 }
 
-// One of the two faces that pierce each other at lines.
+// One of the two faces of an intersection line.
 struct IntersectionFace {
     Int face, instance;
     Vec3 normal;
@@ -164,14 +172,14 @@ EG_INLINE IntersectionFace intersection_face(const SceneView& scene, const EdgeS
     IntersectionFace f = {splat(0), splat(-1), zero3()};
     for (int i = 0; i < W; ++i) {
         if (!intersection[i]) continue;
-        f.face[i] = static_cast<int32_t>(scene.edge_faces[scene.edge_face_first[s.edge[i]] + k]);
+        f.face[i] = scene.surface_of_line(s.edge[i], k).face();
         f.instance[i] = face_instance(scene, s.edge[i], s.instance[i], k);
     }
     f.normal = unit_normal(placed_triangle(scene, f.face, f.instance).triangle);
     return f;
 }
 
-// The velocity of a line along which two faces pierce each other.
+// Adds the velocity of an intersection line of two faces.
 template <typename Mode>
 EG_INLINE void intersection_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                                    const EdgeSample& s, Mask intersection, Vec3 g, Vec3 color) {
@@ -185,7 +193,7 @@ EG_INLINE void intersection_blocks(Mode& mode, const SceneView& scene, const Der
                        other.normal * mu_other, color);
 }
 
-// weight N . (de - c), times `color`, for what `asked` names.
+// Adds weight N . (de - c), times `color`, for the requested parameters.
 template <typename Mode>
 EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
                            const EdgeSample& s, Vec3 color) {
@@ -201,16 +209,16 @@ EG_INLINE void edge_blocks(Mode& mode, const SceneView& scene, const DerivativeV
     if (any(on_edge)) edge_point_blocks(mode, scene, motion, on_edge, s.edge, s.instance, s.u, g, color);
 }
 
-// Area of the picture that the edge sweeps per unit of the tangent.
+// The area of the picture that the edge sweeps per unit of the tangent.
 EG_INLINE Float sweep(const SceneView& scene, const DerivativeView& tangent, const EdgeSample& s) {
     Forward mode{scene, tangent};
     edge_blocks(mode, scene, tangent, s, {splat(1.0f), splat(0.0f), splat(0.0f)});
     return mode.value.x;
 }
 
-// Leaves out samples without a finite size, and writes those of a first pass, by which the samples of a
-// second are distributed: the jump times the area that a motion across the edge sweeps. Neither tangent nor
-// adjoint is in them, so that both modes take the same samples and are exactly each other's transpose.
+// Drops samples of infinite size. Writes the sizes of a first pass, by which the second pass is distributed:
+// the jump times the area that a unit motion across the edge sweeps. A size contains neither tangent nor
+// adjoint, so that both modes use the same samples and are exact transposes of each other.
 EG_INLINE void weigh(const BoundaryTask& task, int at, EdgeSample& s, Vec3 jump) {
     const Float size = size_of(jump) * s.weight * sqrt(dot(s.normal, s.normal));
     s.active = keep_finite(task, at, s.active, s.edge, s.instance, size);
@@ -221,7 +229,7 @@ EG_INLINE void weigh(const BoundaryTask& task, int at, EdgeSample& s, Vec3 jump)
 
 static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                    const DerivativeView& tangent, Splats& splats) {
-    // Where nothing moves, nothing is traced.
+    // Trace only samples that move.
     TracedSample* traced =
         trace_sides(scene, task, work, [&](const EdgeSample& s) { return gray(sweep(scene, tangent, s)); });
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
@@ -238,13 +246,13 @@ static void primary_forward_kernel(const SceneView& scene, const BoundaryTask& t
 
 static void primary_backward_kernel(const SceneView& scene, const BoundaryTask& task, Workspace& work,
                                     const float* adjoint, DerivativeView& gradient) {
-    // Where nothing is asked, nothing is traced.
+    // Trace only samples whose pixel has an adjoint.
     TracedSample* traced = trace_sides(scene, task, work, [&](const EdgeSample& s) {
         return adjoint_at(scene.camera, s.active, s.view.sx, s.view.sy, adjoint);
     });
     for (int at = 0; at < static_cast<int>(task.count); at += W, ++traced) {
         EdgeSample& s = traced->sample;
-        if (!any(s.active)) continue;  // no score, no worth
+        if (!any(s.active)) continue;  // neither score nor contribution
         const Vec3 jump = jump_of(task, work, at), a = traced->factor;
         weigh(task, at, s, jump);
         s.active &= largest_component(a) > 0.0f;

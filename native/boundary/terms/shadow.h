@@ -1,13 +1,17 @@
-// Shadow boundary term: what changes where an edge passes between a lit surface and its light.
+// Shadow boundary term: an edge between a receiver and its light.
 //
-// Formula (S), sampled from the edge outwards: a point e of an edge, light that arrives there as it does at a
-// surface (shading/lights/lights.h), and x, the first surface behind:
-//   dI = int du int dw  kappa |n . D| f_r L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy),
-// f_r the BSDF of x towards the camera (times |n_s . w|/|n . w| where its shading normal is another). What
-// the camera sees by way of other surfaces counts by what a chain of them brings (scattering_chain.h). sigma
-// is the side of the edge's faces: where they are on both sides, light doesn't pass there. Of lights without
-// size L dw is I/|e - y|^2, or a sun's irradiance. The picture's own samples of lights are per solid angle,
-// and so is this integral.
+// Formula (S) of the derivations (boundary/segment/segment.h), sampled from the edge outwards (derivations,
+// C2, D and E). e(u) is a point of an edge, y a point of a light, and x the first surface behind e along w,
+// the direction of light from y:
+//   dI = int du int dw  W(x) L(y) sigma (t x w) . (de - lambda dx - (1 - lambda) dy).
+// If the camera sees x, W(x) = kappa |n . D| f, with f the BSDF of x towards the camera (times
+// |n_s . w|/|n . w| for another shading normal). Otherwise W(x) is estimated by a chain of surfaces to the
+// camera (boundary/segment/scattering_chain.h). sigma is the side of the edge's faces. If they are on both
+// sides, no light passes the edge. For lights without size, L dw is I/|e - y|^2, or a sun's irradiance.
+//
+// u is uniform on the sampled segment. The picture's light samplers choose y as they would at a surface in e,
+// with densities per solid angle dw (shading/lights/lights.h). Directions to the environment are sampled
+// about the edge and by the environment's image.
 #pragma once
 
 #include "boundary/samples/direct_samples.h"
@@ -24,11 +28,11 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Direction to the environment from a point of an edge: about the edge, where it is a silhouette. Half of the
-// directions to an image are its own samples; each sample is weighted by the mixture's density (the balance
-// heuristic).
-EG_INLINE Vec3 sky_direction(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
-                             Mask parted, Float& density) {
+// Samples a direction to the environment from a point of an edge: in the wedges where the edge is a
+// silhouette or, half of the time, by the environment's image. The weight uses the density of the mixture
+// (balance heuristic).
+EG_INLINE Vec3 environment_direction(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
+                                     Mask parted, Float& density) {
     constexpr float kByImage = 0.5f;
     Vec3 towards = cell_direction(scene, task, p, parted, density);
     if (scene.sky.sampled) {
@@ -50,22 +54,22 @@ EG_OUTLINE LightSample sample_passing_light(const SceneView& scene, Mask active,
     return sample_light_for(scene, active, edge, u, v);
 }
 
-// What a shadow sample's light is, once it is known to pass the edge.
+// The light of a shadow sample. Its radiance is evaluated only after the sample is known to contribute.
 struct ShadowLight {
     LightSample sample;
     Float geometry;  // 1/density
     Int blockers;
 };
 
-// Sets where the light comes from.
-EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& task, const SegmentSample& p,
-                                   Mask parted, BoundarySegment& s) {
+// Samples the light and sets y.
+EG_INLINE ShadowLight sample_light_point(const SceneView& scene, const BoundaryTask& task,
+                                         const SegmentSample& p, Mask parted, BoundarySegment& s) {
     ShadowLight light;
     if (task.kind == kEnvironmentShadow) {
         Float density;
-        s.towards = sky_direction(scene, task, p, parted, density);
+        s.towards = environment_direction(scene, task, p, parted, density);
         s.distance = splat(__builtin_inff());
-        s.y.sky = splat(scene.sky.pixels ? -1 : 0);
+        s.y.environment = splat(scene.sky.pixels ? -1 : 0);
         light.geometry = 1.0f / max(density, 1e-30f);
         light.blockers = splat(scene.sky.sampled ? 1 << kShadowRay : 1 << kDiffuseRay);
         return light;
@@ -84,8 +88,8 @@ EG_INLINE ShadowLight aim_at_light(const SceneView& scene, const BoundaryTask& t
     return light;
 }
 
-// Where the segment from x meets a disk, which faces x. Of a sphere an edge inside sees the inside, which x
-// sees only if it is inside, too.
+// Moves y to where the segment from x meets a disk, which faces x. For spheres, drops samples of which only
+// one of e and x is inside: the edge would see another side of the surface than x does.
 EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
     const Mask on_row = s.active & (s.y.row >= 0);
     const Mask disk = on_row & (s.y.kind == splat(static_cast<int>(kDiskLight)));
@@ -105,7 +109,7 @@ EG_INLINE void meet_round_light(const SceneView& scene, BoundarySegment& s) {
     s.active &= ~sphere | (within(s.point) == within(s.x.position));
 }
 
-// Light that arrives at the edge from y, divided by the density of the sample.
+// The light that arrives at the edge from y, over the density of the sample.
 EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, const BoundarySegment& s,
                              ShadowLight& light) {
     PassingRays rays{light.blockers};
@@ -124,10 +128,11 @@ EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, c
 }
 
 EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryTask& task, int64_t at,
-                                         SegmentCursor& piece, const DerivativeView& requested,
+                                         SegmentCursor& cursor, const DerivativeView& requested,
                                          const float* adjoint) {
     BoundarySegment s;
-    SegmentSample p = sample_edge_segment(scene, task, at, piece);
+    // Sample a point of an edge and a light
+    SegmentSample p = sample_edge_segment(scene, task, at, cursor);
     s.active = p.active;
     s.edge = p.edge;
     s.instance = p.instance;
@@ -135,13 +140,14 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.point = p.a + p.t * s.u;
     s.y = still_far_end();
     s.view.sx = s.view.sy = splat(0.0f);
-    // Of faces that let light pass the jump takes the place of the side.
+    // Silhouettes have a side sigma. Transparent faces have a jump of transmittance instead.
     const Mask clear = transparent_occluder(scene, s.active, s.edge);
-    ShadowLight light = aim_at_light(scene, task, p, parts_light(scene, clear, s.edge), s);
+    ShadowLight light = sample_light_point(scene, task, p, parts_light(scene, clear, s.edge), s);
     if (scene.rays_differ || scene.lights.any_linked) {
         Int mesh = mesh_of(scene, edge_face(scene, s.edge));
         s.active &= (gather(scene.mesh_mask, mesh) & light.blockers) != 0;
     }
+    // Skip edges that are no silhouette in this direction
     const Vec3 across = cross(p.t, -s.towards);
     p.active = s.active;
     const Float sigma = select(clear, splat(1.0f), occluder_side(scene, p, across));
@@ -149,48 +155,53 @@ EG_OUTLINE BoundarySegment sample_shadow(const SceneView& scene, const BoundaryT
     s.active &= sigma != 0.0f;
     if (!any(s.active)) return s;
 
+    // Find the receiver
     Float probability;
     const Int length = chain_length(p, task.max_depth - 2, probability);
     const Mask chained = length > 0;
-    const LightsWay way = {light.blockers, select(chained, splat(kScatteredRays), splat(1 << kCameraRay)),
-                           kShadowRay, splat(0)};
-    const LitPoint lit =
-        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, way, p.random);
-    // Nearer than rounding the jump is the primary boundary's (derivations F3c).
-    s.active &= lit.found & (lit.hit.distance > 1e-5f * largest_component(s.point));
+    const ReceiverRays rays = {light.blockers, select(chained, splat(kScatteredRays), splat(1 << kCameraRay)),
+                               kShadowRay, splat(0)};
+    const ReceiverHit receiver =
+        find_receiver(scene, s.active, s.point, s.towards, {s.edge, s.instance}, rays, p.random);
+    // If x is closer to the edge than rounding, the jump is part of the primary term (derivations, F3c).
+    s.active &= receiver.found & (receiver.hit.distance > 1e-5f * largest_component(s.point));
     if (!any(s.active)) return s;
-    s.reach = lit.hit.distance;
-    const PlacedTriangle t = placed_triangle(scene, select(s.active, lit.hit.face, splat(0)),
-                                             select(s.active, lit.hit.instance, splat(-1)));
-    s.view = place_in_picture(scene, s.active, interpolate(t.triangle, lit.hit.b1, lit.hit.b2), p.random);
-    s.x = surface_point(scene, s.active & (chained | s.view.active), select(s.active, lit.hit.face, splat(0)),
-                        t, lit.hit.b1, lit.hit.b2, s.view.direction,
-                        select(s.active, lit.hit.instance, splat(-1)));
-    s.x.mesh = lit.hit.mesh;
+    s.reach = receiver.hit.distance;
+    const PlacedTriangle t = placed_triangle(scene, select(s.active, receiver.hit.face, splat(0)),
+                                             select(s.active, receiver.hit.instance, splat(-1)));
+    s.view = place_in_picture(scene, s.active, interpolate(t.triangle, receiver.hit.b1, receiver.hit.b2),
+                              p.random);
+    s.x = surface_point(scene, s.active & (chained | s.view.active),
+                        select(s.active, receiver.hit.face, splat(0)), t, receiver.hit.b1, receiver.hit.b2,
+                        s.view.direction, select(s.active, receiver.hit.instance, splat(-1)));
+    s.x.mesh = receiver.hit.mesh;
     s.active = s.x.active & shines_on(scene, s.y.row, s.x.mesh);
     s.slides = s.active & ~chained;
+    // Divide the segment, and skip samples that do not move
     meet_round_light(scene, s);
     divide_segment(s);
-    hold_far_end(scene, s);
-    hold_contact(scene, length, s);
+    fix_light_direction(scene, s);
+    blend_near_contact(scene, length, s);
     s.active &= segment_moves(scene, requested, s);
     if (!task.score && any(s.active & s.slides))
         s.active &= ~s.slides | has_adjoint(scene, s.active, s.view.sx, s.view.sy, adjoint);
     if (!any(s.active)) return s;
 
-    Vec3 color = lit.through * light_at_edge(scene, task, s, light) *
+    // Evaluate the light
+    Vec3 color = receiver.through * light_at_edge(scene, task, s, light) *
                  ((p.u1 - p.u0) * task.scale / (p.density * probability));
     if (any(clear))
         color = select(clear, color * transparent_jump(scene, p, s.active & clear, s.u, across, s.towards),
                        color);
     s.active &= ~(largest_component(color) == 0.0f);
     if (!any(s.active)) return s;
+    // Follow the light to the camera
     const Int kinds =
         task.kind == kEnvironmentShadow ? splat(scene.environment_mask) : light.sample.visible_to;
     const SeenLight seen =
-        see_light(scene, task, p, s.active, lit.hit, -s.towards, length, kinds, false, s.y.row >= 0);
+        see_light(scene, task, p, s.active, receiver.hit, -s.towards, length, kinds, false, s.y.row >= 0);
     s.view = seen.view;
-    if (scene.mesh_contact) s.held = seen.held;
+    if (scene.mesh_contact) s.fixed = seen.fixed;
     s.color = color * seen.weight;
     s.active = seen.active & ~(largest_component(s.color) == 0.0f);
     return s;

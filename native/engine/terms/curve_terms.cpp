@@ -9,22 +9,19 @@
 namespace edgegrad {
 namespace {
 
-// Samples per pixel and sample of the picture, and pieces of lines with cells of directions by sample.
-constexpr double kIntersectionShare = 0.5, kConeShare = 0.25, kOutlineShare = 0.1, kDirectionSegments = 0.03;
-// Pieces of a curve about a light; share of the samples that goes to light seen by way of other surfaces.
+// Segments of a curve about a light.
 constexpr int kTurnSegments = 64;
-constexpr double kChainedShare = 0.4;
 
-// Lines that hide something over all directions; of paths longer than `direct` chains of surfaces show it,
-// too.
+// Intersection curves over all directions.
 void add_lines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options, BoundaryKind kind,
-               Intersections found, int direct, Decisions& decided, std::vector<CurveTerm>& out) {
+               Intersections found, Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.found(kPartOf[kind], edges.tables, found)) return;
+    const BoundaryKindRow& row = kBoundaryTable[kind];
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
-    const double pieces = kDirectionSegments * kIntersectionShare * picture;
-    Candidates candidates = over_directions(lines->intersections(), pieces, options.max_depth > direct);
-    out.push_back({kind, std::move(candidates), std::move(lines), kIntersectionShare});
+    const double segments = kDirectionSegments * row.share * picture;
+    Candidates candidates = over_directions(lines->intersections(), segments, row.chains(options.max_depth));
+    out.push_back({kind, std::move(candidates), std::move(lines)});
 }
 
 void add_intersections(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
@@ -50,9 +47,9 @@ void add_intersections(const SceneView& scene, const EdgeList& edges, const Rend
         add_lines(scene, edges, options, kLightIntersection,
                   find_light_intersections(edges.tables, moving, intersections, scene.lights.face_light,
                                            edges.threads),
-                  2, decided, out);
+                  decided, out);
     if (surfaces)
-        add_lines(scene, edges, options, kSurfaceIntersection, std::move(intersections), 3, decided, out);
+        add_lines(scene, edges, options, kSurfaceIntersection, std::move(intersections), decided, out);
 }
 
 // The same of disks, which turn with what they light: anything that moves moves them against surfaces.
@@ -60,14 +57,14 @@ void add_disk_intersections(const SceneView& scene, const EdgeList& edges, const
                             Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kDiskIntersections)) return;
     add_lines(scene, edges, options, kDiskIntersection, find_disk_intersections(edges.tables, edges.threads),
-              2, decided, out);
+              decided, out);
 }
 
-// The curve about a light, cut into pieces.
-void add_turns(int32_t cell, double mass, Candidates& out) {
+// The curve about a light, cut into segments.
+void add_turns(SegmentCell light, double mass, Candidates& out) {
     for (int k = 0; k < kTurnSegments; ++k) {
         out.edge.push_back(0);
-        out.cell.push_back(cell);
+        out.cell.push_back(light);
         out.u0.push_back(static_cast<float>(k) / kTurnSegments);
         out.u1.push_back(static_cast<float>(k + 1) / kTurnSegments);
         out.cumulative.push_back(out.mass() + mass);
@@ -77,14 +74,15 @@ void add_turns(int32_t cell, double mass, Candidates& out) {
 void add_cones(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
                Decisions& decided, std::vector<CurveTerm>& out) {
     if (!decided.computes(Part::kConeBorders)) return;
+    const bool chains = kBoundaryTable[kConeBorder].chains(options.max_depth);
     Candidates cones;
-    for (int chained = 0; chained < (options.max_depth > 2 ? 2 : 1); ++chained) {
-        const double share = options.max_depth > 2 ? (chained ? kChainedShare : 1.0 - kChainedShare) : 1.0;
+    for (int chained = 0; chained < (chains ? 2 : 1); ++chained) {
+        const double share = share_of_mass(chains, chained != 0);
         for (const int32_t row : hard_cones(edges.tables.lights))
-            if (scene.lights.light_of_row[row] >= 0) add_turns(row | (chained ? kChained : 0), share, cones);
+            if (scene.lights.light_of_row[row] >= 0) add_turns({row, chained != 0}, share, cones);
     }
     if (cones.size() == 0) return decided.none(Part::kConeBorders, Reason::kNoLight);
-    out.push_back({kConeBorder, std::move(cones), nullptr, kConeShare});
+    out.push_back({kConeBorder, std::move(cones), nullptr});
 }
 
 void add_outlines(const SceneView& scene, const EdgeList& edges, Decisions& decided,
@@ -102,11 +100,11 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, Decisions& deci
         // Rays from one point of a lens are parallel to each other, but not across the camera's plane, where
         // the origins are that the disks face.
         if (kind == kDiskLight && parallel && scene.camera.aperture_radius > 0.0f) continue;
-        add_turns(row, 1.0, outlines);
+        add_turns({row, false}, 1.0, outlines);
         decided[Part::kLightOutlines].lights.push_back(row);
     }
     if (outlines.size() == 0) return decided.none(Part::kLightOutlines, Reason::kNoLight);
-    out.push_back({kLightOutline, std::move(outlines), nullptr, kOutlineShare});
+    out.push_back({kLightOutline, std::move(outlines), nullptr});
 }
 
 // What the camera sees of lights that meshes pass through.
@@ -121,7 +119,7 @@ void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, co
     if (!decided.found(Part::kIntersectionOutlines, edges.tables, found)) return;
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     Candidates candidates = lines->intersections();
-    out.push_back({kIntersectionOutline, std::move(candidates), std::move(lines), kOutlineShare});
+    out.push_back({kIntersectionOutline, std::move(candidates), std::move(lines)});
 }
 
 }  // namespace

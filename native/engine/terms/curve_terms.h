@@ -1,5 +1,5 @@
-// Boundary terms of curves that are no edges: lines along which surfaces pass through others that give or
-// scatter light, borders of spots without blend, and outlines of lights that the camera sees.
+// Boundary terms of curves that are no edges: intersection curves of surfaces that give or scatter light,
+// borders of spots without blend, and outlines of lights that the camera sees.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/intersections.h"
 #include "engine/decisions.h"
-#include "engine/engine.h"
 #include "tasks/boundary_kind.h"
+#include "tasks/render_options.h"
 
 namespace edgegrad {
 
@@ -17,11 +17,10 @@ struct CurveTerm {
     BoundaryKind kind;
     Candidates candidates;
     std::shared_ptr<const EdgesAndIntersections> lines;  // null: about lights
-    double share;                                        // samples per pixel and sample of the picture
 };
 
-// Those that `decided` computes, which is told what was found. `seen`: the intersections that the camera
-// sees, where they have been looked for.
+// Those that the options name and that may not be zero. `seen`: the intersections that the camera sees, where
+// they have been looked for.
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
                                    const RenderOptions& options, const RequestedMotion& motion,
                                    const Intersections* seen, Decisions& decided);

@@ -14,25 +14,21 @@
 namespace edgegrad {
 namespace {
 
-// Up to which |cos| of its angle with the camera's rays a face is edge-on, and samples by area per picture's
-// sample and pixel, of faces that are seen face-on: at |cos| = 0.15 they are twice as dense as the picture's
-// own. Variance of 8 x 8 blocks of the interior term at 16 samples per pixel, relative to none, of a ball of
-// 3,072 smooth-shaded faces that fills the picture, with (|cos|, samples) of (0.1, 0.1), 0.9 % more samples:
-// 0.15; (0.15, 0.3), 4 %: 0.03; (0.2, 0.5), 8.7 %: 0.016; (0.4, 1), 35 %: 0.008. With all terms the third
-// is 7 % better than the second.
+// A face is edge-on up to this |cos| of its angle with the camera's rays. Samples by area per picture's
+// sample and pixel, of faces that are seen face-on. Larger values have less variance for more samples.
 constexpr double kEdgeOn = 0.15, kDensity = 0.3;
-// Most samples, of one face and of all, relative to those of the picture.
+// Most samples of one face and of all faces, relative to those of the picture.
 constexpr double kMostOfFace = 0.1, kMost = 0.25;
 // Faces per item of parallel work.
 constexpr int64_t kFaceBlock = 1 << 13;
-// Tiles of the picture along each of its sides, 2^8, by which pieces are sorted: of a ball of 49,152 faces,
-// whose list has another order, it makes 5 times less variance.
+// 2^8 tiles along each side of the picture, by which triangles are sorted: systematic samples along the list
+// are then spread evenly over the picture.
 constexpr uint32_t kTileBits = 8;
 
 Vector vector(const float* p) { return {p[0], p[1], p[2]}; }
 
-// What some pixel may see, widened by the filter and by depth of field as a whole: where functions that are
-// linear in space aren't negative.
+// The region that some pixel may see, widened by the filter and by depth of field: where all of some linear
+// functions of the place are at least zero.
 class FramePlanes {
  public:
     explicit FramePlanes(const CameraView& c)
@@ -46,7 +42,7 @@ class FramePlanes {
     static constexpr int kCount = 6;
     using Polygon = std::array<Vector, 3 + kCount>;
 
-    // Cuts a triangle in the first three corners; how many the rest of it has.
+    // Cuts the triangle of the first three corners. Returns the number of corners that are left.
     int clip(Polygon& polygon) const {
         int count = 3;
         for (int plane = 0; plane < kCount && count >= 3; ++plane) {
@@ -83,7 +79,7 @@ class FramePlanes {
     }
 
  private:
-    // What places in the picture are divided by.
+    // By which places in the picture are divided.
     double depth(Vector p) const {
         return camera_.kind == kOrthographic ? 1.0 : std::max(-dot(back_, p), 1e-12);
     }
@@ -125,14 +121,14 @@ struct Part {
     std::vector<EdgeSegment> pieces;
 };
 
-// Adds a face, if it is such.
+// Adds a face if the camera sees it edge-on.
 void add_face(const FramePlanes& frame, const SceneView& scene, const Placement& place, int32_t face,
               int32_t instance, int8_t side, double most, Part& part) {
     FramePlanes::Polygon polygon;
     for (int k = 0; k < 3; ++k) polygon[k] = place(vertex(scene, scene.faces[3 * int64_t{face} + k]));
     const Vector m = cross(polygon[1] - polygon[0], polygon[2] - polygon[0]);
     const double size = length(m);
-    // From the nearest point of the lens: m . D is the same for all points of the face.
+    // m . D is the same for all points D of the face. Taken from the nearest point of the lens.
     const double height = dot(m, frame.ray_through(polygon[0])), reach = frame.lens_reach() * size;
     if (!(size > 0.0) || side * height > reach) return;  // the back of a solid body
     const double nearest = std::max(0.0, std::abs(height) - reach) / (kEdgeOn * size);
@@ -163,14 +159,14 @@ void add_face(const FramePlanes& frame, const SceneView& scene, const Placement&
     }
     if (entry.pieces == 0) return;
     entry.mass = std::min(kDensity * entry.mass, most);
-    // By area on the whole face.
+    // Share the face's samples among its triangles by area.
     for (int k = 0; k < entry.pieces; ++k)
         part.pieces[part.pieces.size() - 1 - static_cast<size_t>(k)].mass *= entry.mass / entry.area;
     part.entries.push_back(entry);
 }
 
-// Whether surfaces may look different from place to place in a face: else sliding changes nothing. Of the
-// sky, light that comes straight to a flat surface doesn't depend on where that is.
+// Whether surfaces may look different from place to place within a face: else sliding changes nothing. Light
+// of the environment that comes straight to a flat surface is the same at all its points.
 bool varies_over_faces(const SceneView& scene, const RenderOptions& options) {
     return scene.lights.count > 0 || options.max_depth > 2 || scene.corner_normal ||
            scene.textures.closure_program || scene.textures.closure_weight_program ||

@@ -1,8 +1,10 @@
-// The faces that the camera sees nearly edge-on, on which samples by area are worth their while
-// (path/edge_on.h), and how many each gets.
+// The faces that the camera sees nearly edge-on and that get samples by area (path/edge_on.h), and how many
+// each gets.
 #pragma once
 
-#include "engine/engine.h"
+#include "scene/tables.h"
+#include "scene/view.h"
+#include "tasks/render_options.h"
 
 namespace edgegrad {
 
@@ -11,13 +13,13 @@ struct EdgeOnList {
     // As in EdgeOnFaces.
     std::vector<int32_t> face_first, entry_instance;
     std::vector<float> entry_density;
-    // Pieces, as in EdgeOnTask: what is in the frame of those faces, as triangles, by place in the picture.
+    // As in EdgeOnTask: the parts of those faces in the frame, as triangles, sorted by place in the picture.
     std::vector<int32_t> segment_face, segment_instance;
     std::vector<float> corners;
     std::vector<double> cumulative;
 };
 
-// Those on which the camera's rays slide along what looks different from place to place. `sides`:
+// Those along which the camera's rays slide and that look different from place to place. `sides`:
 // boundary/meshes/solids.h; `options`: of the interior term.
 EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, const std::vector<int8_t>& sides,
                          const RenderOptions& options, const RequestedMotion& motion, int threads);

@@ -2,7 +2,7 @@
 #include "tasks/adjoint_task.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/kernel_table.h"
-#include "tasks/splats.h"
+#include "tasks/seed_tags.h"
 #include "tasks/workspace_view.h"
 
 #include <algorithm>
@@ -24,16 +24,16 @@ void tell_pixel(const CameraView& c, const AdjointTask& sweep) {
 
 }  // namespace
 
-std::optional<EdgeOnTerm> EdgeOnTerm::of(const SceneView& scene, const SceneTables& tables,
-                                         const std::vector<int8_t>& sides, const RenderOptions& options,
-                                         const RequestedMotion& motion, int threads) {
+std::unique_ptr<EdgeOnTerm> EdgeOnTerm::of(const SceneView& scene, const SceneTables& tables,
+                                           const std::vector<int8_t>& sides, const RenderOptions& options,
+                                           const RequestedMotion& motion, const PathRecording& recording,
+                                           int threads) {
     EdgeOnList list = edge_on_faces(scene, tables, sides, options, motion, threads);
-    if (list.total == 0) return std::nullopt;
-    return EdgeOnTerm(std::move(list), options);
+    if (list.total == 0) return nullptr;
+    return std::unique_ptr<EdgeOnTerm>(new EdgeOnTerm(std::move(list), options, recording));
 }
 
-void EdgeOnTerm::record(const KernelTable& kernels, const SceneView& scene, int64_t first, int64_t count,
-                        Workspace& work, const float* picture_adjoint, float* seen_adjoint) const {
+EdgeOnTask EdgeOnTerm::task(const TermRun& run, int64_t first, int64_t count, float* seen_adjoint) const {
     EdgeOnTask task{};
     task.faces = faces();
     task.face = list_.segment_face.data(), task.instance = list_.segment_instance.data();
@@ -46,31 +46,34 @@ void EdgeOnTerm::record(const KernelTable& kernels, const SceneView& scene, int6
     task.paths.samples = static_cast<int32_t>(count);
     task.paths.max_depth = options_.max_depth;
     task.paths.limits = options_.limits;
-    task.paths.seed = options_.seed ^ 0x3c6ef372u;
+    task.paths.seed = options_.seed ^ kEdgeOnSeed;
     task.paths.one_stream = true;
-    task.adjoint = picture_adjoint, task.seen_adjoint = seen_adjoint;
-    kernels.record_edge_on(scene, task, work);
+    task.adjoint = run.adjoint, task.seen_adjoint = seen_adjoint;
+    return task;
+}
+
+void EdgeOnTerm::run_samples(TermRun& run, int, int64_t first, int64_t count, DroppedSamples& lost) {
+    Workspace& work = run.work();
+    // To sweeps each sample is a pixel of one path, with an adjoint of its own.
+    ImageTask image{};
+    image.pixel_count = static_cast<int32_t>(count);
+    image.samples = 1;
+    image.weight = 1.0f;
+    std::vector<float> seen(run.is_forward() ? 0 : 3 * static_cast<size_t>(count), 0.0f);
+    AdjointTask sweep = recording_.begin(run, image);
+    sweep.dropped = &lost;
+    run.kernels.record_edge_on(run.scene, task(run, first, count, run.is_forward() ? nullptr : seen.data()),
+                               work);
     AdjointWorkspace::release(work);
-}
-
-void EdgeOnTerm::forward(const KernelTable& kernels, const SceneView& scene, const AdjointTask& sweep,
-                         int64_t first, Workspace& work, Splats splats) const {
-    const int64_t count = sweep.image->pixel_count;
-    record(kernels, scene, first, count, work, nullptr, nullptr);
-    kernels.path_forward(scene, sweep, work.radiance);
-    std::copy_n(sweep.camera.x, count, splats.x);
-    std::copy_n(sweep.camera.y, count, splats.y);
-    for (int c = 0; c < 3; ++c) std::copy_n(work.radiance[c], count, splats.value[c]);
-    tell_pixel(scene.camera, sweep);
-}
-
-void EdgeOnTerm::backward(const KernelTable& kernels, const SceneView& scene, const AdjointTask& sweep,
-                          int64_t first, Workspace& work, const float* picture_adjoint) const {
-    const int64_t count = sweep.image->pixel_count;
-    std::vector<float> seen(3 * static_cast<size_t>(count), 0.0f);
-    record(kernels, scene, first, count, work, picture_adjoint, seen.data());
-    kernels.path_backward(scene, sweep, seen.data());
-    tell_pixel(scene.camera, sweep);
+    if (run.is_forward()) {
+        run.kernels.path_forward(run.scene, sweep, work.radiance);
+        std::copy_n(sweep.camera.x, count, run.splats.x);
+        std::copy_n(sweep.camera.y, count, run.splats.y);
+        for (int c = 0; c < 3; ++c) std::copy_n(work.radiance[c], count, run.splats.value[c]);
+    } else {
+        run.kernels.path_backward(run.scene, sweep, seen.data());
+    }
+    tell_pixel(run.scene.camera, sweep);
 }
 
 }  // namespace edgegrad

@@ -8,6 +8,7 @@
 #include "tasks/boundary_task.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/kernel_table.h"
+#include "tasks/seed_tags.h"
 #include "tasks/splats.h"
 #include "tasks/workspace_view.h"
 
@@ -15,10 +16,6 @@ namespace edgegrad {
 namespace {
 
 // Lines per pixel, of each direction, and sample of the picture: a segment costs about what a sample does.
-// Two passes instead of one, for the same seconds: seconds x variance of 17 scenes with edges in mirrors and
-// glass falls to 0.53, of 41 with shadows there to 0.88 (tests/boundary/test_specular_boundary.py,
-// tests/boundary/test_mirrored_shadows.py). 0.14 instead of 0.2, with half of the interior's samples
-// (engine/derivative_call.cpp): 0.74 and 0.70 times the seconds, 0.8 and 1.1 times seconds x variance.
 constexpr double kLines = 0.14;
 
 float column(const float* const (&v)[3], const float* const (&w)[3], int i) {
@@ -54,29 +51,33 @@ bool moves_chains(const SceneTables& t, const Requested& requested) {
     return false;
 }
 
-std::optional<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
-                                             const RenderOptions& options, bool guided, EdgeCache& kept,
-                                             Decisions& decided) {
-    const Parts parts{decided.computes(Part::kMirroredEdges), decided.computes(Part::kMirroredShadows),
-                      decided.computes(Part::kMirroredLight)};
-    if (!(parts.edges || parts.lights || parts.surfaces)) return std::nullopt;
+std::unique_ptr<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
+                                               const RenderOptions& options, EdgeCache& kept,
+                                               Decisions& decided) {
+    constexpr Part kAll[] = {Part::kMirroredEdges, Part::kMirroredShadows, Part::kMirroredLight};
+    const Parts parts{decided.computes(kAll[0]), decided.computes(kAll[1]), decided.computes(kAll[2])};
+    if (!(parts.edges || parts.lights || parts.surfaces)) return nullptr;
     const FilmRectangle film = specular_bounds(scene, tables);
     if (film.empty()) {
-        for (Part part : {Part::kMirroredEdges, Part::kMirroredShadows, Part::kMirroredLight})
+        for (const Part part : kAll)
             if (decided.computes(part)) decided.none(part, Reason::kOutOfView);
-        return std::nullopt;
+        return nullptr;
     }
-    return SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film,
-                        parts, guided);
+    std::unique_ptr<SpecularTerm> term(new SpecularTerm(
+        scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film, parts));
+    // One sweep finds all of them; the first stands for it.
+    term->part = parts.edges ? kAll[0] : parts.lights ? kAll[1] : kAll[2];
+    return term;
 }
 
 SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
                            std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film,
-                           Parts parts, bool guided)
-    : options_(options),
+                           Parts parts)
+    : SampledTerm(kPrimaryTerm),
+      options_(options),
       regions_(std::move(regions)),
       parts_(parts),
-      plan_(film, kLines * options.samples, guided, options.seed ^ 0x68bc21ebu),
+      plan_(film, kLines * options.samples, options.two_passes, options.seed ^ kScanLineSeed),
       sizes_(static_cast<size_t>(plan_.passes() > 1 ? chunks(0) : 0)) {
     const CameraView& c = scene.camera;
     if (c.kind == kEquirectangular) {
@@ -89,22 +90,25 @@ SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
     }
 }
 
-void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
-                        int64_t count, ThreadMemory& memory, Found& found, DroppedSamples& dropped) {
+void SpecularTerm::find(const TermRun& run, int pass, int64_t first, int64_t count, Found& found,
+                        DroppedSamples& dropped) {
+    // Find where scan lines cross the picture of edges.
     ScanTask scan = plan_.task(pass, first, count);
     scan.region = regions_->region.data(), scan.face_edge = regions_->face_edge.data();
     scan.edges = parts_.edges, scan.lights = parts_.lights, scan.surfaces = parts_.surfaces;
+    scan.limits = options_.limits, scan.max_depth = options_.max_depth;
     found.image = {};
     found.image.pixel_count = 1;
     found.image.weight = 1.0f;
-    Workspace& work = memory.paths();
-    found.sweep = memory.adjoint.task(found.image, work);
+    Workspace& work = run.work();
+    found.sweep = run.memory.adjoint.task(found.image, work);
     AdjointWorkspace::release(work);
     found.sweep.geometry = found.sweep.camera_moves = true;
     found.sweep.dropped = &found.vertices;
-    ChainCrossings& c = memory.chains.view(found.sweep.camera);
-    found.count = kernels.scan(scene, scan, options_.limits, options_.max_depth, c);
+    ChainCrossings& c = run.memory.chains.view(found.sweep.camera);
+    found.count = run.kernels.scan(run.scene, scan, c);
     if (found.count == 0) return;
+    // Find what light jumps there.
     found.image.samples = found.count;
     BoundaryTask sides{};
     sides.first = first, sides.count = found.count;
@@ -112,12 +116,13 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int 
     sides.seed = scan.seed;
     sides.limits = options_.limits;
     sides.dropped = &dropped;
-    kernels.chain_sides(scene, sides, work, *found.sweep.vertices, c, found.count);
+    run.kernels.chain_sides(run.scene, sides, work, *found.sweep.vertices, c, found.count);
+    // Differentiate the edge's distance by the place in the picture.
     for (int k = 0; k < 2; ++k) {
         DifferentiableTables camera;
-        camera.add(scene.camera.position, kCameraFloats, 0, kCameraFloats, 1, 1, nullptr, shift_[k]);
+        camera.add(run.scene.camera.position, kCameraFloats, 0, kCameraFloats, 1, 1, nullptr, shift_[k]);
         found.sweep.tables = &camera;
-        kernels.path_forward(scene, found.sweep, work.radiance);
+        run.kernels.path_forward(run.scene, found.sweep, work.radiance);
         for (int i = 0; i < found.count; ++i) {
             const float g = column(c.by_point, found.sweep.position, i) +
                             column(c.by_direction, found.sweep.direction, i);
@@ -126,7 +131,8 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int 
             c.by_screen[k][i] = std::abs(g) > kRounding * most ? g : 0.0f;
         }
     }
-    kernels.chain_sweeps(sides, c, found.count);
+    run.kernels.chain_sweeps(sides, c, found.count);
+    found.sweep.tables = &run.tables;
     if (pass > 0 || plan_.passes() == 1) return;
     std::vector<IntersectionSize>& sizes = sizes_[static_cast<size_t>(first / kBoundaryChunk)];
     for (int i = 0; i < found.count; ++i) {
@@ -135,44 +141,42 @@ void SpecularTerm::find(const KernelTable& kernels, const SceneView& scene, int 
     }
 }
 
-void SpecularTerm::forward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
-                           int64_t count, ThreadMemory& memory, const DifferentiableTables& tables,
-                           DerivativeView tangent, Splats splats, DroppedSamples& dropped) {
-    std::fill_n(splats.x, count, kNowhere);
+void SpecularTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) {
+    if (run.is_forward()) std::fill_n(run.splats.x, count, kNowhere);
     Found found;
-    find(kernels, scene, pass, first, count, memory, found, dropped);
+    find(run, pass, first, count, found, lost);
     if (found.count == 0) return;
-    const ChainCrossings& c = memory.chains.view(found.sweep.camera);
-    Workspace& work = memory.paths();
-    found.sweep.tables = &tables;
-    kernels.path_forward(scene, found.sweep, work.radiance);
+    run.is_forward() ? forward(run, found) : backward(run, found);
+}
+
+void SpecularTerm::forward(const TermRun& run, Found& found) const {
+    const ChainCrossings& c = run.memory.chains.view(found.sweep.camera);
+    Workspace& work = run.work();
+    run.kernels.path_forward(run.scene, found.sweep, work.radiance);
     for (int i = 0; i < found.count; ++i)
         work.radiance[0][i] =
             column(c.by_point, found.sweep.position, i) + column(c.by_direction, found.sweep.direction, i);
+    DerivativeView tangent = run.view;
     tangent.camera_requested = false;  // the camera's part is in the chain's
-    kernels.chain_forward(scene, c, found.count, work, tangent, splats);
+    Splats splats = run.splats;
+    run.kernels.chain_forward(run.scene, c, found.count, work, tangent, splats);
 }
 
-void SpecularTerm::backward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first,
-                            int64_t count, ThreadMemory& memory, const DifferentiableTables& tables,
-                            DerivativeView gradient, const float* picture_adjoint, DroppedSamples& dropped) {
-    Found found;
-    find(kernels, scene, pass, first, count, memory, found, dropped);
-    if (found.count == 0) return;
-    const ChainCrossings& c = memory.chains.view(found.sweep.camera);
+void SpecularTerm::backward(const TermRun& run, Found& found) const {
+    const ChainCrossings& c = run.memory.chains.view(found.sweep.camera);
+    DerivativeView gradient = run.view;
     gradient.camera_requested = false;
-    float* seeds = memory.paths().radiance[0];
-    kernels.chain_backward(scene, c, found.count, picture_adjoint, gradient, seeds);
+    float* seeds = run.work().radiance[0];
+    run.kernels.chain_backward(run.scene, c, found.count, run.adjoint, gradient, seeds);
     for (int i = 0; i < found.count; ++i) {
         for (int k = 0; k < 3; ++k) {
             found.sweep.position[k][i] = seeds[i] * c.by_point[k][i];
             found.sweep.direction[k][i] = seeds[i] * c.by_direction[k][i];
         }
     }
-    found.sweep.tables = &tables;
     found.sweep.seeded = true;
     const float none[3] = {0.0f, 0.0f, 0.0f};  // the light that chains bring is the sides' own
-    kernels.path_backward(scene, found.sweep, none);
+    run.kernels.path_backward(run.scene, found.sweep, none);
 }
 
 }  // namespace edgegrad

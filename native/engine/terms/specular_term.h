@@ -1,68 +1,57 @@
 // The specular boundary term of a call: its scan lines, and the sweeps over the chains that they find.
 #pragma once
 
-#include <optional>
+#include <memory>
 
+#include "boundary/curves/edge_cache.h"
 #include "boundary/meshes/surface_regions.h"
-#include "boundary/samples/sample_plan.h"
 #include "boundary/specular/scan_plan.h"
 #include "engine/decisions.h"
 #include "engine/derivative_tables.h"
-#include "engine/workspace.h"
+#include "engine/terms/term.h"
 #include "tasks/adjoint_task.h"
-#include "tasks/dropped_samples.h"
-#include "tasks/image_task.h"
-#include "tasks/kernel_table.h"
-#include "tasks/splats.h"
+#include "tasks/render_options.h"
 
 namespace edgegrad {
 
-// Whether what is asked for moves edges, or bends rays on their way.
+// Whether what is requested moves edges, or bends rays on their way.
 bool moves_chains(const SceneTables& tables, const Requested& requested);
 
-class SpecularTerm {
+class SpecularTerm : public SampledTerm {
  public:
-    // What `decided` computes of edges seen by mirrors and smooth glass; none where the camera sees neither.
-    static std::optional<SpecularTerm> of(const SceneView& scene, const SceneTables& tables,
-                                          const RenderOptions& options, bool guided, EdgeCache& kept,
-                                          Decisions& decided);
+    // What `decided` computes of edges seen by mirrors and smooth glass; null where the camera sees neither.
+    static std::unique_ptr<SpecularTerm> of(const SceneView& scene, const SceneTables& tables,
+                                            const RenderOptions& options, EdgeCache& kept,
+                                            Decisions& decided);
 
-    int passes() const { return plan_.passes(); }
-    int64_t total(int pass) const { return plan_.total(pass); }
-    int64_t total() const { return total(0) + (passes() > 1 ? total(1) : 0); }
-    int64_t chunks(int pass) const { return (total(pass) + kBoundaryChunk - 1) / kBoundaryChunk; }
+    int passes() const override { return plan_.passes(); }
+    int64_t samples(int pass) const override { return plan_.total(pass); }
     // Between the passes.
     void guide() {
         if (passes() > 1) plan_.guide(sizes_);
     }
-
-    // Segments [first, first + count) of a pass, count <= kBoundaryChunk: one splat for each. Chunks of the
-    // first pass, by threads of their own, write down what the second one is guided by.
-    void forward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
-                 ThreadMemory& memory, const DifferentiableTables& tables, DerivativeView tangent,
-                 Splats splats, DroppedSamples& dropped);
-    void backward(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
-                  ThreadMemory& memory, const DifferentiableTables& tables, DerivativeView gradient,
-                  const float* picture_adjoint, DroppedSamples& dropped);
 
  private:
     struct Parts {
         bool edges, lights, surfaces;  // as of a ScanTask
     };
     SpecularTerm(const SceneView& scene, const RenderOptions& options,
-                 std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts,
-                 bool guided);
-    // What finding crossings and what jumps there leaves.
+                 std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film, Parts parts);
+    // What finding intersections and what jumps there leaves.
     struct Found {
         int count;
         ImageTask image;
         AdjointTask sweep;
         DroppedSamples vertices;  // none: they are without light
     };
-    void find(const KernelTable& kernels, const SceneView& scene, int pass, int64_t first, int64_t count,
-              ThreadMemory& memory, Found& found, DroppedSamples& dropped);
+    // Chunks of the first pass write down, each in its own place, what the second one is guided by.
+    void find(const TermRun& run, int pass, int64_t first, int64_t count, Found& found,
+              DroppedSamples& dropped);
+    void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) override;
+    void forward(const TermRun& run, Found& found) const;
+    void backward(const TermRun& run, Found& found) const;
 
-    RenderOptions options_;
+    const RenderOptions options_;
     std::shared_ptr<const SurfaceRegions> regions_;
     Parts parts_;
     ScanPlan plan_;

@@ -7,8 +7,8 @@
 namespace edgegrad {
 namespace {
 
-// Small images are sampled on a finer grid than their own: within a pixel the radiance is bilinear, not
-// constant.
+// Small images are sampled on a finer grid than their pixels, because the radiance within a pixel is
+// bilinear, not constant.
 constexpr int32_t kLeastColumns = 256;
 
 double luminance(const float* p) {
@@ -17,13 +17,11 @@ double luminance(const float* p) {
                     0.0);
 }
 
-// Row of an image whose rows follow each other over the poles, as the filter reads it
-// (shading/lights/environment.h).
+// Row of an image whose rows wrap around at the poles, as the filter reads it (shading/lights/environment.h).
 size_t wrapped(ptrdiff_t k, ptrdiff_t n) { return static_cast<size_t>((k % n + n) % n); }
 
-// Mean of the bilinear interpolant over each of `parts` equal parts of the pixels of one line: the weights of
-// a pixel and its neighbours. Of an even number of parts none straddles a pixel's centre, where the slope
-// changes.
+// Weights of a pixel and its neighbours in the mean of the bilinear interpolant over one of `parts` equal
+// parts of the pixel. For an even number of parts, none contains the pixel's centre, where the slope changes.
 struct Taps {
     double before, here, after;
 };
@@ -33,7 +31,7 @@ Taps part_taps(int32_t part, int32_t parts) {
     return {std::max(-place, 0.0), 1.0 - std::abs(place), std::max(place, 0.0)};
 }
 
-// Sums, divided by `all` of them; equal steps where all are zero.
+// Cumulative sums of the weights divided by `all`; equal steps if all weights are zero.
 void normalise(const std::vector<double>& weights, double all, float* cdf) {
     double sum = 0.0;
     const bool empty = !(all > 0.0);
@@ -49,12 +47,14 @@ void normalise(const std::vector<double>& weights, double all, float* cdf) {
 
 EnvironmentMap::EnvironmentMap(const float* pixels, int32_t width, int32_t height)
     : width_(width), height_(height), pixels_(pixels, pixels + 3 * static_cast<size_t>(width) * height) {
+    // Choose the sampling grid
     int32_t parts = 1;
     while (width * parts < kLeastColumns) parts *= 2;
     columns_ = width * parts;
     rows_ = height * parts;
     const auto w = static_cast<size_t>(width), h = static_cast<size_t>(height);
     const auto columns = static_cast<size_t>(columns_), rows = static_cast<size_t>(rows_);
+    // Compute the luminance and its mean over the sphere
     std::vector<double> light(w * h);
     for (size_t k = 0; k < w * h; ++k) light[k] = luminance(pixels + 3 * k);
     sines_.resize(rows + 1);
@@ -69,6 +69,7 @@ EnvironmentMap::EnvironmentMap(const float* pixels, int32_t width, int32_t heigh
         mean += row / static_cast<double>(w) * 0.5 * (std::cos(up) - std::cos(down));
     }
 
+    // Tabulate the distribution of cells by what exceeds `less`
     rows_cdf_.resize(rows + 1);
     columns_cdf_.resize(rows * (columns + 1));
     std::vector<double> line(w), cells(columns), row_weight(rows);
@@ -99,8 +100,8 @@ EnvironmentMap::EnvironmentMap(const float* pixels, int32_t width, int32_t heigh
         normalise(row_weight, all, rows_cdf_.data());
         return all;
     };
-    // What isn't brighter than the mean is left to samples of the BSDF ("MIS compensation", Karlik et al.
-    // 2019), unless next to nothing is: a flat image is sampled as it is.
+    // Leave directions below the mean to BSDF samples ("MIS compensation", Karlik et al. 2019). If almost
+    // nothing exceeds the mean, sample the whole image.
     const double whole = mean * 2.0 * static_cast<double>(columns);
     if (!(fill(mean) > 0.01 * whole)) fill(0.0);
 }

@@ -1,4 +1,4 @@
-// An equirectangular image of the environment, with the distribution by which directions to it are sampled.
+// An equirectangular image of the environment, and the distribution from which its directions are sampled.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ class EnvironmentMap {
     // `pixels`: (height, width, 3) linear, row 0 on top.
     EnvironmentMap(const float* pixels, int32_t width, int32_t height);
 
-    // Points into the map.
+    // A view of the map, which must outlive it.
     EnvironmentView view() const;
 
  private:

@@ -1,4 +1,4 @@
-// What kernels read of an environment's image.
+// An environment's image as kernels read it.
 #pragma once
 
 #include <cstdint>
@@ -8,10 +8,10 @@ namespace edgegrad {
 struct EnvironmentView {
     const float* pixels;  // (height, width, 3), row 0 on top; null: no image
     int32_t width, height;
-    bool sampled;  // every ray that scatters sees it
+    bool sampled;  // all scattered rays can see it
     // Cells of the sampling grid, uniform in longitude and latitude; row 0 on top.
     int32_t columns, rows;
-    const float* sines;        // (rows + 1) of the rows' upper and lower latitudes, from 1 to -1
+    const float* sines;        // (rows + 1) sines of the latitudes between the rows, from 1 to -1
     const float* rows_cdf;     // (rows + 1)
     const float* columns_cdf;  // (rows, columns + 1)
 };

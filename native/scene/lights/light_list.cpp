@@ -11,9 +11,9 @@ namespace {
 
 float mean(const float* c) { return (c[0] + c[1] + c[2]) / 3.0f; }
 
-// Mean radiance of each material's emission, by which its faces are picked.
+// Mean radiance of each material's emission, by which its faces are chosen.
 std::vector<float> material_emission(const SceneTables& t) {
-    // What is textured gives light somewhere, even if its mean is taken for black.
+    // Textured emission is not zero everywhere, even if its mean is estimated as black.
     constexpr float kLeastTextured = 1e-3f;
     const size_t materials = t.emission.size() / 3;
     std::vector<float> out(materials);
@@ -26,7 +26,7 @@ std::vector<float> material_emission(const SceneTables& t) {
     return out;
 }
 
-// Lambertian emitter about an axis.
+// A Lambertian emitter about an axis.
 void set_lambertian(LightNode& n, const float* axis) {
     std::copy_n(axis, 3, n.axis);
     n.cos_o = 1.0f;
@@ -55,7 +55,7 @@ bool triangle_node(const SceneTables& t, size_t face, LightNode& n) {
     float axis[3], radius2 = 0.0f;
     for (int c = 0; c < 3; ++c) {
         axis[c] = static_cast<float>(m[c] / length);
-        // The middle of the box lies nearer to the corners than the centroid does.
+        // The centre of the bounding box is nearer to the corners than the centroid is.
         n.center[c] = 0.5f * (std::min({p[0][c], p[1][c], p[2][c]}) + std::max({p[0][c], p[1][c], p[2][c]}));
     }
     for (const float* q : p) {
@@ -65,7 +65,7 @@ bool triangle_node(const SceneTables& t, size_t face, LightNode& n) {
     }
     n.radius = 1.00001f * std::sqrt(radius2);
     set_lambertian(n, axis);
-    n.power = static_cast<float>(0.5 * length);  // times the radiance
+    n.power = static_cast<float>(0.5 * length);  // of unit radiance
     return n.power > 0.0f;
 }
 
@@ -80,13 +80,14 @@ double scene_radius(const SceneTables& t) {
     return 0.5 * std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
 }
 
-// Bound of a row of the light table, taken for one of some radiance.
+// Bound of a row of the light table with the given radiance.
 LightNode row_node(const SceneTables::LightRows& lights, size_t k, float radiance) {
     const float* row = &lights.params[kLightParams * k];
     LightNode n{};
     const float* direction = row + kLightDirection;
     std::copy_n(row + kLightPosition, 3, n.center);
     n.power = radiance;
+    // Bound suns by their cone
     switch (lights.kind[k]) {
         case kDirectionLight:
         case kConeLight: {
@@ -98,6 +99,7 @@ LightNode row_node(const SceneTables::LightRows& lights, size_t k, float radianc
             if (lights.kind[k] == kConeLight) n.power *= static_cast<float>(M_PI) * n.sin_o * n.sin_o;
             return n;
         }
+        // Bound area lights by their normal and spread
         case kRectangleLight:
         case kEllipseLight:
             set_lambertian(n, direction);
@@ -109,6 +111,7 @@ LightNode row_node(const SceneTables::LightRows& lights, size_t k, float radianc
                 n.power *= row[kLightEdge] * row[kLightEdgeScale];
             }
             return n;
+        // Bound spheres and points by their intensity in all directions
         case kSphereLight:
         case kDiskLight:
             n.radius = row[kLightRadius];
@@ -119,7 +122,7 @@ LightNode row_node(const SceneTables::LightRows& lights, size_t k, float radianc
     }
     set_isotropic(n);
     if (lights.flags[k] & (kLightCone | kLightLinearCone)) {
-        // Within the cone it is as bright as anywhere: all directions there are axes.
+        // The intensity within a spot's cone is constant, so all of its directions count as axes.
         const float one_minus_cos = row[kLightOneMinusCos];
         std::copy_n(direction, 3, n.axis);
         n.cos_o = 1.0f - one_minus_cos;
@@ -149,7 +152,7 @@ LightList::LightList(const SceneTables& tables, const std::vector<uint8_t>& rows
 void LightList::add_faces(const SceneTables& t) {
     const std::vector<float> emission = material_emission(t);
     if (std::all_of(emission.begin(), emission.end(), [](float e) { return !(e > 0.0f); })) return;
-    // Area lights have faces behind those of the visible meshes, for derivatives only: here they are rows.
+    // Area lights have faces after those of the visible meshes, for derivatives only. Here they are rows.
     const auto faces = static_cast<size_t>(t.mesh_first_face[static_cast<size_t>(t.visible_meshes)]);
     int32_t mesh = 0;
     for (size_t f = 0; f < faces; ++f) {
@@ -197,9 +200,9 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
     view_.sized = rows_of(sized_);
 }
 
-// What is dark or dim is picked as if all lights of its kind shared a part kDim of what they give together.
-// Near lights are compared by intensity and distant ones by irradiance, which say nothing of each other but
-// for the size of the scene.
+// Raises the power of dark and dim lights, as if all lights of their kind shared a fraction kDim of the total
+// power. A larger kDim lowers the noise of their derivatives and raises that of all others. Near lights are
+// compared by intensity and distant ones by irradiance; the size of the scene relates the two.
 void LightList::lift_dark(const SceneTables& t) {
     constexpr double kDim = 0.1;
     const auto power = [](const std::vector<Light>& lights) {

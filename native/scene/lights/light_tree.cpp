@@ -11,14 +11,14 @@ namespace edgegrad {
 namespace {
 
 constexpr int kBins = 12;
-// Below this many lights the cheapest split isn't worth looking for.
+// Below this many lights, halving is used instead of the cheapest split.
 constexpr size_t kFewLights = 8;
 constexpr float kPi = 3.14159265f;
 
 float clamped_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
 
-// Solid angle that Lambertian lights shine into whose axes spread within a cone, by the length of the axes'
-// mean, (1 + cos o)/2 for uniform axes in a cone of half angle o.
+// Solid angle of the emission of Lambertian lights whose axes spread within a cone. The argument is the
+// length of the mean axis, (1 + cos o)/2 for uniform axes in a cone of half angle o.
 class OrientationMeasure {
  public:
     OrientationMeasure() {
@@ -40,8 +40,8 @@ class OrientationMeasure {
     std::array<float, 65> table_;
 };
 
-// What the cost of a split needs to know of a group: a box, summed axes, power. Cheap to add up, where
-// uniting cones isn't: the spread of its axes is estimated from the length of their mean.
+// The part of a group that determines the cost of a split: its box, summed axes and power. Groups are added
+// quickly, unlike unions of cones: the spread of the axes is estimated from the length of their mean.
 struct Group {
     float low[3] = {3e38f, 3e38f, 3e38f}, high[3] = {-3e38f, -3e38f, -3e38f};
     float axes[3] = {0, 0, 0};
@@ -53,7 +53,7 @@ struct Group {
             low[c] = std::min(low[c], n.center[c] - n.radius);
             high[c] = std::max(high[c], n.center[c] + n.radius);
         }
-        // A light that shines everywhere has no axis, a wide one a short one.
+        // A light that emits in all directions has no axis; a wide one has a short axis.
         const float length = 0.5f * (1.0f + n.cos_o);
         for (int c = 0; c < 3; ++c) axes[c] += length * n.axis[c];
         power += n.power;
@@ -111,8 +111,9 @@ class Builder {
         nodes_[at].child = static_cast<int32_t>(pair) + offset_;
     }
 
-    // Sorts a range into two by the cheapest of all planes between bins, else into halves.
+    // Partitions a range by the cheapest of all planes between bins, or else into halves. Returns the middle.
     size_t partition(size_t first, size_t last) {
+        // Compute the bounds of the centres
         float low[3] = {3e38f, 3e38f, 3e38f}, high[3] = {-3e38f, -3e38f, -3e38f};
         for (size_t k = first; k < last; ++k)
             for (int c = 0; c < 3; ++c) {
@@ -121,6 +122,7 @@ class Builder {
             }
         const float longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
         if (last - first <= kFewLights) return halve(first, last, low, high);
+        // Sort the lights into bins
         float best = 3e38f;
         int best_axis = -1, best_bin = 0;
         std::array<std::array<Group, kBins>, 3> bins{};
@@ -129,6 +131,7 @@ class Builder {
                 if (high[c] > low[c])
                     bins[static_cast<size_t>(c)][static_cast<size_t>(bin(light(k), c, low, high))].add(
                         light(k));
+        // Find the cheapest plane
         for (int c = 0; c < 3; ++c) {
             if (!(high[c] > low[c])) continue;
             const auto& row = bins[static_cast<size_t>(c)];
@@ -141,22 +144,23 @@ class Builder {
             group = {};
             for (size_t b = 0; b + 1 < kBins; ++b) {
                 group.add(row[b]);
-                // Thin slabs are avoided.
+                // Avoid thin slabs.
                 const float cost = longest / (high[c] - low[c]) * (group.cost(orientation_) + right[b + 1]);
                 if (group.count > 0 && group.count < static_cast<int>(last - first) && cost < best)
                     best = cost, best_axis = c, best_bin = static_cast<int>(b);
             }
         }
+        // Partition by that plane
         const auto begin = order_.begin() + static_cast<ptrdiff_t>(first);
         const auto end = order_.begin() + static_cast<ptrdiff_t>(last);
-        if (best_axis < 0) return first + (last - first) / 2;  // all in one place
+        if (best_axis < 0) return first + (last - first) / 2;  // all centres coincide
         const auto middle = std::stable_partition(begin, end, [&](int32_t k) {
             return bin(lights_[static_cast<size_t>(k)], best_axis, low, high) <= best_bin;
         });
         return static_cast<size_t>(middle - order_.begin());
     }
 
-    // Along the longest side of the box.
+    // Splits along the longest side of the box.
     size_t halve(size_t first, size_t last, const float* low, const float* high) {
         int axis = 0;
         for (int c = 1; c < 3; ++c)
@@ -190,7 +194,7 @@ void unite_cones(const LightNode& a, const LightNode& b, LightNode& out) {
     std::copy_n(a.axis, 3, out.axis);
     if (a.cos_o <= -1.0f || b.cos_o <= -1.0f) return whole();
     float cosine = a.axis[0] * b.axis[0] + a.axis[1] * b.axis[1] + a.axis[2] * b.axis[2];
-    // A light that shines to both sides may be seen with its axis turned.
+    // A two-sided light may be seen with its axis reversed.
     const float turn = b.two_sided && cosine < 0.0f ? -1.0f : 1.0f;
     cosine *= turn;
     const float angle = clamped_acos(cosine), oa = clamped_acos(a.cos_o), ob = clamped_acos(b.cos_o);
@@ -202,7 +206,7 @@ void unite_cones(const LightNode& a, const LightNode& b, LightNode& out) {
         for (int c = 0; c < 3; ++c) out.axis[c] = turn * b.axis[c];
     } else {
         if (o >= kPi) return whole();
-        // From a's axis by o - oa towards b's.
+        // Rotate a's axis by o - oa towards b's.
         const float sine = std::sin(angle), t = o - oa;
         if (!(sine > 1e-4f) && cosine < 0.0f) return whole();
         const float fb = sine > 1e-4f ? std::sin(t) / sine : 0.5f;
@@ -214,7 +218,7 @@ void unite_cones(const LightNode& a, const LightNode& b, LightNode& out) {
         }
         for (float& x : out.axis) x /= std::sqrt(length);
     }
-    o = std::min(o + 1e-3f, kPi);  // rounding must not leave a light out
+    o = std::min(o + 1e-3f, kPi);  // so that rounding excludes no light
     out.cos_o = std::cos(o);
     out.sin_o = std::sin(o);
 }

@@ -1,4 +1,4 @@
-// Light hierarchy: a binary tree over lights, by which one is picked in proportion to what it may give.
+// Light hierarchy: a binary tree over lights, from which one is chosen in proportion to its bound.
 #pragma once
 
 #include <vector>
@@ -7,11 +7,12 @@
 
 namespace edgegrad {
 
-// Bound of two groups together.
+// The bound of two nodes together.
 LightNode united(const LightNode& a, const LightNode& b);
 
-// The tree over single lights (`child` of each is set): its root first, then an unused node, then pairs of
-// siblings. `parent` of the root is -1; pairs' `child` and `parent` count from `offset`, where the root goes.
+// Builds the tree over single lights, whose `child` is set. The first node is the root, the second is unused,
+// then come pairs of siblings. `parent` of the root is -1. The pairs' `child` and `parent` are indices from
+// `offset`, where the root will be stored.
 std::vector<LightNode> light_tree(std::vector<LightNode> lights, int32_t offset);
 
 }  // namespace edgegrad

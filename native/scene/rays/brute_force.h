@@ -1,18 +1,18 @@
-// Rays against every triangle of a tiny scene: no BVH pays there.
+// Intersection of rays with every triangle of a tiny scene, where a BVH does not pay off.
 //
-// Where a ray passes the three edges is told by their Pluecker products (Shoup 1999; Platis and Theoharis
-// 2003): the volume spanned by its direction d and the edge from a to b, seen from its origin o, is
+// The sides on which a ray passes the three edges are given by Pluecker products (Shoup 1999; Platis and
+// Theoharis 2003). For a ray with origin o and direction d and the edge from a to b, the product is
 //   d . (a x b) + (o x d) . (b - a).
-// A ray meets the triangle iff the three have one sign. Neighbours get the exact negative for their common
-// edge, so that no ray slips between them (Embree's queries without its robust flag miss one in twenty rays
-// that are aimed at an edge).
+// The ray hits the triangle iff all three have one sign. Adjacent triangles get exactly opposite values for
+// their common edge, so that no ray passes between them. (Embree's queries without its robust flag do miss
+// rays that are aimed at an edge.)
 #pragma once
 
 #include "scene/geometry.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Whether rays ignore the face, as one of their edge.
+// Lanes whose rays ignore the face, because it belongs to their edge.
 EG_INLINE Mask passes_face(const SceneView& scene, const Ignored& ignored, int32_t face) {
     Mask passes = splat(0);
     for (int i = 0; i < W; ++i) {
@@ -30,7 +30,7 @@ struct BruteHit {
     Int triangle;  // within `brute_triangles`
 };
 
-// Tests the rays against each triangle. kAny: until each has met one, whichever; else the nearest.
+// Tests the rays against each triangle. kAny: stops when each ray has hit one; else finds the nearest hit.
 template <bool kAny>
 EG_INLINE BruteHit brute_force(const SceneView& scene, Mask active, Vec3 o, Vec3 d, Float near, Float far,
                                const Ignored& ignored, Int mask) {
@@ -47,9 +47,9 @@ EG_INLINE BruteHit brute_force(const SceneView& scene, Mask active, Vec3 o, Vec3
         const Float low = min(min(side[0], side[1]), side[2]), high = max(max(side[0], side[1]), side[2]);
         Mask hit = active & ((low >= 0.0f) | (high <= 0.0f));
         if (!any(hit)) continue;
-        // The three add up to d . normal, but for a triangle that is far away for its size they cancel: a
-        // shadow ray that ends just before its light would then meet it. 0 (a ray in the plane) gives a
-        // distance that fails the tests.
+        // The sum of the three products is d . normal, but for distant small triangles it cancels: a shadow
+        // ray that ends just before its light would then hit it. So the distance is computed from the plane.
+        // For a ray in the plane it is infinite or NaN and fails the tests.
         const Float inverse = 1.0f / (side[0] + side[1] + side[2]);
         const Float distance = (t.offset - (o.x * t.normal[0] + o.y * t.normal[1] + o.z * t.normal[2])) /
                                (d.x * t.normal[0] + d.y * t.normal[1] + d.z * t.normal[2]);

@@ -1,16 +1,16 @@
-// A triangle prepared for being tested against every ray (scene/rays/brute_force.h).
+// A triangle, prepared for tests against every ray (scene/rays/brute_force.h).
 #pragma once
 
 #include <cstdint>
 
 namespace edgegrad {
 
-// Up to so many triangles they are prepared; kernels decide by their packets' width (scene/rays/rays.h).
+// Largest number of triangles to prepare. Kernels decide by their packets' width (scene/rays/rays.h).
 constexpr int32_t kBruteForceFaces = 96;
 
 struct BruteTriangle {
-    // Pluecker coordinates of the edges p1 p2, p2 p0 and p0 p1: a x b and b - a of the edge from a to b.
-    // Those of an edge in the other direction are their exact negatives.
+    // Pluecker coordinates of the edges p1 p2, p2 p0 and p0 p1: a x b and b - a of the edge from a to b. The
+    // reversed edge has exactly the negative coordinates.
     float edge[3][6];
     float normal[3], offset;  // normal . p = offset on the plane, normal = (p1 - p0) x (p2 - p0)
     int32_t face, mesh, mask;

@@ -58,7 +58,7 @@ std::vector<BruteTriangle> all_brute_triangles(const GeometryTables& tables) {
         for (int32_t f = tables.mesh_first_face[static_cast<size_t>(m)];
              f < tables.mesh_first_face[static_cast<size_t>(m) + 1]; ++f)
             triangles.push_back(prepare(tables, f, m));
-    // Shadow rays end at the first hit: large triangles are hit most.
+    // Shadow rays stop at the first hit, which large triangles make most likely.
     std::stable_sort(triangles.begin(), triangles.end(),
                      [](const BruteTriangle& a, const BruteTriangle& b) { return area2(a) > area2(b); });
     return triangles;

@@ -1,4 +1,5 @@
-// The triangles of a tiny scene, prepared for testing every ray against each (scene/rays/brute_force.h).
+// The triangles of a tiny scene, prepared for testing every ray against all of them
+// (scene/rays/brute_force.h).
 #pragma once
 
 #include <vector>
@@ -9,10 +10,10 @@ namespace edgegrad {
 
 struct GeometryTables;
 
-// The triangles that rays can hit, the largest first; empty where there are too many, or instances.
+// The triangles that rays can hit, the largest first. Empty if there are too many, or instances.
 std::vector<BruteTriangle> brute_triangles(const GeometryTables& tables);
 
-// All of them, whatever their number.
+// All triangles, whatever their number.
 std::vector<BruteTriangle> all_brute_triangles(const GeometryTables& tables);
 
 }  // namespace edgegrad

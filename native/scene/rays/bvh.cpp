@@ -12,17 +12,17 @@
 namespace edgegrad {
 namespace {
 
-// Memory at the peak of a build (measured: 1M and 10M triangles, medium quality).
+// Peak memory of a build, by face, and of Embree itself with its threads' stacks. Smaller values risk running
+// out of memory within Embree, larger ones refuse scenes that would fit.
 constexpr size_t kBuildBytesPerFace = 250;
-// And what Embree takes for itself and its threads' stacks.
 constexpr size_t kDeviceBytes = size_t{96} << 20;
 
-// Throws std::bad_alloc if there is no room for a build: Embree may wait forever when one of its threads runs
-// out of memory half-way.
+// Throws std::bad_alloc if there is no room for a build. Embree may wait forever if one of its threads runs
+// out of memory during a build.
 void check_room(size_t faces) {
     const size_t needed = kDeviceBytes + faces * kBuildBytesPerFace;
     ::operator delete(::operator new(needed));
-    std::ifstream memory("/proc/meminfo");  // where the system promises more than it has
+    std::ifstream memory("/proc/meminfo");  // where the system promises more memory than it has
     std::string name;
     size_t kilobytes;
     while (memory >> name >> kilobytes) {
@@ -36,7 +36,7 @@ void check_room(size_t faces) {
 Bvh::Bvh(const embree::Api& api, const SceneTables& tables, int threads) : api_(api) {
     check_room(tables.faces.size() / 3);
     device_ = embree::device(threads);
-    api_.device_error(device_);  // of a call that ended before it asked
+    api_.device_error(device_);  // clears an error that an earlier call has left
     try {
         build(tables);
     } catch (...) {
@@ -70,7 +70,7 @@ void Bvh::build(const SceneTables& tables) {
     scene_ = api_.new_scene(device_);
     api_.set_scene_quality(scene_, embree::kMedium);
     const auto instances = mesh_instances(tables);
-    // Embree's objects must be held as soon as they exist.
+    // Reserve first: an exception between creating an Embree object and storing it would leak it.
     geometries_.reserve(static_cast<size_t>(tables.visible_meshes));
     instanced_.reserve(static_cast<size_t>(tables.visible_meshes));
     instances_.reserve(tables.instance_mesh.size());
@@ -119,9 +119,8 @@ void Bvh::build_instances(const SceneTables& tables) {
 
 void Bvh::make_dynamic() {
     if (dynamic_) return;
-    // Embree keeps one BVH per mesh, which can be refitted, only in scenes of low quality; each mesh's own
-    // BVH is built with its own quality (1M triangles: refit 0.1 of a build, with any other scene
-    // quality 1.0).
+    // Embree keeps one BVH per mesh, which can be refitted, only in scenes of low quality. Each mesh's own
+    // BVH is built with its own quality.
     const auto prepare = [&](embree::SceneHandle scene) {
         api_.set_scene_flags(scene, embree::kDynamic);
         api_.set_scene_quality(scene, embree::kLow);
@@ -134,8 +133,8 @@ void Bvh::make_dynamic() {
 void Bvh::update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far) {
     if (moved.empty()) return;
     api_.device_error(device_);
-    // A scene that never moves has one BVH over all meshes, which is the fastest to trace. From the
-    // first motion on it is dynamic: one BVH per mesh, so that only what moved is refitted.
+    // A scene that never moves has one BVH over all meshes, which is fastest to trace. From the first motion
+    // on the scene is dynamic: one BVH per mesh, so that only moved meshes are refitted.
     const bool rebuild = far || !dynamic_;
     make_dynamic();
     const auto commit = [&](int32_t m, embree::Quality quality) {

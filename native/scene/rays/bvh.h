@@ -1,4 +1,4 @@
-// Embree's scene over the meshes that rays can hit.
+// Embree's scene of the meshes that rays can hit.
 #pragma once
 
 #include "scene/tables.h"
@@ -7,21 +7,21 @@ namespace edgegrad {
 
 class Bvh {
  public:
-    // Shares the tables' vertices and faces, which must stay where they are; the vertices need four
-    // floats of padding behind their end (Embree reads 16 bytes at each).
+    // Shares the tables' vertices and faces, which must not move in memory. The vertices need four floats of
+    // padding at their end, because Embree reads 16 bytes at each.
     Bvh(const embree::Api& api, const SceneTables& tables, int threads);
     ~Bvh() { release(); }
     Bvh(const Bvh&) = delete;
     Bvh& operator=(const Bvh&) = delete;
 
-    // After vertices of these meshes have moved in place; `far`: by so much that refitting won't do.
+    // Updates the BVH after vertices of these meshes have moved in place. `far`: too far for refitting.
     void update(const SceneTables& tables, const std::vector<int32_t>& moved, bool far);
 
     embree::SceneHandle handle() const { return scene_; }
 
  private:
-    // Geometry m of `geometries_` is mesh m. An instanced mesh is alone in a scene of its own, of which
-    // instance i is geometry (number of meshes + i) of the main scene.
+    // Geometry m of `geometries_` is mesh m. An instanced mesh has a scene of its own, of which instance i is
+    // geometry (number of meshes + i) of the main scene.
     struct Instanced {
         int32_t mesh;
         embree::SceneHandle scene;
@@ -39,7 +39,7 @@ class Bvh {
     std::vector<embree::Geometry> geometries_, instances_;
     std::vector<Instanced> instanced_;
     bool dynamic_ = false;
-    // Embree frees some of its memory twice if it is released after it ran out of memory: it isn't, then.
+    // Embree would free some memory twice if it were released after it ran out of memory.
     bool abandoned_ = false;
 };
 

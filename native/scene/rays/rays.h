@@ -1,4 +1,4 @@
-// Ray queries: packets of W rays through Embree, and the one place where rays leave a surface.
+// Ray queries: packets of W rays through Embree.
 #pragma once
 
 #include "scene/rays/brute_force.h"
@@ -6,9 +6,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Up to so many triangles a test of each beats Embree's BVH, for the nearest hit and for any hit: measured by
-// tests/benchmarks/throughput.py (AVX2: 1.4 to 1.8 times at 36 triangles, 0.8 at 64; for any hit 1.3 at 12,
-// 0.8 at 36). A packet twice as wide tests twice as many in the time, while the BVH gains less.
+// Up to this many triangles, testing each is faster than Embree's BVH, for the nearest hit and for any hit. A
+// wider packet shares each test among more rays, while the BVH gains less from width.
 constexpr int32_t kBruteNearest = 6 * W, kBruteAny = 2 * W;
 
 EG_INLINE bool test_all(const SceneView& scene, int32_t most) {
@@ -18,23 +17,23 @@ EG_INLINE bool test_all(const SceneView& scene, int32_t most) {
 using RayHit = embree::RayHit<W>;
 using Ray = embree::Ray<W>;
 
-// Context of a query whose filter ignores, per lane, the faces of an edge.
+// Context of a query whose filter ignores the faces of an edge, per lane.
 struct EdgeContext {
     embree::QueryContext base;  // first: Embree passes its address to the filter
     const SceneView* scene;
     int32_t edge[W];
-    int32_t instance[W];  // which of the edge's copies
+    int32_t instance[W];  // of the edge
 };
 
-// Ignoring faces is a filter in the traversal: re-tracing behind an ignored hit would step over
-// surfaces that lie in the same plane (derivations F3e). Ray ids are lane numbers.
+// Faces are ignored by a filter within the traversal. Re-tracing behind an ignored hit would skip coplanar
+// surfaces (derivations F3e). Ray ids are lane numbers.
 static void ignore_edge_faces(const embree::FilterArguments* args) {
     const auto* context = reinterpret_cast<const EdgeContext*>(args->context);
     const SceneView& scene = *context->scene;
     const auto* ray = static_cast<const uint32_t*>(args->ray);
     const auto* hit = static_cast<const uint32_t*>(args->hit);
     const uint32_t n = args->n;
-    // Mostly a few of them have hit something: a branch for each would be mispredicted.
+    // Usually few lanes have a hit, so a branch per lane would be mispredicted.
     uint32_t waiting = n == W ? lane_bits(load(args->valid)) : (1u << n) - 1u;
     for (; waiting; waiting &= waiting - 1u) {
         const uint32_t i = static_cast<uint32_t>(__builtin_ctz(waiting));
@@ -43,7 +42,7 @@ static void ignore_edge_faces(const embree::FilterArguments* args) {
         const int32_t edge = context->edge[lane];
         if (edge < 0) continue;
         const uint32_t face = hit[5 * n + i] + static_cast<uint32_t>(scene.mesh_first_face[hit[6 * n + i]]);
-        const uint32_t number = hit[7 * n + i];  // Embree's, of the instance
+        const uint32_t number = hit[7 * n + i];  // Embree's index of the instance
         const int32_t copy =
             number == embree::kInvalidId ? -1 : static_cast<int32_t>(number) - scene.mesh_count;
         const uint32_t first = scene.edge_face_first[edge];
@@ -92,8 +91,8 @@ EG_INLINE void query_occluded(const SceneView& scene, const int32_t* valid, Ray&
 
 struct Closest {
     Mask hit;
-    Int face;            // 0 where there is no hit
-    Int mesh, instance;  // instance -1: the mesh itself
+    Int face;            // 0 without a hit
+    Int mesh, instance;  // instance -1: none
     Float b1, b2;
     Float distance;  // in units of the direction's length
 };
@@ -109,14 +108,14 @@ EG_INLINE void set_filter(const SceneView& scene, const Ignored& ignored, EdgeCo
     args.filter = ignore_edge_faces;
 }
 
-// What rays of a kind meet: a mask for Embree.
+// Embree's mask for rays of a kind.
 EG_INLINE Int ray_mask(Int kind) {
     Int mask;
     for (int i = 0; i < W; ++i) mask[i] = 1 << kind[i];
     return mask;
 }
 
-// Nearest hit, of the meshes that have a bit of `mask`.
+// Finds the nearest hit among meshes that have a bit of `mask`.
 EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float near,
                             Float far, const Ignored& ignored, int coherence,
                             Int mask = splat(1 << kCameraRay)) {
@@ -157,12 +156,11 @@ EG_INLINE Closest intersect(const SceneView& scene, Mask active, Vec3 origin, Ve
     return closest;
 }
 
-// Where rays leave a surface: off along its normal, further than rounding can be wrong.
+// Origin of a ray that leaves a surface, offset along its normal by more than the rounding error.
 EG_INLINE Vec3 leave_surface(const SurfacePoint& x) { return x.position + x.normal * x.offset; }
 
-// A query's flag for rays whose direction is about one, as towards a small light from places side by side: a
-// packet of them traverses the BVH as a whole. A picture of blob_flat (11,520 faces, a small light) takes
-// 0.87 of the seconds; of rays that part it would take longer (dense_200k under a sky: 1.38).
+// Embree's flag for rays of nearly one direction, as towards a small light from nearby points. A packet of
+// such rays traverses the BVH together; for diverging rays this would be slower.
 EG_INLINE int coherence(Mask active, Vec3 direction) {
     constexpr float kCosine2 = 0.96f;
     const int lane = first_lane(active);
@@ -173,7 +171,7 @@ EG_INLINE int coherence(Mask active, Vec3 direction) {
     return any(parts) ? embree::kIncoherent : embree::kCoherent;
 }
 
-// Whether something in the BVH is hit within `far` times the direction's length.
+// Lanes that hit something in the BVH within `far` times the direction's length.
 EG_OUTLINE Mask occluded_in_bvh(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
                                 const Ignored& ignored, Int mask) {
     alignas(64) int32_t valid[W];
@@ -188,7 +186,7 @@ EG_OUTLINE Mask occluded_in_bvh(const SceneView& scene, Mask active, Vec3 origin
     return active & (load(ray.tfar) < 0.0f);  // Embree sets -inf where it found a hit
 }
 
-// Whether something is hit within `far` times the direction's length.
+// Lanes that hit something within `far` times the direction's length.
 EG_INLINE Mask occluded(const SceneView& scene, Mask active, Vec3 origin, Vec3 direction, Float far,
                         const Ignored& ignored, Int mask = splat(1 << kShadowRay)) {
     if (!any(active)) return active;

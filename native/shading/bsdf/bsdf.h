@@ -1,12 +1,13 @@
-// BSDFs of all shaders (scene/material_params.h): prepare once for a view, then evaluate and sample.
+// The BSDFs of all closures (scene/material_params.h). A BSDF is prepared once for a view, then evaluated and
+// sampled:
 //
 //   const Bsdf f = make_bsdf(active, kind, flags, material_values(row), n, ng, tangent, from_inside, wo);
 //   const BsdfValue e = evaluate(f, active, wi);
 //   const BsdfSample s = sample(f, active, choice, u, v);
 //
-// `evaluate` gives the sum of all lobes but perfect and followed mirrors and interfaces, and the density of
-// `sample`, which picks a lobe by its estimated albedo. Light that a mirror would send below the triangle, or
-// an interface above it, is lost.
+// `evaluate` returns the sum of all lobes except perfect and followed ones, and the density of `sample`.
+// `sample` chooses a lobe in proportion to its estimated albedo. Light is lost that a mirror would reflect
+// below the triangle, or that an interface would refract above it.
 #pragma once
 
 #include "scene/view.h"
@@ -17,7 +18,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 EG_INLINE Mask is_kind(Int kind, ShaderKind k) { return kind == splat(static_cast<int>(k)); }
 
-// The local frame of mirrors; `anisotropic` lanes have x along their tangents, and mirrors turned about z.
+// The local frame of mirrors. In `anisotropic` lanes x is along the tangent, and the mirror is rotated about
+// z.
 EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Vec3 tangent, Float turns) {
     f.z = valid_mirror_normal(f.normal, f.ng, f.wo);
     basis(f.z, f.x, f.y);
@@ -38,7 +40,7 @@ EG_INLINE void make_frame(Bsdf& f, Mask anisotropic, Vec3 tangent, Float turns) 
     f.turned_view = turned(f, f.view);
 }
 
-// Shares of the lobes instead of albedos.
+// Normalizes the lobes' albedos to probabilities.
 EG_INLINE void normalize_probabilities(Bsdf& f) {
     Float sum = splat(0.0f);
     for (int k = 0; k < kLobes; ++k)
@@ -48,8 +50,9 @@ EG_INLINE void normalize_probabilities(Bsdf& f) {
         if (f.any_lobe[k]) f.probability[k] = f.probability[k] * scale;
 }
 
-// Of active lanes; normals (unit) are on the viewer's side, `from_inside`: that is the triangle's back,
-// `tangent`: any vector along the surface, for anisotropy. wo: unit, towards the viewer.
+// Prepares the BSDF of active lanes. The unit normals are on the viewer's side; `from_inside`: that is the
+// back of the triangle. `tangent` is any vector along the surface, for anisotropy. wo is the unit vector
+// towards the viewer.
 EG_INLINE Bsdf make_bsdf(Mask active, Int kind, Int flags, const MaterialValues& v, Vec3 n, Vec3 ng,
                          Vec3 tangent, Mask from_inside, Vec3 wo) {
     Bsdf f = no_bsdf(active, n, ng, wo);
@@ -85,10 +88,10 @@ EG_INLINE Bsdf make_bsdf(Mask active, Int kind, Int flags, const MaterialValues&
     return f;
 }
 
-// Radiance of the surface itself, after what lies above it.
+// Emission of the surface, attenuated by the layers above it.
 EG_INLINE Vec3 emitted(const Bsdf& f) { return f.emission; }
 
-// f |cos| of the diffuse lobe by its cosine density.
+// f |cos| of the diffuse lobe divided by its cosine density.
 EG_INLINE Vec3 diffuse_factor(const Bsdf& f, Vec3 wi, Float cosine) {
     Vec3 value = f.diffuse;
     if (f.any_oren_nayar) value = value * oren_nayar(f.oren_nayar, f.cosine, cosine, dot(f.wo, wi));
@@ -107,6 +110,7 @@ EG_INLINE void add(BsdfValue& sum, Mask m, const Scattered& s, Float probability
 
 EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
     BsdfValue sum = {zero3(), splat(0.0f)};
+    // Add the lobes that are defined by the shading normal
     const Float cosine = dot(f.normal, wi), side = dot(f.ng, wi);
     const Mask above = active & (side > 0.0f), under = active & (side < 0.0f);
     if (f.any_lobe[kDiffuseLobe]) {
@@ -123,6 +127,7 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
         add(sum, above, {f.sheen.weight * density, detach(density)}, f.probability[kSheenLobe]);
     }
     if (!(f.any_lobe[kMirrorLobe] | f.any_lobe[kCoatLobe] | f.any_lobe[kInterfaceLobe])) return sum;
+    // Add the reflection of mirrors and interfaces
     const Vec3 w = to_local(f, wi);
     if (any(above)) {
         const Vec3 between = f.view + w;
@@ -137,32 +142,33 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
             add(sum, above, evaluate_interface_reflection(f.glass, f.view, w, h, half),
                 f.probability[kInterfaceLobe]);
     }
+    // Add the refraction of interfaces
     if (f.any_lobe[kInterfaceLobe] && any(under))
         add(sum, under, evaluate_refraction(f.glass, f.view, w), f.probability[kInterfaceLobe]);
     return sum;
 }
 
-// What moves the rim of the transmission lobe (shading/bsdf/transmission_rim.h); its value is 0.
+// The factor of the rim of the transmission lobe (shading/bsdf/transmission_rim.h). Its value is 0.
 EG_INLINE Vec3 evaluate_rim(const Bsdf& f, Mask active, Vec3 wi) {
     const Mask under = active & (dot(f.ng, wi) < 0.0f);
     if (!f.any_lobe[kInterfaceLobe] || !any(under)) return zero3();
     return select(under, rim_change(f.glass, f.view, to_local(f, wi)), zero3());
 }
 
-// Directions of one kind of lobe for the lanes that picked it; the rest of a sample follows from them.
+// Directions sampled from one kind of lobe, for the lanes that chose it.
 struct Direction {
     Vec3 wi;
     Mask perfect, transmitted;
     Mask followed;  // of `perfect`
-    Vec3 half;      // of a followed one
-    Vec3 value;     // of a perfect one: f |cos| / probability, that of the lobe apart
+    Vec3 half;      // of the microfacet, for followed lobes
+    Vec3 value;     // for perfect lobes: f |cos| / probability, without the lobe's probability
     Float probability;
     Int ray_kind;
     Int lobe;
 };
 
-// What lobes of lanes of the mask scatter that are followed, h being the microfacet's normal in their frame
-// and `value` their reflectance or transmittance by the probability of that kind.
+// Completes the samples of followed lobes. `h` is the microfacet normal in the lobe's frame, `value` its
+// reflectance or transmittance divided by the probability of that choice.
 EG_INLINE void follow_sample(const Ggx& g, Mask m, Vec3 view, Float bound, Vec3 w, Vec3 h, Float cosine,
                              Vec3 value, Direction& d) {
     if (!any(m)) return;
@@ -174,7 +180,7 @@ EG_INLINE void follow_sample(const Ggx& g, Mask m, Vec3 view, Float bound, Vec3 
     d.followed |= m;
 }
 
-// The coat's frame isn't turned.
+// Samples a mirror or the coat. The coat's frame is not rotated.
 EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask picked, Float u, Float v,
                              Direction& d) {
     const Vec3 view = coat ? f.view : f.turned_view;
@@ -191,10 +197,11 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask
     d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
 }
 
-// Lobes are picked by u, each by a share of it, so that samples that are well spread over (u, v) are so in
-// each lobe (roughness_env, 16 samples: 2.5 times less variance of the derivative than with a number of its
-// own); `choice` decides between reflection and refraction.
+// Samples a direction. The random number u_all chooses the lobe and is then rescaled, so that samples that
+// are well distributed over (u, v) are so within each lobe. `choice` decides between reflection and
+// refraction.
 EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_all, Float v) {
+    // Initialize the sample
     Direction d;
     d.wi = f.normal;
     d.perfect = d.transmitted = d.followed = splat(0);
@@ -203,6 +210,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
     d.probability = splat(1.0f);
     d.ray_kind = splat(static_cast<int>(kDiffuseRay));
     d.lobe = splat(0);
+    // Choose a lobe
     Mask left = active;
     Float share = splat(1.0f);  // probability of the lobe
     Float passed = splat(0.0f);
@@ -218,6 +226,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
         done |= picked;
         share = select(picked, p, share);
         d.lobe = select(picked, splat(k), d.lobe);
+        // Sample the lobe's direction
         switch (k) {
             case kDiffuseLobe:
                 d.wi = select(picked, cosine_direction(f.normal, u, v), d.wi);
@@ -254,6 +263,7 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
                 break;
         }
     }
+    // Drop directions on the wrong side, and evaluate all lobes in the others
     const Float side = dot(f.ng, d.wi);
     BsdfSample s;
     s.wi = d.wi;

@@ -1,4 +1,4 @@
-// BSDFs at given points and directions: what tests look at.
+// Evaluation of BSDFs at given points and directions, for tests.
 #pragma once
 
 #include "shading/bsdf/bsdf.h"

@@ -1,4 +1,4 @@
-// What a surface scatters towards one viewer: a fixed set of lobes, each with a weight per lane.
+// The scattering of a surface towards one viewer: a fixed set of lobes, each with a weight per lane.
 #pragma once
 
 #include "shading/bsdf/interface.h"
@@ -14,17 +14,18 @@ struct Bsdf {
     Mask active;
     Vec3 normal, ng, wo;  // normals on the viewer's side
     Float cosine;         // normal . wo
-    Vec3 x, y, z;         // local frame of mirrors and interfaces, whose normal z gives valid reflections
-    Vec3 view;            // wo in it
-    // The mirror's own frame is turned about z. Half vectors are turned as such: of a lobe of width alpha the
-    // turns of view and light have derivatives that cancel but for alpha.
+    // local frame of mirrors and interfaces; the normal z is bent so that reflections are valid
+    Vec3 x, y, z;
+    Vec3 view;  // wo in that frame
+    // The mirror's own frame is rotated about z. The half vector itself is rotated, not view and light: their
+    // derivatives would be 1/alpha times larger and cancel almost completely.
     bool any_turned;
     Float turn_cosine, turn_sine;
     Vec3 turned_view;
 
     Vec3 diffuse;  // albedo
     OrenNayar oren_nayar;
-    Float burley;  // roughness of Burley's diffuse model; < 0: not that
+    Float burley;  // roughness of Burley's diffuse model; < 0: another model
     bool any_oren_nayar, any_burley;
     Vec3 translucent;
     Reflection mirror, coat;
@@ -32,11 +33,11 @@ struct Bsdf {
     Sheen sheen;
     Vec3 emission;
 
-    bool any_lobe[kLobes];      // whether a lane has it
-    Float probability[kLobes];  // of sampling it
+    bool any_lobe[kLobes];      // whether any lane has the lobe
+    Float probability[kLobes];  // of sampling the lobe
 };
 
-// A surface without any lobe.
+// A surface without lobes.
 EG_INLINE Bsdf no_bsdf(Mask active, Vec3 n, Vec3 ng, Vec3 wo) {
     Bsdf f;
     f.active = active;
@@ -52,7 +53,7 @@ EG_INLINE Bsdf no_bsdf(Mask active, Vec3 n, Vec3 ng, Vec3 wo) {
 }
 
 EG_INLINE Vec3 to_local(const Bsdf& f, Vec3 w) { return {dot(f.x, w), dot(f.y, w), dot(f.z, w)}; }
-// From the local frame to the mirror's own, and back.
+// Converts from the local frame to the mirror's own frame, and back.
 EG_INLINE Vec3 turned(const Bsdf& f, Vec3 w) {
     if (!f.any_turned) return w;
     return {w.x * f.turn_cosine + w.y * f.turn_sine, w.y * f.turn_cosine - w.x * f.turn_sine, w.z};

@@ -1,22 +1,20 @@
-// Which lobes of a surface are sampled where only how wide some are is asked for (derivations, M).
+// Choice of lobes where only the roughness of some lobes is requested (derivations, M).
 //
-// The picture picks lobes by their albedos, so that a dielectric's gloss over a diffuse base gets one sample
-// of twenty. The derivative by its roughness comes from the gloss alone, but for little. And as the score of
-// a lobe's samples sums up to next to nothing where they fill it evenly, one that another lobe takes leaves a
-// hole: roughness_env at 4 samples, with 10, 5, 2, 1 and 0 % for the diffuse lobe, relative variance 1.10,
-// 0.78, 0.54, 0.47 and 0.37 (even samples; the picture's 30 %: 1.93).
+// The picture chooses lobes by their albedos, so the gloss of a dielectric over a diffuse base gets few of
+// the samples. The derivative by its roughness comes almost only from the gloss. In addition, the scores of a
+// lobe's samples nearly cancel when the samples are evenly distributed. A sample that another lobe takes
+// leaves a gap in that distribution.
 #pragma once
 
 #include "shading/bsdf/closures.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Least share of the asked lobes among a surface's samples: of a path's last rays, and of others, whose light
-// has derivatives of its own (a room of one dielectric, 5 segments, variance: 1/2 changes nothing, 9/10 takes
-// 4 times as much).
+// Least share of the samples that the requested lobes get: for the last rays of paths, and for others, whose
+// incoming light has derivatives too.
 constexpr float kShareOfLast = 0.99f, kShareOfOthers = 0.5f;
 
-// Favours the `lobes` (bits) of lanes of the mask.
+// Favours the `lobes` (bits) of the mask's lanes.
 EG_INLINE void favour(Bsdf& f, Mask m, int32_t lobes, Mask last) {
     Float sum = splat(0.0f);
     Mask favoured[kLobes];

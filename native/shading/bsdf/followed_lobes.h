@@ -1,19 +1,20 @@
-// Narrow lobes that are followed: mirrors and interfaces whose microfacet normal h is random, and held.
+// Followed lobes: narrow lobes that are differentiated at a fixed microfacet normal h, like perfect mirrors
+// and interfaces with a random normal.
 //
-// A rough lobe that is differentiated at a direction that stays, or that rides on what it shows, changes by
-// d log f ~ 1/alpha. With h held in the surface's own frame instead, the ray that it makes of the view is a
-// perfect mirror's or interface's with another normal, and moves with view and frame; by h the light is
+// At a fixed direction or in material form, a rough lobe changes by d log f ~ 1/alpha. With h fixed in the
+// surface's own frame, the ray is that of a perfect mirror or interface with the normal h, and it moves with
+// view and frame. By h, the scattered light is
 //   int F(h.v) D(h) G2(v, w) (h.v)/v.z L(w(v, h)) dh
-// of reflection and of refraction, w(v, h) the ray: nothing is divided by alpha (derivations, Q). Where D is
-// alike of two views, both are given here by D dh, for D's size has no bound.
+// for reflection and refraction with the ray w(v, h). Nothing is divided by alpha (derivations, Q). Light and
+// density are both expressed by the measure D dh, because D itself is unbounded.
 #pragma once
 
 #include "shading/bsdf/closures.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Follows lobes of lanes of the mask up to an alpha of `widest`; their bits (1 << Lobe). Left out are shaders
-// that stop to transmit where they would reflect totally: for one h that is a jump.
+// Selects the lobes with an alpha up to `widest` as followed. Returns their bits (1 << Lobe). Refraction
+// closures are excluded: they stop transmitting at total reflection, which is a discontinuity at fixed h.
 EG_INLINE Int follow_lobes(Bsdf& f, Mask m, float widest) {
     Int bits = splat(0);
     const auto follow = [&](Lobe k, Ggx& g, Mask may) {
@@ -27,7 +28,7 @@ EG_INLINE Int follow_lobes(Bsdf& f, Mask m, float widest) {
     return bits;
 }
 
-// Follows the lobes that `bits` names.
+// Makes the lobes in `bits` followed.
 EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
     const auto set = [&](Lobe k, Ggx& g) {
         if (f.any_lobe[k]) g.followed = (bits & (1 << k)) != 0;
@@ -35,25 +36,26 @@ EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
     set(kMirrorLobe, f.mirror.ggx), set(kCoatLobe, f.coat.ggx), set(kInterfaceLobe, f.glass.ggx);
 }
 
-// Follows none of lanes of the mask.
+// Makes no lobe followed in the mask's lanes.
 EG_INLINE void follow_none(Bsdf& f, Mask m) {
     if (f.any_lobe[kMirrorLobe]) f.mirror.ggx.followed &= ~m;
     if (f.any_lobe[kCoatLobe]) f.coat.ggx.followed &= ~m;
     if (f.any_lobe[kInterfaceLobe]) f.glass.ggx.followed &= ~m;
 }
 
-// F aside, the light of h by D(h) dh, which goes to the side of `transmitted`.
+// The light of h by the measure D(h) dh, without the Fresnel factor. `transmitted` says to which side it
+// goes.
 EG_INLINE Float followed_light(const Ggx& g, Vec3 view, Vec3 w, Mask transmitted, Float cosine) {
     const Mask counts = (view.z > 0.0f) & (cosine > 0.0f) & select(transmitted, w.z < 0.0f, w.z > 0.0f);
     return select(counts, cosine / (max(view.z, 1e-20f) * (1.0f + g.masking + ggx_lambda(g, w))), 0.0f);
 }
 
-// The density of `sample_normal` by D(h) dh.
+// The density of `sample_normal` by the measure D(h) dh.
 EG_INLINE Float followed_density(const Ggx& g, Vec3 view, Float bound, Float cosine) {
     return 2.0f * detach(cosine) / max(detach(bound) * detach(view.z) + detach(g.stretched), 1e-20f);
 }
 
-// D(h) by its own value: 1, which changes with the lobe's width.
+// D(h) divided by its own value: 1, with the derivative by the lobe's width.
 EG_INLINE Float relative_density(const Ggx& g, Vec3 h) {
     const Float d = ggx_density(g, h);
     return d * (1.0f / max(detach(d), 1e-37f));

@@ -1,4 +1,4 @@
-// Share of light that a smooth interface reflects.
+// Fresnel reflectance of smooth interfaces.
 #pragma once
 
 #include "simd/elementary.h"
@@ -16,8 +16,8 @@ EG_INLINE Vec3 mix(Vec3 a, Vec3 b, Float t) {
 }
 EG_INLINE Float pow5(Float x) { return x * x * x * x * x; }
 
-// Unpolarised reflectance of a dielectric of relative index eta for light at the given cosine on its outside
-// (Fresnel), and the cosine of the refracted direction; 1 and 0 beyond the critical angle.
+// Unpolarised Fresnel reflectance of a dielectric with the relative index eta, for light at the given cosine
+// on its outside, and the cosine of the refracted direction. 1 and 0 beyond the critical angle.
 struct Dielectric {
     Float reflectance, cosine;
 };
@@ -28,7 +28,7 @@ EG_INLINE Dielectric dielectric(Float cosine, Float eta) {
     const Float squared = eta * eta - (1.0f - c * c);
     const Mask refracts = squared > 0.0f;
     const Float g = sqrt(max(squared, 0.0f));
-    // Of equal indices both sums are 0 where light grazes. The inverse square of the least is a number, too.
+    // For equal indices both sums are 0 at grazing angles. The inverse square of kLeast is finite.
     constexpr float kLeast = 1e-15f;
     const Float s = (c - g) / max(c + g, kLeast);
     const Float eta2c = eta * eta * c;
@@ -36,8 +36,8 @@ EG_INLINE Dielectric dielectric(Float cosine, Float eta) {
     return {select(refracts, 0.5f * (s * s + p * p), 1.0f), select(refracts, g / eta, 0.0f)};
 }
 
-// By how much the reflectance (s^2 + p^2) / 2 falls with the cosine c, where light refracts: g = eta
-// cos(theta_t), whose slope is c/g. Also of raw numbers (adjoint/number.h).
+// Negative derivative of the reflectance (s^2 + p^2) / 2 by the cosine c, where light refracts: g = eta
+// cos(theta_t), whose derivative is c/g. Works on raw packets too (adjoint/number.h).
 template <typename F>
 EG_INLINE F reflectance_fall(F c, F eta, F g, F inverse_g) {
     const F e = eta * eta * c, steep = g - c * c * inverse_g;
@@ -55,19 +55,20 @@ EG_INLINE Float ior_of_f0(Float f0) {
     return (1.0f + r) / (1.0f - r);
 }
 
-// How far the reflectance has gone from normal incidence (0) to grazing (1): what Cycles mixes f0 and f90 by.
+// Position of the reflectance between normal incidence (0) and grazing angles (1). Cycles interpolates
+// between f0 and f90 by it.
 EG_INLINE Float fresnel_share(Float reflectance, Float f0) {
     return saturate((reflectance - f0) / max(1.0f - f0, 1e-6f));
 }
 
-// Mean of a dielectric's reflectance, weighted by the cosine (fit by Kulla and Conty 2017).
+// Cosine-weighted mean of a dielectric's reflectance (fit by Kulla and Conty 2017).
 EG_INLINE Float mean_dielectric(Float eta) {
     return select(eta < 1.0f, 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f)),
                   (eta - 1.0f) / (4.08567f + 1.00071f * eta));
 }
 
-// F82-tint (Kutz et al. 2021, "Novel aspects of the Adobe Standard Material"): Schlick's curve less
-// b c (1 - c)^6, which multiplies it by a tint at c = 1/7.
+// F82-tint (Kutz et al. 2021, "Novel aspects of the Adobe Standard Material"): Schlick's curve minus b c (1 -
+// c)^6, so that it is multiplied by the tint at c = 1/7.
 EG_INLINE Vec3 f82_b(Vec3 f0, Vec3 tint) {
     constexpr float k = 6.0f / 7, k5 = k * k * k * k * k;
     return mix(f0, white(), splat(k5)) * (white() - tint) * splat(7.0f / (k5 * k));

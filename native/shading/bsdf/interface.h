@@ -1,5 +1,5 @@
-// A rough or smooth boundary of two media (Walter et al. 2007): reflection and refraction, or refraction
-// alone. Radiance isn't scaled by the squared index, as in Cycles.
+// A rough or smooth interface of two media (Walter et al. 2007): reflection and refraction, or refraction
+// alone. As in Cycles, radiance is not scaled by the squared index.
 #pragma once
 
 #include "shading/bsdf/reflection.h"
@@ -10,9 +10,9 @@ struct Interface {
     Ggx ggx;
     Vec3 reflection, transmission;  // weights, tints included
     Vec3 f0;
-    Float eta;           // index of the other side by that of the viewer's
-    Mask refracts_only;  // transmits all that isn't totally reflected
-    bool by_slope;       // samples are for derivatives (sample_interface)
+    Float eta;           // index of the other side divided by that of the viewer's side
+    Mask refracts_only;  // transmits all light that is not totally reflected
+    bool by_slope;       // sampled for derivatives (reflect_by_slope)
 };
 
 EG_INLINE Interface no_interface() {
@@ -24,10 +24,9 @@ EG_INLINE Interface no_interface() {
     return g;
 }
 
-// Light of equal indices on both sides goes straight on.
-EG_INLINE Mask refracts_smoothly(const Interface& g) {
-    return is_smooth(g.ggx) | (abs(g.eta - 1.0f) < 1e-4f);
-}
+// Light between equal indices continues straight.
+EG_INLINE Mask bends_nothing(Float eta) { return abs(eta - 1.0f) < 1e-4f; }
+EG_INLINE Mask refracts_smoothly(const Interface& g) { return is_smooth(g.ggx) | bends_nothing(g.eta); }
 EG_INLINE Mask refracts_perfectly(const Interface& g) { return refracts_smoothly(g) | g.ggx.followed; }
 
 struct Split {
@@ -62,26 +61,26 @@ EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view,
                           (2.0f * max(detach(view.z) + detach(g.ggx.stretched), 1e-20f)))};
 }
 
-// `kOnRim`: of a direction on the lobe's rim (shading/bsdf/transmission_rim.h), the limit from inside the
-// lobe.
+// `kOnRim`: w is on the lobe's rim (shading/bsdf/transmission_rim.h); returns the limit from inside the lobe.
 template <bool kOnRim = false>
 EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
     const Vec3 sum = view + w * g.eta;
-    // The normal of refracting microfacets points from the denser medium to the other. The sum is not shorter
-    // than |eta - 1|, which is above 1e-4 where light refracts roughly; in other lanes its inverse must stay
-    // a number whose square is one.
+    // The normal of refracting microfacets points from the denser medium to the other one. The sum is at
+    // least |eta - 1| long, which is above 1e-4 where light refracts roughly. In the other lanes the square
+    // of the inverse must stay finite.
     const Float inverse = select(g.eta > 1.0f, splat(-1.0f), 1.0f) / max(sqrt(dot(sum, sum)), 1e-6f);
     const Vec3 h = sum * inverse;
     const Float ho = dot(h, view), hi = dot(h, w);
     const Mask inside = kOnRim ? splat(-1) : h.z > 0.0f;
     const Mask rough =
         ~refracts_perfectly(g) & (view.z > 0.0f) & (w.z < 0.0f) & inside & (ho > 0.0f) & (hi < 0.0f);
-    // No early return where no lane refracts: GCC 12 takes it always when a packet has one lane.
+    // There is no early return for packets without refracting lanes: GCC 12 would always take it for one-lane
+    // packets.
     const Split s = split_light(g, ho);
     const Float jacobian = g.eta * g.eta * inverse * inverse * abs(hi);
     const Float density = select(rough, ggx_density(g.ggx, h), 0.0f) * jacobian * ho;
     const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
-    // The visible normals' density is 2 D (h.view) / (view.z + stretched).
+    // The density of visible normals is 2 D (h.view) / (view.z + stretched).
     return {s.transmitted * (density / (max(view.z, 1e-20f) * both)),
             score_pdf(g.ggx, view, splat(1.0f), h,
                       (1.0f - s.reflect_probability) * 2.0f * detach(density) /
@@ -90,19 +89,19 @@ EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
 
 struct InterfaceSample {
     Vec3 w;
-    Mask found;  // false: the microfacet reflects totally what it should refract
+    Mask found;  // false: the microfacet chosen for refraction reflects totally
     Mask refracted, perfect;
-    Vec3 value;         // of a perfect one: weight by the probability of its kind
-    Vec3 h;             // the microfacet's normal
-    Float probability;  // of the kind
+    Vec3 value;         // of perfect and followed ones: weight divided by the probability of the choice
+    Vec3 h;             // microfacet normal
+    Float probability;  // of the choice between reflection and refraction
 };
 
-// How often samples for derivatives are reflected by a smooth interface. The slope F' of the reflectance is
-// in both kinds' derivative, however little of the light is of that kind: picked by how much it is, as in
-// pictures, what passes has the second moment F'^2 / T, which has no bound towards the critical angle, where
-// T ~ g and F' ~ 1/g (derivations, N). Relative variance of glass_sphere's interior term at 16 samples: 8.8
-// of pixels and 4.7 of the gradient with the picture's choice, 2.6 and 0.8 with this one. Without kMost light
-// that is reflected near that angle again and again, as within a ball, counts twice as much each time.
+// Probability of reflection at a smooth interface, for derivatives. The slope F' of the reflectance enters
+// the derivative of both reflection and refraction. If the choice were proportional to their shares, as for
+// pictures, the second moment F'^2 / T of refraction would be unbounded towards the critical angle, where T ~
+// g and F' ~ 1/g (derivations, N). kBySlope trades this variance for that of the light itself. kMost bounds
+// the probability: without it, light that is reflected repeatedly near that angle, as within a ball, would
+// get twice the weight at each reflection.
 EG_INLINE Float reflect_by_slope(Float picture, Float eta, Float cosine, Float refracted) {
     constexpr float kBySlope = 0.2f, kMost = 0.25f, kLeast = 1e-4f;
     const Float g = max(eta * refracted, kLeast);

@@ -1,4 +1,4 @@
-// A shader's values at a point, as BSDFs read them.
+// A closure's values at a point, as the BSDFs read them.
 #pragma once
 
 #include "scene/material_params.h"
@@ -19,7 +19,7 @@ struct MaterialValues {
     Vec3 sheen_tint;
 };
 
-// From a row of scene/material_params.h.
+// Reads a row of scene/material_params.h.
 EG_INLINE MaterialValues material_values(const Float* row) {
     const auto color = [row](int place) { return Vec3{row[place], row[place + 1], row[place + 2]}; };
     MaterialValues m;

@@ -1,7 +1,7 @@
 // The GGX distribution of microfacet normals (Trowbridge and Reitz 1975, Walter et al. 2007) with
-// height-correlated Smith masking (Heitz 2014), and sampling of the normals that the viewer sees (Dupuy and
-// Benyoub 2023), for reflection bounded to directions above the surface (Eto and Tokuyoshi 2023).
-// Vectors are in the local frame, whose z is the shading normal.
+// height-correlated Smith masking (Heitz 2014). Visible normals are sampled after Dupuy and Benyoub 2023; for
+// reflection, most directions below the surface are excluded (Eto and Tokuyoshi 2023). Vectors are in the
+// local frame, whose z is the shading normal.
 #pragma once
 
 #include "shading/bsdf/score_density.h"
@@ -9,7 +9,7 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Below this product of alphas a surface is a perfect mirror (that of Cycles).
+// Below this product of alphas a surface is a perfect mirror (the limit of Cycles).
 constexpr float kSmoothAlpha2 = 2e-10f;
 
 // A rough surface seen from `view`.
@@ -17,9 +17,9 @@ struct Ggx {
     Float ax, ay;
     Float stretched;  // |(ax x, ay y, z)| of the view
     Float masking;    // Smith's lambda of the view
-    Float bound;      // of sampled reflections
+    Float bound;      // of the sampled range of reflections
     Mask by_score;    // sampled for the derivative by roughness (shading/bsdf/score_density.h)
-    Mask followed;    // scatters by a microfacet that is held (shading/bsdf/followed_lobes.h)
+    Mask followed;    // scatters at a fixed microfacet normal (shading/bsdf/followed_lobes.h)
 };
 
 EG_INLINE Float ggx_lambda(const Ggx& g, Vec3 w) {
@@ -42,10 +42,10 @@ EG_INLINE Ggx make_ggx(Float ax, Float ay, Vec3 view) {
 }
 
 EG_INLINE Mask is_smooth(const Ggx& g) { return g.ax * g.ay <= kSmoothAlpha2; }
-// Where a ray that it scatters is a function of the view: light is found by such rays alone.
+// Lanes whose scattered ray is a function of the view. Only such rays find light there.
 EG_INLINE Mask is_perfect(const Ggx& g) { return is_smooth(g) | g.followed; }
 
-// Density of normals. Sines rather than 1 - cos^2 keep its precision on nearly smooth surfaces.
+// Density of normals. It uses sines rather than 1 - cos^2, which is inaccurate on nearly smooth surfaces.
 EG_INLINE Float ggx_density(const Ggx& g, Vec3 h) {
     const Float area = max(g.ax * g.ay, 1e-20f);
     const Float x = h.x / max(g.ax, 1e-10f), y = h.y / max(g.ay, 1e-10f);
@@ -55,7 +55,8 @@ EG_INLINE Float ggx_density(const Ggx& g, Vec3 h) {
 
 EG_OUTLINE Float score_places(const Ggx& g, Float u) { return select(g.by_score, score_place(u), u); }
 
-// A visible normal; `bound` 1: any of them, g.bound: most of those whose reflection goes below are left out.
+// Samples a visible normal. With `bound` 1 it may be any; with g.bound most normals that reflect below the
+// surface are excluded.
 EG_INLINE Vec3 sample_normal(const Ggx& g, Vec3 view, Float bound, Float u, Float v) {
     if (any(g.by_score)) u = score_places(g, u);
     const Float scale = 1.0f / max(g.stretched, 1e-20f);
@@ -71,14 +72,14 @@ EG_INLINE Vec3 sample_normal(const Ggx& g, Vec3 view, Float bound, Float u, Floa
                   Vec3{splat(0.0f), splat(0.0f), splat(1.0f)});
 }
 
-// Density of `sample_normal`'s reflections: D / (2 (bound z + stretched)).
+// Density of reflections at the normals of `sample_normal`: D / (2 (bound z + stretched)).
 EG_INLINE Float reflection_pdf(const Ggx& g, Vec3 view, Float density) {
     return detach(density) / (2.0f * max(g.bound * detach(view.z) + detach(g.stretched), 1e-20f));
 }
 
-// Density of the u of `sample_normal`'s h, the height of the point on the sphere that h, stretched, mirrors
-// the view to. By itself, so that it has nothing in common with what pictures compute: their bits would
-// change.
+// Density of the random number u that `sample_normal` maps to h. u is the height of the point on the sphere
+// to which the stretched h reflects the view. A separate function, so that the compiler cannot merge it with
+// the picture's computation and change the picture's bits.
 EG_OUTLINE Float score_factor(const Ggx& g, Vec3 view, Float bound, Vec3 h) {
     const Vec3 n = detach(h), v = detach(view);
     const Float x = n.x / max(detach(g.ax), 1e-10f), y = n.y / max(detach(g.ay), 1e-10f);
@@ -87,7 +88,7 @@ EG_OUTLINE Float score_factor(const Ggx& g, Vec3 view, Float bound, Vec3 h) {
     return select(g.by_score, score_density(1.0f - (z + low) / (1.0f + low)), 1.0f);
 }
 
-// A density of `sample_normal`'s h with what `by_score` changes of it.
+// The density of h from `sample_normal`, with the factor of score sampling.
 EG_INLINE Float score_pdf(const Ggx& g, Vec3 view, Float bound, Vec3 h, Float pdf) {
     return any(g.by_score) ? pdf * score_factor(g, view, bound, h) : pdf;
 }

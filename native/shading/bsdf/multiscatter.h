@@ -1,5 +1,5 @@
-// Light that is scattered between microfacets more than once, as a factor on what is scattered once: Cycles'
-// albedo scaling, after Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks".
+// Energy of light that is scattered between microfacets more than once, as a factor on single scattering:
+// Cycles' albedo scaling, after Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks".
 #pragma once
 
 #include "shading/bsdf/fresnel.h"
@@ -9,7 +9,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 struct Albedo {
-    Float toward, mean;  // for the view, and averaged over all directions
+    Float toward, mean;  // towards the view, and averaged over all directions
 };
 
 EG_INLINE Albedo reflection_albedo(Float rough, Float cosine) {
@@ -24,7 +24,7 @@ EG_INLINE TablePlace ior_place(Float eta) {
     return table_place(sqrt(abs((eta - 1.0f) / (eta + 1.0f))), kInterfaceTable);
 }
 
-// Of an interface with reflection and refraction together.
+// Albedo of an interface with both reflection and refraction.
 EG_INLINE Albedo interface_albedo(Float rough, Float cosine, Float eta) {
     const TablePlace x = table_place(rough, kInterfaceTable), y = table_place(cosine, kInterfaceTable);
     const TablePlace z = ior_place(eta);
@@ -38,15 +38,15 @@ EG_INLINE Albedo interface_albedo(Float rough, Float cosine, Float eta) {
     return a;
 }
 
-// Mean share of the way from f0 to 1 of what a rough dielectric reflects.
+// Mean position between f0 and 1 of the Fresnel reflectance of a rough dielectric.
 EG_INLINE Float reflection_fresnel(Float rough, Float cosine, Float eta) {
     return table_volume(kReflectionFresnel, table_place(rough, kInterfaceTable),
                         table_place(cosine, kInterfaceTable), ior_place(eta), kInterfaceTable);
 }
 
-// The energy of a closure whose single scattering reflects the mean share `fresnel`:
-// scaled to an albedo of 1 and then darkened by the absorption of repeated reflections, of which Fss is the
-// part that is already in the single scattering.
+// Energy compensation of a closure with the mean single-scattering reflectance `fresnel`. `scale` scales the
+// albedo to 1; `darkening` then applies the absorption of repeated reflections. Fss is the part of this
+// absorption that single scattering already contains.
 struct Compensation {
     Float scale;
     Vec3 darkening;
@@ -58,7 +58,7 @@ EG_INLINE Compensation compensation(Albedo a, Vec3 fresnel) {
     return {scale, (white() + repeated * missing) * (1.0f / scale)};
 }
 
-// What is left below a layer that reflects `albedo` (Cycles' layering).
+// Attenuation below a layer that reflects `albedo` (Cycles' layering).
 EG_INLINE Float below_share(Float albedo, Float weight) {
     return select(weight > 0.0f, albedo / max(weight, 1e-30f), 0.0f);
 }

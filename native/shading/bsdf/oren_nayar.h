@@ -1,5 +1,5 @@
-// Rough diffuse surfaces: Fujii's improved Oren-Nayar model with the energy of repeated scattering as OpenPBR
-// adds it, and the retro-reflection of Burley 2012. Both as factors on albedo / pi.
+// Rough diffuse surfaces: Fujii's improved Oren-Nayar model with the multiple-scattering energy of OpenPBR,
+// and the retro-reflection of Burley 2012. Both are factors on albedo / pi.
 #pragma once
 
 #include "shading/bsdf/fresnel.h"
@@ -10,7 +10,7 @@ constexpr float kPi = 3.14159265f;
 
 struct OrenNayar {
     Float a, b;     // times pi; b 0: Lambertian, a 1
-    Vec3 repeated;  // all of the repeated scattering's factor that the view gives
+    Vec3 repeated;  // the view's part of the multiple-scattering factor
 };
 
 // Directional albedo of the b term, over pi.
@@ -43,7 +43,7 @@ EG_INLINE Vec3 oren_nayar(const OrenNayar& o, Float cos_o, Float cos_i, Float co
     return splat3(o.a + o.b * t) + o.repeated * lost;
 }
 
-// Burley's diffuse factor, for the cosine of either direction with the half vector.
+// Burley's diffuse factor. `cos_half` is the cosine of either direction with the half vector.
 EG_INLINE Float burley(Float roughness, Float cos_o, Float cos_i, Float cos_half) {
     const Float fo = pow5(saturate(1.0f - cos_o)), fi = pow5(saturate(1.0f - cos_i));
     const Float r = 2.0f * roughness * cos_half * cos_half;

@@ -1,5 +1,5 @@
-// Perfect and followed mirrors and interfaces as functions of the view: what `sample` found by chance, once
-// more.
+// Perfect and followed mirrors and interfaces as functions of the view. They repeat, for derivatives, what
+// `sample` chose at random.
 #pragma once
 
 #include "shading/bsdf/bsdf.h"
@@ -8,10 +8,17 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 struct Specular {
     Vec3 wi;
-    Vec3 value;  // f |cos| of the lobe; of followed ones by D(h) dh
+    Vec3 value;  // f |cos| of the lobe; for followed lobes by the measure D(h) dh
 };
 
-// Of followed lobes of lanes, by the microfacet normal h in the lobe's own frame.
+// The cosine by which an interface refracts. Equal indices refract nothing, whichever way the normal points.
+// Rough interfaces use the normal of a microfacet, which faces the view even where an interpolated normal
+// does not.
+EG_INLINE Float bending_cosine(const Interface& g, Float cosine) {
+    return select(bends_nothing(g.eta), abs(cosine), cosine);
+}
+
+// Light of followed lobes, for the microfacet normal h in the lobe's frame.
 EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h, Vec3& w, Vec3& value) {
     const auto of = [&](Lobe k) { return lobe == splat(static_cast<int>(k)); };
     const auto put = [&](const Ggx& g, Mask m, Vec3 view, Vec3 way, Mask through, Float cosine, Vec3 color) {
@@ -41,8 +48,8 @@ EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 
     w = select(glass, way, w);
 }
 
-// Of the lanes that a perfect or followed `lobe` scatters, to the other side where `transmitted`; `half`: the
-// normal of the microfacet, of the latter.
+// Light of lanes scattered by a perfect or followed `lobe`, to the other side where `transmitted`. `half` is
+// the microfacet normal of followed lobes.
 EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted, Mask followed, Vec3 half) {
     const Vec3 z = {splat(0.0f), splat(0.0f), splat(1.0f)};
     const Float cosine = f.view.z;
@@ -52,7 +59,8 @@ EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted, M
     if (f.any_lobe[kCoatLobe]) value = select(is(kCoatLobe), reflectance(f.coat, cosine), value);
     if (f.any_lobe[kInterfaceLobe]) {
         const Split s = split_light(f.glass, cosine);
-        const Vec3 through = z * (cosine / f.glass.eta - s.cosine) - f.view * (1.0f / f.glass.eta);
+        const Float bending = bending_cosine(f.glass, cosine);
+        const Vec3 through = z * (bending / f.glass.eta - s.cosine) - f.view * (1.0f / f.glass.eta);
         w = select(is(kInterfaceLobe) & transmitted, through, w);
         value = select(is(kInterfaceLobe), select(transmitted, s.transmitted, s.reflected), value);
     }
@@ -60,14 +68,13 @@ EG_INLINE Specular scatter_specular(const Bsdf& f, Int lobe, Mask transmitted, M
     return {to_world(f, w), value};
 }
 
-// Shaders that have one such lobe alone: for these the whole BSDF, most of which is not of use, need not be
-// prepared.
+// Closures that consist of one such lobe. They do not need the whole BSDF.
 EG_INLINE Mask scatters_plainly(Int kind, Int flags) {
     return (is_kind(kind, kGlass) | is_kind(kind, kRefraction) | is_kind(kind, kGlossy)) &
            ~has_flag(flags, kMultiscatter | kAnisotropic);
 }
 
-// The interface of Glass and Refraction (add_glass, add_refraction) where it is smooth.
+// The interface of smooth Glass and Refraction closures (add_glass, add_refraction).
 EG_INLINE Interface plain_interface(Int kind, Vec3 color, Float ior, Mask from_inside) {
     Interface g = no_interface();
     const Float index = max(ior, 1e-5f);
@@ -78,12 +85,12 @@ EG_INLINE Interface plain_interface(Int kind, Vec3 color, Float ior, Mask from_i
     return g;
 }
 
-// What `scatter_specular` gives of them; `mirror` is their normal (valid_mirror_normal).
+// `scatter_specular` of such closures. `mirror` is their normal (valid_mirror_normal).
 EG_INLINE Specular scatter_plainly(const Interface& g, Vec3 mirror, Vec3 view, Int lobe, Mask transmitted) {
     const Mask interface = lobe == splat(static_cast<int>(kInterfaceLobe)), through = interface & transmitted;
     const Float cosine = dot(mirror, view);
     const Split s = split_light(g, cosine);
-    const Float along = select(through, cosine / g.eta - s.cosine, 2.0f * cosine),
+    const Float along = select(through, bending_cosine(g, cosine) / g.eta - s.cosine, 2.0f * cosine),
                 across = select(through, 1.0f / g.eta, splat(1.0f));
     return {mirror * along - view * across,
             select(interface, select(transmitted, s.transmitted, s.reflected), g.transmission)};

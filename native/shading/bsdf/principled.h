@@ -1,6 +1,6 @@
-// Blender's Principled BSDF as Cycles 4.2 to 5.2 layers it: sheen over coat over a mix of metal, dielectric
-// interface (transmission), and dielectric mirror over diffuse. Each layer takes its albedo from what is
-// below. Subsurface scattering is its diffuse limit: plain diffuse.
+// Blender's Principled BSDF with the layers of Cycles 4.2 to 5.2: sheen over coat over a mix of metal,
+// dielectric interface (transmission), and dielectric mirror over diffuse. Each layer attenuates the layers
+// below by its albedo. Subsurface scattering is replaced by its diffuse limit.
 #pragma once
 
 #include "shading/bsdf/shaders.h"
@@ -8,13 +8,13 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Weights below it are nothing (that of Cycles).
+// Smaller weights count as zero (the limit of Cycles).
 constexpr float kLeastWeight = 1e-5f;
 
-// What is nothing may still have a derivative.
+// A weight of zero may still have a derivative.
 EG_INLINE Mask is_there(Float weight) { return (weight > kLeastWeight) | has_derivative(weight); }
 
-// Whether a lane of the packet may have it: what doesn't occur costs nothing.
+// Whether any lane of the packet may have a layer. Absent layers cost nothing.
 struct Occurs {
     bool sheen, coat, metal, transmission, dielectric;
 };
@@ -27,8 +27,8 @@ EG_INLINE Occurs occurs(Mask m, const MaterialValues& v) {
             any(m & ((v.specular_ior_level > 0.0f) | has_derivative(v.specular_ior_level)) & below)};
 }
 
-// Share of light from below that goes through a coat's tint both ways. The tint is that of light along the
-// normal; elsewhere its way is longer by the refracted cosine.
+// Transmittance of a coat's tint along both directions. The tint applies at normal incidence; elsewhere the
+// path in the coat is longer by the inverse refracted cosine.
 EG_INLINE Vec3 coat_filter(const MaterialValues& v, Float cosine) {
     const Float inverse = 1.0f / max(v.coat_ior, 1.0f);
     const Float depth = 1.0f / sqrt(max(1.0f - inverse * inverse * (1.0f - cosine * cosine), 1e-6f));
@@ -36,13 +36,12 @@ EG_INLINE Vec3 coat_filter(const MaterialValues& v, Float cosine) {
         return select(t > 0.0f, pow_positive(max(t, 1e-20f), depth), 0.0f);
     };
     const Vec3 tint = {power(v.coat_tint.x), power(v.coat_tint.y), power(v.coat_tint.z)};
-    // A coat of more than all of the surface lets nothing through where it would take more light than there
-    // is.
+    // A coat weight above 1 could make the transmittance negative, which counts as 0.
     const Vec3 share = mix(white(), tint, v.coat_weight);
     return {max(share.x, 0.0f), max(share.y, 0.0f), max(share.z, 0.0f)};
 }
 
-// Sheen and coat of a packet, and what they leave of light from below.
+// Sheen and coat of a packet, and the attenuation of the layers below.
 struct Cover {
     Vec3 below;
     Sheen sheen;
@@ -56,12 +55,14 @@ EG_INLINE Cover make_cover(const Occurs& has, Mask m, const MaterialValues& v, V
     c.below = white();
     c.coat = zero3();
     c.coat_albedo = splat(0.0f);
+    // Add the sheen layer
     if (has.sheen) {
         const Mask covered = m & is_there(v.sheen_weight);
         c.sheen = make_sheen(n, wo, cosine, saturate(v.sheen_roughness));
         c.sheen.weight = select(covered, c.sheen.weight * v.sheen_tint * v.sheen_weight, zero3());
         c.below = below(c.below, c.sheen.weight);
     }
+    // Add the coat layer
     if (has.coat) {
         const Mask covered = m & is_there(v.coat_weight);
         const Float rough = saturate(v.coat_roughness), ior = max(v.coat_ior, 1.0f);
@@ -77,7 +78,7 @@ EG_INLINE Cover make_cover(const Occurs& has, Mask m, const MaterialValues& v, V
     return c;
 }
 
-// Share of a surface's own light that goes through its sheen and coat towards wo.
+// Share of the emission that passes sheen and coat towards wo.
 EG_INLINE Vec3 emission_share(Mask m, const MaterialValues& v, Vec3 n, Vec3 ng, Vec3 wo) {
     const Occurs has = occurs(m, v);
     if (!has.sheen && !has.coat) return white();
@@ -93,8 +94,8 @@ EG_INLINE DielectricLevel dielectric_level(const MaterialValues& v) {
     const Float f0 = f0_of_ior(ior);
     const Mask changed = (v.specular_ior_level != 0.5f) | has_derivative(v.specular_ior_level);
     Float scaled = f0 * (2.0f * v.specular_ior_level);
-    // The index goes by the root of the reflectance and the reflectance by the index squared: the derivative
-    // at 0 is taken just beside it.
+    // The index depends on the square root of the reflectance, which has no derivative at 0. The derivative
+    // is evaluated just beside 0.
     const Mask beside = has_derivative(v.specular_ior_level);
     if (any(beside)) scaled = scaled + detach(max(1e-6f - scaled, 0.0f));
     const Float eta = ior_of_f0(scaled);
@@ -105,6 +106,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
     const Occurs has = occurs(m, v);
     const Float rough = saturate(v.roughness), cosine = f.view.z;
     const Float alpha = rough * rough;
+    // Add sheen and coat
     Vec3 weight = white();
     if (has.sheen || has.coat) {
         const Cover cover = make_cover(has, m, v, f.normal, f.wo, f.cosine, cosine);
@@ -129,6 +131,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
     }
     f.emission = select(m, v.emission * weight, f.emission);
 
+    // Prepare the mirror lobe of metal and dielectric
     const bool mirrors = has.metal || has.dielectric;
     const Mask multiscatter = has_flag(flags, kMultiscatter);
     Albedo albedo{};
@@ -136,10 +139,11 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         const Float aspect = sqrt(1.0f - 0.9f * saturate(v.anisotropy));
         const Ggx ggx = make_ggx(min(alpha / aspect, splat(1.0f)), alpha * aspect, f.turned_view);
         f.mirror.ggx = select_ggx(m, ggx, f.mirror.ggx);
-        // Cycles looks up the roughness of the clamped alphas.
+        // Like Cycles, look up the roughness of the clamped alphas.
         albedo = reflection_albedo(sqrt(sqrt(ggx.ax * ggx.ay)), cosine);
         f.any_lobe[kMirrorLobe] = true;
     }
+    // Add metal
     if (has.metal) {
         const Float metallic = select(is_there(v.metallic), saturate(v.metallic), splat(0.0f));
         const Vec3 f0 = saturate(v.base_color);
@@ -157,6 +161,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
             f.probability[kMirrorLobe]);
         weight = weight * (1.0f - metallic);
     }
+    // Add transmission
     if (has.transmission) {
         const Float share = select(is_there(v.transmission), saturate(v.transmission), splat(0.0f));
         const Float ior = max(v.ior, 1e-5f), eta = select(from_inside, 1.0f / ior, ior);
@@ -166,6 +171,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
                       weight * share, multiscatter);
         weight = weight * (1.0f - share);
     }
+    // Add the dielectric mirror
     if (has.dielectric) {
         const DielectricLevel level = dielectric_level(v);
         const Mask there = m & ((level.eta != 1.0f) | has_derivative(level.eta));
@@ -186,6 +192,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
             f.probability[kMirrorLobe] + select(there, average(detach(reflected)), splat(0.0f));
         weight = select(there, below(weight, reflected), weight);
     }
+    // Add the diffuse base
     const Vec3 diffuse = v.base_color * weight;
     const Mask colored = (largest_component(diffuse) > 0.0f) | has_derivative(diffuse.x);
     if (any(m & colored)) add_diffuse(f, m, v, diffuse);

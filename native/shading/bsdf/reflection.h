@@ -1,5 +1,5 @@
-// A rough or perfect mirror: f |cos| = F(h.wo) D / (4 |n.wo| (1 + lambda(wo) + lambda(wi))), F being the sum
-// of a metal's, a dielectric's and a constant reflectance, each with its weight.
+// A rough or perfect mirror: f |cos| = F(h.wo) D / (4 |n.wo| (1 + lambda(wo) + lambda(wi))). F is the sum of
+// a metal's, a dielectric's and a constant reflectance, each with its weight.
 #pragma once
 
 #include "shading/bsdf/fresnel.h"
@@ -12,9 +12,9 @@ struct Reflection {
     Vec3 constant;            // weight
     Vec3 metal, metal_f0, b;  // weight, F82-tint
     Vec3 dielectric, f0;      // weight, reflectance at normal incidence
-    Float eta;                // of the dielectric, whose Fresnel term is mapped to [f0, 1]
+    Float eta;                // of the dielectric, whose Fresnel reflectance is mapped to [f0, 1]
     bool any_metal, any_dielectric;
-    Mask separable;  // masking by the product of both directions'
+    Mask separable;  // masking is the product of both directions' masking
 };
 
 EG_INLINE Reflection no_reflection() {
@@ -26,7 +26,7 @@ EG_INLINE Reflection no_reflection() {
     return r;
 }
 
-// Fresnel reflectance of a dielectric mapped to start from f0.
+// Fresnel reflectance of a dielectric, mapped so that it is f0 at normal incidence.
 EG_INLINE Vec3 mapped_fresnel(Float reflectance, Float eta, Vec3 f0) {
     return mix(f0, white(), fresnel_share(reflectance, f0_of_ior(eta)));
 }
@@ -44,7 +44,7 @@ struct Scattered {
     Float pdf;
 };
 
-// For directions above the surface in the local frame; 0 for perfect and followed mirrors.
+// Evaluates directions above the surface, in the local frame; 0 for perfect and followed mirrors.
 EG_INLINE Scattered evaluate_reflection(const Reflection& r, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
     const Mask rough = ~is_perfect(r.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
     const Float density = select(rough, ggx_density(r.ggx, h), 0.0f);
@@ -55,7 +55,7 @@ EG_INLINE Scattered evaluate_reflection(const Reflection& r, Vec3 view, Vec3 w, 
             score_pdf(r.ggx, view, r.ggx.bound, h, reflection_pdf(r.ggx, view, density))};
 }
 
-// The mirror's normal for a sample.
+// Samples the microfacet normal.
 EG_INLINE Vec3 sample_reflection(const Reflection& r, Vec3 view, Float u, Float v) {
     const Vec3 h = sample_normal(r.ggx, view, r.ggx.bound, u, v);
     return select(is_smooth(r.ggx), Vec3{splat(0.0f), splat(0.0f), splat(1.0f)}, h);

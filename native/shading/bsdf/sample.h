@@ -1,4 +1,4 @@
-// What evaluating and sampling a BSDF give.
+// Results of evaluating and sampling a BSDF.
 #pragma once
 
 #include "simd/vector.h"
@@ -7,7 +7,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 struct BsdfValue {
     Vec3 value;  // f |n.w|
-    Float pdf;   // solid-angle density with which `sample` finds w
+    Float pdf;   // solid-angle density of `sample`
 };
 
 struct BsdfSample {
@@ -15,9 +15,9 @@ struct BsdfSample {
     Vec3 wi;      // unit, away from the surface
     Vec3 weight;  // f |n.w| / pdf
     Float pdf;
-    Mask specular;     // of a mirror, a smooth interface or a followed lobe: no other strategy finds it
-    Mask followed;     // of a followed lobe (shading/bsdf/followed_lobes.h), by the microfacet normal
-    Vec3 half;         // `half`, in the lobe's own frame
+    Mask specular;  // of a mirror, a smooth interface or a followed lobe; no other strategy finds such light
+    Mask followed;  // of a followed lobe, at a fixed microfacet normal (shading/bsdf/followed_lobes.h)
+    Vec3 half;      // that normal, in the lobe's own frame
     Mask transmitted;  // to the other side of the triangle
     Int ray_kind;      // kDiffuseRay, kGlossyRay or kTransmissionRay
     Int lobe;          // shading/bsdf/closures.h, Lobe

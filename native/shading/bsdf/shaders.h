@@ -1,4 +1,4 @@
-// Blender's simple shaders, as lobes.
+// Blender's simple shaders as lobes.
 #pragma once
 
 #include "shading/bsdf/closures.h"
@@ -25,10 +25,10 @@ EG_INLINE OrenNayar select_oren_nayar(Mask m, const OrenNayar& a, const OrenNaya
     return {select(m, a.a, b.a), select(m, a.b, b.b), select(m, a.repeated, b.repeated)};
 }
 
-// A diffuse roughness that is nothing.
+// Smallest diffuse roughness that counts.
 constexpr float kLeastSigma = 1e-5f;
 
-// A diffuse lobe of weight `color`; base_color is that of the light that scatters on it again.
+// Adds a diffuse lobe with the weight `color`; v.base_color is the albedo of multiple scattering.
 EG_INLINE void add_diffuse(Bsdf& f, Mask m, const MaterialValues& v, Vec3 color) {
     f.diffuse = select(m, color, f.diffuse);
     f.any_lobe[kDiffuseLobe] = true;
@@ -36,7 +36,7 @@ EG_INLINE void add_diffuse(Bsdf& f, Mask m, const MaterialValues& v, Vec3 color)
     const Mask rough = m & ((v.diffuse_roughness > kLeastSigma) | has_derivative(v.diffuse_roughness));
     if (!any(rough)) return;
     Float sigma = select(rough, saturate(v.diffuse_roughness), splat(0.0f));
-    // The limit of what bounces twice is no number at 0 itself: its derivative is taken just beside it.
+    // The multiple-scattering term is 0/0 at sigma = 0. Its derivative is evaluated just beside 0.
     sigma = select(rough, sigma + detach(max(kLeastSigma - sigma, 0.0f)), sigma);
     const OrenNayar o = make_oren_nayar(sigma, v.base_color, f.cosine);
     f.oren_nayar = f.any_oren_nayar ? select_oren_nayar(m, o, f.oren_nayar) : o;
@@ -51,7 +51,7 @@ EG_INLINE void add_translucent(Bsdf& f, Mask m, const MaterialValues& v) {
 
 EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
     const Float rough = saturate(v.roughness), alpha = rough * rough;
-    // In range so that no alpha becomes 0.
+    // Clamped so that no alpha becomes 0.
     const Float a = clamp(v.anisotropy, splat(-0.99f), splat(0.99f));
     const Float narrow = 1.0f - abs(a);
     const Float less = alpha * narrow, more = min(alpha / narrow, splat(1.0f));
@@ -69,7 +69,7 @@ EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
     f.probability[kMirrorLobe] = select(m, average(detach(weight)), f.probability[kMirrorLobe]);
 }
 
-// An interface of roughness `rough` = sqrt(alpha) with the tints of what it reflects and transmits.
+// Adds an interface with the roughness `rough` = sqrt(alpha) and tints of reflection and transmission.
 EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float eta, Vec3 f0, Vec3 reflection,
                              Vec3 transmission, Vec3 weight, Mask multiscatter) {
     Interface& g = f.glass;
@@ -82,7 +82,7 @@ EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float et
     g.f0 = select(m, f0, g.f0);
     g.reflection = select(m, weight * reflection, g.reflection);
     g.transmission = select(m, weight * transmission, g.transmission);
-    // Beyond the critical angle tilted microfacets may still refract.
+    // Beyond the critical angle, tilted microfacets may still refract.
     const Split s = split_light(g, f.view.z);
     f.any_lobe[kInterfaceLobe] = true;
     f.probability[kInterfaceLobe] = select(m,
@@ -115,8 +115,8 @@ EG_INLINE void add_sheen(Bsdf& f, Mask m, const MaterialValues& v) {
     f.probability[kSheenLobe] = select(m, average(detach(s.weight)), f.probability[kSheenLobe]);
 }
 
-// Burley 2012 as in Mitsuba 3's `principled`, with the parameters base_color, roughness, metallic, and
-// specular in the place of specular_ior_level; the back is like the front.
+// Burley 2012 as in Mitsuba 3's `principled`, with the parameters base_color, roughness and metallic, and
+// with specular_ior_level in place of `specular`. The back is like the front.
 EG_INLINE void add_disney(Bsdf& f, Mask m, const MaterialValues& v) {
     const Float alpha = max(v.roughness * v.roughness, 1e-3f);
     f.mirror.ggx = select_ggx(m, make_ggx(alpha, alpha, f.view), f.mirror.ggx);

@@ -1,20 +1,20 @@
-// The normal that mirrors use: the shading normal, turned towards the triangle's as far as its mirror
-// direction would go below the triangle (as Cycles does).
+// The normal of mirrors. It is the shading normal, bent towards the geometric one until the mirror direction
+// is not below the triangle (as in Cycles).
 #pragma once
 
 #include "shading/bsdf/fresnel.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Of unit vectors n, ng and wo, ng.wo > 0.
+// n, ng and wo are unit vectors with ng.wo > 0.
 EG_INLINE Vec3 valid_mirror_normal(Vec3 n, Vec3 ng, Vec3 wo) {
     const Float up = dot(ng, wo);
     const Vec3 mirrored = n * (2.0f * dot(n, wo)) - wo;
     const Float least = min(0.9f * up, splat(0.01f));
     const Mask wrong = dot(ng, mirrored) < least;
     if (!any(wrong)) return n;
-    // In the plane of ng and n, with x along n's part across ng: n' = (sqrt(1 - q), sqrt(q)) mirrors wo to
-    // the height `least` for a root q of a quadratic equation.
+    // In the plane of ng and n, with x along the part of n across ng: n' = (sqrt(1 - q), sqrt(q)) reflects wo
+    // to the height `least` for a root q of a quadratic equation.
     const Vec3 across = n - ng * dot(n, ng);
     const Float length = sqrt(max(dot(across, across), 1e-30f));
     const Vec3 x = across * (1.0f / length);

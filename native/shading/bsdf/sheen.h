@@ -12,7 +12,7 @@ namespace edgegrad::EDGEGRAD_ISA {
 struct Sheen {
     Vec3 weight;  // albedo included
     Vec3 x, y;    // x: the viewer's direction along the surface
-    Float a, b;   // w' = (a x + b z, a y, z) is distributed by its cosine
+    Float a, b;   // w' = (a x + b z, a y, z) is cosine-distributed
 };
 
 EG_INLINE Sheen make_sheen(Vec3 n, Vec3 wo, Float cosine, Float roughness) {
@@ -31,7 +31,7 @@ EG_INLINE Sheen make_sheen(Vec3 n, Vec3 wo, Float cosine, Float roughness) {
     return s;
 }
 
-// Density of directions; times `weight` it is f cos.
+// Density of directions. Multiplied by `weight` it is f cos.
 EG_INLINE Float sheen_density(const Sheen& s, Vec3 n, Vec3 wi) {
     const Float z = dot(n, wi), x = s.a * dot(s.x, wi) + s.b * z, y = s.a * dot(s.y, wi);
     const Float ratio = s.a / max(x * x + y * y + z * z, 1e-20f);

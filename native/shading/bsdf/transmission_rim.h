@@ -1,23 +1,23 @@
-// The rim of the transmission lobe, where refraction stops at once.
+// The rim of the transmission lobe, where refraction ends with a discontinuity.
 //
 // Light from w is refracted towards the view v by microfacets whose normal h is along v + eta w. No
-// microfacet is turned away from the surface, so that there is no light where h.z < 0, while at h.z = 0 the
-// GGX distribution is alpha^2 / pi: f jumps to 0 at the rim
+// microfacet faces away from the surface, so there is no light where h.z < 0. At h.z = 0 the GGX distribution
+// is alpha^2 / pi. So f jumps to 0 at the rim
 //   g(v, w) = v.z + eta w.z = 0,
-// a cone of directions about the shading normal (the local z). The lobe is where (1 - eta) g > 0. The domain
-// of
+// a cone of directions about the shading normal (the local z). The lobe is where (1 - eta) g > 0. Thus the
+// domain of
 //   L = int f |w.z| L(w) dw
-// thus moves with v, with the normal and with eta. In polar coordinates about z, |dg/dw.z| = eta, and
-// (Reynolds; derivations, O)
-//   dI = sign(1 - eta) int dphi f |w.z| L(w) dg/eta,
-// with dg along the w that the interior term holds: a direction, or one that rides with what it leads to.
+// moves with v, with the normal and with eta. In polar coordinates about z, |dg/dw.z| = eta, and (Reynolds'
+// theorem; derivations, O)
+//   dL = sign(1 - eta) int dphi f |w.z| L(w) dg/eta,
+// where dg is taken along the w of the interior term's parametrisation: fixed direction or material form.
 #pragma once
 
 #include "shading/bsdf/interface.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Whether the lobe ends at a rim. Seen steeply from the denser medium (v.z > eta) all of it is inside.
+// Returns whether the lobe has a rim. Seen steeply from the denser medium (v.z > eta) it has none.
 EG_INLINE Mask has_rim(const Interface& g, Vec3 view) {
     return ~refracts_smoothly(g) & (largest_component(g.transmission) > 0.0f) & (view.z > 0.0f) &
            (view.z < g.eta);
@@ -26,16 +26,16 @@ EG_INLINE Mask has_rim(const Interface& g, Vec3 view) {
 struct RimSample {
     Mask active;
     Vec3 w;     // in the local frame
-    Float pdf;  // by angle about the normal
+    Float pdf;  // per angle about the normal
 };
 
-// A direction on the rim. f is in proportion to (h.v) |h.w| / |v + eta w|^2, a peak opposite to the view that
-// is the narrower the closer eta is to 1: the density of angles is in proportion to 1 / |v + eta w|^2, whose
-// integral is an arctangent.
+// Samples a direction on the rim. f is proportional to (h.v) |h.w| / |v + eta w|^2. It peaks opposite to the
+// view, the more narrowly the closer eta is to 1. The density of angles is proportional to 1 / |v + eta w|^2,
+// whose integral is an arctangent.
 EG_INLINE RimSample sample_rim(const Interface& g, Vec3 view, Float u) {
     const Float v2 = view.x * view.x + view.y * view.y, sine = sqrt(v2);
-    // v + eta w has the length |r e^(i psi) - sine| in the plane, psi the angle from the direction opposite
-    // to v.
+    // In the plane, v + eta w has the length |r e^(i psi) - sine|, with the angle psi from the direction
+    // opposite to v.
     const Float r2 = max(g.eta * g.eta - view.z * view.z, 0.0f), r = sqrt(r2);
     const Float across = max(abs(g.eta * g.eta - 1.0f), 1e-12f), along = sine + r;
     const Float k = along * along / across;
@@ -56,14 +56,14 @@ EG_INLINE RimSample sample_rim(const Interface& g, Vec3 view, Float u) {
     return sample;
 }
 
-// sign(1 - eta) f |w.z| g / eta for a direction on the rim, with the derivative of g alone: its value is 0.
+// sign(1 - eta) f |w.z| g / eta for a direction on the rim. Only g has a derivative; the value is 0.
 EG_INLINE Vec3 rim_change(const Interface& g, Vec3 view, Vec3 w) {
     const Vec3 f = detach(evaluate_refraction<true>(g, view, w).value);
     const Float moved = view.z + g.eta * w.z, eta = detach(g.eta);
     return f * ((moved - detach(moved)) * select(eta > 1.0f, -1.0f / eta, 1.0f / eta));
 }
 
-// How much f |w.z| is there: what the rim is worth to a sample.
+// f |w.z| at the rim: the importance of a sample.
 EG_INLINE Vec3 rim_value(const Interface& g, Vec3 view, Vec3 w) {
     return evaluate_refraction<true>(g, view, w).value;
 }

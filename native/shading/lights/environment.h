@@ -1,4 +1,4 @@
-// Light from the environment: radiance by direction.
+// Radiance of the environment by direction.
 #pragma once
 
 #include "scene/view.h"
@@ -16,20 +16,20 @@ EG_INLINE Vec3 rotated_back(const float* m, Vec3 v) {
     return splat3(m) * v.x + splat3(m + 3) * v.y + splat3(m + 6) * v.z;
 }
 
-// Place in the image, u to the right and v from the top, both in [0, 1].
+// Image coordinates of a direction, u to the right and v from the top, both in [0, 1].
 EG_INLINE void environment_place(const SceneView& scene, Vec3 w, Float& u, Float& v) {
     const Vec3 d = rotated(scene.environment_rotation, w);
     u = 0.5f - atan2(d.y, d.x) * kHalfInvPi;
-    // atan2 has digits at the poles where asin hasn't.
+    // At the poles atan2 is accurate, where asin is not.
     v = atan2(sqrt(d.x * d.x + d.y * d.y), d.z) * (2.0f * kHalfInvPi);
 }
 
-// Bilinear; columns and rows follow each other over the edges (Cycles' repeat).
+// Bilinear interpolation. Columns and rows wrap around at the edges (Cycles' Repeat).
 EG_INLINE Vec3 filter_environment(const EnvironmentView& map, Float u, Float v) {
     const Float x = u * static_cast<float>(map.width) - 0.5f, y = v * static_cast<float>(map.height) - 0.5f;
     const Float left = floor(x), top = floor(y);
     const Float fx = x - left, fy = y - top;
-    // Directions that aren't finite have some pixel, too.
+    // Directions that are not finite must still give a valid index.
     Int x0 = to_index(left, -1, map.width), y0 = to_index(top, -1, map.height);
     x0 = select(x0 < 0, x0 + map.width, x0);
     y0 = select(y0 < 0, y0 + map.height, y0);
@@ -43,7 +43,7 @@ EG_INLINE Vec3 filter_environment(const EnvironmentView& map, Float u, Float v) 
     return upper * (1.0f - fy) + lower * fy;
 }
 
-// What the environment's colour is multiplied with in the direction w.
+// Factor of the environment's colour in the direction w.
 EG_INLINE Vec3 environment_gain(const SceneView& scene, Vec3 w) {
     if (!scene.sky.pixels) return gray(splat(1.0f));
     Float u, v;
@@ -51,7 +51,7 @@ EG_INLINE Vec3 environment_gain(const SceneView& scene, Vec3 w) {
     return filter_environment(scene.sky, u, v);
 }
 
-// Radiance that comes from the direction w to rays of a kind that see the environment.
+// Radiance from the direction w, for ray kinds that see the environment.
 EG_INLINE Vec3 environment_radiance(const SceneView& scene, Vec3 w) {
     const Vec3 color = splat3(scene.environment);
     return scene.sky.pixels ? color * environment_gain(scene, w) : color;

@@ -1,8 +1,8 @@
-// Samples of the environment where it is an image.
+// Sampling of the environment's image.
 //
-// A constant environment isn't sampled: directions of the BSDF alone are best. An image is sampled in
-// proportion to what its cells are brighter than the mean, uniformly in solid angle within a cell; the rest
-// is left to the BSDF's samples. So the two must always be combined by multiple importance sampling.
+// A constant environment is not sampled, because BSDF samples find it best. For an image, cells are sampled
+// in proportion to the amount by which they exceed the mean, uniformly in solid angle within a cell. The rest
+// is left to BSDF samples, so that both must be combined by multiple importance sampling.
 #pragma once
 
 #include "shading/lights/environment.h"
@@ -15,7 +15,7 @@ struct EnvironmentSample {
     Float pdf;  // per solid angle
 };
 
-// Density of the cell (column, row): its probability by its solid angle.
+// Density of the cell (column, row): its probability divided by its solid angle.
 EG_INLINE Float cell_density(const EnvironmentView& map, Int column, Int row) {
     Float density;
     const float angle = 6.28318531f / static_cast<float>(map.columns);
@@ -34,7 +34,7 @@ EG_INLINE EnvironmentSample sample_environment(const SceneView& scene, Mask acti
     Int row, column;
     Float within_row, within_column, upper, lower;
     for (int i = 0; i < W; ++i) {
-        // Last entry not above the number.
+        // Index of the last entry that is not above x.
         const auto search = [](const float* cdf, int count, float x) {
             int low = 0, high = count;
             while (high - low > 1) {
@@ -67,7 +67,7 @@ EG_INLINE EnvironmentSample sample_environment(const SceneView& scene, Mask acti
     return s;
 }
 
-// Density with which `sample_environment` finds the direction w; 0 where there is no image.
+// Density of `sample_environment` in the direction w; 0 without an image.
 EG_INLINE Float environment_pdf(const SceneView& scene, Vec3 w) {
     const EnvironmentView& map = scene.sky;
     if (!map.sampled) return splat(0.0f);

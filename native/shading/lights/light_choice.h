@@ -1,7 +1,6 @@
-// Choice of one light for a point: in proportion to a bound of the irradiance that each can give there, over
-// all of them where they are few, down a hierarchy of bounds where they are many (Conty Estevez and Kulla
-// 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"; the bound of a node as in
-// pbrt-v4).
+// Choice of one light for a point, in proportion to a bound of the irradiance from each light. Few lights are
+// compared all together; many lights are chosen down a hierarchy of bounds (Conty Estevez and Kulla 2018,
+// "Importance Sampling of Many Lights with Adaptive Tree Splitting"; the bound of a node as in pbrt-v4).
 #pragma once
 
 #include <cstddef>
@@ -11,13 +10,13 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A point that is lit: lights below its horizon can't matter, unless it also passes light from there.
+// The receiver of light. Lights below its horizon cannot contribute unless its surface also transmits light.
 struct Receiver {
     Vec3 position;
     Vec3 normal;      // geometric, on the viewer's side
     Mask both_sides;  // its surface transmits
 
-    // Bound of the cosine to the normal with which light from w counts.
+    // Bound of the cosine with which light from w counts.
     EG_INLINE Float facing(Vec3 w) const {
         const Float cosine = dot(w, normal);
         return select(both_sides, abs(cosine), cosine);
@@ -45,7 +44,7 @@ EG_INLINE NodePacket gather_node(const LightNode* nodes, Int at) {
             bits(float_bits(r[11])) != 0, bits(float_bits(r[12]))};
 }
 
-// Cosine of the angle a - b, or 1 where that is negative.
+// Cosine of the angle max(a - b, 0).
 EG_INLINE Float cos_difference(Float cos_a, Float sin_a, Float cos_b, Float sin_b) {
     return select(cos_a > cos_b, splat(1.0f), cos_a * cos_b + sin_a * sin_b);
 }
@@ -55,8 +54,8 @@ EG_INLINE Float sin_difference(Float cos_a, Float sin_a, Float cos_b, Float sin_
 
 EG_INLINE Float sine_of(Float cosine) { return sqrt(max(1.0f - cosine * cosine, 0.0f)); }
 
-// Bound of the irradiance that a node's lights give at x. Only nodes on top are `kMayBeDistant`: members of
-// groups never are, and there are many of those on the way down.
+// Bound of the irradiance from a node's lights at x. Only the top nodes may be distant lights
+// (`kMayBeDistant`); the many members of groups never are.
 template <bool kMayBeDistant, typename Point>
 EG_INLINE Float importance(const NodePacket& n, const Point& x) {
     const Mask distant = kMayBeDistant ? n.radius < 0.0f : splat(0);
@@ -64,7 +63,7 @@ EG_INLINE Float importance(const NodePacket& n, const Point& x) {
     const Float d2 = max(dot(d, d), 1e-30f);
     const Float inverse2 = 1.0f / d2, inverse = sqrt(inverse2);
     Vec3 w = d * inverse;
-    // Angle b of the sphere around the lights, seen from x.
+    // Angle b of the bounding sphere, seen from x.
     const Float sin2_b = n.radius * n.radius * inverse2;
     const Mask inside = ~distant & (sin2_b >= 1.0f);
     Float cos_b = select(inside, splat(-1.0f), sqrt(max(1.0f - sin2_b, 0.0f)));
@@ -83,15 +82,15 @@ EG_INLINE Float importance(const NodePacket& n, const Point& x) {
     const Float cos_1 = cos_difference(cos_w, sin_w, n.cos_o, n.sin_o);
     const Float sin_1 = sin_difference(cos_w, sin_w, n.cos_o, n.sin_o);
     const Float cos_2 = cos_difference(cos_1, sin_1, cos_b, sin_b);
-    // At most as near as the sphere's own radius.
+    // The distance is at least the sphere's radius.
     const Float near = bound * select(cos_2 > n.cos_e, cos_2, 0.0f) *
                        select(inside, 1.0f / max(n.radius * n.radius, 1e-30f), inverse2);
     return kMayBeDistant ? select(distant, bound, near) : near;
 }
 
-// From a node down to a single one: at each pair to one of both by chance, in proportion to `weigh`(node).
-// The `child` of the last one; `u` is used up and renewed, `probability` becomes that of the whole way, and
-// lanes become inactive where both of a pair weigh nothing.
+// Walks from a node down to a single light. At each pair it chooses one child in proportion to `weigh`(node).
+// Returns the `child` of the last node. Replaces `u` by a new random number and multiplies `probability` by
+// the probability of the walk. Lanes become inactive if both children have zero weight.
 template <typename Weigh>
 EG_INLINE Int walk_down(const LightNode* nodes, Int node, Mask& active, Float& u, Float& probability,
                         const Weigh& weigh) {
@@ -118,17 +117,18 @@ struct LightChoice {
     Mask active;
     Int light;
     Float probability;
-    Float u;  // a fresh number: the place within the choice's interval
+    Float u;  // a random number, uniform within the choice's interval
 };
 
-// Picks a light for x; inactive where none can matter.
+// Chooses a light for x. The choice is inactive if no light can contribute.
 template <typename Point>
 EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const Point& x, Float u) {
     LightChoice choice{active, splat(0), splat(1.0f), u};
     if (lights.top == 1 && !lights.any_group) return choice;
     Int node = splat(0);
     if (lights.top > 1) {
-        constexpr int kKept = 40;  // what is more is computed twice
+        constexpr int kKept = 40;  // bounds to keep; others are computed twice
+        // Compute the bounds of the top nodes
         Float kept[kKept], total = splat(0.0f);
         for (int k = 0; k < lights.top; ++k) {
             const Float bound = importance<true>(broadcast_node(lights.nodes[k]), x);
@@ -137,7 +137,8 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const P
         }
         choice.active &= total > 0.0f;
         const Float scale = 1.0f / select(choice.active, total, 1.0f);
-        // Where rounding leaves u beyond the last interval, the last one that isn't empty is taken.
+        // Choose a top node. If rounding leaves u beyond the last interval, take the last node that is not
+        // empty.
         Float sum = splat(0.0f), low = sum, share = splat(1.0f);
         Mask open = choice.active;
         for (int k = 0; k < lights.top; ++k) {
@@ -154,6 +155,7 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const P
         choice.probability = share;
         choice.u = min(max((u - low) / share, 0.0f), splat(0.99999994f));
     }
+    // Choose a light within the top node
     const Int child =
         walk_down(lights.nodes, node, choice.active, choice.u, choice.probability,
                   [&](const NodePacket& n) EG_INLINE_LAMBDA { return importance<false>(n, x); });
@@ -161,11 +163,12 @@ EG_INLINE LightChoice choose_light(const LightView& lights, Mask active, const P
     return choice;
 }
 
-// Probability with which `choose_light` picks a light.
+// Probability with which `choose_light` chooses a light.
 EG_INLINE Float light_probability(const LightView& lights, Mask active, const Receiver& x, Int light) {
     Float probability = select(active, splat(1.0f), 0.0f);
     if (lights.top == 1 && !lights.any_group) return probability;
     Int node = gather(lights.node_of, select(active, light, splat(0)));
+    // Multiply the probabilities of the walk from the top node
     if (lights.any_group) {
         for (;;) {
             Int parent;
@@ -183,6 +186,7 @@ EG_INLINE Float light_probability(const LightView& lights, Mask active, const Re
             node = select(inner, parent, node);
         }
     }
+    // Multiply by the probability of the top node
     if (lights.top > 1) {
         Float total = splat(0.0f), own = splat(0.0f);
         for (int k = 0; k < lights.top; ++k) {

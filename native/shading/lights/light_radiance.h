@@ -1,4 +1,4 @@
-// Radiance of light samples on surfaces whose emission varies.
+// Radiance of emitter samples on surfaces with varying emission.
 #pragma once
 
 #include "shading/emission.h"
@@ -6,8 +6,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// Radiance of a light sample where it is on a surface whose emission isn't one constant, as rays of a kind
-// see it.
+// Evaluates the radiance of emitter samples on surfaces whose emission is not constant, as rays of `kind` see
+// it.
 EG_INLINE void look_up_emission(const SceneView& scene, LightSample& s, Int kind) {
     if (!scene.emission_varies) return;
     const Mask on_surface = s.active & (s.face >= 0);

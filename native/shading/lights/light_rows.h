@@ -1,11 +1,11 @@
-// Rows of the light table: lights that are no meshes, and what they give in a direction.
+// Rows of the light table: lights that are not meshes, and their radiance by direction.
 #pragma once
 
 #include "shading/lights/light_shapes.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A row of the light table; the axes have the length of half the extents.
+// A row of the light table. The axes are half the extents long.
 struct LightRow {
     Vec3 radiance, position, axis_x, axis_y, direction;
     Float radius, area, one_minus_cos, edge, edge_scale;
@@ -29,7 +29,7 @@ EG_INLINE LightRow gather_light(const LightView& lights, Int row) {
             gather(lights.flags, row)};
 }
 
-// What a spot's cone or an area light's grid lets through towards the side that -w comes from.
+// Share of the light that a spot's cone or an area light's grid transmits in the direction -w.
 EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
     Float factor = splat(1.0f);
     const auto has = [&](LightFlag flag) { return (l.flags & static_cast<int>(flag)) != 0; };
@@ -54,8 +54,9 @@ EG_INLINE Float light_factor(const LightRow& l, Vec3 w) {
     return factor;
 }
 
-// The area light as seen from a point: where it has a spread, the rectangle around what may shine there,
-// which is the disk of the radius height * tan(spread/2) about the point's foot on the light.
+// The area light as seen from a point. With a spread, only a part of the light shines there: the disk with
+// the radius height * tan(spread/2) about the point's projection onto the light. The shape is then the
+// rectangle around that part.
 EG_INLINE AreaShape area_shape(const LightRow& l, Vec3 from) {
     AreaShape shape{l.position - from, l.axis_x, l.axis_y, l.area};
     const Mask spread = (l.flags & static_cast<int>(kLightSpread)) != 0;
@@ -77,15 +78,15 @@ EG_INLINE AreaShape area_shape(const LightRow& l, Vec3 from) {
     return shape;
 }
 
-// Whether a point of an ellipse's plane, relative to its centre, is on it.
+// Returns whether a point of an ellipse's plane, relative to its centre, is in the ellipse.
 EG_INLINE Mask within_ellipse(const LightRow& l, Vec3 across) {
     const Float x = dot(across, l.axis_x) / dot(l.axis_x, l.axis_x);
     const Float y = dot(across, l.axis_y) / dot(l.axis_y, l.axis_y);
     return x * x + y * y <= 1.0f;
 }
 
-// Where a ray along w meets a sized light of the table, and the density of samples there: the distance from
-// `from`, negative where it is missed, infinite of suns.
+// Intersects a ray along w with a sized light of the table. Returns the distance from `from`: negative for a
+// miss, infinite for suns. `pdf` is the density of emitter samples there.
 EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float& pdf) {
     const Vec3 center = l.position - from;
     switch (kind) {
@@ -124,8 +125,9 @@ EG_INLINE Float meet_light(const LightRow& l, int kind, Vec3 from, Vec3 w, Float
 }
 
 // Visits the sized lights of the table that rays of `kind` along w meet between the distances near and far
-// from the point `from` of the mesh that scattered them (lights don't block rays), and that shine on such
-// rays: visit(row's number, mask, row, density of emitter samples there but for the choice of the light).
+// from the point `from`, if they shine on such rays and on the mesh that scattered them. Lights do not block
+// rays. Calls visit(row's number, mask, row, density of emitter samples there without the choice of the
+// light).
 template <typename Visit>
 EG_INLINE void for_each_met_light(const SceneView& scene, Mask active, Vec3 from, Int from_mesh, Vec3 w,
                                   Float near, Float far, Int kind, const Visit& visit) {

@@ -1,5 +1,5 @@
-// A sample of all lights but the environment (shading/lights/environment.h), for a point of a surface or of
-// an edge.
+// A sample of all lights except the environment (shading/lights/environment.h), for a point of a surface or
+// of an edge.
 #pragma once
 
 #include "scene/rays/rays.h"
@@ -12,23 +12,22 @@ struct LightSample {
     Mask active;
     Vec3 w;          // unit, towards the light
     Float r;         // distance; infinite for suns
-    Vec3 radiance;   // that arrives along w; of lights without size intensity or irradiance
-    Float share;     // that its cone or grid lets through of what the light gives
-    Float geometry;  // what radiance * f |cos| is multiplied with: 1/pdf, without size 1/(r^2 P) or 1/P
-    Float pdf;       // per solid angle, choice included; 0: a light without size, no ray meets it
-    Vec3 end;        // where the shadow ray ends: off the light's own surface
+    Vec3 radiance;   // arrives along w; of lights without size: intensity or irradiance
+    Float share;     // share of the light that its cone or grid transmits
+    Float geometry;  // factor of radiance * f |cos|: 1/pdf; without size 1/(r^2 P) or 1/P
+    Float pdf;       // per solid angle, choice included; 0: no ray can meet a light without size
+    Vec3 end;        // end of the shadow ray, offset from the light's own surface
     Mask distant;
     Mask casts_shadow;
-    Int blockers;    // what shadow rays meet: a mask for Embree
-    Int visible_to;  // bits 1 << RayKind of the scattering that it lights surfaces through
-    // Where it is a surface (its radiance is then that of a constant emission): face -1: it is none.
+    Int blockers;    // Embree's mask for shadow rays
+    Int visible_to;  // bits 1 << RayKind: kinds of scattering for which the light is visible
+    // Position on an emissive face (with the radiance of a constant emission); face -1: not on a face.
     Int face;
     Float b1, b2;
-    Int row, kind;  // in the light table, -1: it is a surface; LightKind
+    Int row, kind;  // in the light table, -1: on a face; LightKind
 };
 
-// A point of a surface, for samples of lights: only what is in front of it may light it, unless its
-// `both_sides` say that light which falls on the back matters too.
+// A point of a surface as a receiver. Only light in front of it contributes, unless `both_sides` is set.
 struct SurfaceReceiver : Receiver {
     Int face;
 
@@ -37,15 +36,16 @@ struct SurfaceReceiver : Receiver {
     EG_INLINE Mask faces(Vec3 w) const { return both_sides | (dot(normal, w) > 0.0f); }
 };
 
-// A point of an edge, past which surfaces on all sides may be lit. A disk that faces what it lights is found
-// as the sphere around it: it faces the surface, which isn't known yet.
+// A point of an edge as a receiver, which surfaces on all sides may see. A disk light faces its receiver,
+// which is not known yet, so the sphere around the disk is sampled instead.
 struct TransparentEdge {
     Vec3 position;
     Int edge;
 
     static constexpr bool kOnSurface = false;
     EG_INLINE Float facing(Vec3) const { return splat(1.0f); }
-    // Light from the edge's own faces comes along them, and so isn't there; rounding might find it.
+    // Light from the edge's own faces would arrive along them. It does not exist, but rounding might sample
+    // it.
     EG_INLINE Mask owns(const SceneView& scene, Int emissive) const {
         Mask own = splat(0);
         for (int i = 0; i < W; ++i)
@@ -56,7 +56,7 @@ struct TransparentEdge {
     EG_INLINE Mask faces(Vec3) const { return splat(-1); }
 };
 
-// Whether a row of the light table (-1: a surface) shines on a mesh.
+// Returns whether a row of the light table (-1: a face) shines on a mesh.
 EG_INLINE Mask shines_on(const SceneView& scene, Int row, Int mesh) {
     Mask shines = splat(-1);
     if (!scene.lights.any_linked) return shines;
@@ -67,8 +67,7 @@ EG_INLINE Mask shines_on(const SceneView& scene, Int row, Int mesh) {
     return shines;
 }
 
-// A sample of emissive faces and rows of the light table with the numbers `index`, of which nothing else is
-// known yet.
+// An empty sample of emissive faces and rows of the light table with the numbers `index`.
 EG_INLINE LightSample no_light_sample(Mask is_triangle, Mask is_row, Int index, Int kind) {
     LightSample s;
     s.radiance = zero3();
@@ -83,7 +82,7 @@ EG_INLINE LightSample no_light_sample(Mask is_triangle, Mask is_row, Int index, 
     return s;
 }
 
-// What hides the lights of rows, and by which kinds of scattering they are seen.
+// Sets the blockers and the visibility of rows.
 EG_INLINE void take_links(const LightView& lights, Mask is_row, Int row, Int flags, LightSample& s) {
     if (lights.any_linked) {
         const Int blockers = gather(lights.blockers, row);
@@ -96,11 +95,12 @@ EG_INLINE void take_links(const LightView& lights, Mask is_row, Int row, Int fla
     if (lights.any_hidden) s.visible_to = select(is_row, gather(lights.visible_to, row), s.visible_to);
 }
 
-// One light, and a direction to it, for the point x. Only what may light it is active.
+// Samples one light and a direction to it, for the point x. Lights that cannot contribute are inactive.
 template <typename Point>
 EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, const Point& x, Float u,
                                        Float v) {
     const LightView& lights = scene.lights;
+    // Choose a light
     const LightChoice choice = choose_light(lights, active, x, u);
     const Int kind = gather(lights.kind, choice.light), index = gather(lights.index, choice.light);
     const Mask is_triangle = choice.active & (kind == static_cast<int>(kTriangleLight));
@@ -112,6 +112,7 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
     Float density = splat(0.0f);
     Mask sized = is_triangle;
 
+    // Sample a point of an emissive face
     if (any(is_triangle)) {
         const Int face = select(is_triangle, index, splat(0));
         Triangle t = gather_triangle(scene, face);
@@ -125,11 +126,12 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
         const Int material = gather(scene.face_material, face);
         s.radiance = select(is_triangle, gather3(scene.emission, material), s.radiance);
         s.active &= ~is_triangle | front | (gather(scene.emission_two_sided, material) != 0);
-        // A triangle doesn't light itself; rounding might find it a hemisphere around the point.
+        // A triangle does not light itself, but rounding might sample a hemisphere around the point.
         s.active &= ~is_triangle | ~x.owns(scene, index);
         const Float step = clearance / max(sqrt(dot(m, m)), 1e-30f);
         lift = select(is_triangle, m * select(front, step, -step), lift);
     }
+    // Sample a row of the light table by its kind
     if (any(is_row)) {
         const Int row = select(is_row, index, splat(0));
         const LightRow l = gather_light(lights, row);
@@ -147,7 +149,7 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
         if (occurs(kDiskLight))
             take(is(kDiskLight), Point::kOnSurface ? sample_facing_disk(center, l.radius, choice.u, v)
                                                    : sample_sphere(center, l.radius, choice.u, v));
-        // Area lights shine to one side.
+        // Area lights emit to one side.
         const Mask flat = is(kRectangleLight) | is(kEllipseLight);
         if (any(flat)) {
             const AreaShape area = area_shape(l, x.position);
@@ -161,6 +163,7 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
         }
         if (occurs(kConeLight))
             take(is(kConeLight), {sample_cone(-l.direction, l.one_minus_cos, choice.u, v), 1.0f / l.area});
+        // Compute the row's radiance
         s.radiance = select(is_row, l.radiance, s.radiance);
         take_links(lights, is_row, row, l.flags, s);
         const Float r = sqrt(max(dot(offset, offset), 1e-37f));
@@ -168,6 +171,7 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
         s.radiance = s.radiance * s.share;
     }
 
+    // Compute the direction, the density and the geometric factor
     const Float r2 = max(dot(offset, offset), 1e-37f);
     s.r = select(s.distant, splat(__builtin_inff()), sqrt(r2));
     s.w = select(s.distant, offset, offset * (1.0f / sqrt(r2)));
@@ -175,7 +179,7 @@ EG_INLINE LightSample sample_light_for(const SceneView& scene, Mask active, cons
     s.pdf = select(sized, density * choice.probability, 0.0f);
     const Float flux = select(s.distant, choice.probability, choice.probability * r2);
     s.geometry = 1.0f / max(select(sized, s.pdf, flux), 1e-37f);
-    // In the plane of an area light directions may have no end.
+    // Directions in the plane of an area light may have no end point.
     s.active &= x.faces(s.w) & (r2 < 1e30f);
     if (!lights.dark_too) s.active &= largest_component(s.radiance) > 0.0f;
     return s;

@@ -1,5 +1,4 @@
-// The shapes of lights as seen from a point: a direction to each, and the solid-angle density with which it
-// is found.
+// Shapes of lights as seen from a point: sampling of directions, and their solid-angle densities.
 #pragma once
 
 #include "shading/lights/cone.h"
@@ -8,19 +7,19 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 constexpr float kInvFourPi = 0.0795774715f;
-// Below this solid angle points are picked uniformly by area: across it cosine and distance hardly vary,
-// while directions run out of digits.
+// Below this solid angle, points are sampled uniformly by area: cosine and distance hardly vary, while
+// directions become inaccurate.
 constexpr float kLeastSolidAngle = 1e-5f;
 
-// Where a light was met or sampled from a point.
+// A direction to a light, met or sampled from a point.
 struct ShapeSample {
-    Vec3 offset;  // from the point to the light; of distant lights the unit direction
+    Vec3 offset;  // from the point to the light; unit direction of distant lights
     Float pdf;    // per solid angle; 0: never found
 };
 
 // ---- Triangles: corners relative to the point, m = (p1 - p0) x (p2 - p0) ----
 
-// The normal's length is taken out first: with it small lights' products would leave the range of floats.
+// Normalizes m by its largest component first, because products of small lights would underflow.
 EG_INLINE Float area_pdf(Vec3 offset, Vec3 m, Float area) {
     const Vec3 n = m * (1.0f / max(max(max(abs(m.x), abs(m.y)), abs(m.z)), 1e-37f));
     const Float r2 = dot(offset, offset);
@@ -28,7 +27,7 @@ EG_INLINE Float area_pdf(Vec3 offset, Vec3 m, Float area) {
     return r2 * sqrt(r2) / max(area * facing, 1e-37f);
 }
 
-// Weights of a triangle's second and third corner where the ray along w meets it.
+// Barycentrics of the point where the ray along w meets a triangle.
 EG_INLINE void barycentrics(const Triangle& t, Vec3 w, Float& b1, Float& b2) {
     const Vec3 c = cross(t.p0, w);
     Float weight0 = dot(w, cross(t.p1, t.p2)), weight1 = dot(c, t.p2), weight2 = -dot(c, t.p1);
@@ -41,9 +40,9 @@ EG_INLINE void barycentrics(const Triangle& t, Vec3 w, Float& b1, Float& b2) {
     b2 = weight2 * scale;
 }
 
-// Triangles so small, seen from the point, that points on them are picked by area: cosine and distance vary
-// too little across them for directions uniform in solid angle to be worth their cost. Compared are
-// the longer side at the first corner and the distance to the nearest corner.
+// Small triangles are sampled uniformly by area. Cosine and distance vary too little across them to justify
+// the cost of directions uniform in solid angle. The test compares the longer side at the first corner with
+// the distance to the nearest corner.
 constexpr float kSmallTriangle2 = 0.01f;
 
 EG_INLINE Mask is_small_triangle(const Triangle& t) {
@@ -92,7 +91,7 @@ struct AreaShape {
     Float area;
 };
 
-// The rectangle as two spherical triangles with a common apex.
+// The rectangle, split into two spherical triangles with a common apex.
 struct SphericalRectangle {
     SphericalTriangle first, second;
     Float solid_angle;
@@ -144,9 +143,9 @@ EG_INLINE ShapeSample sample_ellipse(const AreaShape& e, Float u, Float v) {
     return {offset, area_pdf(offset, cross(e.axis_x, e.axis_y), e.area)};
 }
 
-// ---- Spheres, and disks that face the point ----
+// ---- Spheres, and disks that face the receiver ----
 
-// 1 - cos of the angle of a sphere's edge to its centre; the whole sphere of directions from inside.
+// 1 - cos of a sphere's angular radius. From inside the sphere it covers all directions.
 EG_INLINE Float sphere_cap(Float d2, Float radius) {
     const Float sine2 = radius * radius / max(d2, 1e-37f);
     return select(sine2 < 1.0f, sine2 / (1.0f + sqrt(max(1.0f - sine2, 0.0f))), splat(2.0f));
@@ -169,7 +168,7 @@ EG_INLINE Float sphere_pdf(Vec3 center, Float radius) {
     return (2.0f * kInvFourPi) / max(sphere_cap(dot(center, center), radius), 1e-37f);
 }
 
-// Distance to a sphere along the unit vector w; negative: missed.
+// Distance to a sphere along the unit vector w; negative for a miss.
 EG_INLINE Float sphere_distance(Vec3 center, Float radius, Vec3 w) {
     const Float along = dot(center, w);
     const Vec3 across = center - w * along;
@@ -179,7 +178,8 @@ EG_INLINE Float sphere_distance(Vec3 center, Float radius, Vec3 w) {
     return select(half2 < 0.0f, splat(-1.0f), select(inside, along + half, along - half));
 }
 
-// The same along a direction of its cone: at the edge rounding may miss it, and the nearest point is taken.
+// Distance along a direction of the sphere's cone. Rounding may miss the sphere at its edge; then the nearest
+// point is taken.
 EG_INLINE Float distance_in_cone(Vec3 center, Float radius, Vec3 w) {
     const Float distance = sphere_distance(center, radius, w);
     return select(distance > 0.0f, distance, max(dot(center, w), 1e-30f));

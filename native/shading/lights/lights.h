@@ -1,14 +1,14 @@
-// Light that reaches a point: samples of all lights but the environment (shading/lights/environment.h), and
-// the density of such samples where a ray meets a light by itself. What the path tracer combines by multiple
-// importance sampling (Veach 1997).
+// Light that arrives at a point: samples of all lights except the environment (shading/lights/environment.h),
+// and their density where a ray meets a light by itself. The path tracer combines both by multiple importance
+// sampling (Veach 1997).
 #pragma once
 
 #include "shading/lights/light_samples.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// One light, and a direction to it, for the point x. Only what may light it is active: in front of it, unless
-// `both_sides`, which say where light that falls on the back matters too.
+// Samples one light and a direction to it, for the point x. Lights that cannot contribute are inactive: those
+// behind x, except in lanes of `both_sides`.
 EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const SurfacePoint& x,
                                     Mask both_sides, Float u, Float v) {
     const SurfaceReceiver point{{x.position, x.normal, both_sides}, x.face};
@@ -17,8 +17,8 @@ EG_OUTLINE LightSample sample_light(const SceneView& scene, Mask active, const S
     return s;
 }
 
-// Solid-angle density with which `sample_light` from `from` finds the direction w, in which an emissive face
-// is met at the distance r; 0 for faces that aren't sampled.
+// Solid-angle density of `sample_light` at `from` for the direction w, in which an emissive face is met at
+// the distance r; 0 for faces that are not sampled.
 EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& from, Int face, Vec3 w,
                            Float r) {
     const LightView& lights = scene.lights;
@@ -36,9 +36,9 @@ EG_OUTLINE Float light_pdf(const SceneView& scene, Mask active, const Receiver& 
 }
 
 // Visits all sized lights of the table that a ray of `kind` along w meets between the distances near and far
-// from the surface point `from` that scattered it (they don't block it): visit(row's number, mask, radiance,
-// what it is multiplied with), the latter with the power heuristic's weight against `sample_light`;
-// `bsdf_pdf` 0: the ray wasn't sampled by a density, all of it counts.
+// from the surface point `from` that scattered it. Lights do not block the ray. Calls visit(row's number,
+// mask, radiance, factor of the light's strength); the latter two contain the power heuristic's weight
+// against `sample_light`. `bsdf_pdf` 0: the ray has no density, so its weight is 1.
 template <typename Visit>
 EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh,
                                     Vec3 w, Float near, Float far, Float bsdf_pdf, Int kind,
@@ -58,7 +58,7 @@ EG_INLINE void for_each_light_along(const SceneView& scene, Mask active, const R
     for_each_met_light(scene, active, from.position, from_mesh, w, near, far, kind, add);
 }
 
-// The radiance of all of them.
+// Sum of the radiance of these lights.
 EG_OUTLINE Vec3 lights_along(const SceneView& scene, Mask active, const Receiver& from, Int from_mesh, Vec3 w,
                              Float near, Float far, Float bsdf_pdf, Int kind) {
     Vec3 sum = zero3();

@@ -1,6 +1,6 @@
-// Directions to a triangle, uniform in solid angle (Peters 2021, "BRDF Importance Sampling for Polygonal
-// Lights", section 4: no angles of the spherical triangle are formed, so it is exact for small and for thin
-// ones).
+// Sampling of directions to a triangle, uniform in solid angle (Peters 2021, "BRDF Importance Sampling for
+// Polygonal Lights", section 4). It forms no angles of the spherical triangle and is therefore accurate for
+// small and for thin ones.
 #pragma once
 
 #include "scene/geometry.h"
@@ -8,7 +8,8 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-// A triangle seen from a point: unit directions to its corners, and what its solid angle follows from,
+// A triangle seen from a point: unit directions to its corners, and the volume that determines its solid
+// angle,
 //   tan(solid_angle / 2) = volume / (1 + apex.first + first.last + apex.last).
 struct SphericalTriangle {
     Vec3 apex, first, last;
@@ -16,8 +17,8 @@ struct SphericalTriangle {
     Float solid_angle;
 };
 
-// Of the corners a, b, c relative to the point; |a . m| with m = (b - a) x (c - a) is six times the volume of
-// the tetrahedron, free of the cancellation that unit vectors would bring.
+// The triangle with corners a, b, c relative to the point. |a . m| with m = (b - a) x (c - a) is six times
+// the volume of the tetrahedron, without the cancellation of unit vectors.
 EG_INLINE SphericalTriangle spherical_triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 m) {
     const Float ra = 1.0f / max(sqrt(dot(a, a)), 1e-30f);
     const Float rb = 1.0f / max(sqrt(dot(b, b)), 1e-30f);
@@ -29,21 +30,21 @@ EG_INLINE SphericalTriangle spherical_triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 m) {
     return s;
 }
 
-// A direction in the triangle: u cuts the part u of the solid angle off by moving `last` towards `first`, v
-// goes from the apex to that new side.
+// Samples a direction. Moving `last` towards `first` cuts the part u of the solid angle off; v moves from the
+// apex to the new side.
 EG_INLINE Vec3 sample_triangle(const SphericalTriangle& s, Float u, Float v) {
     Float sine, cosine;
-    sincos_turn(min(u * s.solid_angle * 0.0795774715f, splat(0.49999997f)), sine,
-                cosine);  // of half the part
+    // The angle is half of the part's solid angle, in turns.
+    sincos_turn(min(u * s.solid_angle * 0.0795774715f, splat(0.49999997f)), sine, cosine);
     const Float along = 1.0f + dot(s.apex, s.first);
     const Float across = dot(s.apex, s.last) + dot(s.first, s.last);
     const Vec3 half = s.first * (s.volume * cosine - across * sine) + s.last * (along * sine);
     const Float length2 = dot(half, half);
     const Vec3 cut = half * (2.0f * dot(s.first, half) / max(length2, 1e-37f)) - s.first;
-    // Uniform in the cosine to the apex; of small triangles that has few digits, 1 - cos has all.
+    // Uniform in the cosine to the apex. For small triangles 1 - cos is accurate, the cosine is not.
     const Vec3 chord = cut - s.apex;
     const Float rise_of_cut = 0.5f * dot(chord, chord), rise = v * rise_of_cut;
-    const Vec3 toward = chord + s.apex * rise_of_cut;  // at a right angle to the apex
+    const Vec3 toward = chord + s.apex * rise_of_cut;  // orthogonal to the apex
     const Float scale = sqrt(max(rise * (2.0f - rise), 0.0f) / max(dot(toward, toward), 1e-37f));
     return s.apex * (1.0f - rise) + toward * scale;
 }

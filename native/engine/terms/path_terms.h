@@ -1,0 +1,53 @@
+// Terms whose samples are paths of the picture: the interior, rims of transmission lobes, and horizons.
+#pragma once
+
+#include "engine/derivative_tables.h"
+#include "engine/terms/edge_on_term.h"
+#include "engine/terms/path_recording.h"
+#include "engine/terms/term.h"
+
+namespace edgegrad {
+
+// Derivatives of what paths bring, by sweeps over their recorded vertices.
+class InteriorTerm : public PictureTerm {
+ public:
+    // `values_alone`: light is a product and a sum of what is requested (tasks/value_record.h).
+    InteriorTerm(ImagePlan plan, const PathRecording& recording, bool values_alone)
+        : PictureTerm(kInteriorTerm, std::move(plan)), recording_(recording), values_alone_(values_alone) {}
+
+    void set_plan(ImagePlan plan) { plan_ = std::move(plan); }
+    // Its paths are weighed beside samples by area; null: there are none.
+    void weigh_beside(const EdgeOnTerm* edge_on) { edge_on_ = edge_on; }
+    // A task's paths with their vertices; the task of sweeps over them.
+    AdjointTask record(const TermRun& run, const ImageTask& task) const;
+
+ private:
+    void run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) override;
+    ValueTask record_values(const TermRun& run, const ImageTask& task) const;
+
+    const PathRecording& recording_;
+    const bool values_alone_;
+    const EdgeOnTerm* edge_on_ = nullptr;
+};
+
+// What rims of transmission lobes sweep (path/rim.h).
+class RimTerm : public PictureTerm {
+ public:
+    RimTerm(const CameraView& camera, const RenderOptions& interior, const PathRecording& recording);
+
+ private:
+    void run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) override;
+
+    const PathRecording& recording_;
+};
+
+// Light that the faces' own planes cut off (boundary/terms/horizon.h).
+class HorizonTerm : public PictureTerm {
+ public:
+    HorizonTerm(const CameraView& camera, const RenderOptions& shadow);
+
+ private:
+    void run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) override;
+};
+
+}  // namespace edgegrad

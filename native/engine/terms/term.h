@@ -1,0 +1,131 @@
+// One summand of a derivative, as both modes of the engine run it (engine/derivatives.cpp): one or two
+// passes, each cut into chunks that depend on the problem alone and that threads take one at a time.
+#pragma once
+
+#include "engine/decisions.h"
+#include "engine/drop_count.h"
+#include "engine/image_tasks.h"
+#include "engine/workspace.h"
+#include "scene/view.h"
+#include "tasks/block_sizes.h"
+#include "tasks/boundary_kind.h"
+#include "tasks/kernel_table.h"
+#include "tasks/splats.h"
+
+namespace edgegrad {
+
+// What a chunk runs with. Forward mode reads tangents and writes to the picture, reverse mode reads the
+// picture's adjoint and adds to gradients.
+struct TermRun {
+    const KernelTable& kernels;
+    const SceneView& scene;
+    ThreadMemory& memory;
+    const DifferentiableTables& tables;  // with tangents or gradients
+    DerivativeView view;                 // the same for boundary kernels
+    const float* adjoint;                // null: forward mode
+    float* image;                        // of forward mode, and
+    Splats splats;                       // the chunk's, of terms that have splats
+
+    bool is_forward() const { return !adjoint; }
+    Workspace& work() const { return memory.paths(); }
+};
+
+class Term {
+ public:
+    explicit Term(DerivativeTerm of) : name(of) {}
+    virtual ~Term() = default;
+    Term(const Term&) = delete;
+    Term& operator=(const Term&) = delete;
+
+    virtual int passes() const { return 1; }
+    virtual int64_t samples(int pass) const = 0;
+    virtual int64_t chunks(int pass) const = 0;
+    // Whether forward mode gives one value at a place of the picture for each sample, kBoundaryChunk of them
+    // a chunk. Else a chunk adds to pixels of its own.
+    virtual bool has_splats() const = 0;
+    // One chunk, in the mode of `run`.
+    virtual void run(TermRun& run, int pass, int64_t chunk) = 0;
+    // Before and after a gradient that later ones learn from.
+    virtual void record() {}
+    virtual void teach() {}
+    // Whether the first sample that was left out is told by its pixel; else by its edge, among those of:
+    virtual bool drops_by_pixel() const = 0;
+    virtual SceneView view(const SceneView& scene) const { return scene; }
+
+    const DroppedSamples& dropped() const { return dropped_.sum(); }
+    int64_t all_samples() const {
+        return sum([this](int pass) { return samples(pass); });
+    }
+    int64_t all_chunks() const {
+        return sum([this](int pass) { return chunks(pass); });
+    }
+
+    const DerivativeTerm name;
+    Part part = Part::kInterior;  // what it computes
+
+ protected:
+    // What a chunk of a pass has left out.
+    void drop(int pass, const DroppedSamples& lost) { dropped_.add(lost, pass == 0 ? 0 : samples(0)); }
+
+ private:
+    template <typename F>
+    int64_t sum(const F& of_pass) const {
+        int64_t all = 0;
+        for (int pass = 0; pass < passes(); ++pass) all += of_pass(pass);
+        return all;
+    }
+
+    DropCount dropped_;
+};
+
+struct TermPass {
+    Term* term;
+    int pass;
+};
+
+// A term whose samples lie along a list.
+class SampledTerm : public Term {
+ public:
+    using Term::Term;
+    int64_t chunks(int pass) const final { return (samples(pass) + kBoundaryChunk - 1) / kBoundaryChunk; }
+    bool has_splats() const final { return true; }
+    bool drops_by_pixel() const override { return false; }
+    void run(TermRun& run, int pass, int64_t chunk) final {
+        const int64_t first = chunk * kBoundaryChunk;
+        DroppedSamples lost;
+        run_samples(run, pass, first, std::min(kBoundaryChunk, samples(pass) - first), lost);
+        drop(pass, lost);
+    }
+
+ protected:
+    // Samples [first, first + count) of a pass, count <= kBoundaryChunk.
+    virtual void run_samples(TermRun& run, int pass, int64_t first, int64_t count, DroppedSamples& lost) = 0;
+};
+
+// A term whose samples are paths of the picture.
+class PictureTerm : public Term {
+ public:
+    PictureTerm(DerivativeTerm of, ImagePlan of_paths) : Term(of), plan_(std::move(of_paths)) {}
+    const ImagePlan& plan() const { return plan_; }
+    int64_t samples(int) const final { return plan_.pixels * plan_.options.samples; }
+    int64_t chunks(int) const final { return plan_.chunks; }
+    bool has_splats() const final { return false; }
+    bool drops_by_pixel() const final { return true; }
+    void run(TermRun& run, int pass, int64_t chunk) final {
+        if (!run.is_forward() && !plan_.any_adjoint(chunk, run.adjoint)) return;
+        plan_.for_each_task(chunk, [&](const ImageTask& task) {
+            DroppedSamples lost;
+            run_task(run, task, lost);
+            drop(pass, lost);
+            if (run.is_forward()) run.kernels.accumulate(task, run.work(), run.image);
+        });
+    }
+
+ protected:
+    // A task's derivatives: into the radiance of its paths, or from the adjoint of its pixels.
+    virtual void run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) = 0;
+
+    ImagePlan plan_;
+};
+
+}  // namespace edgegrad

@@ -14,6 +14,8 @@ from .tables.textures.program import TextureTables
 
 F32 = NDArray[np.float32]
 Progress = Callable[[float], None] | None
+# Part, term, outcome, reason, numbers of edges, and the further fields of `derivatives.decisions.Decision`.
+DecisionRow = tuple[str, str, str, str, tuple[int, ...], Any, Any, Any, Any, Any, float, float]
 
 def instruction_sets() -> list[str]: ...
 def embree_version(path: str) -> str: ...
@@ -71,7 +73,7 @@ class Scene:
         options: RenderOptions,
         learned: LearnedSampling | None,
         progress: Progress,
-    ) -> tuple[NDArray[np.float32], list[Dropped]]: ...
+    ) -> tuple[NDArray[np.float32], list[Dropped], list[DecisionRow]]: ...
     def backward(
         self,
         adjoint: NDArray[np.float32],
@@ -79,7 +81,8 @@ class Scene:
         options: RenderOptions,
         learned: LearnedSampling | None,
         progress: Progress,
-    ) -> tuple[dict[str, NDArray[np.float64]], list[Dropped]]: ...
+    ) -> tuple[dict[str, NDArray[np.float64]], list[Dropped], list[DecisionRow]]: ...
+    def decide(self, requested: dict[str, NDArray[np.int64]], options: RenderOptions) -> list[DecisionRow]: ...
 def evaluate_bsdfs(
     materials: object, points: object, instruction_set: str, favoured: int = 0
 ) -> dict[str, NDArray[np.float32]]: ...

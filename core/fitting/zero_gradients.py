@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..geometry.camera_view import in_picture
 from ..planning.scene_plan import Plan
-from ..planning.terms import UNREAD
+from ..planning.term import UNREAD
 from ..scene import parameters
 from ..scene.camera import Camera
 from ..scene.material import Mixture

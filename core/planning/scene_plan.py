@@ -1,31 +1,32 @@
 """What a picture and its derivative consist of in a given scene: what is computed, what is skipped and why.
 
-Reading the plan costs a pass over the vertices and edges and no ray. It is written for people: the
-engines follow the same rules by themselves.
+The engine decides what a derivative has (`Renderer.decide`), without rendering; the plan is its decisions in words.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .._check import names, whole
-from ..derivatives.motion import may_move, motion
-from ..derivatives.table_derivatives import requested_tables, with_requested
-from ..geometry.placed_meshes import PlacedMeshes
+from ..derivatives.decisions import Decisions
+from ..derivatives.motion import may_move
+from ..derivatives.table_derivatives import with_requested
 from ..reference import diffuse_tables
+from ..reference.simplify import obstacles
 from ..rendering.engine import engine_class
-from ..rendering.one_shot import caustic_share
-from ..rendering.renderer import MAX_DERIVATIVE_DEPTH
+from ..rendering.one_shot import caustic_share, prepared
+from ..rendering.options import TERMS
+from ..rendering.renderer import MAX_DERIVATIVE_DEPTH, Renderer
 from ..scene.bounces import MAX_DEPTH
 from ..scene.fixed_scene import FixedScene
 from ..scene.scene import Scene, validated
-from ..tables.tables import flatten
+from . import boundary_words
+from .interior import interior, reflecting
+from .missing_words import missing
 from .picture import picture_plan
-from .primary import missing_texel_borders
-from .rims import missing_rims
-from .specular import causes_caustics, missing_caustics, missing_outlines, missing_specular
-from .terms import NOT_COMPUTED, UNREAD, Term, missing, terms
+from .scene_words import SceneWords
+from .term import NOT_COMPUTED, UNREAD, Term
 
 _WORDS = {
     "interior": "Interior (shading that changes smoothly)",
@@ -37,11 +38,15 @@ _WORDS = {
 
 @dataclass(frozen=True)
 class Plan:
-    """The picture's needs, the terms of a derivative, and what is left out of it though it may not be zero."""
+    """The picture's needs, the terms of a derivative, and what is left out of it though it may not be zero.
+
+    `decisions` are the engine's, which the words are about.
+    """
 
     picture: tuple[str, ...]
     terms: tuple[Term, ...]
     missing: tuple[str, ...]
+    decisions: Decisions = field(default=(), repr=False)
 
     @property
     def needed(self) -> tuple[str, ...]:
@@ -67,18 +72,23 @@ class Plan:
             lines += [f"  - {reason}" for reason in term.why]
         if not self.terms:
             return "\n".join(lines)
-        lines.append("Not computed by this version" + ("" if self.missing else ": nothing that matters here"))
+        lines.append("Not computed by this version" if self.missing else
+                     "Everything that can contribute in this scene is computed.")
         lines += [f"  - {reason}" for reason in self.missing]
         return "\n".join(lines)
 
 
-def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH, measure: int = 0) -> Plan:
+def plan(
+    scene: Scene | Renderer, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATIVE_DEPTH, measure: int = 0
+) -> Plan:
     """Say what the picture, and its derivatives with respect to some parameters, need.
+
+    What the engine looks for to know that (its BVH, edges, intersections) is kept for the next derivative.
 
     Parameters
     ----------
     scene
-        The scene.
+        The scene, or a renderer that has it.
     wrt
         Parameter paths; none: of the picture alone.
     max_depth
@@ -96,24 +106,33 @@ def plan(scene: Scene, wrt: Sequence[str] = (), *, max_depth: int = MAX_DERIVATI
     narrow = engine_class("auto").narrow
     measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
+    given = scene.scene if isinstance(scene, Renderer) else scene
+    fixed = FixedScene.of(given if isinstance(scene, Renderer) else validated(given))
+    picture = picture_plan(fixed, max_depth)
     if not wrt:
-        return Plan(picture_plan(FixedScene.of(validated(scene)), max_depth), (), ())
-    given, tables = scene, with_requested(scene, flatten(scene), wrt)
-    scene = FixedScene.of(given)
-    picture = picture_plan(scene, max_depth)
-    requested_tables(scene, tables, wrt)  # raises for each that has no derivative
+        return Plan(picture, (), ())
     if narrow:
         diffuse_tables.check(wrt)
-    moves = motion(scene, tables, wrt)
-    placed = PlacedMeshes.of(scene)
-    left_out = list(missing(scene, moves, max_depth, narrow, placed))
-    left_out += missing_texel_borders(scene, wrt)
-    if not narrow:
-        left_out += missing_specular(scene, moves, wrt, max_depth)
-        left_out += missing_outlines(scene, moves, wrt, max_depth)
-        thrown = causes_caustics(scene, moves, wrt, max_depth)
-        if thrown:
-            share = caustic_share(given, spp=measure, max_depth=max_depth) if measure else None
-            left_out.append(missing_caustics(thrown, share))
-        left_out += missing_rims(scene, moves, wrt, max_depth)
-    return Plan(picture, terms(scene, tables, wrt, moves, max_depth, placed), tuple(left_out))
+    if isinstance(scene, Renderer):
+        decided = scene.decide(wrt, max_depth=max_depth)
+        tables = with_requested(given, scene.tables, wrt)
+    else:
+        with prepared(scene) as renderer:
+            decided = renderer.decide(wrt, max_depth=max_depth)
+            tables = with_requested(given, renderer.tables, wrt)
+    words = SceneWords.of(fixed, decided)
+    share = None
+    if measure and "caustics" in words.by_part:
+        share = caustic_share(given, spp=measure, max_depth=max_depth)
+    made = {"interior": interior(words, tables, wrt, max_depth), "primary": boundary_words.primary(words),
+            "shadow": boundary_words.shadow(words), "indirect": boundary_words.indirect(words, max_depth)}
+    left_out = _simplified(given, max_depth) if narrow else missing(words, share)
+    return Plan(picture, tuple(made[name] for name in TERMS), tuple(left_out), decided)
+
+
+def _simplified(scene: Scene, max_depth: int) -> list[str]:
+    """What the reference engine, which is for flat, diffuse scenes alone, lacks."""
+    out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
+    if max_depth >= 2 and reflecting(scene):
+        out.append("light that surfaces pass on to each other (more than one bounce): neither rendered nor derived")
+    return out

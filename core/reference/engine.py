@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..derivatives.decisions import Decision, Decisions, EdgeCounts
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..rendering.options import RenderOptions
@@ -44,6 +46,7 @@ class Engine:
     narrow = True
 
     def __init__(self, tables: Tables, threads: int) -> None:
+        self.decided: Decisions = ()
         self._threads = threads if threads > 0 else (os.cpu_count() or 1)
         self._topology: Edges | None = None
         self.update(tables)
@@ -101,6 +104,7 @@ class Engine:
         progress: Progress | None = None,
     ) -> NDArray[np.float64]:
         """Return the image of `forward` without rounding to float32."""
+        options = self._restricted(tables, requested, options)
         asked = narrow.asked(tables, requested)
         sink = Forward(tables, self._surfaces, asked, narrow.narrowed(tables, tangent))
         self._run(tables, sink, options, progress)
@@ -116,10 +120,33 @@ class Engine:
         progress: Progress | None = None,
     ) -> TableDerivative:
         """Return the gradient of sum(adjoint * image) with respect to the `requested` tables."""
+        options = self._restricted(tables, requested, options)
         asked = narrow.asked(tables, requested)
         sink = Reverse(tables, self._surfaces, asked, np.asarray(adjoint, np.float64).reshape(-1, 3))
         self._run(tables, sink, options, progress)
         return narrow.widened(tables, sink.gradient, requested)
+
+    def decide(self, tables: Tables, requested: Requested, options: RenderOptions) -> Decisions:
+        """Return what a derivative with respect to the `requested` tables consists of."""
+        moves = "vertices" in requested
+        edges = EdgeCounts() if self._topology is None else EdgeCounts(*2 * (len(self._topology.vertices),))
+        still = "needed" if moves else "still"
+        reasons = {
+            "interior": ("shading", "needed"),
+            "primary": ("edges", still),
+            "shadow": ("light shadows", still if options.max_depth > 1 else "not rendered"),
+            "indirect": ("edges between surfaces", "not rendered"),
+        }
+        return tuple(
+            Decision(part, term, "computed" if reason == "needed" else "zero", reason, edges)
+            for term, (part, reason) in reasons.items() if term in options.terms
+        )
+
+    def _restricted(self, tables: Tables, requested: Requested, options: RenderOptions) -> RenderOptions:
+        """The options with the terms that can be non-zero, after a check of all."""
+        _check(options)
+        self.decided = self.decide(tables, requested, options)
+        return replace(options, terms=tuple(d.term for d in self.decided if d.computed))
 
     def _run(self, tables: Tables, sink: Sink, options: RenderOptions, progress: Progress | None) -> None:
         """Send the blocks of the requested terms to the sink."""

@@ -42,14 +42,6 @@ def differentiable(scene: Scene) -> tuple[Scene, list[str]]:
     return Scene(camera, meshes, materials, lights, world), notes
 
 
-def indirect_obstacles(scene: Scene) -> Iterator[str]:
-    """Reasons why the indirect boundary term cannot be computed: meshes that only some kinds of scattered rays see."""
-    scattered = set(RAYS) - {"camera", "shadow"}
-    for name, mesh in scene.meshes.items():
-        if 0 < len(scattered - mesh.visible_to) < len(scattered):
-            yield f"mesh '{name}' is visible to some kinds of scattered rays only"
-
-
 def obstacles(scene: Scene) -> Iterator[str]:
     """Reasons why the reference engine has no exact derivatives of a scene; none after `differentiable`."""
     yield from differentiable(scene)[1]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._check import shown
+from ..derivatives.decisions import Decisions
 from ..derivatives.table_derivatives import Requested, TableDerivative
 from ..geometry.topology import Edges
 from ..tables import tables as flat
@@ -18,6 +19,7 @@ from .options import Progress, RenderOptions
 class EngineLike(Protocol):
     """What the native and the reference engine have in common."""
 
+    decided: Decisions  # what the last derivative consisted of
     narrow: bool  # it has derivatives of flat, diffuse, directly lit scenes alone
 
     def __init__(self, tables: flat.Tables, threads: int) -> None: ...
@@ -46,6 +48,7 @@ class EngineLike(Protocol):
         *,
         progress: Progress | None,
     ) -> TableDerivative: ...
+    def decide(self, tables: flat.Tables, requested: Requested, options: RenderOptions) -> Decisions: ...
 
 
 _warned_of_fallback = False

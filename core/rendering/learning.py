@@ -39,6 +39,7 @@ class LearnedView:
         self.sampling = sampling
         self._budget = Budget()
         self._gradients = 0
+        self._empty: set[str] = set()  # terms that took no samples
 
     def gradient(self, estimate: Estimate, terms: Collection[str], seed: int) -> Gradient:
         """Compute one more gradient, and adapt the sampling of the next ones.
@@ -59,7 +60,9 @@ class LearnedView:
             found = estimate(terms, seed, 0, 1)
             if self._gradients == 1:
                 self._budget.begin(self.sampling.taken)
+                self._empty = {term for term in terms if not self._budget.taken(term, self.sampling.taken)}
             return found
+        terms = [term for term in terms if term not in self._empty]
         # Estimate each term as the mean of two estimates from half its samples. Their difference measures the noise.
         total: Gradient = {}
         for k, term in enumerate(terms):

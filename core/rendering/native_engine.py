@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _native
+from ..derivatives.decisions import Decision, Decisions, EdgeCounts
 from ..derivatives.table_derivatives import Requested, TableDerivative, shapes
 from ..geometry.topology import Edges
 from ..tables.tables import Tables
@@ -125,6 +126,7 @@ class Engine:
         with _building():
             self._scene = _native.Scene(tables, threads, instruction_set, library)
         self._turns = Turns("renderer")
+        self.decided: Decisions = ()  # of the last derivative
         # Whose materials, textures and environment the native scene has; None: some of them, since an update failed.
         self._held: Tables | None = tables
 
@@ -176,7 +178,8 @@ class Engine:
         spans = _float_spans(tables, wanted)
         with self._turns.lock():
             self._hold(tables)
-            image, dropped = self._scene.forward(floats, spans, options, learned, progress)
+            image, dropped, decided = self._scene.forward(floats, spans, options, learned, progress)
+            self.decided = _decisions(decided)
         warn_of_samples(tables, dropped)
         return np.asarray(image)
 
@@ -194,10 +197,18 @@ class Engine:
         spans = _float_spans(tables, wanted)
         with self._turns.lock():
             self._hold(tables)
-            found, dropped = self._scene.backward(adjoint, spans, options, learned, progress)
+            found, dropped, decided = self._scene.backward(adjoint, spans, options, learned, progress)
+            self.decided = _decisions(decided)
         warn_of_samples(tables, dropped)
         shape = shapes(tables)
         return {name: np.asarray(found[name]).reshape(shape[name]) for name in wanted}
+
+    def decide(self, tables: Tables, requested: Requested, options: RenderOptions) -> Decisions:
+        """Return what a derivative with respect to the `requested` tables consists of, without computing it."""
+        spans = _float_spans(tables, requested)
+        with self._turns.lock():
+            self._hold(tables)
+            return _decisions(self._scene.decide(spans, options))
 
     def _hold(self, tables: Tables) -> None:
         """Make the native scene that of the tables, whose materials and textures may be those of derivatives."""
@@ -220,6 +231,11 @@ class Engine:
         self._held = None
         self._scene.update_values(tables)
         self._held = tables
+
+
+def _decisions(rows: list[_native.DecisionRow]) -> Decisions:
+    return tuple(Decision(part, term, outcome, reason, EdgeCounts(*edges), *found)
+                 for part, term, outcome, reason, edges, *found in rows)
 
 
 def _float_spans(tables: Tables, wanted: Requested) -> dict[str, NDArray[np.int64]]:

@@ -42,7 +42,7 @@ if hasattr(os, "register_at_fork"):
 
 
 @contextmanager
-def _prepared(scene: Scene, engine: str, threads: int) -> Iterator[Renderer]:
+def prepared(scene: Scene, engine: str = "auto", threads: int = 0) -> Iterator[Renderer]:
     """A renderer of the scene: the last one where that fits."""
     global _holder
     engine, threads = engine_name(engine), whole("render", "threads", threads, 0, MOST_THREADS)
@@ -112,7 +112,7 @@ def render(
     ValueError
         For a wrong scene or argument, naming it.
     """
-    with _prepared(scene, engine, threads) as renderer:
+    with prepared(scene, engine, threads) as renderer:
         return renderer.render(spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, progress=progress)
 
 
@@ -148,7 +148,7 @@ def render_forward(
     -------
     (height, width, 3) float32 derivative of the picture that `render` estimates.
     """
-    with _prepared(scene, engine, threads) as renderer:
+    with prepared(scene, engine, threads) as renderer:
         return renderer.render_forward(
             tangent, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
         )
@@ -184,7 +184,7 @@ def render_backward(
     -------
     Parameter path to a float64 array of the parameter's shape.
     """
-    with _prepared(scene, engine, threads) as renderer:
+    with prepared(scene, engine, threads) as renderer:
         return renderer.render_backward(
             adjoint, wrt, spp=spp, max_depth=max_depth, seed=seed, bounces=bounces, terms=terms, progress=progress
         )

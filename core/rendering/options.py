@@ -41,6 +41,8 @@ class RenderOptions:
     camera_sampled_alpha
         Alpha (roughness squared) of the widest lobes through which the camera sees edges between surfaces by samples
         that start at the camera; wider ones are seen by samples that start at edges. The mean is the same for any.
+    force
+        For tests: parts of a derivative (`derivatives.decisions`) that are computed though they are zero.
     """
 
     spp: int
@@ -51,6 +53,7 @@ class RenderOptions:
     caustics_alone: bool = False
     two_passes: bool = True
     camera_sampled_alpha: float = 0.25
+    force: tuple[str, ...] = ()
 
 
 def checked_options(

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._check import array, flag, instance, mapping, names, whole
-from ..derivatives.motion import may_move
+from ..derivatives.decisions import Decisions, joined
 from ..derivatives.table_derivatives import (
     Requested,
     pull_back_of,
@@ -27,9 +27,8 @@ from ..derivatives.table_derivatives import (
     with_requested,
 )
 from ..geometry.topology import Edges
-from ..planning.specular import bends_rays
 from ..reference import diffuse_tables
-from ..reference.simplify import indirect_obstacles, obstacles
+from ..reference.simplify import obstacles
 from ..scene import parameters
 from ..scene.bounces import MAX_DEPTH, Bounces
 from ..scene.camera import Camera
@@ -109,17 +108,22 @@ class Renderer:
         self._tables = with_requested(scene, flat.flatten(scene), self._wrt)
         self._edges: Edges | None = None
         self._obstacles: list[str] | None = None
-        self._indirect = False  # whether the indirect boundary term is computed
         self._moved = False  # the engine has vertex positions that the tables lack
         self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
         self._taken_over: TakenOver | None = TakenOver(scene)
         self._learning: Learning | None = None
+        self.last_decisions: Decisions = ()
         if learn and not self._engine.narrow:
             from .native_engine import learned_sampling
 
             self._learning = Learning(learned_sampling)
+
+    @property
+    def tables(self) -> flat.Tables:
+        """The tables of the scene."""
+        return self._tables
 
     @property
     def edges(self) -> Edges:
@@ -325,6 +329,7 @@ class Renderer:
         if self._learning is not None:
             learned["learned"] = self._learning.view(tables, camera, tuple(tangent), options).sampling
         image = self._engine.forward(tables, velocity, requested, options, **learned, progress=progress)
+        self.last_decisions = self._engine.decided
         if not np.isfinite(image).all():
             # Compute each term separately to find the terms that are not finite.
             alone = {
@@ -356,9 +361,11 @@ class Renderer:
         # The copy keeps the gradient valid if the progress function changes its arrays.
         image = array("render_backward", "adjoint", adjoint, (tables.height, tables.width, 3), np.float32).copy()
         pull = pull_back_of(self.scene, tables, wrt)
+        calls: list[Decisions] = []
 
         def gradients(options: RenderOptions, progress: Progress | None = progress, **learned: Any) -> Gradient:
             gradient = self._engine.backward(tables, image, requested, options, **learned, progress=progress)
+            calls.append(self._engine.decided)
             return pull(gradient)
 
         if self._learning is None:
@@ -371,10 +378,27 @@ class Renderer:
                 return gradients(replace(options, terms=tuple(terms), seed=seed), report, learned=known.sampling)
 
             found = known.gradient(part, options.terms, options.seed)
+        self.last_decisions = joined(calls)
         if not all(np.isfinite(gradient).all() for gradient in found.values()):
             alone = {t: gradients(replace(options, terms=(t,))) for t in options.terms}
             warn_of_gradients(found, lambda path: [t for t in alone if not np.isfinite(alone[t][path]).all()])
         return found
+
+    def decide(
+        self, wrt: Sequence[str], *, max_depth: int = 2, bounces: Bounces | None = None, terms: Sequence[str] = TERMS
+    ) -> Decisions:
+        """Return what the derivative with respect to some parameters consists of, without computing it.
+
+        The engine keeps what it looks for to know that, and the next derivative uses it. `last_decisions` has the
+        same of the last derivative that was computed, with its samples and seconds. Parameters are those of
+        `render_backward`.
+        """
+        wrt = names("decide", "wrt", wrt, "parameter paths")
+        self._settle(None)
+        tables, requested = self._requested(wrt, None)
+        _ = self.edges
+        options = replace(checked_options(1, max_depth, 0, bounces), terms=checked_terms(terms))
+        return self._engine.decide(tables, requested, options)
 
     def _requested(self, wrt: Collection[str], camera: Camera | None) -> tuple[flat.Tables, Requested]:
         """Return the tables for derivatives with respect to `wrt`, seen by a camera, and the rows that `wrt` needs."""
@@ -398,13 +422,8 @@ class Renderer:
     ) -> RenderOptions:
         narrow = self._engine.narrow
         if self._obstacles is None:
-            self._indirect = not narrow and next(indirect_obstacles(self.scene), None) is None
             self._obstacles = list(obstacles(self.scene)) if narrow else []
         computed = checked_terms(terms)
-        if not self._indirect:
-            computed = tuple(term for term in computed if term != "indirect")
-        if not any(may_move(path) for path in wrt) and not bends_rays(self.scene, wrt):
-            computed = tuple(term for term in computed if term == "interior")
         if self._obstacles:
             raise ValueError("this scene has no exact derivatives in this version; edgegrad.differentiable(scene) "
                              f"returns a similar scene that has, where {'; '.join(self._obstacles)}")

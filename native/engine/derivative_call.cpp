@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "boundary/meshes/solids.h"
 #include "engine/followed_lobes_rule.h"
 #include "engine/interior_rules.h"
+#include "engine/missing_parts.h"
 #include "engine/terms/curve_terms.h"
 #include "engine/transparent_closures.h"
+#include "scene/sharp_lobes.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/block_sizes.h"
 #include "tasks/boundary_kind.h"
@@ -45,9 +48,9 @@ std::vector<uint8_t> lights_alone(const SceneTables& tables, const Requested& re
 }
 
 // What boundary terms see of the tables' derivatives.
-RequestedMotion requested_motion(const Requested& requested) {
+RequestedMotion requested_motion(const CameraView& camera, const Requested& requested) {
     return {requested.moving(),
-            requested.any("camera"),
+            moves_rays(camera, requested),
             requested.any("instance_to_world"),
             requested.moves_lights(),
             requested.any("environment_rotation"),
@@ -66,25 +69,6 @@ PathRecording path_recording(const SceneView& scene, const SceneTables& tables, 
     return {requested, geometry, std::move(passed), surfaces};
 }
 
-bool anything_moves(const RequestedMotion& motion) {
-    return motion.camera || motion.lights || motion.rotation || motion.any_mesh_moves();
-}
-
-// Whether faces with shading normals of their own may cut off other light than before
-// (boundary/terms/horizon.h; core/planning/shadow.py has the rule in words).
-bool horizons_move(const SceneView& scene, const RenderOptions& options, const RequestedMotion& motion) {
-    const bool bent = scene.corner_normal || scene.all_flags & kHasNormalMap;
-    if (!bent || options.max_depth < 2 || !(options.terms[kShadowTerm] || options.terms[kIndirectTerm]))
-        return false;
-    constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
-    const bool lit = scene.has_environment || (scene.lights.kinds & ~kPointlike);
-    if (!lit && !(options.terms[kIndirectTerm] && options.max_depth > 2)) return false;
-    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
-    // Some lights turn with what they light.
-    const bool turns = scene.lights.kinds & kTurningLights;
-    return motion.any_mesh_moves() || motion.rotation || (motion.lights && sized) || (motion.camera && turns);
-}
-
 }  // namespace
 
 Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& options,
@@ -92,7 +76,8 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
     : engine(e),
       requested(requested_of),
       sides(solid_sides(*e.bodies(), e.tables_.camera)),
-      motion(requested_motion(requested)),
+      decided(options.force),
+      motion(requested_motion(e.tables_.camera, requested)),
       geometry(requested.geometry() || moves_chains(e.tables_, requested)),
       lights(e.lights_for(requested)),
       prepared(e.api_, *e.bvh_, e.tables_, &motion, e.hides_no_light(), lights,
@@ -101,28 +86,31 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       tables(differentiable_tables(scene, e.tables_)),
       recording(path_recording(scene, e.tables_, requested, geometry)),
       learns(learned) {
-    const RenderOptions of_interior = of_term(options, learned, kInteriorTerm);
-    if (options.terms[kInteriorTerm] && !shading_is_constant(scene, e.tables_, requested, options.max_depth))
-        interior = std::make_unique<InteriorTerm>(interior_plan(of_interior), recording,
-                                                  requested.values_alone(scene));
-    if (interior && options.max_depth >= 2 && rims_move(scene, e.tables_, requested))
-        rims = std::make_unique<RimTerm>(scene.camera, of_interior, recording);
-    // Where nothing is between surfaces, no edge hides one from another.
-    RenderOptions edges = options;
-    edges.terms[kIndirectTerm] =
-        options.terms[kIndirectTerm] && options.max_depth >= 3 && !e.hides_no_surface();
-    if (anything_moves(motion) &&
-        (edges.terms[kPrimaryTerm] || edges.terms[kShadowTerm] || edges.terms[kIndirectTerm])) {
+    if (options.terms[kInteriorTerm]) begin_interior(options, of_term(options, learned, kInteriorTerm));
+    const bool between = options.terms[kIndirectTerm] && options.max_depth >= 3;
+    const BoundaryFacts facts{scene,
+                              e.tables_,
+                              options,
+                              motion,
+                              moves_chains(e.tables_, requested),
+                              between && e.hides_no_surface()};
+    decide_boundaries(facts, decided);
+    note_missing(facts, requested, e.closed_, e.threads_, decided);
+    if (std::any_of(std::begin(kPartOf), std::end(kPartOf), [&](Part p) { return decided.computes(p); })) {
         const auto normals = e.normals();
         const std::vector<uint8_t> clear = e.clear_emitters(*lights);
         boundaries = boundary_terms(scene,
                                     {e.tables_, sides.data(), e.closed_, clear, normals->data(), e.kernels_,
                                      e.threads_, lights, e.kept_},
-                                    edges, motion, learned);
+                                    options, motion, learned, decided);
     }
-    if (horizons_move(scene, options, motion))
-        horizon = std::make_unique<HorizonTerm>(scene.camera, of_term(options, learned, kShadowTerm));
-    specular = SpecularTerm::of(scene, e.tables_, of_term(edges, learned, kPrimaryTerm), requested, e.kept_);
+    for (const Part part : {Part::kIndirectHorizons, Part::kHorizons}) {
+        if (!decided.computes(part)) continue;
+        if (!horizon)
+            horizon = std::make_unique<HorizonTerm>(scene.camera, of_term(options, learned, kShadowTerm));
+        horizon->part = part;
+    }
+    specular = SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), e.kept_, decided);
     if (specular && interior && !learns && requests_motion_alone() &&
         static_cast<double>(specular->all_samples()) >
             kManySegments * static_cast<double>(interior->plan().pixels) * options.samples)
@@ -130,11 +118,33 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
     sample_edge_on_faces();
 }
 
+void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const RenderOptions& own) {
+    const SceneTables& t = engine.tables_;
+    if (decided.decide(Part::kInterior, constant_shading(scene, t, requested, options.max_depth)))
+        interior =
+            std::make_unique<InteriorTerm>(interior_plan(own), recording, requested.values_alone(scene));
+    const Reason still = interior && rims_move(scene, t, requested) ? Reason::kNeeded : Reason::kStill;
+    if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : still)) {
+        rims = std::make_unique<RimTerm>(scene.camera, own, recording);
+        rims->part = Part::kRims;
+        decided[Part::kRims].materials =
+            used_materials(t, [&](size_t closure) { return may_refract_roughly(t, closure); });
+    }
+    decided.decide(Part::kContact, interior && scene.mesh_contact ? Reason::kNeeded : Reason::kNone);
+    const std::vector<int32_t>& passed = recording.passed;
+    decided.decide(Part::kTransparency, interior && !passed.empty() ? Reason::kNeeded : Reason::kNone);
+    if (!passed.empty())
+        decided[Part::kTransparency].materials =
+            used_materials(t, [&](size_t closure) { return passed[closure] != 0; });
+}
+
 void Engine::DerivativeCall::sample_edge_on_faces() {
     if (!interior || !geometry) return;
     edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, interior->plan().options, motion, recording,
                              engine.threads_);
     interior->weigh_beside(edge_on.get());
+    if (edge_on) edge_on->part = Part::kEdgeOn;
+    decided.decide(Part::kEdgeOn, edge_on ? Reason::kNeeded : Reason::kNone);
 }
 
 // Sums depend on their order, which is each mode's own, since results keep their bits.
@@ -171,6 +181,14 @@ int64_t Engine::DerivativeCall::chunks() const {
     int64_t all = 0;
     for (const Term* term : terms()) all += term->all_chunks();
     return all;
+}
+
+void Engine::DerivativeCall::note_effort() {
+    for (const Term* term : terms()) {
+        Decision& d = decided[term->part];
+        d.samples += static_cast<double>(term->all_samples());
+        d.seconds = clock.seconds(term->part);
+    }
 }
 
 void Engine::DerivativeCall::count_samples(LearnedSampling& learned) const {
@@ -212,6 +230,11 @@ ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) co
         (requested.any("closure_params") && (requested.span("closure_params").columns & values) != 0);
     const ImagePlan own(scene.camera, options, kRecordedPaths);
     return pictures ? own : own.sharing();
+}
+
+Decisions Engine::decide(const RenderOptions& options, const Requested& requested) const {
+    require_settled();
+    return DerivativeCall(*this, options, requested, nullptr).decided;
 }
 
 float Engine::follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,

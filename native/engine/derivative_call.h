@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/call_scene.h"
+#include "engine/decisions.h"
 #include "engine/derivative_tables.h"
 #include "engine/engine.h"
 #include "engine/image_tasks.h"
@@ -41,6 +42,8 @@ struct Engine::DerivativeCall {
     std::vector<Term*> terms() const;
     int64_t chunks() const;
 
+    // The samples and seconds of each part, once all are taken.
+    void note_effort();
     // How many samples each term took.
     void count_samples(LearnedSampling& learned) const;
     // What samples without a finite value were left out, by term.
@@ -58,6 +61,8 @@ struct Engine::DerivativeCall {
     // Derivatives by strengths and colours are pictures, whose random numbers they reuse, as what is
     // requested beside them does.
     ImagePlan interior_plan(const RenderOptions& options) const;
+    // Decides on the interior term and its rims; `own`: with their number of samples.
+    void begin_interior(const RenderOptions& options, const RenderOptions& own);
     // Samples by area beside those of the interior term.
     void sample_edge_on_faces();
     // What boundary terms read or write; null where it is not requested.
@@ -70,6 +75,8 @@ struct Engine::DerivativeCall {
     const Engine& engine;
     const Requested& requested;
     const std::vector<int8_t> sides;
+    Decisions decided;
+    PartClock clock;
     const RequestedMotion motion;
     const bool geometry;  // whether positions, directions or normals of a path's vertices change
     const std::shared_ptr<const LightList> lights;

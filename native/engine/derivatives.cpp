@@ -9,8 +9,8 @@
 namespace edgegrad {
 
 void Engine::forward(const RenderOptions& options, const Requested& requested, TableValues tangents,
-                     LearnedSampling* learned, const Progress& progress, float* image,
-                     Dropped& dropped) const {
+                     LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped,
+                     Decisions& decided) const {
     require_settled();
     DerivativeCall call(*this, options, requested, learned);
     const SceneView& scene = call.scene;
@@ -46,6 +46,7 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
         parallel_for(threads_, chunks, part, [&](int thread, int64_t chunk) {
             ThreadMemory& mine = (*memory)[static_cast<size_t>(thread)];
             TermRun run{kernels_, scene, mine, tables, d, nullptr, image, splats_of(chunk)};
+            const auto timed = call.clock.run(p.term->part);
             p.term->run(run, p.pass, first + chunk);
             mine.check();
         });
@@ -83,11 +84,14 @@ void Engine::forward(const RenderOptions& options, const Requested& requested, T
     });
     memory_pool_.give(std::move(memory));
     dropped = call.all_dropped();
+    call.note_effort();
+    decided = std::move(call.decided);
     if (progress) progress(1.0);  // second passes may have spared samples
 }
 
 TableValues Engine::backward(const RenderOptions& options, const Requested& requested, const float* adjoint,
-                             LearnedSampling* learned, const Progress& progress, Dropped& dropped) const {
+                             LearnedSampling* learned, const Progress& progress, Dropped& dropped,
+                             Decisions& decided) const {
     require_settled();
     DerivativeCall call(*this, options, requested, learned);
     GradientGroups groups(call.tables, requested, zeroed_pool_);
@@ -109,6 +113,7 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
             // A group's chunks are spread over the picture, so that groups take about equally long.
             for (const TermPass& p : passes) {
                 const int64_t chunks = p.term->chunks(p.pass);
+                const auto timed = call.clock.run(p.term->part);
                 for (int64_t chunk = group; chunk < chunks && !cancelled(); chunk += groups.count(), ++done) {
                     p.term->run(run, p.pass, chunk);
                     mine.check();
@@ -122,6 +127,8 @@ TableValues Engine::backward(const RenderOptions& options, const Requested& requ
     if (learned) call.count_samples(*learned);
     if (progress) progress(1.0);  // second passes may have spared samples
     dropped = call.all_dropped();
+    call.note_effort();
+    decided = std::move(call.decided);
     TableValues gradients = groups.reduce(threads_);
     if (requested.any("normals") && requested.any("vertices"))
         pull_shading_normals(tables_, threads_, gradients.at("normals").data(),

@@ -35,6 +35,7 @@ struct DroppedTerm {
 using Dropped = std::vector<DroppedTerm>;
 
 struct LearnedSampling;
+class Decisions;
 
 class Engine {
  public:
@@ -63,9 +64,13 @@ class Engine {
     // is what earlier gradients have learned of the samples' worth: both take samples by it, and a gradient
     // adds its own.
     void forward(const RenderOptions& options, const Requested& requested, TableValues tangents,
-                 LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped) const;
+                 LearnedSampling* learned, const Progress& progress, float* image, Dropped& dropped,
+                 Decisions& decided) const;
     TableValues backward(const RenderOptions& options, const Requested& requested, const float* adjoint,
-                         LearnedSampling* learned, const Progress& progress, Dropped& dropped) const;
+                         LearnedSampling* learned, const Progress& progress, Dropped& dropped,
+                         Decisions& decided) const;
+    // What such a call would compute. What is looked for to know that is kept for the call.
+    Decisions decide(const RenderOptions& options, const Requested& requested) const;
 
     // For tests: light sampling by itself.
     void probe_lights(const LightProbes& probes) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "boundary/curves/light_intersections.h"
+#include "engine/decisions.h"
 #include "scene/lights/light_list.h"
 #include "scene/lights/light_params.h"
 #include "scene/sharp_lobes.h"
@@ -38,13 +39,7 @@ bool any_narrow(const SceneTables& tables, float widest) {
 bool lights_jump(const SceneTables& tables, const LightView& lights) {
     constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
     if ((lights.kinds & kPointlike) && !tables.corner_normal.empty()) return true;
-    for (size_t row = 0; row < tables.lights.kind.size(); ++row) {
-        const float* params = &tables.lights.params[kLightParams * row];
-        if ((tables.lights.flags[row] & (kLightCone | kLightLinearCone)) &&
-            params[kLightEdgeScale] >= 0.5f * kLightStep)
-            return true;
-    }
-    return false;
+    return !hard_cones(tables.lights).empty();
 }
 
 // Whether surfaces pass through each other or through lights, wherever that is.

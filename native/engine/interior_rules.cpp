@@ -6,6 +6,20 @@
 #include "shading/bsdf/lobe.h"
 
 namespace edgegrad {
+
+bool is_black(const SceneView& scene, int32_t material) {
+    for (int32_t closure = scene.material_first_closure[material];
+         closure < scene.material_first_closure[material + 1]; ++closure) {
+        const float* color =
+            scene.closure_params + static_cast<ptrdiff_t>(closure) * kMaterialParams + kBaseColor;
+        if (!(scene.closure_flags[closure] & kLambertian) || color[0] > 0.0f || color[1] > 0.0f ||
+            color[2] > 0.0f ||
+            (scene.textures.closure_program && scene.textures.closure_program[closure] >= 0))
+            return false;
+    }
+    return true;
+}
+
 namespace {
 
 bool requests_only(const Requested& requested, const std::vector<const char*>& names) {
@@ -13,6 +27,13 @@ bool requests_only(const Requested& requested, const std::vector<const char*>& n
     return std::all_of(spans.begin(), spans.end(), [&](const auto& span) {
         return std::find(names.begin(), names.end(), span.first) != names.end();
     });
+}
+
+// Whether nothing but vertices is requested, and the shading normals that follow them. Others change shading
+// where no vertex moves.
+bool requests_vertices_alone(const SceneTables& tables, const Requested& requested) {
+    return requests_only(requested, {"vertices", "normals"}) &&
+           !requested.any("normals", 0, tables.normals.size());
 }
 
 // A flat Lambertian convex body alone under a constant sky looks the same from everywhere, however it moves
@@ -33,23 +54,10 @@ int32_t lobes_alone(const Requested& requested) {
            ((columns & coat) ? 1 << kCoatLobe : 0);
 }
 
-bool is_black(const SceneView& scene, int32_t material) {
-    for (int32_t closure = scene.material_first_closure[material];
-         closure < scene.material_first_closure[material + 1]; ++closure) {
-        const float* color =
-            scene.closure_params + static_cast<ptrdiff_t>(closure) * kMaterialParams + kBaseColor;
-        if (!(scene.closure_flags[closure] & kLambertian) || color[0] > 0.0f || color[1] > 0.0f ||
-            color[2] > 0.0f ||
-            (scene.textures.closure_program && scene.textures.closure_program[closure] >= 0))
-            return false;
-    }
-    return true;
-}
-
 // Black meshes whose light holds its direction on all surfaces (shading/lights/fixed_direction_light.h)
 // change nothing inside of their outlines. Behind mirrors and smooth glass it doesn't.
 bool only_outlines_move(const SceneView& scene, const SceneTables& tables, const Requested& requested) {
-    if (!scene.face_held || !requests_only(requested, {"vertices", "normals"}) ||
+    if (!scene.face_held || !requests_vertices_alone(tables, requested) ||
         may_be_specular(tables, scene.followed_alpha))
         return false;
     std::vector<uint8_t> rides(tables.material_first_closure.size() - 1);
@@ -74,7 +82,7 @@ bool only_outlines_move(const SceneView& scene, const SceneTables& tables, const
 // outlines alone then change the picture.
 bool nothing_shaded_moves(const SceneView& scene, const SceneTables& tables, const Requested& requested,
                           int max_depth) {
-    if (!requests_only(requested, {"vertices", "normals"})) return false;
+    if (!requests_vertices_alone(tables, requested)) return false;
     std::vector<uint8_t> black(tables.material_first_closure.size() - 1);
     for (size_t m = 0; m < black.size(); ++m) black[m] = is_black(scene, static_cast<int32_t>(m));
     const bool lit = max_depth >= 2 && std::find(black.begin(), black.end(), 0) != black.end();
@@ -115,10 +123,24 @@ bool moving_meshes_glow(const SceneView& scene, const SceneTables& tables, const
 
 }  // namespace
 
-bool shading_is_constant(const SceneView& scene, const SceneTables& tables, const Requested& requested,
-                         int max_depth) {
-    return looks_the_same(scene, requested) || only_outlines_move(scene, tables, requested) ||
-           nothing_shaded_moves(scene, tables, requested, max_depth);
+Reason constant_shading(const SceneView& scene, const SceneTables& tables, const Requested& requested,
+                        int max_depth) {
+    if (looks_the_same(scene, requested)) return Reason::kLooksTheSame;
+    if (only_outlines_move(scene, tables, requested)) return Reason::kOnlyOutlineMoves;
+    return nothing_shaded_moves(scene, tables, requested, max_depth) ? Reason::kUnshaded : Reason::kNeeded;
+}
+
+bool all_black(const SceneView& scene, const SceneTables& tables) {
+    if (scene.all_flags & kHasTransparency) return false;  // surfaces behind show what those let through
+    const int32_t faces = tables.mesh_first_face[static_cast<size_t>(tables.visible_meshes)];
+    std::vector<int8_t> black(tables.material_first_closure.size() - 1, -1);
+    for (int32_t face = 0; face < faces; ++face) {
+        const int32_t material = scene.face_material[face];
+        int8_t& known = black[static_cast<size_t>(material)];
+        if (known < 0) known = is_black(scene, material);
+        if (!known) return false;
+    }
+    return true;
 }
 
 bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested) {

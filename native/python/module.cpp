@@ -11,6 +11,7 @@
 
 #include "boundary/curves/learned_weights.h"
 #include "embree/library.h"
+#include "engine/decisions.h"
 #include "engine/engine.h"
 #include "kernels/dispatch.h"
 #include "python/bsdfs.h"
@@ -150,6 +151,34 @@ SceneTables read_tables(nb::handle t, edgegrad::SharedColumns& columns) {
     return s;
 }
 
+// What a derivative consists of, a tuple for each part (core/derivatives/decisions.py).
+nb::list decision_list(const edgegrad::Decisions& decided) {
+    constexpr const char* kOutcomes[] = {"computed", "zero", "missing"};
+    const auto indices = [](const std::vector<int32_t>& values) {
+        nb::list out;
+        for (const int32_t v : values) out.append(v);
+        return nb::tuple(out);
+    };
+    const auto index_pairs = [](const std::vector<std::array<int32_t, 2>>& values) {
+        nb::list out;
+        for (const auto& v : values) out.append(nb::make_tuple(v[0], v[1]));
+        return nb::tuple(out);
+    };
+    nb::list out;
+    for (size_t k = 0; k < static_cast<size_t>(edgegrad::Part::kParts); ++k) {
+        const auto& d = decided.at(static_cast<edgegrad::Part>(k));
+        if (!d) continue;
+        const edgegrad::EdgeCounts& e = d->edges;
+        out.append(nb::make_tuple(edgegrad::kPartTable[k].name, edgegrad::kPartTable[k].term,
+                                  kOutcomes[static_cast<size_t>(d->outcome)],
+                                  edgegrad::kReasonNames[static_cast<size_t>(d->reason)],
+                                  nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes),
+                                  indices(d->lights), indices(d->materials), index_pairs(d->pairs),
+                                  index_pairs(d->pierced), d->samples, d->seconds));
+    }
+    return out;
+}
+
 // core/rendering/options.py
 RenderOptions read_options(nb::handle given) {
     RenderOptions o;
@@ -166,6 +195,10 @@ RenderOptions read_options(nb::handle given) {
     o.two_passes = nb::cast<bool>(given.attr("two_passes"));
     o.camera_sampled_alpha = nb::cast<float>(given.attr("camera_sampled_alpha"));
     if (o.samples < 1) throw std::invalid_argument("spp must be at least 1");
+    const nb::object force = given.attr("force");
+    for (size_t k = 0; k < static_cast<size_t>(edgegrad::Part::kParts); ++k)
+        if (nb::cast<bool>(force.attr("__contains__")(edgegrad::kPartTable[k].name)))
+            o.force |= uint64_t{1} << k;
     return o;
 }
 
@@ -253,11 +286,13 @@ class Scene {
         const edgegrad::Requested what = read_requested(requested);
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::Dropped dropped;
+        edgegrad::Decisions decided;
         {
             const WithoutInterpreter without;
-            engine_->forward(options, what, std::move(tangents), learned, report, pixels.data(), dropped);
+            engine_->forward(options, what, std::move(tangents), learned, report, pixels.data(), dropped,
+                             decided);
         }
-        return nb::make_tuple(pixels.array(), dropped_list(dropped));
+        return nb::make_tuple(pixels.array(), dropped_list(dropped), decision_list(decided));
     }
 
     nb::tuple backward(nb::handle adjoint, nb::dict requested, nb::handle given,
@@ -269,13 +304,26 @@ class Scene {
         const Progress report = edgegrad::make_progress(std::move(progress));
         edgegrad::TableValues gradients;
         edgegrad::Dropped dropped;
+        edgegrad::Decisions decided;
         {
             const WithoutInterpreter without;
-            gradients = engine_->backward(options, what, image.data(), learned, report, dropped);
+            gradients = engine_->backward(options, what, image.data(), learned, report, dropped, decided);
         }
         nb::dict out;
         for (const auto& [name, values] : gradients) out[name.c_str()] = edgegrad::zeros_to_numpy(values);
-        return nb::make_tuple(out, dropped_list(dropped));
+        return nb::make_tuple(out, dropped_list(dropped), decision_list(decided));
+    }
+
+    // What such a call would compute.
+    nb::list decide(nb::dict requested, nb::handle given) {
+        const RenderOptions options = read_options(given);
+        const edgegrad::Requested what = read_requested(requested);
+        edgegrad::Decisions decided;
+        {
+            const WithoutInterpreter without;
+            decided = engine_->decide(options, what);
+        }
+        return decision_list(decided);
     }
 
     const Engine& engine() const { return *engine_; }
@@ -366,5 +414,6 @@ NB_MODULE(_native, m) {
                  return edgegrad::meet_lights(s.engine(), position, normal, w, face, r, bsdf_pdf, kind,
                                               both_sides);
              })
+        .def("decide", &Scene::decide, "requested"_a, "options"_a)
         .def_prop_ro("instruction_set", &Scene::instruction_set);
 }

@@ -18,4 +18,12 @@ inline std::vector<std::vector<int32_t>> mesh_instances(const GeometryTables& t)
 // Returns whether a mesh with these copies is instanced.
 inline bool is_placed(const std::vector<int32_t>& copies) { return copies.front() >= 0; }
 
+// By visible mesh whether it, or what places it, moves.
+inline std::vector<uint8_t> moving_meshes(const GeometryTables& t, const RequestedMotion& motion) {
+    std::vector<uint8_t> out = motion.moving;
+    if (!motion.instances) return out;
+    for (int32_t mesh : t.instance_mesh) out[static_cast<size_t>(mesh)] = 1;
+    return out;
+}
+
 }  // namespace edgegrad

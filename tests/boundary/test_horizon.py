@@ -42,7 +42,7 @@ def test_the_plan_names_horizons() -> None:
     scene = body_under("rectangle")
     assert "besides edges: the horizons of the faces of body, where they cut off light of the lights lamp" in words(
         scene, *BODY)
-    assert "horizons" not in words(scene, "camera.to_world")
+    assert "the horizons of" not in words(scene, "camera.to_world")
     for light in ("sphere", "disk"):
         assert "body" in words(body_under(light), "camera.to_world"), "it turns with what it lights"
     scene.meshes["floor"] = rectangle((0, -2, 0), (0, 0, 1), (1, 0, 0), "clay")

@@ -263,13 +263,13 @@ def test_what_copies_hide_of_lights_in_the_picture_agrees_with_central_differenc
 @pytest.mark.parametrize("lamp", ["sphere", "disk"])
 def test_plan_names_lights_that_copies_pass_through(lamp: str) -> None:
     need_every_table()
-    words = "besides edges: what sheet hide of the light 'lamp' where they may pass through it"
+    words = "besides edges: what sheet hide of the light 'lamp' where they pass through it"
     scene = as_copies(lambda: through_round(lamp), "sheet")
     shadow = {term.name: term for term in edgegrad.plan(scene, PLACES).terms}["shadow"]
     assert words in shadow.why
     seen = as_copies(lambda: through_seen(lamp, "perspective"), "sheet")
     primary = {term.name: term for term in edgegrad.plan(seen, PLACES).terms}["primary"]
-    assert "besides edges: the lines where sheet may pass through the light 'lamp'" in primary.why
+    assert "besides edges: the lines where sheet pass through the light 'lamp'" in primary.why
     # No copy comes near, though the mesh in its own space does.
     sheet = scene.meshes["sheet"]
     assert sheet.instances is not None

@@ -71,7 +71,7 @@ def test_reverse_mode_is_the_transpose(name: str) -> None:
 @pytest.mark.parametrize("light", LIGHTS)
 def test_plan_names_what_is_computed(light: str) -> None:
     need_every_table()
-    words = "besides edges: the lines where sheet may pass through the light 'lamp'"
+    words = "besides edges: the lines where sheet pass through the light 'lamp'"
     for path in (*SHEET, "camera.to_world", light_moves(light, "perspective")[1][0]):
         scene = sheet_through(light, "perspective")
         primary = {term.name: term for term in edgegrad.plan(scene, [path]).terms}["primary"]
@@ -84,5 +84,5 @@ def test_plan_names_what_is_computed(light: str) -> None:
 def test_plan_names_disks_that_face_parallel_rays() -> None:
     need_every_table()
     scene = sheet_through("disk", "orthographic")
-    assert any("where sheet may pass through it: a disk that faces parallel rays" in words
+    assert any("where sheet pass through it: a disk that faces parallel rays" in words
                for words in edgegrad.plan(scene, SHEET).missing)

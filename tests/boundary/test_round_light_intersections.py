@@ -120,7 +120,7 @@ def test_the_bits_are_the_same_for_any_number_of_threads(lamp: str) -> None:
 def test_plan_names_what_reaches_the_lamp(lamp: str) -> None:
     need_every_table()
     scene = sheet_through(lamp)
-    words = "besides edges: what sheet hide of the light 'lamp' where they may pass through it"
+    words = "besides edges: what sheet hide of the light 'lamp' where they pass through it"
     shadow = {term.name: term for term in edgegrad.plan(scene, SHEET).terms}["shadow"]
     assert words in shadow.why
     # Another mesh that moves moves the lamp over the sheet, since it turns with what it lights.
@@ -136,7 +136,7 @@ def test_plan_names_what_reaches_the_lamp(lamp: str) -> None:
 def test_plan_names_the_jump_of_light_where_a_sphere_begins(lamp: str) -> None:
     need_every_table()
     scene = sheet_through(lamp)
-    words = "how the light of 'lamp' jumps on sheet just where they may pass through it"
+    words = "how the light of 'lamp' jumps on sheet just where they pass through it"
     assert not any(words in sentence for sentence in edgegrad.plan(scene, SHEET).missing), "it is black"
     scene.materials["black"] = matte(0.5, 0.5, 0.5)
     jumps = any(words in sentence for sentence in edgegrad.plan(scene, SHEET).missing)

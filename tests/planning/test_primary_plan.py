@@ -9,14 +9,10 @@ import numpy as np
 import pytest
 
 from edgegrad import Camera, Material, Mesh, Renderer, Scene, SunLight, World, plan
-from edgegrad.derivatives.motion import motion
-from edgegrad.derivatives.table_derivatives import with_requested
 from edgegrad.expression import Attribute, ImageTexture
-from edgegrad.geometry.placed_meshes import PlacedMeshes
-from edgegrad.planning.primary import PrimaryRules, mesh_edges, missing_jumps, primary_rules
+from edgegrad.planning.term import Term
 from edgegrad.scene import parameters
 from edgegrad.scene.image import Image
-from edgegrad.tables.tables import flatten
 from tests.support import shapes
 from tests.support.small_scenes import box, camera, glowing, need
 
@@ -24,11 +20,9 @@ VERTICES = "meshes.object.vertices"
 POSE = "camera.to_world"
 
 
-def rules(scene: Scene, wrt: Sequence[str]) -> PrimaryRules:
-    """The rules as the plan has them."""
-    tables = with_requested(scene, flatten(scene), wrt)
-    placed = PlacedMeshes.of(scene)
-    return primary_rules(scene, placed, mesh_edges(scene, placed), motion(scene, tables, wrt), wrt)
+def rules(scene: Scene, wrt: Sequence[str]) -> Term:
+    """The primary term of the plan."""
+    return plan(scene, wrt).terms[1]
 
 
 def largest(scene: Scene, wrt: Sequence[str]) -> float:
@@ -160,9 +154,7 @@ def test_camera_reaches_meshes_that_stand_still() -> None:
 
 def test_jumps_that_are_no_edges_are_named() -> None:
     def missing(scene: Scene, wrt: Sequence[str]) -> str:
-        tables = with_requested(scene, flatten(scene), wrt)
-        placed = PlacedMeshes.of(scene)
-        return " ".join(missing_jumps(scene, placed, motion(scene, tables, wrt)))
+        return " ".join(plan(scene, wrt, max_depth=1).missing)
 
     assert missing(box_scene(), [VERTICES]) == ""
     near, far = (box_scene(replace(camera(), **{clip: 4.0})) for clip in ("clip_start", "clip_end"))
@@ -176,8 +168,7 @@ def test_jumps_that_are_no_edges_are_named() -> None:
     assert missing(scene, [VERTICES]) == ""
     scene.materials["glow"].textures = {"emission": ImageTexture("two", Attribute("UVMap"), interpolation="CLOSEST")}
     assert "an image without interpolation" in missing(scene, [VERTICES])
-    slid = ["meshes.object.attributes.UVMap", "materials.glow.textures.emission"]
-    assert all("borders of texels" in " ".join(plan(scene, [path]).missing) for path in slid)
+    assert "borders of texels" in " ".join(plan(scene, ["meshes.object.attributes.UVMap"]).missing)
     assert "borders of texels" not in " ".join(plan(scene, ["images.two.pixels"]).missing)
     copies = box_scene()
     copies.materials["glow"] = Material(np.zeros(3))

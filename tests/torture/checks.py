@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from edgegrad import Renderer, SunLight, plan
 from edgegrad.expression import Coordinates, nodes_of
-from edgegrad.planning.terms import NOT_COMPUTED
+from edgegrad.planning.term import NOT_COMPUTED
 from edgegrad.scene import parameters
 from tests.support.scenes.world_sizes import resized, resized_tangent
 from tests.torture.scenes import Case

@@ -41,6 +41,7 @@ uint32_t place_of(uint32_t tile, float weight) { return tile + (weight < kBlunt 
 struct Run {
     int32_t mesh, instance;
     int64_t first, count;
+    bool counts;  // the first instance's edges stand for those of all
 };
 
 // The ranges of edges of all meshes for which requested(mesh, is placed) holds, with all instances.
@@ -55,7 +56,8 @@ std::vector<Run> runs_of(const EdgeList& edges, const Requested& requested) {
         const auto [first, last] = mesh_edges(t, static_cast<size_t>(mesh));
         for (int32_t instance : of_mesh)
             for (int64_t k = first; k < last; k += kEdgeBlock)
-                runs.push_back({mesh, instance, k, std::min(kEdgeBlock, last - k)});
+                runs.push_back(
+                    {mesh, instance, k, std::min(kEdgeBlock, last - k), instance == of_mesh.front()});
     }
     return runs;
 }
@@ -95,6 +97,7 @@ struct CandidateParts {
     struct Run {
         std::vector<Entry> entries;
         std::vector<uint16_t> places;
+        EdgeCounts counts;
     };
     std::vector<Run> runs;
 };
@@ -141,8 +144,8 @@ void join(const CandidateParts& parts, const std::vector<Run>& runs, bool placed
     for (size_t k = 0; k < all; ++k) out.cumulative[k + 1] += out.cumulative[k];
 }
 
-// Collects candidates: visit(run, memory, add) calls add for each candidate of a run, in parallel. The memory
-// comes from pools of the edge cache.
+// Collects candidates: visit(run, memory, counts, add) calls add for each candidate of a run, in parallel.
+// The memory comes from pools of the edge cache.
 template <typename Visit>
 Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Visit& visit) {
     std::shared_ptr<CandidateParts> parts = edges.kept.spare_parts.take();
@@ -152,9 +155,10 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
         const Run& run = runs[static_cast<size_t>(k)];
         CandidateParts::Run& part = parts->runs[static_cast<size_t>(k)];
         part.entries.clear(), part.places.clear();
+        part.counts = {};
         const auto most = static_cast<size_t>(run.count);
         part.entries.reserve(most), part.places.reserve(most);
-        visit(run, memory[static_cast<size_t>(thread)],
+        visit(run, memory[static_cast<size_t>(thread)], part.counts,
               [&](int64_t edge, float u0, float u1, float mass, uint32_t place) {
                   if (!(mass > 0.0f)) return;
                   part.entries.push_back({static_cast<int32_t>(edge), u0, u1, mass});
@@ -166,8 +170,19 @@ Candidates collect(const EdgeList& edges, const std::vector<Run>& runs, const Vi
     out.edge.swap(old->edge), out.instance.swap(old->instance);
     out.u0.swap(old->u0), out.u1.swap(old->u1), out.cumulative.swap(old->cumulative);
     join(*parts, runs, !edges.tables.instance_mesh.empty(), edges.threads, out);
+    out.counts.of = edges.count();
+    for (size_t k = 0; k < runs.size(); ++k)
+        if (runs[k].counts) out.counts.add(parts->runs[k].counts);
     edges.kept.spare_parts.give(std::move(parts));
     return out;
+}
+
+// Whether the k-th edge of a run may carry a jump, by its shape.
+bool keeps(const SceneTables& tables, const EdgeWeightTask& task, const Run& run, int64_t k,
+           EdgeCounts& counts) {
+    const bool flat = task.flat[k], kept = !flat || is_seam(tables, run.first + k);
+    counts.kept += kept, counts.flat += !kept, counts.seams += flat && kept;
+    return kept;
 }
 
 }  // namespace
@@ -203,7 +218,7 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
         return (motion.camera || motion.moving[m] || (motion.instances && placed)) &&
                (tables.mesh_mask[m] & (1 << kCameraRay));
     });
-    return collect(edges, runs, [&](const Run& run, RunWeights& memory, const auto& add) {
+    return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts& counts, const auto& add) {
         // Compute the weights of the run's edges
         EdgeWeightTask task = memory.task(edges, run, kPictureWeight);
         task.sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
@@ -216,7 +231,7 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
         for (int64_t k = 0; k < run.count; ++k) {
             const float weight = task.mass[k];
             const int64_t edge = run.first + k;
-            if (weight == 0.0f || (task.flat[k] && !is_seam(tables, edge))) continue;
+            if (weight == 0.0f || !keeps(tables, task, run, k, counts)) continue;
             if (task.pixels[k] >= 0.0f) {
                 add(edge, 0.0f, 1.0f, task.pixels[k] * weight,
                     place_of(static_cast<uint32_t>(task.tile[k]), weight));
@@ -237,7 +252,7 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
 
 Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool environment) {
     const std::vector<Run> runs = runs_of(edges, [](int32_t, bool) { return true; });
-    return collect(edges, runs, [&](const Run& run, RunWeights& memory, const auto& add) {
+    return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts& counts, const auto& add) {
         EdgeWeightTask task = memory.task(edges, run, environment ? kEnvironmentWeight : kLightWeight);
         if (scene.all_flags & kHasTransparency) {
             memory.seam.resize(kEdgeBlock);
@@ -247,8 +262,7 @@ Candidates shadow_candidates(const SceneView& scene, const EdgeList& edges, bool
         }
         edges.kernels.edge_weights(scene, task);
         for (int64_t k = 0; k < run.count; ++k)
-            if (!task.flat[k] || is_seam(edges.tables, run.first + k))
-                add(run.first + k, 0.0f, 1.0f, task.mass[k], 0u);
+            if (keeps(edges.tables, task, run, k, counts)) add(run.first + k, 0.0f, 1.0f, task.mass[k], 0u);
     });
 }
 
@@ -268,7 +282,7 @@ Candidates emitter_candidates(const SceneView& scene, const EdgeList& edges) {
                std::any_of(fixed + tables.mesh_first_face[m], fixed + tables.mesh_first_face[m + 1],
                            [](int32_t f) { return f != 0; });
     });
-    return collect(edges, runs, [&](const Run& run, RunWeights& memory, const auto& add) {
+    return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts&, const auto& add) {
         // Compute the weights of the run's edges
         EdgeWeightTask task = memory.task(edges, run, kEnvironmentWeight);
         edges.kernels.edge_weights(scene, task);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "boundary/curves/edge_cache.h"
+#include "boundary/curves/edge_counts.h"
 #include "scene/tables.h"
 #include "scene/view.h"
 #include "tasks/kernel_table.h"
@@ -25,6 +26,7 @@ struct Candidates {
     // Empty: each entry is one segment.
     std::vector<int32_t> parts;
     std::vector<double> cumulative{0.0};  // weight up to each entry, pixels
+    EdgeCounts counts;                    // of a search
     // Filled by learned weights (boundary/curves/learned_weights.h), else empty; by segment. `unlearned` is
     // the weight before learning. `guess` holds estimates of the size of its samples, relative to their
     // weighted mean. The first averages over few neighbours, the second over many.

@@ -159,17 +159,8 @@ struct RoundLight {
     }
 };
 
-// By visible mesh: whether the mesh, or an instance of it, moves.
-std::vector<uint8_t> moving_meshes(const SceneTables& tables, const RequestedMotion& motion) {
-    std::vector<uint8_t> out = motion.moving;
-    if (!motion.instances) return out;
-    for (int32_t mesh : tables.instance_mesh) out[static_cast<size_t>(mesh)] = 1;
-    return out;
-}
+}  // namespace
 
-using RequestedPair = std::function<bool(size_t row, size_t mesh)>;
-
-// The lines of all lights and meshes for which requested(row, mesh) holds.
 Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads) {
     const auto instances = mesh_instances(tables);
     // A light and the faces near it.
@@ -230,8 +221,6 @@ Intersections lines_through_lights(const SceneTables& tables, const RequestedPai
         }
     return out;
 }
-
-}  // namespace
 
 Intersections find_light_intersections(const SceneTables& tables, const RequestedMotion& motion,
                                        const Intersections& intersections, const int32_t* emissive,

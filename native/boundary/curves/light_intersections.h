@@ -8,6 +8,8 @@
 // velocity of their line is unbounded.
 #pragma once
 
+#include <functional>
+
 #include "boundary/curves/intersections.h"
 
 namespace edgegrad {
@@ -24,5 +26,9 @@ Intersections find_disk_intersections(const SceneTables& tables, int threads);
 // Intersections that the camera sees and that may move in the picture. `disks`: include disks.
 Intersections find_seen_lights(const SceneTables& tables, const RequestedMotion& motion, bool disks,
                                int threads);
+
+// Those of the lights and meshes that requested(row, mesh) names.
+using RequestedPair = std::function<bool(size_t row, size_t mesh)>;
+Intersections lines_through_lights(const SceneTables& tables, const RequestedPair& requested, int threads);
 
 }  // namespace edgegrad

@@ -32,15 +32,15 @@ using SharedCandidates = std::shared_ptr<const Candidates>;
 SharedCandidates shared(SharedCandidates known) { return known; }
 SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
 
-// Whether a surface may have lobes that are sampled from the camera (camera_sampled_kinds of
+// The materials that may have lobes that are sampled from the camera (camera_sampled_kinds of
 // boundary/segment/camera_sampled_lobes.h).
-bool any_camera_sampled(const SceneView& scene, const SceneTables& tables, float alpha) {
-    for (size_t k = 0; k < tables.closure_kind.size(); ++k) {
-        const bool glossy = tables.closure_flags[k] & (kHasGlossy | kHasRefraction);
-        if (glossy && tables.closure_kind[k] != kSheen && scene.textures.closure_program) return alpha > 0.0f;
-        if (has_sharp_lobe(tables, k, alpha)) return true;
-    }
-    return false;
+std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float alpha) {
+    return used_materials(tables, [&](size_t closure) {
+        const bool glossy = tables.closure_flags[closure] & (kHasGlossy | kHasRefraction);
+        const bool textured = scene.textures.closure_program && scene.textures.closure_program[closure] >= 0;
+        return has_sharp_lobe(tables, closure, alpha) ||
+               (alpha > 0.0f && glossy && textured && tables.closure_kind[closure] != kSheen);
+    });
 }
 
 }  // namespace
@@ -58,7 +58,7 @@ void BoundaryTerm::run_samples(TermRun& run, int pass, int64_t first, int64_t co
 }
 
 BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                             const RequestedMotion& motion, LearnedSampling* learned) {
+                             const RequestedMotion& motion, LearnedSampling* learned, Decisions& decided) {
     BoundaryTerms terms;
     const int64_t pixels = static_cast<int64_t>(scene.camera.width) * scene.camera.height;
     const double picture = static_cast<double>(pixels) * options.samples;
@@ -98,20 +98,36 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     const auto silhouettes = [&] {
         return edges.kept.silhouettes.get(sides, [&] { return shadow_candidates(scene, edges, true); });
     };
-    if (options.computes(kPrimaryBoundary)) {
+    // Whether a search for a part's edges has found some, of which the decision is told.
+    const auto has_edges = [&](Part part, const Candidates& found) {
+        Decision& d = decided[part];
+        const int64_t still = d.edges.still;
+        d.edges = found.counts, d.edges.still = still;
+        if (found.size() == 0)
+            decided.none(part, part == Part::kPrimaryEdges && found.counts.kept > 0 ? Reason::kOutOfView
+                                                                                    : Reason::kFlat);
+        return found.size() > 0;
+    };
+    if (decided.computes(Part::kPrimaryEdges)) {
         // Where light is held (scene/contact.h) it moves over all of them: they are searched once for both.
         RequestedMotion wider = motion;
-        wider.camera |= scene.mesh_contact != nullptr;
+        // Where the part is zero and computed to see that, edges of all meshes are looked for.
+        const bool forced = decided.forces(Part::kPrimaryEdges);
+        wider.camera |= scene.mesh_contact != nullptr || forced;
+        RequestedMotion moving = motion;
+        moving.camera |= forced;
         seen = edges.kept.intersections.get({wider.camera, wider.instances, wider.moving}, [&] {
             return find_intersections(edges, wider, 1 << kCameraRay);
         });
-        auto lines = std::make_shared<EdgesAndIntersections>(
-            edges.tables, moving_intersections(edges.tables, motion, *seen));
-        const auto found = edges.kept.primary.get({{scene.camera}, motion}, [&] {
-            Candidates all = primary_candidates(scene, edges, motion);
+        Intersections crossing = moving_intersections(edges.tables, moving, *seen);
+        decided.found(Part::kSeenIntersections, edges.tables, crossing);
+        auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(crossing));
+        const auto found = edges.kept.primary.get({{scene.camera}, moving}, [&] {
+            Candidates all = primary_candidates(scene, edges, moving);
             lines->add_candidates(scene.camera, all);
             return all;
         });
+        has_edges(Part::kPrimaryEdges, *found);
         // As many samples per pixel of edge as the picture has per pixel.
         const double all =
             std::min(found->mass() * options.samples, kBoundaryTable[kPrimaryBoundary].share * picture);
@@ -123,6 +139,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     // Along edges, `directions` of them in cells of their own.
     const auto add_shadows = [&](BoundaryKind kind, const std::shared_ptr<const Candidates>& found,
                                  double directions) {
+        if (!has_edges(kPartOf[kind], *found)) return;
         const BoundaryKindRow& row = kBoundaryTable[kind];
         const double samples = row.share * picture, part = scattered(*found, kSamplesTowardsLight, samples);
         add(
@@ -130,26 +147,29 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
             [&] { return over_directions(*found, part * directions, row.chains(options.max_depth)); },
             learned_cells(part * samples), part * samples);
     };
-    if (options.computes(kShadowBoundary) && !scene.convex && scene.lights.count > 0)
+    if (decided.computes(Part::kLightShadows))
         add_shadows(kShadowBoundary,
                     edges.kept.shadow.get({edges.lights, sides},
                                           [&] { return shadow_candidates(scene, edges, false); }),
                     0.0);
-    if (options.computes(kEnvironmentShadow) && !scene.convex && scene.has_environment)
+    if (decided.computes(Part::kEnvironmentShadows))
         // Directions to an image are its own samples', in no cell.
         add_shadows(kEnvironmentShadow, silhouettes(),
                     scene.sky.sampled
                         ? 0.0
                         : kDirectionSegments * (kBoundaryTable[kEnvironmentShadow].share * picture));
-    if (options.computes(kEmitterOutline) && scene.face_held) {
+    if (decided.computes(Part::kEmitterOutlines) && scene.face_held) {
         const Candidates outlines = emitter_candidates(scene, edges);
-        if (outlines.size() > 0)
+        if (has_edges(Part::kEmitterOutlines, outlines))
             add_whole_picture(kEmitterOutline,
                               std::make_shared<EdgeTree>(scene, edges.tables, outlines, true));
     }
-    if (options.computes(kIndirectBoundary)) {
+    if (decided.computes(Part::kIndirectEdges)) {
         const auto found = silhouettes();
-        if (found->size() > 0 && any_camera_sampled(scene, edges.tables, alpha))
+        const bool any = has_edges(Part::kIndirectEdges, *found);
+        if (!any) decided.none(Part::kCameraSampledIndirect, decided[Part::kIndirectEdges].reason);
+        if (any && decided.computes(Part::kCameraSampledIndirect) &&
+            decided.lists_materials(Part::kCameraSampledIndirect, camera_sampled(scene, edges.tables, alpha)))
             add_whole_picture(kCameraSampledIndirect, edges.kept.tree.get(sides, [&] {
                 return EdgeTree(scene, edges.tables, *found);
             }));
@@ -162,7 +182,9 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
             },
             learned_cells(samples), samples);
     }
-    for (CurveTerm& curve : curve_terms(scene, edges, options, motion, seen.get())) {
+    for (CurveTerm& curve :
+         curve_terms(scene, edges, options, motion,
+                     decided.forces(Part::kPrimaryEdges) ? nullptr : seen.get(), decided)) {
         const double samples = share_of(curve.kind) * kBoundaryTable[curve.kind].share * picture;
         // What surfaces hide of others by passing through them is not sampled from the camera.
         keep(SamplePlan(shared(std::move(curve.candidates)), samples, samples, options, curve.kind,

@@ -29,7 +29,9 @@ class BoundaryTerm : public SampledTerm {
           plan_(std::move(plan)),
           lines_(std::move(lines)),
           camera_sampled_alpha_(camera_sampled_alpha),
-          learned_(learned) {}
+          learned_(learned) {
+        part = kPartOf[plan_.kind()];
+    }
 
     SamplePlan& plan() { return plan_; }
     int passes() const override { return plan_.passes(); }
@@ -54,10 +56,10 @@ class BoundaryTerm : public SampledTerm {
 };
 using BoundaryTerms = std::vector<std::unique_ptr<BoundaryTerm>>;
 
-// Those that the options name and that may not be zero; `learned`: with what earlier calls have learned, or
-// null.
+// Those that `decided` computes, which is told what candidates they have; `learned`: with what earlier calls
+// have learned, or null.
 BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                             const RequestedMotion& motion, LearnedSampling* learned);
+                             const RequestedMotion& motion, LearnedSampling* learned, Decisions& decided);
 
 // Between the two passes over the terms' samples: the second ones' numbers. Returns the variance that is
 // left, by what the first ones say; 0 if there are no second ones.

@@ -14,8 +14,8 @@ constexpr int kTurnSegments = 64;
 
 // Intersection curves over all directions.
 void add_lines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options, BoundaryKind kind,
-               Intersections found, std::vector<CurveTerm>& out) {
-    if (found.size() == 0) return;
+               Intersections found, Decisions& decided, std::vector<CurveTerm>& out) {
+    if (!decided.found(kPartOf[kind], edges.tables, found)) return;
     const BoundaryKindRow& row = kBoundaryTable[kind];
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;
@@ -25,39 +25,39 @@ void add_lines(const SceneView& scene, const EdgeList& edges, const RenderOption
 }
 
 void add_intersections(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                       const RequestedMotion& motion, const Intersections* seen,
+                       const RequestedMotion& motion, const Intersections* seen, Decisions& decided,
                        std::vector<CurveTerm>& out) {
-    const bool lights = options.computes(kLightIntersection) && scene.lights.count > 0;
-    const bool surfaces = options.computes(kSurfaceIntersection);
+    const bool lights = decided.computes(Part::kLightIntersections);
+    const bool surfaces = decided.computes(Part::kSurfaceIntersections);
     if (!lights && !surfaces) return;
+    const bool forced =
+        decided.forces(Part::kLightIntersections) || decided.forces(Part::kSurfaceIntersections);
     const bool meshes = motion.any_mesh_moves();
-    // Held light moves over all of them (scene/contact.h).
-    const bool held = scene.mesh_contact;
-    const bool turning = motion.camera && scene.lights.kinds >> kSphereLight & 1;
-    if (!held && !(lights && (meshes || motion.lights || turning)) && !(surfaces && meshes)) return;
-    // Else a camera that moves alone moves none of them over what they are cut out of.
+    // Held light moves over all of them (scene/contact.h). Else a camera that moves alone moves none of them
+    // over what they are cut out of.
+    const bool held = scene.mesh_contact || forced;
     RequestedMotion moving = motion;
-    moving.camera = held;
+    moving.camera = held, moving.lights |= forced;
     Intersections intersections;
     if ((meshes || held) && (surfaces || (lights && scene.lights.face_light)))
-        intersections = seen && !scene.rays_differ
+        intersections = seen && !scene.rays_differ && !forced
                             ? moving_intersections(edges.tables, moving, *seen)
                             : find_intersections(edges, moving, kScatteredRays | 1 << kShadowRay);
     if (lights)
         add_lines(scene, edges, options, kLightIntersection,
                   find_light_intersections(edges.tables, moving, intersections, scene.lights.face_light,
                                            edges.threads),
-                  out);
-    if (surfaces) add_lines(scene, edges, options, kSurfaceIntersection, std::move(intersections), out);
+                  decided, out);
+    if (surfaces)
+        add_lines(scene, edges, options, kSurfaceIntersection, std::move(intersections), decided, out);
 }
 
 // The same of disks, which turn with what they light: anything that moves moves them against surfaces.
 void add_disk_intersections(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                            const RequestedMotion& motion, std::vector<CurveTerm>& out) {
-    if (!options.computes(kDiskIntersection) || !(scene.lights.kinds >> kDiskLight & 1)) return;
-    if (!motion.camera && !motion.lights && !motion.any_mesh_moves()) return;
+                            Decisions& decided, std::vector<CurveTerm>& out) {
+    if (!decided.computes(Part::kDiskIntersections)) return;
     add_lines(scene, edges, options, kDiskIntersection, find_disk_intersections(edges.tables, edges.threads),
-              out);
+              decided, out);
 }
 
 // The curve about a light, cut into segments.
@@ -72,27 +72,22 @@ void add_turns(SegmentCell light, double mass, Candidates& out) {
 }
 
 void add_cones(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-               std::vector<CurveTerm>& out) {
-    if (!options.computes(kConeBorder) || scene.lights.count == 0) return;
+               Decisions& decided, std::vector<CurveTerm>& out) {
+    if (!decided.computes(Part::kConeBorders)) return;
     const bool chains = kBoundaryTable[kConeBorder].chains(options.max_depth);
-    const SceneTables::LightRows& lights = edges.tables.lights;
     Candidates cones;
     for (int chained = 0; chained < (chains ? 2 : 1); ++chained) {
         const double share = share_of_mass(chains, chained != 0);
-        for (size_t row = 0; row < lights.kind.size(); ++row) {
-            const float* params = &lights.params[kLightParams * row];
-            const bool hard = (lights.flags[row] & (kLightCone | kLightLinearCone)) &&
-                              params[kLightEdgeScale] >= 0.5f * kLightStep;
-            if (!hard || scene.lights.light_of_row[row] < 0) continue;
-            add_turns({static_cast<int32_t>(row), chained != 0}, share, cones);
-        }
+        for (const int32_t row : hard_cones(edges.tables.lights))
+            if (scene.lights.light_of_row[row] >= 0) add_turns({row, chained != 0}, share, cones);
     }
-    if (cones.size() > 0) out.push_back({kConeBorder, std::move(cones), nullptr});
+    if (cones.size() == 0) return decided.none(Part::kConeBorders, Reason::kNoLight);
+    out.push_back({kConeBorder, std::move(cones), nullptr});
 }
 
-void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                  const RequestedMotion& motion, std::vector<CurveTerm>& out) {
-    if (!options.computes(kLightOutline) || !(motion.camera || motion.lights)) return;
+void add_outlines(const SceneView& scene, const EdgeList& edges, Decisions& decided,
+                  std::vector<CurveTerm>& out) {
+    if (!decided.computes(Part::kLightOutlines)) return;
     const SceneTables::LightRows& lights = edges.tables.lights;
     Candidates outlines;
     const bool parallel = scene.camera.kind == kOrthographic;
@@ -106,18 +101,22 @@ void add_outlines(const SceneView& scene, const EdgeList& edges, const RenderOpt
         // the origins are that the disks face.
         if (kind == kDiskLight && parallel && scene.camera.aperture_radius > 0.0f) continue;
         add_turns({row, false}, 1.0, outlines);
+        decided[Part::kLightOutlines].lights.push_back(row);
     }
-    if (outlines.size() > 0) out.push_back({kLightOutline, std::move(outlines), nullptr});
+    if (outlines.size() == 0) return decided.none(Part::kLightOutlines, Reason::kNoLight);
+    out.push_back({kLightOutline, std::move(outlines), nullptr});
 }
 
 // What the camera sees of lights that meshes pass through.
-void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options,
-                               const RequestedMotion& motion, std::vector<CurveTerm>& out) {
-    if (!options.computes(kIntersectionOutline) || scene.lights.sized_count == 0) return;
+void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, const RequestedMotion& motion,
+                               Decisions& decided, std::vector<CurveTerm>& out) {
+    if (!decided.computes(Part::kIntersectionOutlines)) return;
     // Each of parallel rays has an origin of its own, which a disk would face.
     const bool disks = scene.camera.kind != kOrthographic;
-    Intersections found = find_seen_lights(edges.tables, motion, disks, edges.threads);
-    if (found.size() == 0) return;
+    RequestedMotion moving = motion;
+    moving.camera |= decided.forces(Part::kIntersectionOutlines);
+    Intersections found = find_seen_lights(edges.tables, moving, disks, edges.threads);
+    if (!decided.found(Part::kIntersectionOutlines, edges.tables, found)) return;
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     Candidates candidates = lines->intersections();
     out.push_back({kIntersectionOutline, std::move(candidates), std::move(lines)});
@@ -127,13 +126,13 @@ void add_intersection_outlines(const SceneView& scene, const EdgeList& edges, co
 
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
                                    const RenderOptions& options, const RequestedMotion& motion,
-                                   const Intersections* seen) {
+                                   const Intersections* seen, Decisions& decided) {
     std::vector<CurveTerm> out;
-    add_outlines(scene, edges, options, motion, out);
-    add_intersection_outlines(scene, edges, options, motion, out);
-    add_intersections(scene, edges, options, motion, seen, out);
-    add_disk_intersections(scene, edges, options, motion, out);
-    add_cones(scene, edges, options, out);
+    add_outlines(scene, edges, decided, out);
+    add_intersection_outlines(scene, edges, motion, decided, out);
+    add_intersections(scene, edges, options, motion, seen, decided, out);
+    add_disk_intersections(scene, edges, options, decided, out);
+    add_cones(scene, edges, options, decided, out);
     return out;
 }
 

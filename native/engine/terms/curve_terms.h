@@ -7,6 +7,7 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/intersections.h"
+#include "engine/decisions.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/render_options.h"
 
@@ -22,6 +23,6 @@ struct CurveTerm {
 // they have been looked for.
 std::vector<CurveTerm> curve_terms(const SceneView& scene, const EdgeList& edges,
                                    const RenderOptions& options, const RequestedMotion& motion,
-                                   const Intersections* seen);
+                                   const Intersections* seen, Decisions& decided);
 
 }  // namespace edgegrad

@@ -14,8 +14,8 @@
 namespace edgegrad {
 namespace {
 
-// A face is edge-on up to this |cos| of its angle with the camera's rays. Samples by area per picture's sample
-// and pixel, of faces that are seen face-on. Larger values have less variance for more samples.
+// A face is edge-on up to this |cos| of its angle with the camera's rays. Samples by area per picture's
+// sample and pixel, of faces that are seen face-on. Larger values have less variance for more samples.
 constexpr double kEdgeOn = 0.15, kDensity = 0.3;
 // Most samples of one face and of all faces, relative to those of the picture.
 constexpr double kMostOfFace = 0.1, kMost = 0.25;

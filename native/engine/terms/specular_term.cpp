@@ -52,22 +52,22 @@ bool moves_chains(const SceneTables& t, const Requested& requested) {
 }
 
 std::unique_ptr<SpecularTerm> SpecularTerm::of(const SceneView& scene, const SceneTables& tables,
-                                               const RenderOptions& options, const Requested& requested,
-                                               EdgeCache& kept) {
-    const bool moves = moves_chains(tables, requested);
-    const bool edges = options.terms[kPrimaryTerm] && options.max_depth >= 2 && moves;
-    // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
-    const bool lights = options.terms[kShadowTerm] && options.max_depth >= 3 && !scene.convex &&
-                        (scene.lights.count > 0 || scene.has_environment) &&
-                        (moves || requested.moves_lights() || requested.any("environment_rotation"));
-    // One that a surface lights by another takes one more.
-    const bool surfaces = options.terms[kIndirectTerm] && options.max_depth >= 4 && moves;
-    if (!(edges || lights || surfaces) || !may_be_specular(tables, scene.followed_alpha)) return nullptr;
+                                               const RenderOptions& options, EdgeCache& kept,
+                                               Decisions& decided) {
+    constexpr Part kAll[] = {Part::kMirroredEdges, Part::kMirroredShadows, Part::kMirroredLight};
+    const Parts parts{decided.computes(kAll[0]), decided.computes(kAll[1]), decided.computes(kAll[2])};
+    if (!(parts.edges || parts.lights || parts.surfaces)) return nullptr;
     const FilmRectangle film = specular_bounds(scene, tables);
-    if (film.empty()) return nullptr;
-    return std::unique_ptr<SpecularTerm>(
-        new SpecularTerm(scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }),
-                         film, {edges, lights, surfaces}));
+    if (film.empty()) {
+        for (const Part part : kAll)
+            if (decided.computes(part)) decided.none(part, Reason::kOutOfView);
+        return nullptr;
+    }
+    std::unique_ptr<SpecularTerm> term(new SpecularTerm(
+        scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film, parts));
+    // One sweep finds all of them; the first stands for it.
+    term->part = parts.edges ? kAll[0] : parts.lights ? kAll[1] : kAll[2];
+    return term;
 }
 
 SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,

@@ -6,6 +6,7 @@
 #include "boundary/curves/edge_cache.h"
 #include "boundary/meshes/surface_regions.h"
 #include "boundary/specular/scan_plan.h"
+#include "engine/decisions.h"
 #include "engine/derivative_tables.h"
 #include "engine/terms/term.h"
 #include "tasks/adjoint_task.h"
@@ -18,10 +19,10 @@ bool moves_chains(const SceneTables& tables, const Requested& requested);
 
 class SpecularTerm : public SampledTerm {
  public:
-    // Null where no surface is a mirror or smooth glass, or nothing requested moves rays or edges.
+    // What `decided` computes of edges seen by mirrors and smooth glass; null where the camera sees neither.
     static std::unique_ptr<SpecularTerm> of(const SceneView& scene, const SceneTables& tables,
-                                            const RenderOptions& options, const Requested& requested,
-                                            EdgeCache& kept);
+                                            const RenderOptions& options, EdgeCache& kept,
+                                            Decisions& decided);
 
     int passes() const override { return plan_.passes(); }
     int64_t samples(int pass) const override { return plan_.total(pass); }

@@ -2,6 +2,7 @@
 // passes, each cut into chunks that depend on the problem alone and that threads take one at a time.
 #pragma once
 
+#include "engine/decisions.h"
 #include "engine/drop_count.h"
 #include "engine/image_tasks.h"
 #include "engine/workspace.h"
@@ -60,6 +61,7 @@ class Term {
     }
 
     const DerivativeTerm name;
+    Part part = Part::kInterior;  // what it computes
 
  protected:
     // What a chunk of a pass has left out.

@@ -1,0 +1,72 @@
+"""What a derivative consists of, part by part, as an engine has decided it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+
+class EdgeCounts(NamedTuple):
+    """Edges that a search for candidates has met (native/boundary/curves/edge_counts.h)."""
+
+    of: int = 0
+    kept: int = 0
+    flat: int = 0
+    seams: int = 0
+    still: int = 0
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One part of a derivative.
+
+    Attributes
+    ----------
+    part, term
+        Its name (native/engine/decisions.cpp lists them), and its term, one of `edgegrad.TERMS`.
+    outcome
+        "computed", "zero" or "missing".
+    reason
+        Why, as a code; "needed" where the part is computed.
+    edges
+        Numbers of edges.
+    meshes, lights, materials
+        What the part is about, as places in the scene's order.
+    pairs, pierced
+        Meshes that pass through each other; a light and the mesh that passes through it.
+    samples, seconds
+        Of a call: how many samples were taken, and the time of all threads together; 0 before.
+    """
+
+    part: str
+    term: str
+    outcome: str
+    reason: str
+    edges: EdgeCounts = field(default_factory=EdgeCounts)
+    meshes: tuple[int, ...] = ()
+    lights: tuple[int, ...] = ()
+    materials: tuple[int, ...] = ()
+    pairs: tuple[tuple[int, int], ...] = ()
+    pierced: tuple[tuple[int, int], ...] = ()
+    samples: float = 0.0
+    seconds: float = 0.0
+
+    @property
+    def computed(self) -> bool:
+        """Whether the part is computed."""
+        return self.outcome == "computed"
+
+
+Decisions = tuple[Decision, ...]
+
+
+def joined(calls: Iterable[Decisions]) -> Decisions:
+    """The decisions of calls that computed one derivative together: each part once, with its samples and seconds."""
+    parts: dict[str, Decision] = {}
+    for decided in calls:
+        for d in decided:
+            before = parts.get(d.part)
+            parts[d.part] = d if before is None else replace(
+                d, samples=before.samples + d.samples, seconds=before.seconds + d.seconds)
+    return tuple(parts.values())

@@ -1,0 +1,86 @@
+"""What a derivative lacks though it may not be zero, in words."""
+
+from __future__ import annotations
+
+from .scene_words import SceneWords
+
+# Most surfaces that a chain of mirrors and glass meets (native/tasks/scan_task.h).
+_LONGEST = 16
+
+# By part: a sentence about its meshes, lights or materials.
+_ABOUT_MESHES = {
+    "self intersections": "surfaces that pass through themselves: not looked for in {} of more than 50,000 faces, and "
+                          "left out",
+    "clip borders": "the borders that the camera's clip distances cut into {}: they are no edges",
+    "texel borders": "borders inside of the faces of {} that an image without interpolation draws: they are no edges",
+    "partly seen shadows": "shadows of {}, which only some kinds of rays meet: taken as those of shadow rays, or of "
+                           "diffuse ones under a sky of one colour",
+    "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "
+                              "some kinds of scattered rays meet {} and others don't",
+}
+_ABOUT_LIGHTS = {
+    "blurred outlines": "the outlines of {}, suns or disks that an orthographic camera sees through its lens",
+    "mirrored outlines": "the outlines of lights in mirrors and behind glass ({}): they are no edges",
+}
+_ABOUT_MATERIALS = {
+    "slid textures": "the borders of texels of images without interpolation, where they move over {}: they are no "
+                     "edges",
+    "stepped shadows": "shadows of the borders that an image without interpolation draws in what {} let through: they "
+                       "are no edges",
+    "total reflection": "where Refraction shaders stop to let light through, since it is reflected totally ({})",
+}
+_PIERCED = {
+    "parallel disks": "what the camera sees of the light '{light}' where {meshes} pass through it: a disk that faces "
+                      "parallel rays",
+    "light jumps": "how the light of '{light}' jumps on {meshes} just where they pass through it: its estimate has "
+                   "infinite variance",
+}
+
+
+def missing(words: SceneWords, share: float | None) -> list[str]:
+    """Sentences on it; `share`: how much of the picture caustics are, None: not measured."""
+    out = []
+    for part, decision in words.by_part.items():
+        if decision.outcome != "missing":
+            continue
+        if part in _ABOUT_MESHES:
+            out.append(_ABOUT_MESHES[part].format(words.mesh_names(decision)))
+        elif part in _ABOUT_LIGHTS:
+            out.append(_ABOUT_LIGHTS[part].format(words.light_names(decision)))
+        elif part in _ABOUT_MATERIALS:
+            out.append(_ABOUT_MATERIALS[part].format(words.material_names(decision)))
+        elif part in _PIERCED:
+            out += words.pierced(part, _PIERCED[part])
+        elif part == "rim lines":
+            out.append(f"lines on rough glass ({words.material_names(decision)}) where it stops to let light through "
+                       f"of lights without size ({words.light_names(decision)})")
+        elif part == "caustics":
+            out.append(_caustics(words.material_names(decision), share))
+    return [*_mirrored(words), *out]
+
+
+def _mirrored(words: SceneWords) -> list[str]:
+    edges = words.computed("mirrored edges")
+    if edges is None:
+        return []
+    out = []
+    followed = words.computed("followed lobes")
+    if followed is not None:
+        out.append(f"seen in lobes nearly as narrow as a mirror's ({words.material_names(followed)}): what is thinner "
+                   "than a quarter of a pixel in the picture may be missed")
+    if edges.materials:
+        out.append("seen in mirrors and through smooth glass: what is thinner than a quarter of a pixel in the picture "
+                   "may be missed; left out are lines where surfaces pass through each other or through lights, seams "
+                   "of textures inside of smooth surfaces, borders of spots without blend, and where faces of "
+                   "smooth-shaded meshes turn away from lights without size"
+                   + (f", and what chains of more than {_LONGEST} surfaces show" if "long chains" in words.by_part
+                      else ""))
+    return out
+
+
+def _caustics(materials: str, share: float | None) -> str:
+    much = "plan(…, measure=16) says how much of the picture they are" if share is None else (
+        f"they are {share:.2g} of the picture" if share > 0.0 else "no path of the measurement met any")
+    return (f"caustics: of light that mirrors and smooth glass ({materials}) throw on other surfaces, the edges and "
+            "outlines of lights that those surfaces see there are left out: the derivative of this light may be zero "
+            f"or have the wrong sign ({much})")

@@ -1,0 +1,69 @@
+"""A scene's objects by their places in the tables, as sentences name them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from ..derivatives.decisions import Decision, Decisions
+from ..scene.names import listed, sentence_each
+from ..scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class SceneWords:
+    """The decisions on a derivative, with the names of what they are about."""
+
+    scene: Scene
+    meshes: Sequence[str]
+    lights: Sequence[str]
+    materials: Sequence[str]
+    by_part: Mapping[str, Decision]
+
+    @staticmethod
+    def of(scene: Scene, decided: Decisions) -> SceneWords:
+        """Of the decisions on a derivative of a scene."""
+        return SceneWords(scene, list(scene.meshes), list(scene.lights), list(scene.materials),
+                          {decision.part: decision for decision in decided})
+
+    def computed(self, part: str) -> Decision | None:
+        """The decision on a part that is computed; else None."""
+        found = self.by_part.get(part)
+        return found if found is not None and found.computed else None
+
+    def reason(self, part: str) -> str:
+        """Why a part is computed or not."""
+        found = self.by_part.get(part)
+        return "" if found is None else found.reason
+
+    def mesh_names(self, decision: Decision) -> str:
+        """The meshes that a decision is about."""
+        return listed([self.meshes[k] for k in decision.meshes])
+
+    def light_names(self, decision: Decision) -> str:
+        """Likewise its lights."""
+        return listed([self.lights[k] for k in decision.lights])
+
+    def material_names(self, decision: Decision) -> str:
+        """Likewise its materials."""
+        return listed([self.materials[k] for k in decision.materials])
+
+    def pairs(self, part: str, sentence: str) -> list[str]:
+        """A sentence for each pair of meshes of a part, whose names take the place of {}."""
+        found = self.computed(part)
+        return [] if found is None else self.each_pair(found.pairs, sentence)
+
+    def each_pair(self, pairs: Iterable[tuple[int, int]], sentence: str) -> list[str]:
+        """Likewise of some pairs."""
+        words = [f"'{self.meshes[a]}' and '{self.meshes[b]}'" if a != b else f"parts of '{self.meshes[a]}'"
+                 if self.scene.meshes[self.meshes[a]].instances is None else f"instances of '{self.meshes[a]}'"
+                 for a, b in pairs]
+        return sentence_each(words, sentence.format, "pairs of meshes")
+
+    def pierced(self, part: str, sentence: str) -> list[str]:
+        """A sentence for each light of a part with the meshes that pass through it: {light} and {meshes}."""
+        found = self.by_part.get(part)
+        through: dict[int, list[str]] = {}
+        for light, mesh in () if found is None or found.outcome == "zero" else found.pierced:
+            through.setdefault(light, []).append(self.meshes[mesh])
+        return [sentence.format(light=self.lights[light], meshes=listed(names)) for light, names in through.items()]

@@ -1,0 +1,344 @@
+#include "engine/decisions.h"
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "engine/interior_rules.h"
+#include "scene/camera_row.h"
+#include "scene/lights/light_params.h"
+#include "scene/mesh_edges.h"
+#include "scene/mesh_instances.h"
+#include "scene/sharp_lobes.h"
+
+namespace edgegrad {
+
+const PartRow kPartTable[] = {{"shading", "interior"},
+                              {"rims", "interior"},
+                              {"edge-on faces", "interior"},
+                              {"contact", "interior"},
+                              {"transparency", "interior"},
+                              {"edges", "primary"},
+                              {"unseen meshes", "primary"},
+                              {"seen intersections", "primary"},
+                              {"light outlines", "primary"},
+                              {"intersection outlines", "primary"},
+                              {"followed lobes", "primary"},
+                              {"mirrored edges", "primary"},
+                              {"light shadows", "shadow"},
+                              {"environment shadows", "shadow"},
+                              {"emitter outlines", "shadow"},
+                              {"light intersections", "shadow"},
+                              {"disk intersections", "shadow"},
+                              {"cone borders", "shadow"},
+                              {"horizons", "shadow"},
+                              {"mirrored shadows", "shadow"},
+                              {"edges between surfaces", "indirect"},
+                              {"camera-sampled edges", "indirect"},
+                              {"surface intersections", "indirect"},
+                              {"indirect horizons", "indirect"},
+                              {"mirrored light", "indirect"},
+                              {"self intersections", "primary"},
+                              {"clip borders", "primary"},
+                              {"texel borders", "primary"},
+                              {"slid textures", "primary"},
+                              {"blurred outlines", "primary"},
+                              {"parallel disks", "primary"},
+                              {"partly seen shadows", "shadow"},
+                              {"light jumps", "shadow"},
+                              {"stepped shadows", "shadow"},
+                              {"rim lines", "interior"},
+                              {"mirrored outlines", "primary"},
+                              {"total reflection", "primary"},
+                              {"long chains", "primary"},
+                              {"caustics", "interior"}};
+
+const char* const kReasonNames[] = {"needed",      "forced",         "not rendered",       "still",
+                                    "black",       "alone",          "nothing between",    "flat",
+                                    "none",        "no light",       "pointlike",          "out of view",
+                                    "unseen",      "looks the same", "only outline moves", "unshaded",
+                                    "rays differ", "not estimated"};
+
+namespace {
+
+// Whether only some kinds of scattered rays meet a mesh, which light between surfaces can't deal with.
+bool scattered_rays_differ(const SceneTables& tables) {
+    return std::any_of(tables.mesh_mask.begin(), tables.mesh_mask.begin() + tables.visible_meshes,
+                       [](int32_t mask) {
+                           return (mask & kScatteredRays) != 0 && (mask & kScatteredRays) != kScatteredRays;
+                       });
+}
+
+// Meshes that may be shaded with other normals than those of their faces.
+std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tables) {
+    std::vector<uint8_t> mapped(tables.material_first_closure.size() - 1, 0);
+    for (size_t m = 0; m < mapped.size(); ++m)
+        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
+            mapped[m] |= (scene.closure_flags[k] & kHasNormalMap) != 0;
+    std::vector<int32_t> out;
+    for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
+        const auto m = static_cast<size_t>(mesh);
+        const int32_t first = tables.mesh_first_face[m], last = tables.mesh_first_face[m + 1];
+        bool bent = false;
+        for (int32_t face = first; face < last && !bent; ++face)
+            bent = mapped[static_cast<size_t>(scene.face_material[face])] ||
+                   (scene.corner_normal &&
+                    std::any_of(scene.corner_normal + 3 * face, scene.corner_normal + 3 * face + 3,
+                                [](int32_t c) { return c >= 0; }));
+        if (bent) out.push_back(mesh);
+    }
+    return out;
+}
+
+// The first of some reasons that isn't kNeeded.
+Reason first_of(std::initializer_list<Reason> reasons) {
+    for (Reason r : reasons)
+        if (r != Reason::kNeeded) return r;
+    return Reason::kNeeded;
+}
+
+// Whether faces with shading normals of their own may cut off other light than before
+// (boundary/terms/horizon.h).
+Reason moving_horizons(const BoundaryFacts& f) {
+    const SceneView& scene = f.scene;
+    const bool sized = scene.lights.sized_count + scene.lights.sized_distant > 0;
+    // Some lights turn with what they light.
+    const bool turns = scene.lights.kinds & kTurningLights;
+    const RequestedMotion& m = f.motion;
+    return m.any_mesh_moves() || m.rotation || (m.lights && sized) || (m.camera && turns) ? Reason::kNeeded
+                                                                                          : Reason::kStill;
+}
+
+void decide_horizons(const BoundaryFacts& f, Decisions& decided) {
+    const SceneView& scene = f.scene;
+    const RenderOptions& options = f.options;
+    std::vector<int32_t> bent;
+    if (scene.corner_normal || (scene.all_flags & kHasNormalMap)) bent = bent_meshes(scene, f.tables);
+    const Reason exists = bent.empty() ? Reason::kNone : Reason::kNeeded;
+    const auto decide = [&](Part part, int depth, bool lit) {
+        const Reason rendered = options.max_depth >= depth ? Reason::kNeeded : Reason::kNotRendered;
+        const Reason light = lit ? Reason::kNeeded : Reason::kPointlike;
+        decided.decide(part, first_of({rendered, exists, light, moving_horizons(f)}));
+        decided[part].meshes = bent;
+    };
+    constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
+    if (options.terms[kShadowTerm])
+        decide(Part::kHorizons, 2, scene.has_environment || (scene.lights.kinds & ~kPointlike));
+    if (options.terms[kIndirectTerm]) decide(Part::kIndirectHorizons, 3, true);
+}
+
+Reason unless(bool needed, Reason reason) { return needed ? Reason::kNeeded : reason; }
+
+void decide_primary(const BoundaryFacts& f, Decisions& decided) {
+    const RequestedMotion& m = f.motion;
+    const Reason moves = unless(m.camera || m.any_mesh_moves(), Reason::kStill);
+    decided.decide(Part::kPrimaryEdges, moves);
+    Decision& edges = decided[Part::kPrimaryEdges];
+    edges.edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
+    if (moves == Reason::kNeeded) {
+        decided.decide(Part::kUnseenMeshes, Reason::kUnseen);
+        Decision& unseen = decided[Part::kUnseenMeshes];
+        const std::vector<uint8_t> moving = moving_meshes(f.tables, m);
+        int64_t swept = 0;
+        for (int32_t mesh = 0; mesh < f.tables.visible_meshes; ++mesh) {
+            const auto k = static_cast<size_t>(mesh);
+            if (!m.camera && !moving[k]) continue;
+            const auto [first, last] = mesh_edges(f.tables, k);
+            swept += last - first;
+            if (!m.camera) edges.meshes.push_back(mesh);  // else all meshes move
+            if (f.tables.mesh_mask[k] & (1 << kCameraRay)) continue;
+            unseen.meshes.push_back(mesh);
+            unseen.edges.still += last - first;
+        }
+        edges.edges.still = edges.edges.of - swept;
+    }
+    decided.decide(Part::kSeenIntersections, moves);
+    decided.decide(Part::kLightOutlines, unless(m.camera || m.lights, Reason::kStill));
+    decided.decide(Part::kIntersectionOutlines,
+                   f.scene.lights.sized_count == 0
+                       ? Reason::kNoLight
+                       : unless(m.camera || m.lights || m.any_mesh_moves(), Reason::kStill));
+}
+
+void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
+    const RequestedMotion& m = f.motion;
+    const SceneView& scene = f.scene;
+    const bool lights = scene.lights.count > 0, meshes = m.any_mesh_moves();
+    const Reason rendered = unless(f.options.max_depth >= 2, Reason::kNotRendered);
+    const auto decide = [&](Part part, Reason exists, bool moves, Reason shape = Reason::kNeeded) {
+        const bool any = moves || m.camera || meshes || m.lights || m.rotation;
+        return decided.decide(part, first_of({rendered, unless(any, Reason::kStill), black, shape, exists,
+                                              unless(moves, Reason::kStill)}));
+    };
+    // A convex body alone hides no light from itself.
+    const Reason alone = unless(!scene.convex, Reason::kAlone);
+    decide(Part::kLightShadows, unless(lights, Reason::kNoLight), meshes || m.camera || m.lights, alone);
+    decide(Part::kEnvironmentShadows, unless(scene.has_environment, Reason::kNoLight),
+           meshes || m.camera || m.rotation, alone);
+    for (Part part : {Part::kLightShadows, Part::kEnvironmentShadows})
+        decided[part].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
+    if (decide(Part::kEmitterOutlines, unless(scene.face_held != nullptr, Reason::kNone), meshes)) {
+        const auto faces =
+            static_cast<size_t>(f.tables.mesh_first_face[static_cast<size_t>(f.tables.visible_meshes)]);
+        Decision& outlines = decided[Part::kEmitterOutlines];
+        for (int32_t mesh = 0; scene.face_held && faces && mesh < f.tables.visible_meshes; ++mesh) {
+            const int32_t* held = scene.face_held;
+            const auto k = static_cast<size_t>(mesh);
+            if (std::any_of(held + f.tables.mesh_first_face[k], held + f.tables.mesh_first_face[k + 1],
+                            [](int32_t h) { return h != 0; }))
+                outlines.meshes.push_back(mesh);
+        }
+        for (size_t k = 0; scene.material_held && k + 1 < f.tables.material_first_closure.size(); ++k)
+            if (scene.material_held[k]) outlines.materials.push_back(static_cast<int32_t>(k));
+    }
+    // Light that keeps its direction moves over all lines (scene/contact.h).
+    const bool held = scene.mesh_contact;
+    const bool turning = m.camera && scene.lights.kinds >> kSphereLight & 1;
+    decide(Part::kLightIntersections, unless(lights, Reason::kNoLight),
+           held || meshes || m.lights || turning);
+    decide(Part::kDiskIntersections, unless(scene.lights.kinds >> kDiskLight & 1, Reason::kNoLight),
+           m.camera || m.lights || meshes);
+    std::vector<int32_t> cones = hard_cones(f.tables.lights);
+    if (decide(Part::kConeBorders, unless(lights && !cones.empty(), Reason::kNoLight),
+               m.camera || m.lights || meshes))
+        decided[Part::kConeBorders].lights = std::move(cones);
+}
+
+void decide_indirect(const BoundaryFacts& f, Reason black, Decisions& decided) {
+    const RequestedMotion& m = f.motion;
+    const bool moves = m.camera || m.any_mesh_moves(), held = f.scene.mesh_contact;
+    const Reason rendered = unless(f.options.max_depth >= 3, Reason::kNotRendered),
+                 between = unless(!f.nothing_between, Reason::kNothingBetween),
+                 rays = unless(!scattered_rays_differ(f.tables), Reason::kRaysDiffer);
+    const auto decide = [&](Part part, bool moving) {
+        decided.decide(part, first_of({rendered, unless(moving, Reason::kStill), black, between, rays}));
+    };
+    decide(Part::kIndirectEdges, moves);
+    if (decided.at(Part::kIndirectEdges)->reason == Reason::kRaysDiffer)
+        for (int32_t mesh = 0; mesh < f.tables.visible_meshes; ++mesh) {
+            const int32_t mask = f.tables.mesh_mask[static_cast<size_t>(mesh)] & kScatteredRays;
+            if (mask != 0 && mask != kScatteredRays) decided[Part::kIndirectEdges].meshes.push_back(mesh);
+        }
+    decided[Part::kIndirectEdges].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
+    decide(Part::kCameraSampledIndirect, moves);
+    decide(Part::kSurfaceIntersections, m.any_mesh_moves() || held);
+}
+
+// What the camera sees of edges by mirrors, smooth glass and lobes that are followed like these.
+void decide_mirrored(const BoundaryFacts& f, Decisions& decided) {
+    const SceneView& scene = f.scene;
+    const RenderOptions& options = f.options;
+    const Reason mirror = unless(may_be_specular(f.tables, scene.followed_alpha), Reason::kNone);
+    const std::vector<int32_t> smooth =
+        used_materials(f.tables, [&](size_t closure) { return may_be_specular(f.tables, closure); });
+    std::vector<int32_t> followed = used_materials(f.tables, [&](size_t closure) {
+        return may_be_specular(f.tables, closure, scene.followed_alpha) &&
+               !may_be_specular(f.tables, closure);
+    });
+    const auto decide = [&](Part part, int depth, Reason light, bool moves) {
+        const bool needed =
+            decided.decide(part, first_of({mirror, unless(options.max_depth >= depth, Reason::kNotRendered),
+                                           light, unless(moves, Reason::kStill)}));
+        if (needed) decided[part].materials = smooth;
+    };
+    const bool lit = scene.lights.count > 0 || scene.has_environment;
+    if (options.terms[kPrimaryTerm] || options.terms[kShadowTerm] || options.terms[kIndirectTerm]) {
+        decided.decide(Part::kFollowedLobes, unless(!followed.empty(), Reason::kNone));
+        decided[Part::kFollowedLobes].materials = std::move(followed);
+    }
+    if (options.terms[kPrimaryTerm]) decide(Part::kMirroredEdges, 2, Reason::kNeeded, f.chains);
+    // A light is seen by the camera's ray, the mirror's and that from the surface which it falls on.
+    if (options.terms[kShadowTerm])
+        decide(Part::kMirroredShadows, 3,
+               first_of({unless(lit, Reason::kNoLight), unless(!scene.convex, Reason::kAlone)}),
+               f.chains || f.motion.lights || f.motion.rotation);
+    // One that a surface lights by another takes one more.
+    if (options.terms[kIndirectTerm])
+        decide(Part::kMirroredLight, 4,
+               first_of({unless(!f.nothing_between, Reason::kNothingBetween),
+                         unless(!scattered_rays_differ(f.tables), Reason::kRaysDiffer)}),
+               f.chains);
+}
+
+}  // namespace
+
+void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
+    const RenderOptions& options = f.options;
+    const bool lit = options.max_depth >= 2 && (options.terms[kShadowTerm] || options.terms[kIndirectTerm]);
+    const Reason black = unless(!lit || !all_black(f.scene, f.tables), Reason::kBlack);
+    if (options.terms[kPrimaryTerm]) decide_primary(f, decided);
+    if (options.terms[kShadowTerm]) decide_shadows(f, black, decided);
+    decide_horizons(f, decided);
+    if (options.terms[kIndirectTerm]) decide_indirect(f, black, decided);
+    decide_mirrored(f, decided);
+}
+
+bool Decisions::found(Part part, const SceneTables& tables, const Intersections& lines) {
+    if (lines.size() == 0) {
+        none(part, Reason::kNone);
+        return false;
+    }
+    const auto mesh_of = [&](int32_t face) {
+        const auto& first = tables.mesh_first_face;
+        const auto next = std::upper_bound(first.begin(), first.end(), face);
+        return static_cast<int32_t>(next - first.begin() - 1);
+    };
+    std::set<std::array<int32_t, 2>> pairs, lights;
+    for (size_t k = 0; k < static_cast<size_t>(lines.size()); ++k) {
+        const LineSurface one(lines.faces[2 * k]), other(lines.faces[2 * k + 1]);
+        const int32_t mesh = mesh_of(one.face());
+        if (other.is_light()) {
+            lights.insert({other.light_row(), mesh});
+        } else {
+            const int32_t second = mesh_of(other.face());
+            pairs.insert({std::min(mesh, second), std::max(mesh, second)});
+        }
+    }
+    Decision& d = (*this)[part];
+    d.pairs.assign(pairs.begin(), pairs.end());
+    d.pierced.assign(lights.begin(), lights.end());
+    return true;
+}
+
+bool Decisions::lists_materials(Part part, std::vector<int32_t> materials) {
+    if (materials.empty()) none(part, Reason::kNone);
+    (*this)[part].materials = std::move(materials);
+    return computes(part);
+}
+
+std::vector<int32_t> hard_cones(const SceneTables::LightRows& lights) {
+    std::vector<int32_t> rows;
+    for (size_t row = 0; row < lights.kind.size(); ++row)
+        if ((lights.flags[row] & (kLightCone | kLightLinearCone)) &&
+            lights.params[kLightParams * row + kLightEdgeScale] >= 0.5f * kLightStep)
+            rows.push_back(static_cast<int32_t>(row));
+    return rows;
+}
+
+bool moves_rays(const CameraView& camera, const Requested& requested) {
+    const auto any = [&](size_t first, size_t last) { return requested.any("camera", first, last); };
+    const bool panorama = camera.kind == kEquirectangular;
+    if (any(kCameraPosition, kCameraFocal)) return true;
+    if (panorama) return any(kCameraPanorama, kCameraApertureRadius);
+    if (any(kCameraFocal, kCameraPanorama)) return true;
+    if (!(camera.aperture_radius > 0.0f)) return false;
+    const bool polygon = camera.aperture_blades >= 3;
+    return any(kCameraApertureRadius, kCameraApertureRotation) ||
+           (polygon && any(kCameraApertureRotation, kCameraApertureRatio)) ||
+           any(kCameraApertureRatio, kCameraFloats);
+}
+
+namespace {
+
+int64_t now() {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(
+               std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+}  // namespace
+
+PartClock::Running::Running(std::atomic<int64_t>& total) : total_(total), start_(now()) {}
+PartClock::Running::~Running() { total_.fetch_add(now() - start_, std::memory_order_relaxed); }
+
+}  // namespace edgegrad

@@ -1,0 +1,266 @@
+#include "engine/missing_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "boundary/curves/light_intersections.h"
+#include "boundary/meshes/face_tree.h"
+#include "boundary/meshes/star_shaped.h"
+#include "engine/interior_rules.h"
+#include "scene/closure_programs.h"
+#include "scene/lights/light_params.h"
+#include "scene/mesh_instances.h"
+#include "scene/sharp_lobes.h"
+#include "tasks/scan_task.h"
+
+namespace edgegrad {
+namespace {
+
+// Whether a shader reads an image without interpolation, whose texels end within faces.
+bool has_texel_borders(const SceneTables& tables, size_t closure) {
+    return any_step(tables, closure, [&](const TextureInstruction& step) {
+        return static_cast<TextureOp>(step.op) == TextureOp::IMAGE &&
+               tables.textures.images[static_cast<size_t>(step.data)].interpolation == kImageClosest;
+    });
+}
+
+bool is_sized(int32_t kind) { return kind != kPointSource && kind != kDirectionLight; }
+
+class Search {
+ public:
+    Search(const BoundaryFacts& facts, const Requested& requested, const std::vector<uint8_t>& closed,
+           int threads, Decisions& decided)
+        : f_(facts),
+          tables_(facts.tables),
+          motion_(facts.motion),
+          requested_(requested),
+          closed_(closed),
+          threads_(threads),
+          decided_(decided),
+          moving_(moving_meshes(facts.tables, facts.motion)) {
+        any_moves_ = motion_.camera || motion_.lights || motion_.rotation || motion_.any_mesh_moves();
+    }
+
+    void seen_by_the_camera() {
+        std::vector<int32_t> large, cut, stepped;
+        std::vector<uint8_t> steps(tables_.material_first_closure.size() - 1, 0);
+        for (int32_t m : used_materials(tables_, [&](size_t k) { return has_texel_borders(tables_, k); }))
+            steps[static_cast<size_t>(m)] = 1;
+        const bool any_steps = std::find(steps.begin(), steps.end(), 1) != steps.end();
+        const auto instances = mesh_instances(tables_);
+        for (int32_t mesh = 0; mesh < tables_.visible_meshes; ++mesh) {
+            const auto m = static_cast<size_t>(mesh);
+            if (!motion_.camera && !moving_[m]) continue;
+            const int32_t first = tables_.mesh_first_face[m], last = tables_.mesh_first_face[m + 1];
+            if (last - first > kSelfIntersectionFaces &&
+                !(closed_[m] && is_star_shaped(tables_, m, threads_)))
+                large.push_back(mesh);
+            if (!is_placed(instances[m]) && is_cut(m)) cut.push_back(mesh);
+            if (any_steps &&
+                std::any_of(tables_.face_material.begin() + first, tables_.face_material.begin() + last,
+                            [&](int32_t material) { return steps[static_cast<size_t>(material)]; }))
+                stepped.push_back(mesh);
+        }
+        meshes(Part::kSelfIntersections, std::move(large));
+        meshes(Part::kClipBorders, std::move(cut));
+        meshes(Part::kTexelBorders, std::move(stepped));
+        slid_textures();
+        lights_by_parallel_rays();
+    }
+
+    void lit_surfaces() {
+        const bool lit = any_moves_ && f_.options.max_depth >= 2 && !all_black(f_.scene, tables_);
+        if (!lit) return;
+        const LightView& lights = f_.scene.lights;
+        const bool sized = lights.face_light || lights.sized_count + lights.sized_distant > 0;
+        std::vector<int32_t> partly;
+        constexpr int32_t others = kScatteredRays | 1 << kShadowRay;
+        for (int32_t mesh = 0; mesh < tables_.visible_meshes; ++mesh) {
+            const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)] & others;
+            if (mask != 0 && mask != others) partly.push_back(mesh);
+        }
+        if (sized || f_.scene.has_environment) meshes(Part::kPartlySeenShadows, std::move(partly));
+        light_jumps();
+        materials(Part::kSteppedShadows, used_materials(tables_, [&](size_t k) {
+                      return (tables_.closure_flags[k] & kHasTransparency) && has_texel_borders(tables_, k);
+                  }));
+    }
+
+    void mirrored() {
+        if (f_.options.max_depth < 2) return;
+        const std::vector<int32_t> smooth =
+            used_materials(tables_, [&](size_t k) { return may_be_specular(tables_, k); });
+        if (decided_.computes(Part::kRims)) rim_lines();
+        if (smooth.empty()) return;
+        if (f_.chains)
+            materials(Part::kTotalReflection, used_materials(tables_, [&](size_t k) {
+                          return tables_.closure_kind[k] == kRefraction && may_be_specular(tables_, k);
+                      }));
+        if (f_.chains && f_.options.max_depth > kMostChain) materials(Part::kLongChains, smooth);
+        std::vector<int32_t> shown;
+        for (const int32_t row : sized_lights(1 << kGlossyRay | 1 << kTransmissionRay))
+            if (f_.chains || light_moves(row)) shown.push_back(row);
+        lights(Part::kMirroredOutlines, std::move(shown));
+        if (f_.options.max_depth > 2 && (any_moves_ || f_.chains)) materials(Part::kCaustics, smooth);
+    }
+
+ private:
+    Decision& miss(Part part) {
+        decided_.decide(part, Reason::kNotEstimated);
+        return decided_[part];
+    }
+    void meshes(Part part, std::vector<int32_t> found) {
+        if (!found.empty()) miss(part).meshes = std::move(found);
+    }
+    void lights(Part part, std::vector<int32_t> found) {
+        if (!found.empty()) miss(part).lights = std::move(found);
+    }
+    void materials(Part part, std::vector<int32_t> found) {
+        if (!found.empty()) miss(part).materials = std::move(found);
+    }
+
+    std::vector<int32_t> sized_lights(int32_t seen_by) const {
+        std::vector<int32_t> out;
+        for (size_t row = 0; row < tables_.lights.kind.size(); ++row)
+            if (is_sized(tables_.lights.kind[row]) && (tables_.lights.visible_to[row] & seen_by))
+                out.push_back(static_cast<int32_t>(row));
+        return out;
+    }
+
+    // Whether more of a light than its strength is requested.
+    bool light_moves(int32_t row) const {
+        const size_t first = kLightParams * static_cast<size_t>(row);
+        return requested_.any("light_params", first + kLightPosition, first + kLightParams);
+    }
+
+    // Whether the camera may see where a clip distance cuts a mesh.
+    bool is_cut(size_t mesh) const {
+        const CameraView& c = f_.scene.camera;
+        const bool panorama = c.kind == kEquirectangular;
+        const auto seen = [&](size_t vertex, double (&at)[3]) {
+            const float* p = &tables_.vertices[3 * vertex];
+            const double d[3] = {p[0] - static_cast<double>(c.position[0]),
+                                 p[1] - static_cast<double>(c.position[1]),
+                                 p[2] - static_cast<double>(c.position[2])};
+            const float* axes[3] = {c.right, c.up, c.back};
+            for (int k = 0; k < 3; ++k) at[k] = d[0] * axes[k][0] + d[1] * axes[k][1] + d[2] * axes[k][2];
+            return panorama ? std::sqrt(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]) : -at[2];
+        };
+        double nearest = 1e300, farthest = -1e300, at[3];
+        for (int32_t v = tables_.mesh_first_vertex[mesh]; v < tables_.mesh_first_vertex[mesh + 1]; ++v) {
+            const double depth = seen(static_cast<size_t>(v), at);
+            nearest = std::min(nearest, depth), farthest = std::max(farthest, depth);
+        }
+        for (const double clip : {static_cast<double>(c.clip_start), static_cast<double>(c.clip_end)})
+            if (nearest < clip && clip <= farthest && shows_cut(mesh, clip, seen)) return true;
+        return false;
+    }
+    template <typename Seen>
+    bool shows_cut(size_t mesh, double clip, const Seen& seen) const {
+        const CameraView& c = f_.scene.camera;
+        if (c.kind == kEquirectangular) return true;
+        const double scale = c.kind == kOrthographic ? c.focal : c.focal / std::max(clip, 1e-9);
+        double low[2] = {1e300, 1e300}, high[2] = {-1e300, -1e300};
+        for (auto f = static_cast<size_t>(tables_.mesh_first_face[mesh]);
+             f < static_cast<size_t>(tables_.mesh_first_face[mesh + 1]); ++f)
+            for (size_t k = 0; k < 3; ++k) {
+                double a[3], b[3];
+                const double from = seen(static_cast<size_t>(tables_.faces[3 * f + k]), a),
+                             to = seen(static_cast<size_t>(tables_.faces[3 * f + (k + 1) % 3]), b);
+                if ((from < clip) == (to < clip)) continue;
+                const double share = (clip - from) / (to - from);
+                for (int i = 0; i < 2; ++i) {
+                    const double x = scale * (a[i] + share * (b[i] - a[i]));
+                    low[i] = std::min(low[i], x), high[i] = std::max(high[i], x);
+                }
+            }
+        // A line between two such places may cross the picture though they are outside of it. Shifts are
+        // within the slack of a picture's width.
+        const double reach = std::max(c.full_width, c.full_height);
+        return low[0] < reach && low[1] < reach && high[0] > -reach && high[1] > -reach;
+    }
+
+    // Images without interpolation that slide over meshes which stand still.
+    void slid_textures() {
+        const bool slides = requested_.any("texture_attributes") || requested_.any("texture_lookups") ||
+                            requested_.any("texture_constants");
+        if (slides)
+            materials(Part::kSlidTextures,
+                      used_materials(tables_, [&](size_t k) { return has_texel_borders(tables_, k); }));
+    }
+
+    // Lights whose outlines or cuts differ from one of parallel rays to the next.
+    void lights_by_parallel_rays() {
+        const CameraView& c = f_.scene.camera;
+        if (c.kind != kOrthographic) return;
+        const SceneTables::LightRows& rows = tables_.lights;
+        if (c.aperture_radius > 0.0f && (motion_.camera || motion_.lights)) {
+            std::vector<int32_t> blurred = sized_lights(1 << kCameraRay);
+            std::erase_if(blurred, [&](int32_t row) {
+                const int32_t kind = rows.kind[static_cast<size_t>(row)];
+                return (kind != kDiskLight && kind != kConeLight) || !(motion_.camera || light_moves(row));
+            });
+            lights(Part::kBlurredOutlines, std::move(blurred));
+        }
+        if (std::find(rows.kind.begin(), rows.kind.end(), kDiskLight) == rows.kind.end()) return;
+        pierced(Part::kParallelDisks, [&](size_t row, size_t mesh) {
+            return rows.kind[row] == kDiskLight && (motion_.camera || motion_.lights || moving_[mesh]) &&
+                   (rows.visible_to[row] & tables_.mesh_mask[mesh] & (1 << kCameraRay)) != 0;
+        });
+    }
+
+    // Light of the table jumps on a surface where that passes through what gives it.
+    void light_jumps() {
+        if (f_.scene.lights.sized_count == 0) return;
+        std::vector<uint8_t> lit(static_cast<size_t>(tables_.visible_meshes), 0);
+        for (size_t m = 0; m < lit.size(); ++m)
+            for (int32_t f = tables_.mesh_first_face[m]; f < tables_.mesh_first_face[m + 1] && !lit[m]; ++f)
+                lit[m] = !is_black(f_.scene, f_.scene.face_material[f]);
+        pierced(Part::kLightJumps, [&](size_t row, size_t mesh) {
+            return tables_.lights.kind[row] != kDiskLight && lit[mesh] &&
+                   (motion_.camera || motion_.lights || moving_[mesh]);
+        });
+    }
+
+    template <typename Wanted>
+    void pierced(Part part, const Wanted& wanted) {
+        const Intersections lines = lines_through_lights(tables_, wanted, threads_);
+        if (lines.size() == 0) return;
+        miss(part);
+        decided_.found(part, tables_, lines);
+    }
+
+    // Of lights without size, rims of transmission lobes are lines on the glass.
+    void rim_lines() {
+        std::vector<int32_t> found;
+        for (size_t row = 0; row < tables_.lights.kind.size(); ++row)
+            if (!is_sized(tables_.lights.kind[row]) &&
+                (tables_.lights.visible_to[row] & (1 << kTransmissionRay)))
+                found.push_back(static_cast<int32_t>(row));
+        if (found.empty()) return;
+        lights(Part::kRimLines, std::move(found));
+        decided_[Part::kRimLines].materials = decided_[Part::kRims].materials;
+    }
+
+    const BoundaryFacts& f_;
+    const SceneTables& tables_;
+    const RequestedMotion& motion_;
+    const Requested& requested_;
+    const std::vector<uint8_t>& closed_;
+    const int threads_;
+    Decisions& decided_;
+    const std::vector<uint8_t> moving_;
+    bool any_moves_;
+};
+
+}  // namespace
+
+void note_missing(const BoundaryFacts& facts, const Requested& requested, const std::vector<uint8_t>& closed,
+                  int threads, Decisions& decided) {
+    Search search(facts, requested, closed, threads, decided);
+    search.seen_by_the_camera();
+    search.lit_surfaces();
+    search.mirrored();
+}
+
+}  // namespace edgegrad

@@ -1,0 +1,149 @@
+"""What the engine decides on a derivative: parts that are called zero are, and a plan says what a call then does."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from edgegrad import Renderer, plan
+from edgegrad.derivatives.decisions import Decision, Decisions
+from edgegrad.rendering import renderer as module
+from edgegrad.rendering.engine import engine_class
+from edgegrad.rendering.options import checked_options
+from tests.planning.test_primary_plan import bent_normals
+from tests.support.small_scenes import need
+from tests.torture.checks import LIMITS, directions
+from tests.torture.scenes import Case, case, paths_of
+
+FEW, MANY = 330, 4000
+SPP = 32
+COLLECTIONS = ("lights.", "world.", "lights.", "camera.", "meshes.")
+# Of what is called zero, relative to the largest pixel of the derivative: sums of float32 in another order.
+ROUNDING = 1e-6
+# Parts that are no integral by themselves, or follow from others.
+NO_INTEGRALS = {"unseen meshes", "followed lobes", "contact", "transparency", "edge-on faces"}
+
+
+def scene_of(seed: int) -> Case:
+    """A random scene; of three two with one parameter alone, by which most parts are zero."""
+    made = case(seed)
+    kind = COLLECTIONS[seed % len(COLLECTIONS)]
+    paths = [path for path in paths_of(made.scene) if path.startswith(kind)]
+    if seed % 3 and paths:
+        made.wrt = (paths[int(np.random.default_rng(seed).integers(len(paths)))],)
+    return made
+
+
+def said(decided: Decisions) -> set[tuple[str, str, str]]:
+    return {(d.part, d.outcome, d.reason) for d in decided}
+
+
+def is_checked(made: Case, decision: Decision) -> bool:
+    """Whether a part that is zero can be computed to see that. Longer paths than the picture's are another integral."""
+    if decision.outcome != "zero" or decision.part in NO_INTEGRALS or decision.reason == "not rendered":
+        return False
+    # Paths along rims that stand still bring derivatives by emission, which the interior's own paths have, too.
+    emission = any(path.endswith((".color", ".power", ".strength", ".emission")) for path in made.wrt)
+    return not (decision.part == "rims" and emission)
+
+
+def check(made: Case, forced: Counter[str]) -> str:
+    """What is wrong with the decisions on a scene; "": nothing. Counts the parts that are computed though zero."""
+    tangent, _ = directions(made)
+    renderer = Renderer(made.scene, threads=1)
+    options = {**made.options, "spp": SPP}
+    planned = plan(renderer, made.wrt, max_depth=options["max_depth"]).decisions
+    if "bounces" in options:
+        planned = renderer.decide(made.wrt, max_depth=options["max_depth"], bounces=options["bounces"])
+    image = _derivative(renderer, tangent, options)
+    found = renderer.last_decisions
+    if said(planned) != said(found):
+        return f"planned otherwise than computed: {sorted(said(planned) ^ said(found))}"
+    unsaid = [d.part for d in found if d.samples > 0.0 and not d.computed]
+    if unsaid:
+        return f"sampled though called zero: {unsaid}"
+    zero = [d.part for d in found if is_checked(made, d)]
+    forced.update(zero)
+    if not _differs(renderer, tangent, options, image, zero):
+        return ""
+    return "not zero: " + str([part for part in zero if _differs(renderer, tangent, options, image, [part])])
+
+
+def _derivative(
+    renderer: Renderer, tangent: dict[str, Any], options: dict[str, Any], force: Sequence[str] = ()
+) -> NDArray[np.float32]:
+    """The derivative in one pass over edges: in two, a part without noise takes samples from others."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "checked_options",
+                      lambda *a: replace(checked_options(*a), two_passes=False, force=tuple(force)))
+        return renderer.render_forward(tangent, **options)
+
+
+def _differs(
+    renderer: Renderer, tangent: dict[str, Any], options: dict[str, Any], image: NDArray[np.float32], parts: list[str]
+) -> bool:
+    """Whether the derivative is another one where the engine computes these parts."""
+    found = _derivative(renderer, tangent, options, parts)
+    slack = ROUNDING * float(np.nanmax(np.abs(image), initial=0.0))
+    return not np.allclose(found, image, rtol=0.0, atol=slack, equal_nan=True)
+
+
+def _check_scenes(seeds: range) -> Counter[str]:
+    need("native")
+    if engine_class("native").narrow:
+        pytest.skip("this engine differentiates few tables")
+    wrong, forced = {}, Counter[str]()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of samples that no float holds
+        for seed in seeds:
+            try:
+                outcome = check(scene_of(seed), forced)
+            except ValueError as error:
+                if not any(limit in str(error) for limit in LIMITS):
+                    raise
+                continue
+            if outcome:
+                wrong[seed] = outcome
+    assert wrong == {}
+    return forced
+
+
+def test_what_is_called_zero_is_zero_in_random_scenes() -> None:
+    forced = _check_scenes(range(FEW))
+    missed = {"shading", "edges", "light shadows", "environment shadows", "horizons", "edges between surfaces",
+              "light outlines", "light intersections", "mirrored edges"} - set(forced)  # fmt: skip
+    assert not missed, "of these parts none was zero"
+
+
+@pytest.mark.slow
+def test_what_is_called_zero_is_zero_in_many_random_scenes() -> None:
+    _check_scenes(range(FEW, MANY))
+
+
+def test_custom_normals_alone_change_shading() -> None:
+    need("native")
+    scene = bent_normals()
+    path = "meshes.object.normals"
+    normals = scene.meshes["object"].normals
+    assert normals is not None
+    image = Renderer(scene).render_forward({path: np.ones_like(normals)}, spp=8, terms=["interior"])
+    assert np.abs(image).max() > 1e-3
+
+
+def test_a_call_reports_samples_and_seconds() -> None:
+    need("native")
+    made = case(1)
+    renderer = Renderer(made.scene)
+    tangent, adjoint = directions(made)
+    for run in (lambda: renderer.render_forward(tangent, **made.options),
+                lambda: renderer.render_backward(adjoint, made.wrt, **made.options)):
+        run()
+        shading = {d.part: d for d in renderer.last_decisions}["shading"]
+        assert shading.computed and shading.samples > 0.0 and shading.seconds > 0.0

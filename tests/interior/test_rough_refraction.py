@@ -5,6 +5,7 @@ compared with central differences.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,7 +49,10 @@ def engine() -> None:
 def test_a_sheet_under_the_sky(name: str) -> None:
     kind, ior, roughness, what = name.split("-")
     moving = along(changing(lambda: under_sky(glass(kind, float(ior), float(roughness))), what), [PARAMETERS[what]])
-    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=2)
+    # Motions of the sheet change its picture by little: more samples are needed for the same relative noise.
+    samples: dict[str, Any] = {"seeds": 24, "spp": 128, "reference_spp": 1024} if what == "vertices" else {
+        "seeds": 8, "spp": 64, "reference_spp": 512}  # fmt: skip
+    check_agreement(moving, **samples, max_depth=2)
 
 
 def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:

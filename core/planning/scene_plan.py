@@ -103,7 +103,7 @@ def plan(
         For a wrong scene or path, or one that has no derivative.
     """
     wrt = names("plan", "wrt", wrt, "parameter paths")
-    narrow = engine_class("auto").narrow
+    narrow = scene.narrow if isinstance(scene, Renderer) else engine_class("auto").narrow
     measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
     given = scene.scene if isinstance(scene, Renderer) else scene

@@ -22,7 +22,7 @@ from ..scene.bounces import MAX_DEPTH
 from ..scene.fixed_scene import FixedScene
 from ..scene.scene import Scene, validated
 from . import boundary_words
-from .interior import interior, reflecting
+from .interior import Reflecting, interior
 from .missing_words import missing
 from .picture import picture_plan
 from .scene_words import SceneWords
@@ -133,6 +133,6 @@ def plan(
 def _simplified(scene: Scene, max_depth: int) -> list[str]:
     """What the reference engine, which is for flat, diffuse scenes alone, lacks."""
     out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
-    if max_depth >= 2 and reflecting(scene):
+    if max_depth >= 2 and Reflecting(scene):
         out.append("light that surfaces pass on to each other (more than one bounce): neither rendered nor derived")
     return out

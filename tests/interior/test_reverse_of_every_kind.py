@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.derivatives.table_derivatives import asked_tables, push_forward, requested_tables
+from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
 from edgegrad.rendering import native_engine
 from edgegrad.scene import parameters
 from edgegrad.scene.material import KINDS
@@ -56,7 +56,7 @@ def test_reverse_mode_is_the_transpose_of_forward_mode(name: str, isa: str) -> N
     options: dict[str, Any] = {"spp": 4, "seed": 2, "max_depth": 3, "terms": ("interior",)}
     for path in PATHS:
         tangent = {path: rng.normal(size=np.shape(parameters.get(scene, path)))}
-        tables = asked_tables(scene, flatten(scene), tangent)
+        tables = with_requested(scene, flatten(scene), tangent)
         wanted, velocity = requested_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
         engine = native_engine.Engine(tables, 1, isa)
         engine.set_edges(tables.edges())

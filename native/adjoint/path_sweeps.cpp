@@ -2,8 +2,8 @@
 // camera, the derivative along a tangent runs from the camera to the ends.
 #include "adjoint/number.h"
 
+#include "adjoint/adjoint_kernels.h"
 #include "adjoint/vertex.h"
-#include "kernels/parts.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/kernel_table.h"

@@ -1,8 +1,8 @@
 // Derivatives of single parts of the shading code, for tests.
 #include "adjoint/number.h"
 
+#include "adjoint/adjoint_kernels.h"
 #include "adjoint/scene_probes.h"
-#include "kernels/parts.h"
 #include "shading/bsdf/bsdf_kernel.h"
 #include "tasks/kernel_table.h"
 #include "tasks/probe_tasks.h"

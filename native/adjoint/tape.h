@@ -17,9 +17,9 @@
 // computed but not selected may hold such partials.
 #pragma once
 
-#include "adjoint/differentiable_tables.h"
-#include "adjoint/memory.h"
+#include "scene/differentiable_tables.h"
 #include "simd/lanes.h"
+#include "util/tape_memory.h"
 
 // Static thread-local storage is accessed by one instruction; that of a shared library needs a call.
 #if defined(__linux__)

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "adjoint/differentiable_tables.h"
+#include "scene/differentiable_tables.h"
 #include "scene/tables.h"
 #include "util/object_pool.h"
 #include "util/parallel.h"

@@ -6,7 +6,7 @@
 
 #include "engine/decisions.h"
 #include "engine/derivative_tables.h"
-#include "path/requested_surfaces.h"
+#include "scene/requested_surfaces.h"
 #include "scene/view.h"
 
 namespace edgegrad {

@@ -4,8 +4,8 @@
 #include <array>
 #include <iterator>
 
-#include "shading/transparent_surfaces.h"
-#include "texture/opcodes.h"
+#include "scene/textures/opcodes.h"
+#include "tasks/transparent_surfaces.h"
 
 namespace edgegrad {
 namespace {

@@ -1,5 +1,5 @@
 // Which shaders let through a share of light that may change, so that derivatives need to know where shadow
-// rays pass them (shading/transparent_surfaces.h).
+// rays pass them (tasks/transparent_surfaces.h).
 #pragma once
 
 #include <vector>

@@ -1,4 +1,5 @@
 // The table of one instruction set's kernels.
+#include "adjoint/adjoint_kernels.h"
 #include "kernels/parts.h"
 #include "simd/packet.h"
 #include "tasks/kernel_table.h"

@@ -17,11 +17,3 @@ EDGEGRAD_KERNEL_PARTS(EDGEGRAD_DECLARE_PART)
 #undef EDGEGRAD_DECLARE_PART
 
 }  // namespace edgegrad::EDGEGRAD_ISA
-
-// Those on numbers that record derivatives (adjoint/number.h).
-namespace edgegrad::EDGEGRAD_ADJOINT_ISA {
-
-void add_adjoint_path_kernels(KernelTable& table);
-void add_adjoint_probe_kernels(KernelTable& table);
-
-}  // namespace edgegrad::EDGEGRAD_ADJOINT_ISA

@@ -5,8 +5,8 @@
 // that L' is known at each vertex.
 #pragma once
 
-#include "adjoint/differentiable_tables.h"
 #include "path/value_recorder.h"
+#include "scene/differentiable_tables.h"
 #include "simd/lanes.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/dropped_samples.h"

@@ -6,9 +6,9 @@
 #include "python/call.h"
 #include "python/numpy_arrays.h"
 #include "python/probe_arrays.h"
+#include "scene/textures/opcodes.h"
 #include "tasks/kernel_table.h"
 #include "tasks/probe_tasks.h"
-#include "texture/opcodes.h"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -3,7 +3,7 @@
 
 #include <nanobind/nanobind.h>
 
-#include "texture/texture_tables.h"
+#include "scene/textures/texture_tables.h"
 
 namespace edgegrad {
 

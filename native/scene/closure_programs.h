@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "scene/tables.h"
-#include "texture/opcodes.h"
+#include "scene/textures/opcodes.h"
 
 namespace edgegrad {
 

@@ -59,4 +59,8 @@ enum ClosureFlag : int32_t {
     kAnisotropic = 1 << 9
 };
 
+// The gloss over a diffuse base is weak: following it pays only where its alpha is below this part of the
+// limit for other lobes.
+constexpr float kWeakGloss = 0.25f;
+
 }  // namespace edgegrad

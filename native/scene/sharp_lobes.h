@@ -2,8 +2,8 @@
 #pragma once
 
 #include "scene/closure_programs.h"
+#include "scene/material_params.h"
 #include "scene/tables.h"
-#include "tasks/boundary_task.h"
 
 namespace edgegrad {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "scene/lights/environment_map.h"
+#include "scene/textures/texture_tables.h"
 #include "scene/view.h"
-#include "texture/texture_tables.h"
 
 namespace edgegrad {
 

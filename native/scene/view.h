@@ -11,7 +11,7 @@
 #include "scene/lights/light_view.h"
 #include "scene/material_params.h"
 #include "scene/rays/brute_triangle.h"
-#include "texture/texture_view.h"
+#include "scene/textures/texture_view.h"
 
 namespace edgegrad {
 

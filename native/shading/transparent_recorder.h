@@ -1,9 +1,9 @@
-// Records the transparent surfaces along a packet of shadow rays (shading/transparent_surfaces.h).
+// Records the transparent surfaces along a packet of shadow rays (tasks/transparent_surfaces.h).
 #pragma once
 
 #include "scene/view.h"
-#include "shading/transparent_surfaces.h"
 #include "simd/packet.h"
+#include "tasks/transparent_surfaces.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -1,14 +1,14 @@
-// What derivative sweeps over the recorded vertices of a task's paths need.
+// What sweeps over the recorded vertices of a task's paths read and write.
 #pragma once
 
 #include <cstdint>
 
-#include "adjoint/differentiable_tables.h"
-#include "adjoint/memory.h"
+#include "scene/differentiable_tables.h"
 #include "tasks/dropped_samples.h"
 #include "tasks/image_task.h"
 #include "tasks/value_record.h"
 #include "tasks/vertex_record.h"
+#include "util/tape_memory.h"
 
 namespace edgegrad {
 
@@ -27,12 +27,12 @@ struct AdjointTask {
     float* incoming[3];
     int32_t* next;
     float *position[3], *direction[3];
-    // Those of the paths' last vertices are given: a backward sweep starts from them
+    // The derivatives at the paths' last vertices are given, and a backward sweep starts from them
     // (boundary/specular/chain_term.h).
     bool seeded;
 };
 
-// The same of what derivatives by colours and strengths need.
+// The same for derivatives by colours and strengths.
 struct ValueTask {
     const ImageTask* image;
     ValueMemory* values;

@@ -5,11 +5,11 @@
 
 namespace edgegrad {
 
-// Paths of one task: enough for compaction to pay, few enough for the cache.
+// Paths of one task. With more, compaction saves more; with fewer, they stay in the cache.
 constexpr int kBlockPaths = 8192;
-// Of those whose vertices are recorded.
+// Paths of a task whose vertices are recorded.
 constexpr int kRecordedPaths = 1024;
-// Of those that are followed to horizons (boundary/terms/horizon.h).
+// Paths of a task of the horizon term (boundary/terms/horizon.h).
 constexpr int kHorizonPaths = 2048;
 // Boundary samples of a task, and of a batch whose values are stored.
 constexpr int64_t kBoundaryChunk = 2048;

@@ -70,7 +70,5 @@ struct BoundaryTask {
     SampleRecord record;
     DroppedSamples* dropped;
 };
-// A gloss over a diffuse base is weak: it is sampled from the camera only where it is sharper by this factor.
-constexpr float kWeakGloss = 0.25f;
 
 }  // namespace edgegrad

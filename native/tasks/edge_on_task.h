@@ -5,8 +5,8 @@
 
 namespace edgegrad {
 
-// By how many samples by area a square metre of such a face is expected to be met, and by how many of the
-// camera a pixel.
+// The expected number of samples by area per square metre of such a face, and that of camera samples per
+// pixel.
 struct EdgeOnFaces {
     const int32_t* first;     // (F + 1) where each face's entries begin, one for each of its copies
     const int32_t* instance;  // by entry, ascending for each face; -1: the face stands in the world itself
@@ -14,12 +14,13 @@ struct EdgeOnFaces {
     float samples;
 };
 
-// Samples [first, first + count) of `total` systematic ones over the summed mass of pieces of such faces.
+// Samples [first, first + count) of `total` systematic ones over the summed weight of the
+// triangles that are the parts of such faces in the frame.
 struct EdgeOnTask {
     EdgeOnFaces faces;
-    const int32_t *face, *instance;  // by piece
+    const int32_t *face, *instance;  // by triangle
     const float* corners;            // (pieces, 9), in the world
-    const double* cumulative;        // (pieces + 1) mass
+    const double* cumulative;        // (pieces + 1) weight
     int64_t pieces;
     int64_t first, count, total;
     ImageTask paths;  // a sample is a path of it

@@ -7,7 +7,7 @@
 
 namespace edgegrad {
 
-// Pieces of edges as rows of floats, and nodes over them (boundary/curves/edge_tree.h).
+// Columns of a row of floats: a segment of an edge.
 enum EdgeSegmentColumn : int32_t {
     kSegmentFrom = 0,   // the whole edge: its first end,
     kSegmentAlong = 3,  // and from it to the second

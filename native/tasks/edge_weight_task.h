@@ -1,4 +1,4 @@
-// What the kernel of edges' masses (boundary/curves/edge_weights.h) reads and writes.
+// What the kernel of edges' weights (boundary/curves/edge_weights.h) reads and writes.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@ namespace edgegrad {
 // Tiles along each side of the picture: bits of their number.
 constexpr uint32_t kTileBits = 6;
 
-// By what edges are sampled: what they sweep in the picture, or what light they may hide.
+// What edges are weighed by: what they sweep in the picture, or the light that they may hide.
 enum EdgeWeightKind : int32_t { kPictureWeight, kLightWeight, kEnvironmentWeight };
 
 // Edges [first, first + count) of one mesh, where one instance places them (-1: they stand in the world).
@@ -28,12 +28,12 @@ struct EdgeWeightTask {
     bool cut_all;        // all edges are to be cut to the frame
     float lens_reach;    // PictureFrame
     float margin;
-    // By edge from `first` on, in whole packets. The mass, in the picture that of a pixel; `pixels`: the
-    // edge's length there, and the tile of its middle along a Z-order curve. Less than 0: it is to be cut to
-    // the frame first.
+    // By edge from `first` on, in whole packets. The weight, in the picture per pixel; `pixels`: the edge's
+    // length there; the tile of its middle along a Z-order curve. Less than 0: the edge must be cut to the
+    // frame first.
     float *mass, *pixels;
     int32_t* tile;
-    int32_t* flat;  // -1: the mass counts only if a seam is there
+    int32_t* flat;  // -1: the weight counts only if a seam is there
 };
 
 }  // namespace edgegrad

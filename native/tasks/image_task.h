@@ -5,7 +5,7 @@
 
 namespace edgegrad {
 
-// Most scatterings of each kind; a ray beyond them brings light but isn't scattered again.
+// Most scatterings of each kind. A ray beyond them still brings light, but is not scattered again.
 struct BounceLimits {
     int32_t diffuse = 255, glossy = 255, transmission = 255, transparent = 255;
 };
@@ -25,8 +25,8 @@ struct ImageTask {
     bool caustics_alone;  // only light that reaches a blurred path by a perfect lobe (path/path_queue.h)
                           // counts
     bool one_stream;      // all pixels have the random numbers of the first: the two sides of edges
-    // Not negative: pixels that are close together share a sequence (path/stream.h), of which each takes so
-    // many bits of numbers.
+    // If not negative, pixels that are close together share a sequence (path/stream.h), and each takes so
+    // many bits of its numbers.
     int32_t sample_bits = -1;
 };
 

@@ -31,10 +31,11 @@ struct KernelTable {
     const char* name;
     int width;
     void (*radiance)(const SceneView&, const ImageTask&, Workspace&, float* image);
-    // Renders a task's paths and records their vertices, for:
+    // Traces a task's paths and records their vertices, for sweeps over them.
     void (*record)(const SceneView&, const ImageTask&, Workspace&);
-    // Weighs so many recorded paths against those by area, and records the latter, already weighed.
+    // Closes the gaps between the recorded vertices of so many paths.
     void (*close_up)(Workspace&, int32_t paths);
+    // Weighs so many recorded paths beside those by area, and records the latter, already weighed.
     void (*weigh_edge_on)(const SceneView&, const EdgeOnFaces&, int32_t paths, bool by_area, Workspace&);
     void (*record_edge_on)(const SceneView&, const EdgeOnTask&, Workspace&);
     void (*path_backward)(const SceneView&, const AdjointTask&, const float* adjoint);

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "adjoint/differentiable_tables.h"
-#include "adjoint/memory.h"
+#include "scene/differentiable_tables.h"
 #include "scene/material_params.h"
+#include "util/tape_memory.h"
 
 namespace edgegrad {
 

@@ -7,11 +7,10 @@
 
 namespace edgegrad {
 
-// Most surfaces that a chain of mirrors, smooth glass and transparent surfaces meets, its end included.
+// Most surfaces of a chain of mirrors, smooth glass and transparent surfaces, its end included.
 constexpr int kMostChain = 16;
 
-// Length of a segment of a scan line, pixels: what lies between its ends and is seen from neither is missed.
-// At corners of shadows 24 pixels wide that was 3 % of 8 x 8 blocks with 0.5, and 1 % with 0.25.
+// Length of a segment of a scan line, pixels. Features narrower than a segment are missed.
 constexpr float kScanSegment = 0.25f;
 // Side of a tile, pixels, and the segments of a line over it, which begins up to two before it.
 constexpr float kScanTile = 4.0f;
@@ -28,8 +27,8 @@ struct ScanTask {
     float low[2], high[2];              // what is scanned, pixels
     float scale;                        // what the pass counts for
     uint32_t seed;
-    // Whether edges that chains show are asked for, those of shadows there, and those between a surface that
-    // they show and others that light it.
+    // Whether the edges that chains show are computed, those of shadows there, and those between a surface
+    // that they show and others that light it.
     bool edges, lights, surfaces;
     BounceLimits limits;
     int32_t max_depth;
@@ -50,7 +49,7 @@ struct ChainCrossings {
     float* half[3][kMostChain];     // the microfacet's normal, of a followed lobe
     int32_t *edge, *edge_instance;  // -1: the horizon of the last vertex' face
     float* u;                       // place along the edge
-    float* weight;                  // of what was decided by chance, and of the scan lines
+    float* weight;                  // of random decisions and of the scan lines
     float* from[3];                 // where the last ray comes from
     int32_t* seen;                  // whether the edge is seen from there
     float* jump[3];                 // L- - L+, with the chain's throughput

@@ -1,4 +1,4 @@
-// Values at places of the picture: what forward mode makes of boundary samples.
+// Values at places of the picture, which forward mode computes from boundary samples.
 #pragma once
 
 #include <cstdint>

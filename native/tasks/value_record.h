@@ -4,15 +4,15 @@
 // Light is linear in what lights give, and in the colour of each surface that scatters it like Lambert's:
 //   L = own + color * scale * (received + next_gain * L'),
 // own = own_gain * its source, received = the sum of light_gain * its source and sky_gain * the environment,
-// and light that isn't asked for; L' arrives by the ray that goes on. So the products of what lies before a
-// vertex (throughput) and behind it (L') are all its derivatives, exactly as a tape would have them
-// (adjoint/vertex.h), which computes the vertex once more: 2 to 4 times slower.
+// and light that isn't requested; L' arrives by the ray that goes on. So the derivatives at a vertex are
+// products of what lies before it (throughput) and behind it (L'). A tape (adjoint/vertex.h) has the same
+// values, but computes the vertex once more.
 #pragma once
 
 #include <cstdint>
 
-#include "adjoint/memory.h"
-#include "path/requested_surfaces.h"
+#include "scene/requested_surfaces.h"
+#include "util/tape_memory.h"
 
 namespace edgegrad {
 
@@ -29,8 +29,8 @@ struct alignas(64) ValuePacket {
     Ints face, instance;  // that was met, for messages; face -1: none
     Floats throughput[3];
     Ints own_source, light_source;  // LightSource
-    Floats own[3], own_gain[3];  // the light itself is of use where `colors` are asked for, as `received` is
-    Ints closure;                // whose base colour `color` is; -1: no surface that scatters like Lambert's
+    Floats own[3], own_gain[3];     // the light itself is read where `colors` are requested, as `received` is
+    Ints closure;  // whose base colour `color` is; -1: no surface that scatters like Lambert's
     Floats color[3], scale;
     Floats received[3], light_gain[3], sky_gain[3], next_gain[3];
 };
@@ -40,7 +40,7 @@ struct ValueMemory {
     TapeBuffer packets;
     int64_t count = 0;
     RequestedSurfaces requested;
-    // What is asked for: colours, of which all light has derivatives; else the strengths of shaders'
+    // What is requested: colours, of which all light has derivatives; else the strengths of shaders'
     // emission, of rows of the light table, and of the environment.
     bool colors = false, emission = false, rows = false, environment = false;
 

@@ -7,9 +7,9 @@
 
 #include <cstdint>
 
-#include "adjoint/memory.h"
-#include "path/requested_surfaces.h"
-#include "shading/transparent_surfaces.h"
+#include "scene/requested_surfaces.h"
+#include "tasks/transparent_surfaces.h"
+#include "util/tape_memory.h"
 
 namespace edgegrad {
 
@@ -21,7 +21,7 @@ struct alignas(64) VertexPacket {
     // The ray and what it met. Lanes whose `active` is 0 hold nothing else.
     Ints active, path;
     Ints number;   // of the vertex in its path, passed surfaces included; the same in all lanes
-    Ints touched;  // -1: it, or one before, is on what is asked for (path/requested_surfaces.h)
+    Ints touched;  // -1: it, or one before, is on a requested surface (scene/requested_surfaces.h)
     Ints slides;   // -1: from the camera or a specular vertex, so its direction is a function of the scene
     Ints arrives_followed;  // -1: from a followed lobe: lights of the table are that vertex' own
     Ints kind;              // RayKind
@@ -63,7 +63,7 @@ struct alignas(64) VertexPacket {
     Floats next_direction[3], next_scale;
     Floats last_scale[3];  // of environment's light along it, where nothing else could be met
 
-    // -1: its light is no finite number; it isn't active any more (adjoint/path_sweeps.cpp).
+    // -1: its light is not finite; the lane is no longer active (adjoint/path_sweeps.cpp).
     Ints lost;
 };
 

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
-#include "adjoint/memory.h"
 #include "tasks/value_record.h"
 #include "tasks/vertex_record.h"
+#include "util/tape_memory.h"
 
 namespace edgegrad {
 

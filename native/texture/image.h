@@ -4,9 +4,9 @@
 // Its value applies at its centre, as in Cycles (kernel/device/cpu/image.h). Rows are stored from the top.
 #pragma once
 
+#include "scene/textures/texture_view.h"
 #include "simd/elementary.h"
 #include "texture/texels.h"
-#include "texture/texture_view.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -2,10 +2,10 @@
 // separately from the kernels, because it takes as long to compile as they do.
 #include "texture/program.h"
 
+#include "scene/textures/opcodes.h"
 #include "texture/color.h"
 #include "texture/image.h"
 #include "texture/noise.h"
-#include "texture/opcodes.h"
 #include "texture/voronoi.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -1,4 +1,4 @@
-"""The .blend is saved completely or not at all, and opened without running the Python in it."""
+"""A .blend is saved completely or not at all, and opened without running the Python code in it."""
 
 # ruff: noqa: E402  (what is imported below needs bpy)
 
@@ -12,8 +12,8 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 from edgegrad_addon import blend_file, command_line
-from tests.support import blender_scenes as bs
-from tests.support.disks import file_size_limit, fill, names, small_disk
+from tests.support.scenes import blender_scenes as bs
+from tests.support.scenes.disks import file_size_limit, fill, names, small_disk
 
 
 @pytest.mark.parametrize("compress", [False, True])

@@ -22,7 +22,7 @@ from edgegrad_addon.export.mesh import positions
 from edgegrad_addon.operators.fit import Job
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.session import Picture, Request, Session
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 TRUE_COLOR, START_COLOR = (0.7, 0.3, 0.1), (0.3, 0.4, 0.5)
 

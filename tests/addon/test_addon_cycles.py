@@ -12,7 +12,7 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 import edgegrad
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 
 @pytest.fixture(autouse=True)

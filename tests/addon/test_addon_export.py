@@ -16,7 +16,7 @@ from bpy_extras.object_utils import world_to_camera_view  # type: ignore[import-
 from mathutils import Vector
 
 from edgegrad_addon.problem import Problem
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 
 @pytest.fixture(autouse=True)

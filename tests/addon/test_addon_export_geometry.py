@@ -14,7 +14,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from edgegrad_addon.export import attributes
 from edgegrad_addon.export.mesh import read_mesh
 from edgegrad_addon.export.normals import angle_weighted, corner_normals
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 
 @pytest.fixture(autouse=True)
@@ -116,7 +116,7 @@ def test_color_attributes(domain: Any, kind: Any) -> None:
     arrays = read_mesh(ob.data)
     wanted = values[arrays.faces if domain == "POINT" else arrays.corners]
     assert mesh.attributes["Paint"] == pytest.approx(wanted, abs=1e-6 if kind == "FLOAT_COLOR" else 5e-3)
-    assert list(mesh.attributes) == ["Paint"]  # what isn't asked for isn't exported
+    assert list(mesh.attributes) == ["Paint"]  # attributes that no material reads are not exported
 
 
 def test_generated_and_object_coordinates() -> None:

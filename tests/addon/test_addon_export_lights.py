@@ -15,8 +15,8 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad
 from edgegrad_addon.problem import Problem
-from tests.support import blender_scenes as bs
-from tests.support.disks import fill, small_disk
+from tests.support.scenes import blender_scenes as bs
+from tests.support.scenes.disks import fill, small_disk
 
 NORMALIZES = bpy.app.version >= (4, 5, 0)
 

@@ -17,7 +17,7 @@ from edgegrad.expression import procedural as p
 from edgegrad.images import srgb_to_linear
 from edgegrad_addon.export import attributes
 from edgegrad_addon.export.materials import PART
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 
 @pytest.fixture(autouse=True)

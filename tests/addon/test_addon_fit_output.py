@@ -1,4 +1,4 @@
-"""What a fit has found is kept: outputs are tried before it, the .blend is saved first, no failure stops the rest."""
+"""A fit's results are kept: outputs are tried before the fit, the .blend is saved first, no failure stops the rest."""
 
 # ruff: noqa: E402  (what is imported below needs bpy)
 
@@ -23,8 +23,8 @@ from edgegrad import images
 from edgegrad_addon import command_line
 from edgegrad_addon.fit_output import picture_names
 from edgegrad_addon.session import Session
-from tests.support import blender_scenes as bs
-from tests.support.disks import fill, names, small_disk
+from tests.support.scenes import blender_scenes as bs
+from tests.support.scenes.disks import fill, names, small_disk
 
 SIZE = 8
 

@@ -15,7 +15,7 @@ from edgegrad_addon import parameters, write_back
 from edgegrad_addon.derivative import _motion
 from edgegrad_addon.export.mesh import positions
 from edgegrad_addon.problem import Problem
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 
 @pytest.fixture(autouse=True)

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.support.block_statistics import block_sums, student_to_normal
+from tests.support.block_statistics import block_sums
+from tests.support.distributions import student_to_normal
 
 BLOCK = 8
 # Relative precision up to which two renderers compute the same value: tables, single precision, texture filters.

@@ -3,13 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from tests.benchmarks.report import geometric_mean
 
-if TYPE_CHECKING:
-    from tests.benchmarks.derivatives import Report, Row
+
+@dataclass
+class Timed:
+    """A derivative at one number of samples.
+
+    `variance` is that of one call from seed to seed, relative to the squared norm of the mean, and `error` the relative
+    RMS error of one call against the central differences, their noise taken out (None: there are none).
+    """
+
+    seconds: float
+    variance: float
+    error: float | None = None
+
+    @property
+    def cost(self) -> float:
+        """Seconds for a relative variance of 1."""
+        return self.seconds * self.variance
+
+
+@dataclass
+class Row:
+    """One case, renderer and number of samples."""
+
+    case: str
+    renderer: str
+    setting: str
+    spp: int
+    pixels: Timed
+    blocks: Timed
+    gradient: Timed | None
+    bias: float  # of the mean's block sums, noise taken out
+    render: float | None = None  # seconds of a picture
+    direct: float | None = None  # of a gradient of the interior and primary terms alone
+
+
+@dataclass
+class Report:
+    """One run."""
+
+    machine: dict[str, Any]
+    rows: list[Row] = field(default_factory=list)
+    missing: dict[str, list[str]] = field(default_factory=dict)  # what our plan leaves out, by case
+
 
 PARTS = ("pixels", "blocks", "gradient")
 

@@ -22,7 +22,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,12 +31,12 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad.rendering.native_engine import instruction_sets
-from tests.benchmarks.derivative_report import markdown, plot
+from tests.benchmarks.derivative_report import Report, Row, Timed, markdown, plot
 from tests.benchmarks.mitsuba_peer import REST, MitsubaPeer
 from tests.benchmarks.versus_mitsuba import processor
-from tests.rendering.test_references import FOLDERS
 from tests.support import peer_scenes
 from tests.support.block_statistics import block_sums
+from tests.support.reference_files import FOLDERS
 
 F64 = NDArray[np.float64]
 
@@ -50,49 +50,6 @@ SLOW_SETTINGS = ("default guiding",)
 RIGHT = 0.1
 
 Call = Callable[[int], NDArray[Any]]
-
-
-@dataclass
-class Timed:
-    """A derivative at one number of samples.
-
-    `variance` is that of one call from seed to seed, relative to the squared norm of the mean, and `error` the relative
-    RMS error of one call against the central differences, their noise taken out (None: there are none).
-    """
-
-    seconds: float
-    variance: float
-    error: float | None = None
-
-    @property
-    def cost(self) -> float:
-        """Seconds for a relative variance of 1."""
-        return self.seconds * self.variance
-
-
-@dataclass
-class Row:
-    """One case, renderer and number of samples."""
-
-    case: str
-    renderer: str
-    setting: str
-    spp: int
-    pixels: Timed
-    blocks: Timed
-    gradient: Timed | None
-    bias: float  # of the mean's block sums, noise taken out
-    render: float | None = None  # seconds of a picture
-    direct: float | None = None  # of a gradient of the interior and primary terms alone
-
-
-@dataclass
-class Report:
-    """One run."""
-
-    machine: dict[str, Any]
-    rows: list[Row] = field(default_factory=list)
-    missing: dict[str, list[str]] = field(default_factory=dict)  # what our plan leaves out, by case
 
 
 @dataclass

@@ -20,7 +20,11 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.rendering.options import RenderOptions
 from edgegrad.rendering.renderer import Renderer
-from tests.boundary.test_indirect_boundary import (
+from tests.support import shapes
+from tests.support.block_statistics import block_sums, compare
+from tests.support.engine_options import set_options
+from tests.support.scenes.cornell_box import cornell
+from tests.support.scenes.lit_by_surfaces import (
     BOX,
     SIZE,
     behind_rough_glass,
@@ -29,10 +33,6 @@ from tests.boundary.test_indirect_boundary import (
     mirrored_room,
     moving,
 )
-from tests.rendering.test_moving_scenes import cornell
-from tests.support import shapes
-from tests.support.block_statistics import block_sums, compare
-from tests.support.engine_options import set_options
 from tests.support.small_scenes import along, camera, glowing, matte, rectangle
 
 Make = Callable[[float], edgegrad.Scene]

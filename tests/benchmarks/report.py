@@ -3,12 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from tests.benchmarks.versus_mitsuba import Report
+from tests.benchmarks.fresh_process import FirstPicture
+
+
+@dataclass
+class Side:
+    """Median seconds of a picture, and its variance."""
+
+    seconds: float
+    variance: float
+
+    @property
+    def cost(self) -> float:
+        """Seconds for a variance of 1."""
+        return self.seconds * self.variance
+
+
+@dataclass
+class RenderRow:
+    """One scene and number of samples.
+
+    `mitsuba` is by "integrator, sampler". `time_ratio` is Edgegrad's seconds / the fastest of Mitsuba's; `cost_ratio`
+    is (seconds x variance) of the cheapest of Mitsuba's / Edgegrad's, and `cost_ratio_default` that of Mitsuba's
+    default sampler. `difference` is the relative RMS difference of block averages, `expected` what noise alone gives.
+    """
+
+    scene: str
+    spp: int
+    edgegrad: Side
+    mitsuba: dict[str, Side]
+    time_ratio: float
+    cost_ratio: float
+    cost_ratio_default: float
+    difference: float
+    expected: float
+
+
+@dataclass
+class FirstRow:
+    """First picture in a fresh process; Mitsuba with an empty cache of compiled kernels, and with a filled one."""
+
+    scene: str
+    edgegrad: FirstPicture
+    mitsuba_empty_cache: FirstPicture
+    mitsuba: FirstPicture
+
+
+@dataclass
+class Report:
+    """One run."""
+
+    machine: dict[str, Any]
+    render: list[RenderRow] = field(default_factory=list)
+    first: list[FirstRow] = field(default_factory=list)
+
 
 
 def geometric_mean(values: Iterable[float]) -> float:

@@ -14,7 +14,7 @@ import platform
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +24,9 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.rendering.native_engine import instruction_sets
 from tests.benchmarks import scenes
-from tests.benchmarks.fresh_process import FirstPicture
 from tests.benchmarks.fresh_process import measure as first_picture
 from tests.benchmarks.mitsuba_peer import REST, MitsubaPeer
-from tests.benchmarks.report import markdown
+from tests.benchmarks.report import FirstRow, RenderRow, Report, Side, markdown
 from tests.support import peer_scenes
 
 SPP = (16, 64)
@@ -36,58 +35,6 @@ WARM_UP = 2
 BLOCK = 8
 
 Call = Callable[[int], Any]
-
-
-@dataclass
-class Side:
-    """Median seconds of a picture, and its variance."""
-
-    seconds: float
-    variance: float
-
-    @property
-    def cost(self) -> float:
-        """Seconds for a variance of 1."""
-        return self.seconds * self.variance
-
-
-@dataclass
-class RenderRow:
-    """One scene and number of samples.
-
-    `mitsuba` is by "integrator, sampler". `time_ratio` is Edgegrad's seconds / the fastest of Mitsuba's; `cost_ratio`
-    is (seconds x variance) of the cheapest of Mitsuba's / Edgegrad's, and `cost_ratio_default` that of Mitsuba's
-    default sampler. `difference` is the relative RMS difference of block averages, `expected` what noise alone gives.
-    """
-
-    scene: str
-    spp: int
-    edgegrad: Side
-    mitsuba: dict[str, Side]
-    time_ratio: float
-    cost_ratio: float
-    cost_ratio_default: float
-    difference: float
-    expected: float
-
-
-@dataclass
-class FirstRow:
-    """First picture in a fresh process; Mitsuba with an empty cache of compiled kernels, and with a filled one."""
-
-    scene: str
-    edgegrad: FirstPicture
-    mitsuba_empty_cache: FirstPicture
-    mitsuba: FirstPicture
-
-
-@dataclass
-class Report:
-    """One run."""
-
-    machine: dict[str, Any]
-    render: list[RenderRow] = field(default_factory=list)
-    first: list[FirstRow] = field(default_factory=list)
 
 
 def take_turns(calls: dict[str, Call], runs: int) -> dict[str, tuple[float, list[Any]]]:

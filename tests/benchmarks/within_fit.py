@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 import edgegrad
 from tests.benchmarks.derivatives import Case, find_cases, spread
-from tests.rendering.test_references import FOLDERS
 from tests.support import peer_scenes
+from tests.support.reference_files import FOLDERS
 
 F64 = NDArray[np.float64]
 

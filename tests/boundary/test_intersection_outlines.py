@@ -1,38 +1,25 @@
-"""What the camera sees of lights of every shape that meshes pass through, against central differences."""
+"""Lights of every shape that the camera sees and that meshes intersect, compared with central differences."""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
 import edgegrad
-from edgegrad._check import RAYS
-from tests.boundary.test_light_intersections import moves
-from tests.boundary.test_light_outlines import LIGHTS as OUTLINED
-from tests.boundary.test_light_outlines import PAIRS as ALL_PAIRS
-from tests.boundary.test_light_outlines import VIEWS
 from tests.support.motions import camera_moves, lamp_changes
 from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
+from tests.support.scenes.seen_lights import PAIRS as ALL_PAIRS
+from tests.support.scenes.seen_lights import VIEWS
+from tests.support.scenes.sheets_through_lights import moves
+from tests.support.scenes.sheets_through_seen_lights import LIGHTS, sheet_through
 from tests.support.slow_cases import slow_but
-from tests.support.small_scenes import Make, along, matte, rectangle
+from tests.support.small_scenes import Make, along
 
 SHEET = ["meshes.sheet.vertices"]
-LIGHTS = {name: OUTLINED[name] for name in ("sphere", "disk", "spot", "rectangle", "ellipse")}
 # But for disks that parallel rays meet.
 PAIRS = [(light, view) for light, view in ALL_PAIRS
          if light in LIGHTS and (getattr(LIGHTS[light], "sphere", True) or VIEWS[view].kind != "ORTHOGRAPHIC")]
-
-
-def sheet_through(light: str, view: str, alpha: float = 1.0) -> edgegrad.Scene:
-    """A light that a black sheet passes through."""
-    return edgegrad.Scene(
-        VIEWS[view], {"sheet": rectangle((0.25, 0.1, 0.45), (0.5, 0.1, 0.4), (0.0, 0.9, 0.3), "black")},
-        {"black": replace(matte(0.0, 0.0, 0.0), alpha=alpha)},
-        {"lamp": replace(LIGHTS[light], visible_to=frozenset(RAYS))},
-    )
 
 
 def sheet_moves(light: str, view: str, alpha: float = 1.0) -> tuple[Make, list[str]]:
@@ -69,7 +56,7 @@ QUICK = ("rectangle, perspective: sheet moves", "ellipse, lens: sheet moves", "r
 
 
 @pytest.mark.parametrize("name", slow_but(CASES, QUICK))
-def test_pierced_outlines_agree_with_central_differences(name: str) -> None:
+def test_intersected_outlines_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*CASES[name]), spp=256, reference_spp=2048)
 

@@ -7,8 +7,6 @@ the primary term is the whole derivative.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -16,120 +14,20 @@ import pytest
 import edgegrad
 from edgegrad.rendering.renderer import Renderer
 from tests.support import shapes
+from tests.support.block_statistics import check, half_width, mean_p_value
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose
+from tests.support.scenes.glowing_shapes import (
+    CASES,
+    MESHES,
+    PRIMARY,
+    VIEW,
+    glowing_scene,
+    shapes_move,
+    turn,
+)
+from tests.support.scenes.intersecting_surfaces import INTERSECTING
 from tests.support.slow_cases import slow_but
-from tests.support.small_scenes import Floats, Make, along, box, camera, glowing, need, rectangle
-
-# The term alone beside the whole difference: see above.
-PRIMARY = {"eps": 0.01, "reference_spp": 256, "max_depth": 1, "terms": ("primary",)}
-
-
-def turn(angle: float, axis: int) -> Floats:
-    """Rotation about a coordinate axis."""
-    c, s = np.cos(angle), np.sin(angle)
-    out = np.eye(3)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    out[i, i] = out[j, j] = c
-    out[i, j], out[j, i] = -s, s
-    return out
-
-
-def glowing_scene(view: edgegrad.Camera, *, world: float = 0.3) -> edgegrad.Scene:
-    """Emissive shapes, one partly before another."""
-    front, faces = shapes.ball(2, 0.45)
-    return edgegrad.Scene(
-        view,
-        {
-            "box": box((0.4, 0.1, -0.6), (0.35, 0.45, 0.3), "warm", 0.5),
-            "ball": edgegrad.Mesh(front + [-0.25, -0.1, 0.5], faces, ("cold",)),
-            "card": rectangle((-0.7, 0.5, -0.4), (0.3, 0.1, 0), (-0.1, 0.35, 0.2), "both"),
-        },
-        {
-            "warm": edgegrad.Material(np.zeros(3), np.array([2.0, 1.2, 0.5])),
-            "cold": edgegrad.Material(np.zeros(3), np.array([0.2, 0.6, 1.6])),
-            "both": glowing(1.5, True),
-        },
-        world=edgegrad.World(np.ones(3), world),
-    )
-
-
-VIEW = camera((0.3, 0.4, 3.0), (0, 0, 0), 32, 0.8)
-ORTHOGRAPHIC = replace(VIEW, kind="ORTHOGRAPHIC", ortho_width=2.4)
-PANORAMA = replace(camera((0.1, 0.0, 1.3), (0, 0, 0)), kind="EQUIRECTANGULAR", width=64)
-# Its left and right end, and its upper end, go through the shapes.
-BACKWARDS = replace(camera((-0.3, 0.2, -0.05), (-0.2, 1.0, -2.0)), kind="EQUIRECTANGULAR", width=64)
-LENS = replace(VIEW, aperture_radius=0.12, focus_distance=2.7)
-BLADES = replace(LENS, aperture_blades=5, aperture_rotation=0.3, aperture_ratio=1.6, aperture_radius=0.2)
-TRIANGLE = replace(LENS, aperture_blades=3, aperture_radius=0.4)
-WIDE = replace(VIEW, crop=(5, 3, 27, 25), filter="BLACKMAN_HARRIS", filter_width=3.0, pixel_aspect=1.3)
-
-
-def moved(
-    view: edgegrad.Camera, axis: int = 3, angle: float = 0.0, shift: tuple[float, float, float] = (0, 0, 0)
-) -> Make:
-    """The camera turns about a world axis and moves."""
-
-    def make(theta: float) -> edgegrad.Scene:
-        to_world = view.to_world.copy()
-        if angle:
-            to_world[:3, :3] = turn(theta * angle, axis) @ to_world[:3, :3]
-        to_world[:3, 3] += theta * np.asarray(shift)
-        return glowing_scene(replace(view, to_world=to_world))
-
-    return make
-
-
-def changed(view: edgegrad.Camera, field: str, rate: float | Floats) -> Make:
-    """One number of the camera grows."""
-    return lambda theta: glowing_scene(replace(view, **{field: getattr(view, field) + theta * np.asarray(rate)}))
-
-
-def shapes_move(view: edgegrad.Camera) -> Make:
-    """All shapes move apart and stretch."""
-
-    def make(theta: float) -> edgegrad.Scene:
-        scene = glowing_scene(view)
-        for k, mesh in enumerate(scene.meshes.values()):
-            apart = np.array([0.6, -0.3, 0.8]) * (k - 1)
-            mesh.vertices = mesh.vertices + theta * (apart + 0.4 * mesh.vertices[:, ::-1])
-        return scene
-
-    return make
-
-
-MESHES = [f"meshes.{name}.vertices" for name in ("box", "ball", "card")]
-POSE = ["camera.to_world"]
-CASES: dict[str, tuple[Make, list[str]]] = {
-    "perspective: shapes move": (shapes_move(VIEW), MESHES),
-    "perspective: camera moves": (moved(VIEW, shift=(1.0, 0.4, -0.7)), POSE),
-    "perspective: camera turns": (moved(VIEW, 1, 0.7), POSE),
-    "perspective: camera rolls": (moved(VIEW, 2, 0.9), POSE),
-    "perspective: focal length": (changed(VIEW, "fov_x", 0.6), ["camera.fov_x"]),
-    "perspective: shift": (changed(VIEW, "shift", np.array([0.3, -0.2])), ["camera.shift"]),
-    "perspective: pixel aspect": (changed(WIDE, "pixel_aspect", 0.8), ["camera.pixel_aspect"]),
-    "crop and wide filter: shapes move": (shapes_move(WIDE), MESHES),
-    "crop and wide filter: camera moves": (moved(WIDE, shift=(1.0, 0.4, -0.7)), POSE),
-    "orthographic: shapes move": (shapes_move(ORTHOGRAPHIC), MESHES),
-    "orthographic: camera moves": (moved(ORTHOGRAPHIC, shift=(1.0, 0.4, -0.7)), POSE),
-    "orthographic: camera turns": (moved(ORTHOGRAPHIC, 0, 0.7), POSE),
-    "orthographic: width": (changed(ORTHOGRAPHIC, "ortho_width", 2.0), ["camera.ortho_width"]),
-    "panorama: shapes move": (shapes_move(PANORAMA), MESHES),
-    "panorama: camera moves": (moved(PANORAMA, shift=(0.5, 0.4, -0.7)), POSE),
-    "panorama: camera turns": (moved(PANORAMA, 0, 0.5), POSE),
-    "panorama: longitudes": (changed(PANORAMA, "longitude", np.array([0.9, -0.6])), ["camera.longitude"]),
-    "panorama: latitudes": (changed(PANORAMA, "latitude", np.array([0.2, -0.3])), ["camera.latitude"]),
-    "panorama all around: shapes move": (shapes_move(BACKWARDS), MESHES),
-    "panorama all around: camera turns": (moved(BACKWARDS, 0, 0.4, (0.1, 0.2, 0.1)), POSE),
-    "lens: shapes move": (shapes_move(LENS), MESHES),
-    "lens: camera moves": (moved(LENS, 1, 0.3, (0.4, 0.3, -0.7)), POSE),
-    "lens: aperture opens": (changed(LENS, "aperture_radius", 1.0), ["camera.aperture_radius"]),
-    "lens: focus": (changed(LENS, "focus_distance", 3.0), ["camera.focus_distance"]),
-    "blades: aperture turns": (changed(TRIANGLE, "aperture_rotation", 3.0), ["camera.aperture_rotation"]),
-    "blades: aperture's ratio": (changed(BLADES, "aperture_ratio", 6.0), ["camera.aperture_ratio"]),
-    "lens, orthographic: focus and pose": (
-        moved(replace(LENS, kind="ORTHOGRAPHIC", ortho_width=2.4), 1, 0.3, (0.4, 0.3, -0.7)), POSE
-    ),
-}
+from tests.support.small_scenes import Floats, Make, along, box, camera, need, rectangle
 
 
 def primary(renderer: Renderer, tangent: Mapping[str, Floats], **options: int) -> Floats:
@@ -150,134 +48,25 @@ RUNS = slow_but(CASES, QUICK)
 @pytest.mark.parametrize("name", RUNS)
 def test_cameras_and_shapes_agree_with_central_differences(name: str) -> None:
     need("native")
-    # Blurred edges change few samples each: a difference needs wide steps and many of them to be told from its noise.
+    # A blurred edge changes few of the samples: a difference needs wide steps and many samples.
     lens = name.startswith(("lens", "blades"))
     wide = {"eps": 0.1, "reference_spp": 4096} if lens else {}
-    check_agreement(along(*CASES[name]), noise=0.35 if lens else 0.1, **{**PRIMARY, **wide})
+    check_agreement(along(*CASES[name]), **{**PRIMARY, **wide})
 
 
-# ---------------------------------------------------------------- surfaces that pierce or touch each other
-def crossing_boxes(theta: float) -> edgegrad.Scene:
-    """Two emissive boxes through each other, which move and turn."""
-    scene = glowing_scene(VIEW)
-    one = box((0.1, 0.0, 0.0), (0.5, 0.3, 0.3), "warm", 0.4)
-    other = box((-0.1, 0.1, 0.1), (0.25, 0.5, 0.35), "cold", 1.0)
-    tilt = turn(0.5 + 0.6 * theta, 2)
-    one.vertices = one.vertices @ tilt.T + theta * np.array([0.3, 0.2, 0.4])
-    other.vertices = other.vertices @ turn(-0.3, 0).T - theta * np.array([0.2, 0.5, 0.3])
-    scene.meshes = {"one": one, "other": other}
-    return scene
+# ---------------------------------------------------------------- surfaces that intersect or touch each other
 
 
-def sunk_ball(theta: float) -> edgegrad.Scene:
-    """A ball that sinks into a floor."""
-    scene = glowing_scene(camera((0.2, 1.2, 2.6), (0, 0, 0), 32, 0.8))
-    vertices, faces = shapes.ball(3, 0.6)
-    scene.meshes = {
-        "floor": rectangle((0, 0, 0), (0, 0, 1.2), (1.2, 0, 0), "warm"),
-        "ball": edgegrad.Mesh(vertices + [0.1, 0.1, 0.0] + theta * np.array([0.3, -0.8, 0.2]), faces, ("cold",)),
-    }
-    return scene
-
-
-def folded(theta: float) -> edgegrad.Scene:
-    """One mesh that passes through itself: two bands that cross, of two materials."""
-    scene = glowing_scene(VIEW)
-    one = rectangle((0, 0, 0), (0.8, 0, 0.3), (0, 0.3, 0.1), "both")
-    other = rectangle((0.1, 0, 0), (0.2, 0.5, -0.6), (0.4, -0.3, 0.2), "both")
-    vertices = np.concatenate([one.vertices + theta * np.array([0.2, 0.5, 0.3]), other.vertices])
-    scene.meshes = {
-        "bands": edgegrad.Mesh(
-            vertices,
-            np.concatenate([one.faces, other.faces + 4]),
-            ("both", "glow"),
-            face_material=np.array([0, 0, 1, 1], np.int32),
-        )
-    }
-    scene.materials = {"both": glowing(1.5, True), "glow": glowing(0.4, True)}
-    return scene
-
-
-def sunk_balls(theta: float) -> edgegrad.Scene:
-    """A ball of many faces that sinks into another."""
-    scene = glowing_scene(VIEW)
-    vertices, faces = shapes.ball(5, 0.5)
-    other = 0.7 * vertices @ turn(0.3, 0).T + [0.05, 0.0, 0.25] + theta * np.array([0.4, 0.5, -0.7])
-    scene.meshes = {"ball": edgegrad.Mesh(vertices, faces, ("warm",)), "other": edgegrad.Mesh(other, faces, ("cold",))}
-    return scene
-
-
-def grown_together(theta: float) -> edgegrad.Scene:
-    """Both as one mesh, in which the second is inside out: normals that differ little are one smooth surface's."""
-    scene = sunk_balls(theta)
-    one, other = scene.meshes.values()
-    faces = np.concatenate([one.faces, other.faces[:, ::-1] + len(one.vertices)])
-    material = np.repeat(np.array([0, 1], np.int32), len(one.faces))
-    vertices = np.concatenate([one.vertices, other.vertices])
-    scene.meshes = {"balls": edgegrad.Mesh(vertices, faces, ("both", "in"), face_material=material)}
-    scene.materials = {"both": glowing(1.5, True), "in": glowing(0.4, True)}
-    return scene
-
-
-def grown_about_one_middle(theta: float, way: int = 1) -> edgegrad.Scene:
-    """A mesh of two bodies that cross, each of which is seen whole from the middle of both; `way` -1: the second is
-    inside out.
-    """
-    scene = glowing_scene(VIEW)
-    ball, faces = shapes.ball(4, 1.0)
-    tilt = turn(0.5, 1).T @ turn(0.3, 0).T
-    one, other = ball * [0.75, 0.3, 0.22] @ tilt, ball * [0.2, 0.42, 0.7] @ tilt
-    vertices = np.concatenate([one, other + theta * np.array([0.4, 0.3, -0.5])])
-    material = np.repeat(np.array([0, 1], np.int32), len(faces))
-    faces = np.concatenate([faces, faces[:, ::way] + len(ball)])
-    scene.meshes = {"bodies": edgegrad.Mesh(vertices, faces, ("both", "in"), face_material=material)}
-    scene.materials = {"both": glowing(1.5, True), "in": glowing(0.4, True)}
-    return scene
-
-
-def speared(theta: float) -> edgegrad.Scene:
-    """A ball whose hindmost vertex is drawn through it and out in front: most faces are seen from behind, not those."""
-    scene = glowing_scene(VIEW)
-    vertices, faces = shapes.ball(2, 0.7)
-    hindmost = int(np.argmin(vertices[:, 2] + 1e-3 * vertices[:, 0]))
-    vertices[hindmost] = np.array([0.5, -0.1, 1.1]) + theta * np.array([0.8, 0.5, 0.0])
-    spear = (faces == hindmost).any(axis=1)
-    assert not spear[0]
-    scene.meshes = {"body": edgegrad.Mesh(vertices, faces, ("both", "in"), face_material=spear.astype(np.int32))}
-    scene.materials = {"both": glowing(1.5, True), "in": glowing(0.4, True)}
-    return scene
-
-
-def crossing_view(theta: float) -> edgegrad.Scene:
-    """The camera moves before two boxes that stand still in each other."""
-    scene = crossing_boxes(0.0)
-    scene.camera = moved(VIEW, 1, 0.6, (0.7, 0.3, -0.5))(theta).camera
-    return scene
-
-
-PIERCING: dict[str, tuple[Make, list[str]]] = {
-    "boxes": (crossing_boxes, ["meshes.one.vertices", "meshes.other.vertices"]),
-    "ball in the floor": (sunk_ball, ["meshes.ball.vertices"]),
-    "a mesh and itself": (folded, ["meshes.bands.vertices"]),
-    "meshes of many faces": (sunk_balls, ["meshes.ball.vertices", "meshes.other.vertices"]),
-    "a mesh of many faces and itself": (grown_together, ["meshes.balls.vertices"]),
-    "bodies about one middle": (grown_about_one_middle, ["meshes.bodies.vertices"]),
-    "one of them inside out": (partial(grown_about_one_middle, way=-1), ["meshes.bodies.vertices"]),
-    "a ball and its spear": (speared, ["meshes.body.vertices"]),
-    "seen by a moving camera": (crossing_view, POSE),
-}
-
-
-@pytest.mark.parametrize("name", PIERCING)
-def test_piercing_surfaces_agree_with_central_differences(name: str) -> None:
+@pytest.mark.parametrize("name", INTERSECTING)
+def test_intersecting_surfaces_agree_with_central_differences(name: str) -> None:
     need("native")
-    check_agreement(along(*PIERCING[name]), noise=0.1, **PRIMARY)
+    check_agreement(along(*INTERSECTING[name]), **PRIMARY)
 
 
-@pytest.mark.parametrize("name", [name for name in PIERCING if "many faces" in name])
+@pytest.mark.parametrize("name", [name for name in INTERSECTING if "many faces" in name])
 def test_threads_share_the_search_of_many_faces(name: str) -> None:
     need("native")
-    make, paths = PIERCING[name]
+    make, paths = INTERSECTING[name]
 
     def lit(theta: float) -> edgegrad.Scene:
         """All edges between facets count."""
@@ -307,7 +96,7 @@ def veiled(theta: float) -> edgegrad.Scene:
 
 def test_edges_behind_transparent_surfaces_agree_with_central_differences() -> None:
     need("native")
-    check_agreement(along(veiled, MESHES), noise=0.1, **PRIMARY)
+    check_agreement(along(veiled, MESHES), **PRIMARY)
 
 
 # ---------------------------------------------------------------- instances
@@ -341,7 +130,7 @@ def stretched(theta: float) -> edgegrad.Scene:
 )
 def test_instances_agree_with_central_differences(make: Make, path: str) -> None:
     need("native")
-    check_agreement(along(make, [path]), noise=0.1, **PRIMARY)
+    check_agreement(along(make, [path]), **PRIMARY)
 
 
 # ---------------------------------------------------------------- reverse mode
@@ -350,7 +139,7 @@ DOT: dict[str, tuple[Make, list[str]]] = {
                                       "orthographic: camera turns", "panorama all around: camera turns",
                                       "panorama: longitudes", "lens: focus", "blades: aperture's ratio",
                                       "blades: aperture turns", "lens: aperture opens", "perspective: shift")},
-    **{name: PIERCING[name] for name in ("boxes", "a mesh and itself")},
+    **{name: INTERSECTING[name] for name in ("boxes", "a mesh and itself")},
     "instances": (instanced, ["meshes.boxes.instances", "meshes.boxes.vertices"]),
 }
 
@@ -415,8 +204,8 @@ def test_radiance_beside_edges_is_that_of_pictures() -> None:
     scene.camera = view
     tangent = {"meshes.card.vertices": np.broadcast_to(velocity, card.shape)}
     found = np.array([
-        primary(Renderer(scene), tangent, spp=256, seed=k, max_depth=depth).sum(axis=(0, 1)) for k in range(8)
+        primary(Renderer(scene), tangent, spp=128, seed=k, max_depth=depth).sum(axis=(0, 1)) for k in range(16)
     ])
-    noise = found.std(axis=0, ddof=1) / np.sqrt(len(found))
-    assert found.mean(axis=0) == pytest.approx(wanted, rel=0.03, abs=4.0 * float(noise.max()))
-    assert (noise < 0.02 * np.abs(wanted).max()).all()
+    # The noise of the points' radiance, and the few points along each side, make the expected sum wrong by little.
+    check(mean_p_value(found, wanted, rounding=0.03 * np.abs(wanted)))
+    assert half_width(found).max() < 0.2 * np.abs(wanted).max()

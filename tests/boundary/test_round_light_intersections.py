@@ -1,5 +1,5 @@
-"""What surfaces hide of spheres and of disks that face what they light, where they pass through them: against central
-differences.
+"""Occlusion of spheres, and of disks that face the shaded point, by surfaces that intersect them, compared with
+central differences.
 """
 
 from __future__ import annotations
@@ -12,35 +12,12 @@ import pytest
 from numpy.typing import ArrayLike
 
 import edgegrad
-from edgegrad._check import RAYS
-from tests.boundary.test_light_intersections import moves
 from tests.support.motions import camera_moves, lamp_changes
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
+from tests.support.scenes.sheets_through_lights import moves
+from tests.support.scenes.sheets_through_round_lights import LAMPS, sheet_through, veiled
 from tests.support.slow_cases import slow_but
-from tests.support.small_scenes import Make, along, camera, matte, rectangle
-
-PLACE = np.array([0.1, 1.5, 0.0])
-LAMPS: dict[str, edgegrad.PointLight | edgegrad.SpotLight] = {
-    "sphere": edgegrad.PointLight(PLACE, 60.0, 0.4, True),
-    "disk": edgegrad.PointLight(PLACE, 60.0, 0.4, False),
-    "sphere spot": edgegrad.SpotLight(PLACE, np.array([0.3, -1.0, 0.1]), 60.0, 1.6, 0.6, 0.4, True),
-    "disk spot": edgegrad.SpotLight(PLACE, np.array([0.3, -1.0, 0.1]), 60.0, 1.6, 0.6, 0.4, False),
-}
-
-
-def sheet_through(lamp: str) -> edgegrad.Scene:
-    """A floor under a round lamp that an upright black sheet passes through, which the camera doesn't see."""
-    scene = edgegrad.Scene(
-        camera((0, 2.6, 3.0), (0, 0, 0.1), 24, 0.6),
-        {
-            "floor": rectangle((0, 0, 0), (0, 0, 4), (4, 0, 0), "floor"),
-            "sheet": rectangle((0.15, 1.6, 0.0), (0.3, 1.0, 0.1), (0.0, 0.0, 2.5), "black"),
-        },
-        {"floor": matte(0.6, 0.7, 0.5), "black": matte(0.0, 0.0, 0.0)},
-        {"lamp": LAMPS[lamp]},
-    )
-    scene.meshes["sheet"].visible_to = frozenset(RAYS) - {"camera"}
-    return scene
+from tests.support.small_scenes import Make, along, matte, rectangle
 
 
 def ending_inside(lamp: str) -> edgegrad.Scene:
@@ -62,13 +39,6 @@ def lit_from_all_around() -> edgegrad.Scene:
     """All that the camera sees lies inside of a sphere, out of which the sheet reaches."""
     scene = sheet_through("sphere")
     scene.lights["lamp"] = replace(LAMPS["sphere"], radius=2.0)
-    return scene
-
-
-def veiled(lamp: str) -> edgegrad.Scene:
-    """A sheet that lets a part of the light pass."""
-    scene = sheet_through(lamp)
-    scene.materials["black"] = edgegrad.Material(np.zeros(3), alpha=0.6)
     return scene
 
 
@@ -123,7 +93,7 @@ QUICK = ("sphere: sheet moves", "sphere: lamp moves", "sphere: lamp grows", "dis
 
 
 @pytest.mark.parametrize("name", slow_but(CASES, QUICK))
-def test_pierced_round_lights_agree_with_central_differences(name: str) -> None:
+def test_intersected_round_lights_agree_with_central_differences(name: str) -> None:
     need_every_table()
     check_agreement(along(*CASES[name]), spp=128)
 

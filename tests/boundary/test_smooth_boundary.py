@@ -12,9 +12,9 @@ import pytest
 import edgegrad
 from edgegrad.expression import Attribute
 from edgegrad.rendering.renderer import Renderer
-from tests.benchmarks.scenes import displaced_sphere
 from tests.support import shapes
 from tests.support.picture_differences import check_agreement
+from tests.support.shapes import displaced_sphere
 from tests.support.small_scenes import Floats, along, camera, matte, need
 
 EPS = 0.01
@@ -58,7 +58,7 @@ def split_normals(theta: float) -> edgegrad.Scene:
 @pytest.mark.parametrize("make", [few_faces, closed_mesh, split_normals])
 def test_smooth_meshes_agree_with_central_differences(make: Callable[[float], edgegrad.Scene]) -> None:
     need("native")
-    check_agreement(along(make, ["meshes.body.vertices"]), noise=0.05, eps=EPS, reference_spp=256)
+    check_agreement(along(make, ["meshes.body.vertices"]), eps=EPS, reference_spp=256)
 
 
 def patch(height: float) -> tuple[edgegrad.Scene, dict[str, Floats]]:

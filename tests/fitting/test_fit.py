@@ -1,10 +1,7 @@
-"""Fits: they find what they should, and leave the scene right whatever happens."""
+"""Fits find the parameters of their targets, and leave the scene valid."""
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,7 +9,7 @@ import pytest
 
 import edgegrad
 from edgegrad import Mesh, Scene
-from edgegrad.fitting.run import FitStep, Run
+from edgegrad.fitting.run import Run
 from edgegrad.fitting.scene_fit import fit
 from edgegrad.fitting.targets import Target, View, views
 from edgegrad.fitting.variables import unknown
@@ -20,35 +17,20 @@ from edgegrad.geometry import topology
 from edgegrad.losses import Pyramid, l1, l2
 from edgegrad.scene import parameters
 from tests.support import shapes
+from tests.support.block_statistics import check, half_width, mean_p_value
+from tests.support.fits import COLOR, POWER, VERTICES, ball, picture, same, state
 from tests.support.picture_differences import seed_of_picture
-
-VERTICES, COLOR, POWER = "meshes.object.vertices", "materials.clay.base_color", "lights.lamp.power"
-
-
-def ball(radius: float = 1.0) -> Scene:
-    return shapes.scene(*shapes.ball(2, radius))
-
-
-def picture(scene: Scene, **options: Any) -> np.ndarray:
-    return edgegrad.Renderer(scene).render(spp=64, seed=12345, **options)
-
-
-def state(scene: Scene) -> dict[str, np.ndarray]:
-    return {path: np.array(parameters.get(scene, path), copy=True) for path in parameters.paths(scene)}
-
-
-def same(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> bool:
-    return a.keys() == b.keys() and all(np.array_equal(a[path], b[path]) for path in a)
 
 
 def test_colour_and_power_are_found() -> None:
-    # The lamp alone does not tell reflectance from power, a world of known radiance does.
+    # The lamp alone determines the product of reflectance and power only; a world of known radiance separates them.
     truth, scene = (shapes.scene(*shapes.ball(2), world=1.0) for _ in range(2))
     truth.materials["clay"].base_color = np.array([0.2, 0.7, 0.4])
     truth.lights["lamp"].power = 800.0  # type: ignore[union-attr]
     result = fit(scene, Target(picture(truth)), [COLOR, POWER], iterations=120, spp=4, seed=1)
     np.testing.assert_allclose(scene.materials["clay"].base_color, [0.2, 0.7, 0.4], atol=0.02)
     assert parameters.get(scene, POWER) == pytest.approx(800.0, rel=0.1)
+    # A loss is a square: a seventh of the difference would leave as much.
     assert result.losses[-1] < 0.02 * result.losses[0] and len(result.losses) == 121
     np.testing.assert_array_equal(result.values[COLOR], scene.materials["clay"].base_color)
 
@@ -80,6 +62,8 @@ def test_shape_is_found_from_several_views(stored: str, slide: float | None) -> 
     result = fit(scene, targets, [VERTICES], iterations=60, spp=4, seed=2, slide=slide)
     found = scene.meshes["object"].vertices
     before, after = (np.linalg.norm(v - goal, axis=1).mean() for v in (vertices, found))
+    # Pictures show outlines and shading, not how vertices lie along the surface: more than half of the distance is
+    # undone, and of the loss, a square, all but a twentieth.
     assert after < 0.45 * before, (before, after)
     assert result.losses[result.best] < 0.05 * result.losses[0]
     for k in np.unique(topology.weld(vertices), return_index=True)[1]:
@@ -100,6 +84,7 @@ def test_a_scene_that_fits_stays() -> None:
     least = loss()
     fit(scene, Target(target), [VERTICES, COLOR], iterations=30, spp=8)
     after = state(scene)
+    # By single steps of the first length: steps that noise alone directs cancel each other.
     assert np.abs(after[COLOR] - before[COLOR]).max() < 0.05
     assert np.linalg.norm(after[VERTICES] - before[VERTICES], axis=1).mean() < 0.05
     # What it has moved by is less than the noise of one picture.
@@ -118,13 +103,12 @@ def test_the_gradient_of_a_noisy_loss_is_unbiased() -> None:
     sharp = renderer.render(spp=4096, seed=7)
     expected = renderer.render_backward(l2(sharp, target)[1], [COLOR], spp=4096, seed=8)[COLOR].sum()
     found = np.array([run._gradient(k)[COLOR].sum() for k in range(run.iterations)])
-    error = found.std(ddof=1) / np.sqrt(len(found))
-    assert found.mean() == pytest.approx(expected, abs=4.0 * error)
+    check(mean_p_value(found, expected))
     # The derivative of this seed has the random numbers of the picture.
     same = [renderer.render_backward(l2(renderer.render(spp=1, seed=k), target)[1], [COLOR], spp=1,
                                      seed=seed_of_picture(k))[COLOR].sum()
             for k in range(run.iterations)]  # fmt: skip
-    assert abs(np.mean(same) - expected) > 8.0 * error, "or this scene has no noise to be biased by"
+    assert abs(np.mean(same) - expected) > half_width(found), "or this scene has no noise to be biased by"
 
 
 def test_equal_pictures_move_nothing_and_are_warned_of() -> None:
@@ -190,7 +174,7 @@ def test_of_values_that_noise_alone_tells_apart_the_latest_are_kept() -> None:
     run.best, run.least = 0, np.inf
     kept = []
     noise = np.random.default_rng(0).normal(size=80)
-    # Falls, stays, and rises: the last is told from the noise.
+    # The loss falls, stays, and rises: the rise is larger than the noise.
     for k, loss in enumerate(np.concatenate([np.linspace(10.0, 1.0, 20), np.ones(40), np.linspace(1.0, 3.0, 20)])):
         run.newest = np.array([loss + 0.1 * noise[k]])
         run._record(True)
@@ -257,156 +241,16 @@ def test_a_target_is_as_large_as_the_camera_crop() -> None:
         fit(scene, Target(np.zeros((24, 32, 3))), [COLOR], iterations=1, spp=1)
 
 
-def cancel_by_false(step: FitStep) -> bool:
-    return step.iteration < 6
-
-
-def cancel_by_error(step: FitStep) -> None:
-    if step.iteration == 6:
-        raise edgegrad.Cancelled
-
-
-@pytest.mark.parametrize("callback", [cancel_by_false, cancel_by_error])
-@pytest.mark.parametrize("on_cancel", ["restore", "best"])
-def test_cancelling(callback: Callable[[FitStep], bool | None], on_cancel: str) -> None:
-    truth, scene = ball(1.2), ball()
-    before = state(scene)
-    result = fit(
-        scene, Target(picture(truth)), [VERTICES, COLOR], iterations=50, spp=2, callback=callback, on_cancel=on_cancel
-    )
-    assert result.cancelled and len(result.losses) == 6
-    after = state(scene)
-    if on_cancel == "restore":
-        assert same(before, after)
-        np.testing.assert_array_equal(result.values[VERTICES], before[VERTICES])
-    else:
-        assert result.best > 0 and not np.array_equal(after[VERTICES], before[VERTICES])
-        np.testing.assert_array_equal(result.values[VERTICES], after[VERTICES])
-
-
-@pytest.mark.parametrize("answer", ["restore", "best"])
-def test_the_callback_may_choose_how_it_ends(answer: str) -> None:
-    scene = ball()
-    before = state(scene)
-    target = Target(picture(ball(1.2)))
-    other = "best" if answer == "restore" else "restore"
-    fit(
-        scene, target, [VERTICES], iterations=50, spp=2, on_cancel=other,
-        callback=lambda step: answer if step.iteration == 5 else None,
-    )
-    assert same(before, state(scene)) == (answer == "restore")
-
-
-def test_progress_runs_from_0_to_1_and_can_cancel() -> None:
-    scene = ball()
-    seen: list[float] = []
-    fit(scene, Target(np.zeros((24, 32, 3))), [COLOR], iterations=3, spp=2, progress=seen.append)
-    assert seen == sorted(seen) and 0.0 <= seen[0] < 0.3 and 0.9 < seen[-1] <= 1.0
-
-    def stop(fraction: float) -> None:
-        if fraction > 0.4:
-            raise edgegrad.Cancelled
-
-    before = state(scene)
-    assert fit(scene, Target(np.zeros((24, 32, 3))), [COLOR], iterations=3, spp=2, progress=stop).cancelled
-    assert same(before, state(scene))
-
-
-def test_the_scene_is_untouched_while_a_fit_runs_and_after_an_error() -> None:
-    scene = ball()
-    before = state(scene)
-
-    def fail(step: FitStep) -> None:
-        assert same(before, state(scene))
-        assert not np.array_equal(step.values[VERTICES], before[VERTICES])
-        if step.iteration == 2:
-            raise RuntimeError("full disk")
-
-    with pytest.raises(RuntimeError, match="full disk"):
-        fit(scene, Target(np.zeros((24, 32, 3))), [VERTICES], iterations=5, spp=2, callback=fail, on_cancel="best")
-    assert same(before, state(scene))
-
-
-def test_callback_is_told_what_happens() -> None:
-    steps: list[FitStep] = []
-    result = fit(ball(), Target(np.zeros((24, 32, 3))), [COLOR], iterations=4, spp=2, callback=steps.append)
-    assert [s.iteration for s in steps] == [1, 2, 3, 4] and {s.iterations for s in steps} == {4}
-    assert [s.loss for s in steps] == result.losses[:4]
-    assert all(a.seconds <= b.seconds for a, b in pairwise(steps))
-    assert steps[-1].smoothed == pytest.approx(np.mean(result.losses[:4]))
-
-
-def test_non_finite_gradients_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = ball()
-    before = state(scene)
-
-    def broken(self: edgegrad.Renderer, adjoint: Any, wrt: Any, **options: Any) -> dict[str, np.ndarray]:
-        gradient = np.zeros_like(scene.meshes["object"].vertices)
-        gradient[3, 1] = np.nan
-        return {VERTICES: gradient}
-
-    monkeypatch.setattr(edgegrad.Renderer, "render_backward", broken)
-    with pytest.raises(FloatingPointError, match=rf"the gradient of '{VERTICES}' is not finite at \(3, 1\)"):
-        fit(scene, Target(np.zeros((24, 32, 3))), [VERTICES], iterations=2, spp=1)
-    assert same(before, state(scene))
-
-
-GOOD = Target(np.zeros((24, 32, 3)))
-BAD: dict[str, tuple[dict[str, Any], str]] = {
-    "size": ({"targets": Target(np.zeros((32, 32, 3)))}, r"target 0: image is 32 x 32 pixels, but .* is 32 x 24"),
-    "second": ({"targets": [GOOD, Target(np.zeros((24, 32, 2)))]}, r"target 1: image must have the shape"),
-    "nan": ({"targets": Target(np.full((24, 32, 3), np.nan))}, r"target 0: image has 2304 non-finite values"),
-    "mask": ({"targets": Target(np.zeros((24, 32, 3)), mask=np.ones((32, 24)))}, r"target 0: mask must have the shape"),
-    "no mask": ({"targets": Target(np.zeros((24, 32, 3)), mask=np.zeros((24, 32)))}, r"target 0: mask is 0 everywhere"),
-    "weight": ({"targets": Target(np.zeros((24, 32, 3)), weight=0.0)}, r"target 0: weight must be above 0"),
-    "camera": ({"targets": Target(np.zeros((24, 32, 3)), camera="front")}, r"target 0: camera must be"),  # type: ignore[arg-type]
-    "text": ({"targets": ["front.exr"]}, r"target 0: must be an edgegrad.Target or a picture, not 'front.exr'"),
-    "no target": ({"targets": []}, r"there is no target"),
-    "empty": ({"wrt": []}, r"wrt is empty"),
-    "string": ({"wrt": COLOR}, r"wrt must be a list"),
-    "twice": ({"wrt": [COLOR, COLOR]}, r"wrt names .* more than once"),
-    "unknown": ({"wrt": ["meshes.cube.vertices"]}, r"there is no 'cube' in meshes"),
-    "no derivative": ({"wrt": ["camera.clip_end"]}, r"'camera.clip_end' has no derivative"),
-    "camera path": ({"wrt": ["camera.width"]}, r"'width' is not one of the fields"),
-    "iterations": ({"iterations": 0}, r"iterations must be between 1"),
-    "spp": ({"spp": 0}, r"spp must be between 1"),
-    "views": ({"views_per_iteration": 2}, r"views_per_iteration must be between 1 and 1"),
-    "seed": ({"seed": -1}, r"seed must be between 0"),
-    "smoothness": ({"smoothness": -1.0}, r"smoothness must not be below 0"),
-    "slide": ({"slide": 1.5}, r"slide must not be above 1"),
-    "step path": ({"step_sizes": {VERTICES: 0.1}}, r"step_sizes names 'meshes.object.vertices', which is not in wrt"),
-    "step": ({"step_sizes": {COLOR: 0.0}}, r"step size of 'materials.clay.base_color' must be above 0"),
-    "on_cancel": ({"on_cancel": "keep"}, r"on_cancel must be one of restore, best"),
-    "depth": ({"max_depth": 0}, r"max_depth must be between 1"),
-    "engine": ({"engine": "gpu"}, r"engine must be"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_refused_before_anything_is_rendered(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    def never(self: edgegrad.Renderer, **options: Any) -> None:
-        raise AssertionError("rendered")
-
-    monkeypatch.setattr(edgegrad.Renderer, "render", never)
-    changes, message = BAD[name]
-    scene = ball()
-    before = copy.deepcopy(state(scene))
-    arguments: dict[str, Any] = {"targets": GOOD, "wrt": [COLOR], "iterations": 1, "spp": 1} | changes
-    with pytest.raises(ValueError, match=message):
-        fit(scene, **arguments)
-    assert same(before, state(scene))
-
-
 @pytest.mark.parametrize("loss", [l1, l2])
 def test_plain_functions_are_losses(loss: Any) -> None:
     scene = ball()
     target = Target(picture(ball(1.1)))
     result = fit(scene, target, [VERTICES], iterations=25, spp=4, loss=loss)
-    assert result.losses[result.best] < 0.6 * result.losses[0]
+    assert result.losses[result.best] < 0.6 * result.losses[0]  # plain losses see near differences alone
 
 
 def test_the_reference_engine_fits_too() -> None:
     scene = ball()
     target = Target(picture(ball(1.15)))
     result = fit(scene, target, [VERTICES], iterations=8, spp=2, engine="reference")
-    assert result.losses[result.best] < 0.7 * result.losses[0]
+    assert result.losses[result.best] < 0.7 * result.losses[0]  # in the few steps that its speed allows

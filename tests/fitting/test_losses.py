@@ -1,4 +1,4 @@
-"""Losses: adjoints against finite differences, masks, and what the pyramid is for."""
+"""Losses: adjoints against finite differences, masks, and the use of the pyramid."""
 
 from __future__ import annotations
 
@@ -73,6 +73,7 @@ def test_coarse_levels_see_a_far_edge() -> None:
     far, nearer = bar(26), bar(34)
     assert l2(nearer, target)[0] == pytest.approx(l2(far, target)[0])
     coarse = Pyramid(focus=0.0)
+    # The levels whose pixels are wider than the gap fall with the distance; the others stay.
     assert coarse(nearer, target)[0] < 0.8 * coarse(far, target)[0]
 
 

@@ -1,4 +1,4 @@
-"""What was lost is found again from pictures: unseen things, materials, lamps, textures, cameras."""
+"""Fits recover hidden shapes, materials, lamps, textures and cameras from pictures."""
 
 from __future__ import annotations
 

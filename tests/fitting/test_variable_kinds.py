@@ -1,4 +1,4 @@
-"""What a fit moves of every kind of parameter: it stays valid, and goes where the tables' derivatives lead."""
+"""Steps of a fit by every kind of parameter: values stay valid and follow the tables' derivatives."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Narrow lobes that are followed like mirrors and smooth glass, the normal of whose microfacet is held
+"""Narrow lobes that are followed like mirrors and smooth glass, with the normal of the microfacet kept fixed
 (native/shading/bsdf/followed_lobes.h).
 
-What mirrors and glass show beside central differences, once more with a little roughness; lobes beside others; light
-of every kind in them; and that the noise of a derivative doesn't explode where roughness goes to zero.
+Scenes of mirrors and glass with a little roughness are compared with central differences, lobes beside other lobes and
+lights of every kind are rendered in them, and the noise of a derivative stays bounded as roughness goes to zero.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 
 import edgegrad
-from tests.benchmarks import gloss_noise
-from tests.boundary import test_mirrored_shadows, test_specular_boundary
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
+from tests.support.scenes import glossy_ball, mirrored_shadows, mirrors_and_glass
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along, box, camera, matte, need, rectangle
 
@@ -42,9 +41,9 @@ SEEN = ("flat mirror: box moves", "flat mirror: mirror moves", "flat mirror: cam
 @pytest.mark.parametrize("case", slow_but(SEEN, ("flat mirror: mirror moves", "glass: glass moves")))
 def test_edges_agree_with_differences(case: str) -> None:
     need("native")
-    make, paths = test_specular_boundary.CASES[case]
-    options = {**test_specular_boundary.OPTIONS, "spp": 128}
-    check_agreement(along(roughened(make, 0.14), paths), noise=0.25, **options)
+    make, paths = mirrors_and_glass.CASES[case]
+    options = {**mirrors_and_glass.OPTIONS, "spp": 128}
+    check_agreement(along(roughened(make, 0.14), paths), **options)
 
 
 SHADOWS = ("point: box moves", "rectangle: box moves", "mesh: box moves", "point: mirror moves", "sky: mirror moves",
@@ -56,8 +55,8 @@ SHADOWS = ("point: box moves", "rectangle: box moves", "mesh: box moves", "point
 def test_what_they_show_agrees_with_differences(case: str) -> None:
     """Edges of shadows, and of light that surfaces scatter, in narrow lobes; lights of every kind in them."""
     need_every_table()
-    make, paths = test_mirrored_shadows.CASES[case]
-    check_agreement(along(roughened(make, 0.14), paths), noise=0.3, **test_mirrored_shadows.options_of(case))
+    make, paths = mirrored_shadows.CASES[case]
+    check_agreement(along(roughened(make, 0.14), paths), **mirrored_shadows.options_of(case))
 
 
 def coated(coat_roughness: float, moving: str) -> Make:
@@ -95,8 +94,8 @@ def test_coats_leave_the_light_of_what_is_below(roughness: float, moving: str) -
 
 
 TRANSPOSED = {
-    "mirror": (roughened(test_specular_boundary.CASES["round mirror: mirror moves"][0]), ["meshes.ball.vertices"]),
-    "glass": (roughened(test_specular_boundary.CASES["glass: camera moves"][0]), ["camera.to_world"]),
+    "mirror": (roughened(mirrors_and_glass.CASES["round mirror: mirror moves"][0]), ["meshes.ball.vertices"]),
+    "glass": (roughened(mirrors_and_glass.CASES["glass: camera moves"][0]), ["camera.to_world"]),
     "coat": (coated(0.1, "box"), ["meshes.box.vertices", "camera.to_world", "lights.lamp.position"]),
 }
 
@@ -114,20 +113,21 @@ def test_same_bits_for_any_number_of_threads() -> None:
     check_equal_bits(make, paths, spp=4, max_depth=4)
 
 
-@pytest.mark.parametrize("kind", gloss_noise.BODIES)
+@pytest.mark.parametrize("kind", glossy_ball.BODIES)
 def test_noise_does_not_explode_where_roughness_goes_to_zero(kind: str) -> None:
     """What the camera sees of a ball alone: with a little roughness hardly more noise than with none."""
     need("native")
 
     def noise(roughness: float) -> float:
-        made = gloss_noise.scene(kind, roughness, "image", "none")
-        return gloss_noise.noise(made, "interior", 64, 4, "ball")
+        made = glossy_ball.scene(kind, roughness, "image", "none")
+        return glossy_ball.noise(made, "interior", 64, 4, "ball")
 
+    # The noise of lobes that are not followed grows without bound as roughness goes to zero: by hundreds here.
     assert noise(0.02) < 5.0 * noise(0.0)
 
 
 def test_plan_tells_of_it() -> None:
-    make, paths = test_specular_boundary.CASES["flat mirror: box moves"]
+    make, paths = mirrors_and_glass.CASES["flat mirror: box moves"]
     words = str(edgegrad.plan(roughened(make)(0.0), paths, max_depth=3))
     assert "lobes nearly as narrow (mirror)" in words
     assert "nearly as narrow" not in str(edgegrad.plan(roughened(make, 0.3)(0.0), paths, max_depth=3))

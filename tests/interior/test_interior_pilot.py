@@ -1,4 +1,4 @@
-"""How many samples the interior term takes beside boundary terms: fewer where its noise is far less than theirs."""
+"""How many samples the interior term takes beside boundary terms: fewer where its noise is far below theirs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What engines for flat, diffuse scenes need of the tables' derivatives, and give back."""
+"""Derivatives of tables for engines that render flat, diffuse scenes only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which paths derivatives record: those that have met nothing whose derivative is asked for add nothing."""
+"""Which paths derivatives record: paths that have met nothing whose derivative is requested contribute nothing."""
 
 from __future__ import annotations
 

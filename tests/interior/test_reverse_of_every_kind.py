@@ -11,6 +11,7 @@ import pytest
 import edgegrad
 from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
 from edgegrad.rendering import native_engine
+from edgegrad.rendering.options import RenderOptions
 from edgegrad.scene import parameters
 from edgegrad.scene.material import KINDS
 from edgegrad.tables.tables import flatten
@@ -53,15 +54,15 @@ def test_reverse_mode_is_the_transpose_of_forward_mode(name: str, isa: str) -> N
     scene = ball_in_light(**MATERIALS[name])
     rng = np.random.default_rng(5)
     adjoint = rng.normal(size=(*scene.camera.size, 3)).astype(np.float32)
-    options: dict[str, Any] = {"spp": 4, "seed": 2, "max_depth": 3, "terms": ("interior",)}
+    options = RenderOptions(spp=4, seed=2, max_depth=3, terms=("interior",))
     for path in PATHS:
         tangent = {path: rng.normal(size=np.shape(parameters.get(scene, path)))}
         tables = with_requested(scene, flatten(scene), tangent)
         wanted, velocity = requested_tables(scene, tables, tangent), push_forward(scene, tables, tangent)
         engine = native_engine.Engine(tables, 1, isa)
         engine.set_edges(tables.edges())
-        image = engine.forward(tables, velocity, wanted, **options).astype(np.float64)
-        gradient = engine.backward(tables, adjoint, wanted, **options)
+        image = engine.forward(tables, velocity, wanted, options).astype(np.float64)
+        gradient = engine.backward(tables, adjoint, wanted, options)
         one = float(np.sum(image * adjoint))
         other = sum(float(np.sum(gradient[table] * velocity[table])) for table in gradient)
         scale = float(np.linalg.norm(image) * np.linalg.norm(adjoint)) / np.sqrt(adjoint.size)

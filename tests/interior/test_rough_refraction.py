@@ -1,5 +1,5 @@
-"""Where rough glass stops to let light through, against central differences: of every light with a size, at any bounce,
-by all that moves the rim of the transmission lobe.
+"""Rough glass at the directions where it stops to transmit light, for every light with a size and at every bounce,
+compared with central differences.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from edgegrad.rendering.options import RenderOptions
 from edgegrad.tables.tables import flatten
 from tests.support.motions import camera_moves
 from tests.support.picture_differences import check_agreement, check_equal_bits, check_transpose, need_every_table
-from tests.support.rough_glass import PARAMETERS, changing, glass, sheet, under_sky
+from tests.support.scenes.rough_glass import PARAMETERS, changing, glass, sheet, under_sky
 from tests.support.slow_cases import slow_but
 from tests.support.small_scenes import Make, along, camera, glowing, matte, rectangle
 
@@ -48,7 +48,7 @@ def engine() -> None:
 def test_a_sheet_under_the_sky(name: str) -> None:
     kind, ior, roughness, what = name.split("-")
     moving = along(changing(lambda: under_sky(glass(kind, float(ior), float(roughness))), what), [PARAMETERS[what]])
-    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=2, noise=0.6)
+    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=2)
 
 
 def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:
@@ -94,7 +94,7 @@ def test_lights_with_a_size(name: str) -> None:
     light, what = name.split(", ")
     moving = along(changing(lambda: lit(light), what), [PARAMETERS[what]])
     depth = 3 if light == "wall" else 2
-    check_agreement(moving, seeds=12, spp=96, reference_spp=768, max_depth=depth, noise=0.6)
+    check_agreement(moving, seeds=12, spp=96, reference_spp=768, max_depth=depth)
 
 
 def lamp_moves(light: str) -> tuple[Make, list[str]]:
@@ -123,7 +123,7 @@ def lamp_moves(light: str) -> tuple[Make, list[str]]:
 
 @pytest.mark.parametrize("light", slow_but(["rectangle", "sphere", "disk", "sun", "mesh"], ["sphere"]))
 def test_lights_that_move(light: str) -> None:
-    check_agreement(along(*lamp_moves(light)), seeds=12, spp=96, reference_spp=768, max_depth=2, noise=0.35)
+    check_agreement(along(*lamp_moves(light)), seeds=12, spp=96, reference_spp=768, max_depth=2)
 
 
 def textured(field: str) -> tuple[Make, list[str]]:
@@ -145,7 +145,7 @@ def textured(field: str) -> tuple[Make, list[str]]:
 
 @pytest.mark.parametrize("field", ["ior", "normal"])
 def test_textures_that_move_it(field: str) -> None:
-    check_agreement(along(*textured(field)), seeds=8, spp=64, reference_spp=512, max_depth=2, noise=0.3)
+    check_agreement(along(*textured(field)), seeds=8, spp=64, reference_spp=512, max_depth=2)
 
 
 def behind_each_other(wall: bool) -> edgegrad.Scene:
@@ -165,7 +165,7 @@ def behind_each_other(wall: bool) -> edgegrad.Scene:
 def test_at_later_surfaces(what: str) -> None:
     # Shadows that the sheets' far borders throw on the wall as the sky turns are noisier than all that is tested here.
     moving = along(changing(lambda: behind_each_other(what != "rotation"), what), [PARAMETERS[what]])
-    check_agreement(moving, seeds=16, spp=96, reference_spp=1024, max_depth=4, noise=0.35)
+    check_agreement(moving, seeds=16, spp=96, reference_spp=1024, max_depth=4)
 
 
 def test_seen_in_a_mirror() -> None:
@@ -181,7 +181,7 @@ def test_seen_in_a_mirror() -> None:
         return scene
 
     moving = along(camera_moves(make, (0.1, 0.2, 0.1)), ["camera.to_world"])
-    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=3, noise=0.3)
+    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=3)
 
 
 @pytest.mark.parametrize(("make", "paths"), [

@@ -1,4 +1,4 @@
-"""Parameters to tables and back: against differences of `flatten`, each other's transpose, in every kind of scene."""
+"""Derivatives of tables by parameters: against differences of `flatten`, and each mode against the other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Derivatives by strengths of lights and colours of surfaces, of which light is a sum and a product."""
+"""Derivatives by strengths of lights and colours of surfaces, in which a picture is a sum of products."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ def test_values_have_the_derivatives_of_the_tape(paths: list[str]) -> None:
     renderer = Renderer(scene(*sources), threads=1)
     options = {"spp": 8, "max_depth": 4, "seed": 3}
     adjoint = np.random.default_rng(5).normal(size=(24, 24, 3))
-    # Roulette ends paths later where colours are asked for.
+    # Roulette ends paths later where derivatives by colours are requested.
     beside = "materials.chalk.base_color" if "materials.floor.base_color" not in paths else None
     alone = renderer.render_backward(adjoint, [*paths, *([beside] if beside else [])], **options)
     taped = renderer.render_backward(adjoint, [*paths, "materials.metal.roughness"], **options)
@@ -124,7 +124,7 @@ def test_values_have_the_derivatives_of_the_tape(paths: list[str]) -> None:
 
 
 def test_black_surfaces_and_dark_lights_have_derivatives() -> None:
-    """A colour and a power of zero: the picture is linear in each, so a step of any size tells the derivative."""
+    """A colour and a power of zero: the picture is linear in each, so a difference over any step is the derivative."""
     small_scenes.need("native")
     options = {"spp": 8, "max_depth": 2, "seed": 3}
     lit = scene("point")

@@ -1,4 +1,4 @@
-"""What must not change a derivative: how a mesh is stored, cut or wound, and where and how large the world is."""
+"""Derivatives do not depend on how a mesh is stored, cut or wound, nor on where and how large the world is."""
 
 from __future__ import annotations
 
@@ -9,56 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 import edgegrad
-from tests.support.small_scenes import camera, need
+from tests.support.block_statistics import ALARM, NOTICED, check, compare
+from tests.support.scenes.turned_box import Floats, build, geometry
+from tests.support.small_scenes import need
 
-Floats = NDArray[np.float64]
 SEEDS, SPP = 12, 32
 MOTION = np.array([1.0, 0.4, 0.3])
-
-
-def geometry() -> tuple[Floats, NDArray[np.int32], Floats, NDArray[np.int32]]:
-    """A turned box over a floor: vertices and faces of both."""
-    cube = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    faces = np.array([t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])], np.int32)
-    c, s = np.cos(0.6), np.sin(0.6)
-    turn = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-    floor = np.array([[-2, -0.9, -2], [-2, -0.9, 2], [2, -0.9, 2], [2, -0.9, -2]], float)
-    return cube @ turn.T * [0.5, 0.4, 0.45], faces, floor, np.array([[0, 1, 2], [0, 2, 3]], np.int32)
-
-
-def build(
-    box: tuple[Floats, NDArray[np.int32]],
-    floor: tuple[Floats, NDArray[np.int32]],
-    *,
-    rotation: Floats | None = None,
-    scale: float = 1.0,
-    shift: float = 0.0,
-) -> edgegrad.Scene:
-    """The scene in a world that is turned, scaled and shifted as a whole, its lights' powers with it."""
-    turn = np.eye(3) if rotation is None else rotation
-    place = lambda x: np.asarray(x, float) @ turn.T * scale + shift  # noqa: E731
-    view = camera((0.4, 1.6, 3.2), (0, -0.2, 0), 32)
-    view.to_world[:3, :3] = turn @ view.to_world[:3, :3]
-    view.to_world[:3, 3] = place(view.to_world[:3, 3])
-    view.clip_start *= scale
-    lamp = np.eye(4)
-    lamp[:3, :3] = turn @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], float)  # its -Z looks down
-    lamp[:3, 3] = place([0.8, 2.2, 0.5])
-    return edgegrad.Scene(
-        view,
-        {
-            "box": edgegrad.Mesh(place(box[0]), box[1], ("clay",)),
-            "floor": edgegrad.Mesh(place(floor[0]), floor[1], ("grey",)),
-        },
-        {"clay": edgegrad.Material(np.array([0.8, 0.4, 0.2])), "grey": edgegrad.Material(np.full(3, 0.6))},
-        {
-            "key": edgegrad.AreaLight(lamp, np.array([0.5, 0.5]) * scale, power=40.0 * scale**2),
-            "point": edgegrad.PointLight(place([-1.2, 1.5, 1.0]), 30.0 * scale**2),
-            "sun": edgegrad.SunLight(turn @ [0.2, -1.0, -0.3], 0.5),
-        },
-        edgegrad.World(np.full(3, 0.3)),
-    )
 
 
 def plain() -> edgegrad.Scene:
@@ -138,13 +94,10 @@ def test_derivative_stays(name: str) -> None:
     need("native")
     make, motion = CASES[name]
     one, other = derivatives(plain(), MOTION), derivatives(make(), motion)
-    difference = np.linalg.norm(one.mean(axis=0) - other.mean(axis=0))
-    # The norm of the difference of two independent noisy images concentrates about this. Where both
-    # have the same samples it is smaller still.
-    noise = np.sqrt((one.var(axis=0, ddof=1) + other.var(axis=0, ddof=1)).sum() / SEEDS)
-    size = np.linalg.norm(one.mean(axis=0))
-    assert noise < 0.1 * size
-    assert difference < 1.3 * noise, (difference / size, noise / size)
+    # Where both have the same samples the difference is smaller than independent ones let expect.
+    outcome = compare(other, one.mean(axis=0), one.std(axis=0, ddof=1) / np.sqrt(SEEDS))
+    check(outcome)
+    assert outcome.noticed(ALARM) < NOTICED
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -7,20 +7,16 @@ repository, where these exist.
 
 from __future__ import annotations
 
-import os
-import pathlib
-
 import numpy as np
 import pytest
 
 import edgegrad
-from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.renderer import Renderer
 from tests.support import peer_scenes
-from tests.support.block_statistics import ALARM, block_sums, compare, over_theta
+from tests.support.block_statistics import block_sums, check, check_noticed, compare, over_theta
+from tests.support.reference_files import HERE, find
+from tests.support.small_scenes import need
 
-HERE = pathlib.Path(__file__).parents[1]
-FOLDERS = [HERE / "references", pathlib.Path(os.environ.get("EDGEGRAD_REFS", HERE.parents[1] / "shared" / "refs"))]
 # With derivatives.
 CASES = ["tri_black", "tri_background", "two_triangles", "sphere_env", "emissive_convex", "crease", "blob_flat"]
 # Of rich scenes, whose differences have no term that isn't computed; not for the reference engine.
@@ -31,8 +27,8 @@ MORE = ["shadow_occluder", "shadow_light", "dense_200k"]
 LARGE = ["dense_200k"]
 # Pictures alone: the boundary that their differences have and derivatives don't, as the plan names it.
 PICTURES = {"glass_sphere": "caustics: of light that mirrors and smooth glass"}
-# The files don't tell the noise of their pictures: independent samples, at least this many per pixel. Where it is less,
-# single pixels' differences from a converged picture tell it (blocks still show a bias of a tenth of those).
+# The files don't hold the noise of their pictures, which have independent samples, at least this many per pixel. Of the
+# exceptions the number was estimated from single pixels' differences from a converged picture.
 PICTURE_SPP = 8192
 FEWER_SPP = {"cornell_albedo": 500, "glossy_emitter": 2500, "glass_sphere": 3000}
 SLOW = pytest.mark.slow
@@ -45,22 +41,6 @@ RUNS = [
     *[pytest.param(case, "reference", 16, id=f"reference-{case}", marks=SLOW) for case in CASES[2:] + MORE[:2]],
 ]
 PICTURE_RUNS = RUNS + [pytest.param(case, "native", 32, id=f"native-{case}") for case in PICTURES]
-
-
-def find(case: str) -> pathlib.Path:
-    """Path of a case's file; skips the test where there is none."""
-    for folder in FOLDERS:
-        if (folder / f"{case}.npz").exists():
-            return folder / f"{case}.npz"
-    pytest.skip(f"no reference data for {case} (set EDGEGRAD_REFS)")
-
-
-def need(engine: str) -> None:
-    """Skip the test where the engine can't be loaded."""
-    try:
-        engine_class(engine)
-    except ImportError as error:
-        pytest.skip(str(error))
 
 
 @pytest.mark.parametrize(("case", "engine", "spp"), PICTURE_RUNS)
@@ -76,7 +56,7 @@ def test_picture_agrees(case: str, engine: str, spp: int) -> None:
     stderr = spread / np.sqrt(FEWER_SPP.get(case, PICTURE_SPP))
     outcome = compare(pictures, arrays["image"], stderr)
     print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
+    check(outcome)
 
 
 @pytest.mark.parametrize(("case", "engine", "spp"), RUNS)
@@ -94,14 +74,14 @@ def test_derivative_agrees(case: str, engine: str, spp: int) -> None:
     )
     outcome = compare(samples, arrays["grad_fd"], arrays["grad_fd_stderr"])
     print(outcome)
-    assert outcome.p_value > ALARM, str(outcome)
+    check(outcome)
 
 
 @pytest.mark.parametrize(
     ("case", "missing"), [("tri_background", "primary"), ("crease", "interior"), ("two_triangles", "shadow")]
 )
 def test_comparison_notices_a_missing_term(case: str, missing: str) -> None:
-    """The same comparison fails for each term left out: it can tell them."""
+    """The same comparison fails for each term that is left out."""
     path = find(case)
     _, _, arrays = peer_scenes.load(path)
     terms = [t for t in ("interior", "primary", "shadow") if t != missing]
@@ -110,7 +90,7 @@ def test_comparison_notices_a_missing_term(case: str, missing: str) -> None:
         float(arrays["eps"]),
         lambda scene, tangent, seed: Renderer(scene).render_forward(tangent, spp=4, seed=seed, terms=terms),
     )
-    assert compare(samples, arrays["grad_fd"], arrays["grad_fd_stderr"]).p_value < 1e-6
+    check_noticed(compare(samples, arrays["grad_fd"], arrays["grad_fd_stderr"]))
 
 
 @pytest.mark.parametrize("case", sorted(PICTURES))

@@ -1,4 +1,4 @@
-"""Pictures and derivatives are the same in a world of another size, to rounding: no length in metres is in the code."""
+"""Pictures and derivatives are the same in a world of another size, up to rounding: no length is a constant."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 from edgegrad import TERMS, AreaLight, Material, Mesh, PointLight, Renderer, Scene, World
 from tests.support import shapes
 from tests.support.rich_scene import pose, turn
+from tests.support.scenes.world_sizes import resized, resized_tangent
 from tests.support.small_scenes import need
-from tests.support.world_sizes import resized, resized_tangent
 
 OPTIONS = {"spp": 4, "max_depth": 3, "seed": 1}
 PATHS = ("meshes.body.vertices", "camera.to_world", "lights.lamp.position")

@@ -1,4 +1,4 @@
-"""Scenes without meshes, edges, materials or attributes: what kernels read for inactive lanes is there, too."""
+"""Scenes without meshes, edges, materials or attributes: kernels may read tables for inactive lanes."""
 
 from __future__ import annotations
 

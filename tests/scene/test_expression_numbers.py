@@ -1,4 +1,4 @@
-"""Numbers in expressions as parameters: each has a place in the tables that does what the number does."""
+"""Numbers in expressions as parameters: each has a place in the tables, and changing it there has the same effect."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from edgegrad.scene import parameters
 from edgegrad.tables import tables
 from edgegrad.tables.textures.program import compile_textures
 from tests.support import node_cases
+from tests.support.node_cases.texture_points import corner_points, evaluate, scene_of
 from tests.support.rich_scene import everything
-from tests.support.texture_points import corner_points, evaluate, scene_of
 
 GROUPS = ("inputs", "shading", "math", "vector_math", "mapping", "mix", "colors", "ranges", "textures")
 P = e.Attribute("P")

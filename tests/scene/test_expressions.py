@@ -17,7 +17,7 @@ from edgegrad.tables.tables import flatten
 from edgegrad.tables.textures.ops import OPCODES
 from edgegrad.tables.textures.program import compile_textures
 from tests.support import node_cases
-from tests.support.texture_points import at_values, corners_mesh, evaluate, points, scene_of
+from tests.support.node_cases.texture_points import at_values, corners_mesh, evaluate, points, scene_of
 
 P = e.Attribute("P")
 

@@ -15,10 +15,10 @@ if bpy.app.version < (5, 0, 0):
     pytest.skip("the nodes' sockets are named as in Blender 5.0", allow_module_level=True)
 
 from edgegrad import Image
-from tests.support import blender_scenes as bs
 from tests.support import node_cases
-from tests.support.blender_nodes import render_nodes
-from tests.support.texture_points import at_values
+from tests.support.node_cases.blender_nodes import render_nodes
+from tests.support.node_cases.texture_points import at_values
+from tests.support.scenes import blender_scenes as bs
 
 # Sums of rounded steps; noise is looked up some hundreds away from the origin for its further colours, where the
 # coordinates themselves are rounded to 1.5e-5, and grows steep over its octaves.

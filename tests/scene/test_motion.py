@@ -1,4 +1,4 @@
-"""What moves with which parameters, and the plan of engines that differentiate every table."""
+"""Which meshes and lights move with which parameters, and the plan of engines that differentiate every table."""
 
 from __future__ import annotations
 

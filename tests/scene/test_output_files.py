@@ -14,7 +14,7 @@ import pytest
 
 from edgegrad import images
 from edgegrad.images.output_files import WriteError, check_output_folder, check_outputs, replacing
-from tests.support.disks import file_size_limit, fill, kill_while_writing, make_read_only, names, small_disk
+from tests.support.scenes.disks import file_size_limit, fill, kill_while_writing, make_read_only, names, small_disk
 
 NOISE = np.random.default_rng(0).random((40, 50, 3)).astype(np.float32)
 WRITERS: dict[str, Callable[[Path], Any]] = {

@@ -1,4 +1,4 @@
-"""Numbers that single precision can't hold are refused by name, and no number reaches beyond a table."""
+"""Numbers that single precision cannot hold are refused by name, and no index reaches beyond a table."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_directions_that_are_no_numbers_stay_within_the_sky(which: int) -> None:
 
 def read_everywhere(instruction_set: str) -> None:
     from edgegrad.expression.procedural import Brick
-    from tests.support.texture_points import at_values
+    from tests.support.node_cases.texture_points import at_values
 
     rng = np.random.default_rng(5)
     images = {"image": edgegrad.Image(rng.uniform(0.1, 1.0, (5, 7, 4)).astype(np.float32))}

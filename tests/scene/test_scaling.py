@@ -1,4 +1,4 @@
-"""What scenes of many objects cost grows as their number: counted in calls and array sizes, not in seconds."""
+"""The cost of scenes of many objects grows in proportion to their number: calls and array sizes are counted."""
 
 from __future__ import annotations
 

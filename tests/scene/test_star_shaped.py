@@ -1,4 +1,4 @@
-"""Meshes that certainly don't pass through themselves, since one point sees all of them from inside."""
+"""Meshes that certainly do not intersect themselves, since one point sees all of their faces from inside."""
 
 from __future__ import annotations
 

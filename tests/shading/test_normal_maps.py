@@ -13,7 +13,7 @@ import pytest
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
 import edgegrad
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 
 def sphere(smooth: bool, material: Any, scale: Any = (1.0, 1.0, 1.0)) -> Any:

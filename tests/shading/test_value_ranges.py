@@ -1,4 +1,4 @@
-"""Textures beyond the range of the field that they replace count as its nearest end, as in Cycles."""
+"""Texture values beyond the range of the field that they replace are clamped to it, as in Cycles."""
 
 from __future__ import annotations
 

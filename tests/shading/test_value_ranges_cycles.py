@@ -1,4 +1,4 @@
-"""Shader inputs beyond their ranges, which only links can give them, against Cycles."""
+"""Shader inputs beyond their ranges, which only links can give, compared with Cycles."""
 
 # ruff: noqa: E402  (what is imported below needs bpy)
 
@@ -14,7 +14,7 @@ if bpy.app.version < (5, 0, 0):
     pytest.skip("the nodes' sockets are named as in Blender 5.0", allow_module_level=True)
 
 import edgegrad
-from tests.support import blender_scenes as bs
+from tests.support.scenes import blender_scenes as bs
 
 LAYERS = {
     "Roughness": 0.5, "Coat Weight": 0.5, "Coat Roughness": 0.3, "Coat Tint": (0.3, 0.6, 0.8, 1.0), "Sheen Weight": 0.5,

@@ -29,9 +29,11 @@ from edgegrad import (
     World,
 )
 from edgegrad import expression as e
+from edgegrad.scene import parameters
 from edgegrad.scene.light import Light
 from edgegrad.scene.material import KINDS
 from tests.support.rich_scene import pose, turn
+from tests.support.table_values import WITHOUT
 
 F64 = NDArray[np.float64]
 # How a triangle comes about from those before it.
@@ -214,3 +216,8 @@ def soups(draw: st.DrawFn) -> Scene:
         },
     )  # fmt: skip
     return shifted(scene, np.full(3, draw(st.sampled_from([0.0, 0.0, 1e5])) * min(scale, 1.0)))
+
+
+def paths_of(scene: Scene) -> list[str]:
+    """Every parameter that has a derivative."""
+    return [path for path in parameters.paths(scene) if not path.endswith(WITHOUT)]

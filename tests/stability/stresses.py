@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import Camera, Material, Mesh, PointLight, Renderer, Scene, SunLight, World
-from tests.rendering.test_invariances import build, geometry
 from tests.stability import coverage
+from tests.support.scenes.turned_box import build, geometry
 from tests.support.small_scenes import camera, glowing, matte, rectangle
 
 F64 = NDArray[np.float64]

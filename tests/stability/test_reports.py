@@ -1,4 +1,4 @@
-"""What is not finite is told: samples that were left out, and results; zero losses give exactly zero gradients."""
+"""Reports of samples and results that are not finite; zero losses give exactly zero gradients."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 import edgegrad
 from edgegrad import Renderer, Scene
 from edgegrad.rendering.non_finite import warn_of_gradients, warn_of_picture, warn_of_samples
-from tests.stability.test_soups import paths_of
+from tests.stability.soups import paths_of
 from tests.support.picture_differences import need_every_table
 from tests.support.rich_scene import everything
 from tests.support.small_scenes import FLOOR, box, camera, floating_box, matte, rectangle

@@ -1,4 +1,4 @@
-"""Derivatives of random scenes: finite, the same in both modes, zero where nothing is asked, and no crash."""
+"""Derivatives of random scenes are finite, the same in both modes, zero for zero tangents, and do not crash."""
 
 from __future__ import annotations
 
@@ -11,20 +11,14 @@ from numpy.typing import NDArray
 
 from edgegrad import Renderer, Scene
 from edgegrad.scene import parameters
-from tests.stability.soups import soups
+from tests.stability.soups import paths_of, soups
 from tests.support.picture_differences import need_every_table
 from tests.support.small_scenes import Floats
-from tests.support.table_values import WITHOUT
 
 OPTIONS = {"spp": 4, "max_depth": 4, "seed": 3}
 # Rounding of both modes, relative to the sizes of what they sum. Turning a needle or a sharp lobe has parts of either
 # sign, a thousand times as large as their sum.
 ROUNDING = 2e-4
-
-
-def paths_of(scene: Scene) -> list[str]:
-    """Every parameter that has a derivative."""
-    return [path for path in parameters.paths(scene) if not path.endswith(WITHOUT)]
 
 
 def check(scene: Scene) -> None:

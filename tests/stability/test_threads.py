@@ -7,7 +7,7 @@ import threading
 import numpy as np
 
 from edgegrad import Renderer
-from tests.stability.test_soups import paths_of
+from tests.stability.soups import paths_of
 from tests.support.picture_differences import need_every_table
 from tests.support.rich_scene import everything
 from tests.support.small_scenes import floating_box

@@ -201,12 +201,12 @@ def along(make: Make, paths: list[str]) -> Moving:
 
 
 def central_difference(
-    make: Moving, eps: float, spp: int, seeds: int, engine: str, **depths: Any
+    make: Moving, eps: float, spp: int, seeds: int, engine: str, first_seed: int = 0, **depths: Any
 ) -> tuple[Floats, Floats]:
     """(H, W, 3) mean over seeds of (I(eps/2) - I(-eps/2))/eps with common random numbers, and its standard error."""
     renderers = [Renderer(make(theta)[0], engine=engine) for theta in (0.5 * eps, -0.5 * eps)]
     found = []
-    for seed in range(1000, 1000 + seeds):
+    for seed in range(first_seed + 1000, first_seed + 1000 + seeds):
         ahead, behind = (r.render(spp=spp, seed=seed, **depths).astype(np.float64) for r in renderers)
         found.append((ahead - behind) / eps)
     return np.mean(found, axis=0), np.std(found, axis=0, ddof=1) / np.sqrt(seeds)

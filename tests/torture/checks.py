@@ -13,7 +13,7 @@ from edgegrad import Renderer, SunLight, plan
 from edgegrad.expression import Coordinates, nodes_of
 from edgegrad.planning.term import NOT_COMPUTED
 from edgegrad.scene import parameters
-from tests.support.world_sizes import resized, resized_tangent
+from tests.support.scenes.world_sizes import resized, resized_tangent
 from tests.torture.scenes import Case
 
 F64 = NDArray[np.float64]

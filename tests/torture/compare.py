@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from edgegrad import Renderer, plan
 from edgegrad.scene import parameters
-from tests.support.block_statistics import block_sums, student_to_normal
+from tests.support.block_statistics import block_sums
+from tests.support.distributions import student_to_normal
 from tests.torture.tame import Comparison
 
 F64 = NDArray[np.float64]

@@ -10,8 +10,8 @@ import numpy as np
 from edgegrad import AreaLight, Bounces, PointLight, Scene, SpotLight
 from edgegrad.scene import parameters
 from tests.support.table_values import WITHOUT
-from tests.torture import cameras, lights, materials, meshes, textures
-from tests.torture.draw import Draw
+from tests.torture.drawing import cameras, lights, materials, meshes, textures
+from tests.torture.drawing.draw import Draw
 
 
 @dataclass

@@ -18,7 +18,7 @@ from edgegrad.scene import parameters
 from edgegrad.scene.light import Light
 from tests.support import shapes as solids
 from tests.support.rich_scene import pose, turn
-from tests.torture.draw import Draw
+from tests.torture.drawing.draw import Draw
 
 F64 = NDArray[np.float64]
 # The parameter's value and its rate at theta.

@@ -7,10 +7,10 @@ import pytest
 from edgegrad.expression import nodes_of
 from edgegrad.rendering.engine import engine_class
 from tests.support.small_scenes import need
+from tests.torture.drawing.textures import all_nodes
 from tests.torture.processes import results
 from tests.torture.scenes import case
 from tests.torture.tame import CYCLE, PARAMETERS, SHADERS, comparison
-from tests.torture.textures import all_nodes
 
 SCENES = 206
 # Of very many others those in which something was wrong: negative pictures of lamps that some rays alone see and of

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# In the order of native/texture/opcodes.h.
+# In the order of native/scene/textures/opcodes.h.
 OPCODES = (
     "OUTPUT", "POSITION", "NORMAL", "TRUE_NORMAL", "INCOMING", "BACKFACING", "RAY_KIND", "ATTRIBUTE", "IMAGE", "LOOKUP",
     "ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "AFFINE", "MINIMUM", "MAXIMUM", "CLAMP", "LESS_THAN",

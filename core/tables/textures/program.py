@@ -28,7 +28,7 @@ from . import lower_color, lower_image, lower_math, lower_procedural  # noqa: F4
 from .lowering import Lowering, Resources
 from .ops import OPCODES, Builder, Number, Output, Value
 
-REGISTERS = 128  # kTextureRegisters in native/texture/texture_view.h
+REGISTERS = 128  # kTextureRegisters in native/scene/textures/texture_view.h
 _OUTPUTS, _INPUTS = 4, 10
 # Lookups read four floats at once: so many lie behind the last one.
 _PADDING = 4
@@ -81,7 +81,7 @@ class NumberPlaces:
 
 @dataclass
 class TextureTables:
-    """What native/texture/texture_view.h points to. P programs, L closures, S meshes of the scene.
+    """What native/scene/textures/texture_view.h points to. P programs, L closures, S meshes of the scene.
 
     Leaves are the shaders of `scene.materials` in order, each material's parts after each other; area lights
     follow, which have no textures (core/tables/materials.py).

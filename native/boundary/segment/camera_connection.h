@@ -6,7 +6,7 @@
 // between camera and x.
 #pragma once
 
-#include "boundary/terms/camera_sampled_lobes.h"
+#include "boundary/segment/camera_sampled_lobes.h"
 #include "film/splat.h"
 #include "path/lens_sample.h"
 #include "path/shaded_surface.h"

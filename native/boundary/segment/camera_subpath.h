@@ -1,8 +1,8 @@
 // Camera paths up to their vertex number `target`. They are paths of the picture, sampled by the BSDFs.
 #pragma once
 
+#include "boundary/segment/camera_sampled_lobes.h"
 #include "boundary/segment/fixed_direction_chain.h"
-#include "boundary/terms/camera_sampled_lobes.h"
 #include "path/path_tracer.h"
 #include "tasks/image_task.h"
 

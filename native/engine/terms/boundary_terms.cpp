@@ -33,7 +33,7 @@ SharedCandidates shared(SharedCandidates known) { return known; }
 SharedCandidates shared(Candidates made) { return std::make_shared<const Candidates>(std::move(made)); }
 
 // The materials that may have lobes that are sampled from the camera (camera_sampled_kinds of
-// boundary/terms/camera_sampled_lobes.h).
+// boundary/segment/camera_sampled_lobes.h).
 std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& tables, float alpha) {
     return used_materials(tables, [&](size_t closure) {
         const bool glossy = tables.closure_flags[closure] & (kHasGlossy | kHasRefraction);

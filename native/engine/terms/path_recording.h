@@ -5,7 +5,7 @@
 
 #include "engine/derivative_tables.h"
 #include "engine/terms/term.h"
-#include "path/requested_surfaces.h"
+#include "scene/requested_surfaces.h"
 #include "tasks/adjoint_task.h"
 
 namespace edgegrad {

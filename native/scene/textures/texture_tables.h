@@ -1,0 +1,52 @@
+// The textures' tables by value (core/tables/textures/program.py, TextureTables).
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "scene/table_rows.h"
+#include "scene/textures/texture_view.h"
+
+namespace edgegrad {
+
+struct TextureTables {
+    // Large arrays are shared by the tables of a scene before and after an update that leaves them as they
+    // are.
+    using Shared = std::shared_ptr<const std::vector<float>>;
+    std::vector<TextureInstruction> code;
+    std::vector<int32_t> program_first;
+    std::vector<float> constants;
+    std::vector<int32_t> closure_program, closure_weight_program, closure_uv, closure_tangent;
+    std::vector<TextureImage> images;
+    Shared pixels;
+    std::vector<TextureLookup> tables;
+    std::vector<float> lookups;
+    std::vector<TextureAttribute> mesh_attributes;
+    Shared attributes;
+    std::vector<int32_t> face_mesh;
+    std::vector<float> mesh_box;
+
+    TextureView view() const {
+        TextureView v{};
+        v.code = rows_of(code);
+        v.program_first = rows_of(program_first);
+        v.constants = rows_of(constants);
+        const bool any = program_first.size() > 1;
+        v.closure_program = any ? closure_program.data() : nullptr;
+        v.closure_weight_program = any ? closure_weight_program.data() : nullptr;
+        v.images = rows_of(images);
+        v.pixels = rows_of(pixels);
+        v.tables = rows_of(tables);
+        v.lookups = rows_of(lookups);
+        v.mesh_attributes = rows_of(mesh_attributes);
+        v.attributes = rows_of(attributes);
+        v.face_mesh = rows_of(face_mesh);
+        v.mesh_count = static_cast<int32_t>(mesh_box.size() / 6);
+        v.closure_uv = closure_uv.data();
+        v.closure_tangent = closure_tangent.data();
+        v.mesh_box = mesh_box.data();
+        return v;
+    }
+};
+
+}  // namespace edgegrad

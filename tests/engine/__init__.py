@@ -1,0 +1,1 @@
+"""Tests of the engines: equal bits, instruction sets, updates, limits, loading."""

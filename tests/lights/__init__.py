@@ -1,0 +1,1 @@
+"""Tests of lights: their samples, their choice, and what they light."""

@@ -1,0 +1,1 @@
+"""Parts of random scenes, each drawn from a seed."""

@@ -111,7 +111,7 @@ def _met_alone(scene: Scene, wrt: Sequence[str]) -> str:
     """Meshes that paths must meet for a derivative by their vertices, in words; "" if others may have one too.
 
     Light that a mesh gives falls everywhere, and what light passes through is part of what others scatter
-    (`asked_surfaces` in native/engine/interior_rules.cpp).
+    (`asked_surfaces` in native/engine/decisions/interior_rules.cpp).
     """
     asked = [parameters.split(path) for path in wrt]
     names = list(dict.fromkeys(name for _, name, _ in asked))

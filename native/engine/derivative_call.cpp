@@ -5,11 +5,11 @@
 #include <iterator>
 
 #include "boundary/meshes/solids.h"
-#include "engine/followed_lobes_rule.h"
-#include "engine/interior_rules.h"
-#include "engine/missing_parts.h"
+#include "engine/decisions/followed_lobes_rule.h"
+#include "engine/decisions/interior_rules.h"
+#include "engine/decisions/missing_parts.h"
+#include "engine/decisions/transparent_closures.h"
 #include "engine/terms/curve_terms.h"
-#include "engine/transparent_closures.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/block_sizes.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/call_scene.h"
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 #include "engine/derivative_tables.h"
 #include "engine/engine.h"
 #include "engine/image_tasks.h"

@@ -45,7 +45,7 @@ enum class Part : int32_t {
     kSurfaceIntersections,   // surfaces that pass through each other, as other surfaces see them
     kIndirectHorizons,       // horizons of faces, where these cut off light of other surfaces
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
-    // What is not computed (engine/missing_parts.h):
+    // What is not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
     kClipBorders,        // that the camera's clip distances cut
     kTexelBorders,       // of images without interpolation, on what moves

@@ -56,8 +56,6 @@ PYTHON = (
 AGAINST_PYTHON = {
     # The options of a call are those of all engines, and stand beside the renderer that passes them on.
     ("reference.engine", "rendering.options"),
-    # The renderer asks the plan's rules how deep the paths of specular edges are.
-    ("rendering.renderer", "planning.specular"),
 }
 
 SOURCES = (".h", ".cpp", ".inc")

@@ -24,7 +24,7 @@ class Decision:
     Attributes
     ----------
     part, term
-        Its name (native/engine/decisions.cpp lists them), and its term, one of `edgegrad.TERMS`.
+        Its name (native/engine/decisions/decisions.cpp lists them), and its term, one of `edgegrad.TERMS`.
     outcome
         "computed", "zero" or "missing".
     reason

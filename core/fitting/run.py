@@ -219,7 +219,7 @@ class Run:
     @cached_property
     def plan(self) -> Plan:
         """The plan of the derivatives with respect to the fitted parameters."""
-        return plan(self.work, [item.path for item in self.unknowns], max_depth=self.limits["max_depth"],
+        return plan(self.renderer, [item.path for item in self.unknowns], max_depth=self.limits["max_depth"],
                     measure=CAUSTIC_SAMPLES)
 
     def _warn_of_untouched(self) -> None:

@@ -6,7 +6,7 @@ add why a derivative may be expected or not.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -37,7 +37,7 @@ def interior(words: SceneWords, tables: Tables, wrt: Sequence[str], max_depth: i
     if reason == "only outline moves" and outlines is not None:
         why_zero = f"only the outline of what {words.mesh_names(outlines)} give moves; the shadow term covers it"
         return Term("interior", False, 0, 0, (f"zero: {why_zero}",), dict.fromkeys(wrt, why_zero))
-    lit = frozenset(reflecting(scene))
+    lit = Reflecting(scene)
     why: list[str] = []
     unchanged: dict[str, str] = {}
     unnamed = [0, 0]
@@ -59,7 +59,7 @@ def interior(words: SceneWords, tables: Tables, wrt: Sequence[str], max_depth: i
 
 
 def _by_parameter(
-    scene: Scene, tables: Tables, path: str, lit: Collection[str], max_depth: int
+    scene: Scene, tables: Tables, path: str, lit: Reflecting, max_depth: int
 ) -> tuple[bool, str]:
     """Whether the term is zero by one parameter, and that in words."""
     collection, name, fieldname = parameters.split(path)
@@ -96,7 +96,7 @@ def _computed(words: SceneWords, wrt: Sequence[str]) -> list[str]:
     return out
 
 
-def _moved(scene: Scene, name: str, what: str, lit: Collection[str], max_depth: int) -> tuple[bool, str]:
+def _moved(scene: Scene, name: str, what: str, lit: Reflecting, max_depth: int) -> tuple[bool, str]:
     """Whether moving a mesh changes no shading, and that in words."""
     if max_depth < 2 and not _varies(scene, name):
         return True, f"{what}: zero, since emission alone does not change as a surface moves"
@@ -111,7 +111,7 @@ def _met_alone(scene: Scene, wrt: Sequence[str]) -> str:
     """Meshes that paths must meet for a derivative by their vertices, in words; "" if others may have one too.
 
     Light that a mesh gives falls everywhere, and what light passes through is part of what others scatter
-    (`asked_surfaces` in native/engine/interior_rules.cpp).
+    (`asked_surfaces` in native/engine/decisions/interior_rules.cpp).
     """
     asked = [parameters.split(path) for path in wrt]
     names = list(dict.fromkeys(name for _, name, _ in asked))
@@ -123,7 +123,7 @@ def _met_alone(scene: Scene, wrt: Sequence[str]) -> str:
     return listed(quoted) if len(quoted) > MOST_NAMED else " or ".join(quoted)
 
 
-def _revalued(scene: Scene, path: str, lit: Collection[str], max_depth: int) -> tuple[bool, str]:
+def _revalued(scene: Scene, path: str, lit: Reflecting, max_depth: int) -> tuple[bool, str]:
     """Whether a value that moves no edge changes nothing, and that in words."""
     collection, name, fieldname = parameters.split(path)
     # Layers above a surface's emission take a part of it.
@@ -150,9 +150,18 @@ def _closures(scene: Scene, mesh_name: str) -> list[Material]:
     return [closure for name in scene.meshes[mesh_name].used_materials for closure in scene.closures(name)]
 
 
-def reflecting(scene: Scene) -> list[str]:
-    """Names of the meshes that aren't black all over."""
-    return scene.meshes_with([name for name in scene.materials if any(map(_reflects, scene.closures(name)))])
+class Reflecting:
+    """The meshes that aren't black all over, each looked at when it is asked for: there may be very many."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._meshes = scene.meshes
+        self._materials = {name for name in scene.materials if any(map(_reflects, scene.closures(name)))}
+
+    def __contains__(self, name: str) -> bool:
+        return not self._materials.isdisjoint(self._meshes[name].used_materials)
+
+    def __bool__(self) -> bool:
+        return any(name in self for name in self._meshes)
 
 
 def _reflects(closure: Material) -> bool:

@@ -17,7 +17,9 @@ _KINDS = {AreaLight: "area light", PointLight: "point light", SpotLight: "spot",
 
 def picture_plan(scene: Scene, max_depth: int) -> tuple[str, ...]:
     """Sentences on rays, shaders, textures, lights and environment of a validated scene."""
-    return (*_rays(scene, max_depth), *_shaders(scene), *_textures(scene), *_lights(scene), *_environment(scene))
+    used = _used(scene)
+    return (*_rays(scene, used, max_depth), *_shaders(scene, used), *_textures(scene), *_lights(scene),
+            *_environment(scene))
 
 
 def _used(scene: Scene) -> list[Material]:
@@ -25,11 +27,10 @@ def _used(scene: Scene) -> list[Material]:
     return [closure for name in names for closure in scene.closures(name)]
 
 
-def _rays(scene: Scene, max_depth: int) -> Iterator[str]:
+def _rays(scene: Scene, used: list[Material], max_depth: int) -> Iterator[str]:
     faces = sum(len(m.faces) for m in scene.meshes.values())
     copies = sum(len(m.instances) for m in scene.meshes.values() if m.instances is not None)
     yield f"{_count(faces, 'triangle')}" + (f", {_count(copies, 'instance')} of them traced in place" if copies else "")
-    used = _used(scene)
     if max_depth == 1:
         yield "one segment: only light seen directly, no surface is shaded"
     elif all(flags(closure) & LAMBERTIAN for closure in used):
@@ -42,8 +43,7 @@ def _rays(scene: Scene, max_depth: int) -> Iterator[str]:
         yield "no surface is transparent: shadow rays stop at the first hit"
 
 
-def _shaders(scene: Scene) -> Iterator[str]:
-    used = _used(scene)
+def _shaders(scene: Scene, used: list[Material]) -> Iterator[str]:
     if not used:
         return
     occurs = 0

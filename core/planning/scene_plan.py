@@ -22,7 +22,7 @@ from ..scene.bounces import MAX_DEPTH
 from ..scene.fixed_scene import FixedScene
 from ..scene.scene import Scene, validated
 from . import boundary_words
-from .interior import interior, reflecting
+from .interior import Reflecting, interior
 from .missing_words import missing
 from .picture import picture_plan
 from .scene_words import SceneWords
@@ -103,7 +103,7 @@ def plan(
         For a wrong scene or path, or one that has no derivative.
     """
     wrt = names("plan", "wrt", wrt, "parameter paths")
-    narrow = engine_class("auto").narrow
+    narrow = scene.narrow if isinstance(scene, Renderer) else engine_class("auto").narrow
     measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
     given = scene.scene if isinstance(scene, Renderer) else scene
@@ -133,6 +133,6 @@ def plan(
 def _simplified(scene: Scene, max_depth: int) -> list[str]:
     """What the reference engine, which is for flat, diffuse scenes alone, lacks."""
     out = [f"for exact derivatives the scene is too rich: {simplified}" for simplified in obstacles(scene)]
-    if max_depth >= 2 and reflecting(scene):
+    if max_depth >= 2 and Reflecting(scene):
         out.append("light that surfaces pass on to each other (more than one bounce): neither rendered nor derived")
     return out

@@ -121,6 +121,11 @@ class Renderer:
             self._learning = Learning(learned_sampling)
 
     @property
+    def narrow(self) -> bool:
+        """Whether its engine has derivatives of flat, diffuse, directly lit scenes alone."""
+        return self._engine.narrow
+
+    @property
     def tables(self) -> flat.Tables:
         """The tables of the scene."""
         return self._tables

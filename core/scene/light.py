@@ -215,20 +215,6 @@ class AreaLight(_Light):
 Light = PointLight | SpotLight | SunLight | AreaLight
 
 
-def turns_with_point(light: Light) -> bool:
-    """Whether the sampled points on a light turn with the illuminated point.
-
-    Derivatives hold a sampled point fixed in the frame in which it was sampled. For a disk or a sphere, this frame
-    faces the illuminated point.
-    """
-    return isinstance(light, PointLight | SpotLight) and light.radius > 0.0
-
-
-def is_disk(light: Light) -> bool:
-    """Whether a light is a disk that faces each illuminated point."""
-    return isinstance(light, PointLight | SpotLight) and light.radius > 0.0 and not light.sphere
-
-
 def has_outline(light: Light) -> bool:
     """Whether the camera may see where the light ends."""
     return has_size(light) and "camera" in light.visible_to

@@ -17,9 +17,7 @@ def listed(names: Sequence[str]) -> str:
     return f"{', '.join(names[: MOST_NAMED - 1])} and {len(names) - MOST_NAMED + 1:,} others"
 
 
-def sentence_each(
-    names: Sequence[str], sentence: Callable[[str], str], others: str, *, more: bool = False
-) -> list[str]:
+def sentence_each(names: Sequence[str], sentence: Callable[[str], str], others: str) -> list[str]:
     """Make one sentence for each name; with more than `MOST_NAMED` names, the last sentence covers all others.
 
     Parameters
@@ -28,11 +26,8 @@ def sentence_each(
         Makes a sentence from a name, or from "12 other `others`".
     others
         What the names stand for, in the plural: "meshes".
-    more
-        Whether `names` may be incomplete; the count then begins with "at least".
     """
-    if len(names) <= MOST_NAMED and not more:
+    if len(names) <= MOST_NAMED:
         return [sentence(name) for name in names]
     shown = names[: MOST_NAMED - 1]
-    count = f"{'at least ' if more else ''}{len(names) - len(shown):,} other {others}"
-    return [*(sentence(name) for name in shown), sentence(count)]
+    return [*(sentence(name) for name in shown), sentence(f"{len(names) - len(shown):,} other {others}")]

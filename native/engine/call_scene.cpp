@@ -17,7 +17,7 @@ constexpr int kLeastFixedDirectionFaces = 8;
 
 // Which light is differentiated with its direction held (shading/lights/fixed_direction_light.h): of moving
 // meshes of many emissive faces, on surfaces of sharp lobes, where faces alone tell what hides and gives
-// light (core/planning/fixed_direction_light.py has the rule in words).
+// light.
 void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMotion& motion) {
     if (!view_.lights.face_light || view_.emission_varies || view_.rays_differ || view_.lights.any_linked ||
         (view_.all_flags & kHasTransparency))

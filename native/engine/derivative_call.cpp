@@ -5,11 +5,11 @@
 #include <iterator>
 
 #include "boundary/meshes/solids.h"
-#include "engine/followed_lobes_rule.h"
-#include "engine/interior_rules.h"
-#include "engine/missing_parts.h"
+#include "engine/decisions/followed_lobes_rule.h"
+#include "engine/decisions/interior_rules.h"
+#include "engine/decisions/missing_parts.h"
+#include "engine/decisions/transparent_closures.h"
 #include "engine/terms/curve_terms.h"
-#include "engine/transparent_closures.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/block_sizes.h"
@@ -72,11 +72,12 @@ PathRecording path_recording(const SceneView& scene, const SceneTables& tables, 
 }  // namespace
 
 Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& options,
-                                       const Requested& requested_of, LearnedSampling* learned)
+                                       const Requested& requested_of, LearnedSampling* learned,
+                                       bool decide_alone)
     : engine(e),
       requested(requested_of),
       sides(solid_sides(*e.bodies(), e.tables_.camera)),
-      decided(options.force),
+      decided(options.force, decide_alone),
       motion(requested_motion(e.tables_.camera, requested)),
       geometry(requested.geometry() || moves_chains(e.tables_, requested)),
       lights(e.lights_for(requested)),
@@ -234,7 +235,7 @@ ImagePlan Engine::DerivativeCall::interior_plan(const RenderOptions& options) co
 
 Decisions Engine::decide(const RenderOptions& options, const Requested& requested) const {
     require_settled();
-    return DerivativeCall(*this, options, requested, nullptr).decided;
+    return DerivativeCall(*this, options, requested, nullptr, true).decided;
 }
 
 float Engine::follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,

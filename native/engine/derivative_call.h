@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "engine/call_scene.h"
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 #include "engine/derivative_tables.h"
 #include "engine/engine.h"
 #include "engine/image_tasks.h"
@@ -24,7 +24,7 @@ enum class DerivativeMode { kForward, kReverse };
 // The scene and the terms of a call. Terms that are zero are null.
 struct Engine::DerivativeCall {
     DerivativeCall(const Engine& e, const RenderOptions& options, const Requested& requested_of,
-                   LearnedSampling* learned);
+                   LearnedSampling* learned, bool decide_alone = false);
 
     // Every term's passes, by visit(std::vector<TermPass>): first those that say where later ones take their
     // samples, then all others.

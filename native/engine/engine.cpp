@@ -212,8 +212,8 @@ bool Engine::hides_no_light() const {
 }
 
 // Whether nothing is between any two surfaces: one or two meshes, each of which hides nothing of itself,
-// apart from each other. A ray from one to the other has left the first and hasn't met the second
-// (core/geometry/shape.py). What light passes through may have borders anywhere on it.
+// apart from each other. A ray from one to the other has left the first and hasn't met the second.
+// What light passes through may have borders anywhere on it.
 bool Engine::hides_no_surface() const {
     if (closed_.empty() || closed_.size() > kMostConvex || !tables_.instance_mesh.empty()) return false;
     for (int32_t flags : tables_.closure_flags)

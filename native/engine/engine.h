@@ -101,7 +101,7 @@ class Engine {
     int threads_;
     // Made when a call first asks for them, and kept until values or vertices change.
     std::shared_ptr<const LightList> lights(bool dark_too = false) const;
-    // The alpha up to which derivatives follow lobes (engine/followed_lobes_rule.h).
+    // The alpha up to which derivatives follow lobes (engine/decisions/followed_lobes_rule.h).
     float follow(const RequestedMotion& motion, const std::vector<int8_t>& sides,
                  const std::shared_ptr<const LightList>& lights) const;
     // Those that derivatives sample.

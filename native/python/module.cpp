@@ -11,7 +11,7 @@
 
 #include "boundary/curves/learned_weights.h"
 #include "embree/library.h"
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 #include "engine/engine.h"
 #include "kernels/dispatch.h"
 #include "python/bsdfs.h"

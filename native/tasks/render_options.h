@@ -24,7 +24,8 @@ struct RenderOptions {
     // Choices between estimators of the same mean, which tests compare.
     bool two_passes = true;  // a first pass over edges says where a second one takes its samples
     float camera_sampled_alpha = kCameraSampledAlpha;
-    // For tests: parts of a derivative (bits, engine/decisions.h) that are computed though they are zero.
+    // For tests: parts of a derivative (bits, engine/decisions/decisions.h) that are computed though they are
+    // zero.
     uint64_t force = 0;
 
     bool computes(BoundaryKind kind) const {

@@ -119,9 +119,10 @@ def measure(kind: str, count: int) -> dict[str, float]:
     timed("render", lambda: renderer.render(spp=SPP, max_depth=depth))
     adjoint = np.ones((PIXELS, PIXELS, 3), np.float32)
     timed("decide", lambda: renderer.decide(wrt, max_depth=depth))
+    renderer.watched = False  # as in fits: looking for changes of the scene takes as long as the rest
     for step in ("gradient", "again"):
         timed(step, lambda: renderer.render_backward(adjoint, wrt, spp=SPP, max_depth=depth))
-    # Of the prepared renderer, before anything is known of edges and after; and of the scene by itself.
+    # Of the renderer, which knows the edges by now, and of the scene by itself.
     timed("plan", lambda: plan(renderer, wrt, max_depth=depth))
     timed("alone", lambda: plan(made, wrt, max_depth=depth))
     found["plan/gradient"] = found["plan"] / found["again"]

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from edgegrad import Renderer, plan
+from edgegrad import Material, Mesh, Renderer, Scene, SunLight, plan
 from edgegrad.derivatives.decisions import Decision, Decisions
 from edgegrad.rendering import renderer as module
 from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.options import checked_options
-from tests.planning.test_primary_plan import bent_normals
-from tests.support.small_scenes import need
+from tests.support import shapes
+from tests.support.small_scenes import camera, need
 from tests.torture.checks import LIMITS, directions
 from tests.torture.scenes import Case, case, paths_of
 
@@ -48,6 +48,9 @@ def said(decided: Decisions) -> set[tuple[str, str, str]]:
 def is_checked(made: Case, decision: Decision) -> bool:
     """Whether a part that is zero can be computed to see that. Longer paths than the picture's are another integral."""
     if decision.outcome != "zero" or decision.part in NO_INTEGRALS or decision.reason == "not rendered":
+        return False
+    # Looking for lines that stand still gives those between surfaces other samples, of the same mean.
+    if (decision.part, decision.reason) == ("light intersections", "no light"):
         return False
     # Paths along rims that stand still bring derivatives by emission, which the interior's own paths have, too.
     emission = any(path.endswith((".color", ".power", ".strength", ".emission")) for path in made.wrt)
@@ -129,10 +132,12 @@ def test_what_is_called_zero_is_zero_in_many_random_scenes() -> None:
 
 def test_custom_normals_alone_change_shading() -> None:
     need("native")
-    scene = bent_normals()
+    vertices, faces = shapes.sheet(5, 20.0)
+    normals = np.array([[0.3, 0.1, 1.0]])
+    mesh = Mesh(vertices, faces, ("clay",), smoothing=np.zeros_like(faces), normals=normals)
+    scene = Scene(camera(), {"object": mesh}, {"clay": Material(np.full(3, 0.7))},
+                  {"sun": SunLight(np.array([-0.8, 0.0, -1.0]), 2.0)})
     path = "meshes.object.normals"
-    normals = scene.meshes["object"].normals
-    assert normals is not None
     image = Renderer(scene).render_forward({path: np.ones_like(normals)}, spp=8, terms=["interior"])
     assert np.abs(image).max() > 1e-3
 

@@ -6,19 +6,11 @@ import numpy as np
 import pytest
 
 from edgegrad import Scene, expression, plan
-from edgegrad.derivatives.motion import Motion, motion
-from edgegrad.derivatives.table_derivatives import with_requested
 from edgegrad.planning.term import Term
-from edgegrad.tables import tables
 from tests.support import shapes
 from tests.support.rich_scene import everything
 
 SCENE = everything()
-FLAT = tables.flatten(SCENE)
-
-
-def moves(*wrt: str) -> Motion:
-    return motion(SCENE, with_requested(SCENE, FLAT, wrt), wrt)
 
 
 def term(name: str, *wrt: str, scene: Scene = SCENE, max_depth: int = 4) -> Term:
@@ -26,23 +18,19 @@ def term(name: str, *wrt: str, scene: Scene = SCENE, max_depth: int = 4) -> Term
 
 
 @pytest.mark.parametrize(
-    ("wrt", "expected"),
+    ("wrt", "reason", "meshes"),
     [
-        (("meshes.still.vertices", "meshes.bare.transform"), Motion(("still", "bare"), False, (), False)),
-        (("meshes.copies.instances",), Motion(("copies",), False, (), False)),
-        (("meshes.lamps.transform",), Motion(("lamps",), False, (), False)),
-        (("camera.shift",), Motion((), True, (), False)),
-        (("camera.aperture_radius",), Motion((), True, (), False)),
-        (("camera.ortho_width",), Motion((), False, (), False)),  # of a perspective camera
-        (("lights.sun.direction", "lights.area.size", "lights.ball.power"), Motion((), False, ("sun", "area"), False)),
-        (("world.rotation",), Motion((), False, (), True)),
+        (("meshes.still.vertices", "meshes.bare.transform"), "needed", {"still", "bare"}),
+        (("camera.shift",), "needed", set()),
+        (("camera.ortho_width",), "still", set()),  # of a perspective camera
+        (("lights.sun.direction", "lights.area.size", "world.rotation"), "still", set()),
         (("meshes.still.normals", "materials.wood.roughness", "images.sky.pixels", "world.color",
-          "meshes.still.attributes.UVMap", "materials.wood.textures.normal"), Motion((), False, (), False)),
+          "meshes.still.attributes.UVMap", "materials.wood.textures.normal"), "still", set()),
     ],
 )  # fmt: skip
-def test_what_moves(wrt: tuple[str, ...], expected: Motion) -> None:
-    assert moves(*wrt) == expected
-    assert moves(*wrt).any == (expected != Motion((), False, (), False))
+def test_what_moves(wrt: tuple[str, ...], reason: str, meshes: set[str]) -> None:
+    edges = {d.part: d for d in plan(SCENE, wrt, max_depth=4).decisions}["edges"]
+    assert edges.reason == reason and {list(SCENE.meshes)[k] for k in edges.meshes} == meshes
 
 
 def test_edges_of_all_meshes_move_with_the_camera() -> None:

@@ -16,8 +16,7 @@ namespace {
 
 // Faces or edges per item of parallel work.
 constexpr int64_t kBlock = 1 << 14;
-// A point closer to a plane than this, relative to the meshes' size, lies on the plane. Must agree with
-// core/geometry/shape.py.
+// A point closer to a plane than this, relative to the meshes' size, lies on the plane.
 constexpr double kOnPlane = 1e-6;
 
 struct Plane {

@@ -12,7 +12,7 @@ namespace {
 
 // Faces per item of parallel work.
 constexpr int64_t kBlock = 1 << 12;
-// Tolerances relative to the mesh's size, as in core/geometry/shape.py: kNear for face planes close to the
+// Tolerances relative to the mesh's size: kNear for face planes close to the
 // centre, kRounding for directions close to a face's border.
 constexpr double kNear = 1e-6, kRounding = 1e-12;
 

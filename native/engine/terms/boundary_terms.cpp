@@ -74,6 +74,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     // Samples of candidates by what is known of them, or of `segments`, from which about `cells` are learned.
     const auto add = [&](BoundaryKind kind, const Candidates& found, const auto& segments, double cells,
                          double samples, BoundaryTerm::Lines lines = {}) {
+        if (decided.alone()) return;
         const BoundaryKindRow& row = kBoundaryTable[kind];
         LearnedWeights* weights = learned ? &learned->weights[kind] : nullptr;
         const bool known = weights && weights->knows(edges, found);
@@ -87,11 +88,12 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
              std::move(lines), alpha, weights);
     };
     // The same of kinds whose samples start at the camera.
-    const auto add_whole_picture = [&](BoundaryKind kind, std::shared_ptr<const EdgeTree> tree) {
+    const auto add_whole_picture = [&](BoundaryKind kind, const auto& tree) {
+        if (decided.alone()) return;
         const double samples = kBoundaryTable[kind].share * picture;
         const bool chains = kBoundaryTable[kind].chains(options.max_depth);
         add(kind, whole_picture(), [&] { return over_picture(kPictureSegments * samples, chains); }, 0.0,
-            samples, {nullptr, std::move(tree)});
+            samples, {nullptr, tree()});
     };
     std::shared_ptr<const Intersections> seen;
     const EdgeCache::Sides sides(edges.solid_side, edges.solid_side + edges.tables.visible_meshes);
@@ -161,8 +163,9 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     if (decided.computes(Part::kEmitterOutlines) && scene.face_held) {
         const Candidates outlines = emitter_candidates(scene, edges);
         if (has_edges(Part::kEmitterOutlines, outlines))
-            add_whole_picture(kEmitterOutline,
-                              std::make_shared<EdgeTree>(scene, edges.tables, outlines, true));
+            add_whole_picture(kEmitterOutline, [&] {
+                return std::make_shared<EdgeTree>(scene, edges.tables, outlines, true);
+            });
     }
     if (decided.computes(Part::kIndirectEdges)) {
         const auto found = silhouettes();
@@ -170,9 +173,9 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
         if (!any) decided.none(Part::kCameraSampledIndirect, decided[Part::kIndirectEdges].reason);
         if (any && decided.computes(Part::kCameraSampledIndirect) &&
             decided.lists_materials(Part::kCameraSampledIndirect, camera_sampled(scene, edges.tables, alpha)))
-            add_whole_picture(kCameraSampledIndirect, edges.kept.tree.get(sides, [&] {
-                return EdgeTree(scene, edges.tables, *found);
-            }));
+            add_whole_picture(kCameraSampledIndirect, [&] {
+                return edges.kept.tree.get(sides, [&] { return EdgeTree(scene, edges.tables, *found); });
+            });
         const BoundaryKindRow& row = kBoundaryTable[kIndirectBoundary];
         const double samples = row.share * picture;
         add(

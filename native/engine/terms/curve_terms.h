@@ -7,7 +7,7 @@
 
 #include "boundary/curves/candidates.h"
 #include "boundary/curves/intersections.h"
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 #include "tasks/boundary_kind.h"
 #include "tasks/render_options.h"
 

@@ -63,6 +63,7 @@ std::unique_ptr<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Sce
             if (decided.computes(part)) decided.none(part, Reason::kOutOfView);
         return nullptr;
     }
+    if (decided.alone()) return nullptr;
     std::unique_ptr<SpecularTerm> term(new SpecularTerm(
         scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film, parts));
     // One sweep finds all of them; the first stands for it.

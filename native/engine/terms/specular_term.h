@@ -6,7 +6,7 @@
 #include "boundary/curves/edge_cache.h"
 #include "boundary/meshes/surface_regions.h"
 #include "boundary/specular/scan_plan.h"
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 #include "engine/derivative_tables.h"
 #include "engine/terms/term.h"
 #include "tasks/adjoint_task.h"

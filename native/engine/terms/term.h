@@ -2,7 +2,7 @@
 // passes, each cut into chunks that depend on the problem alone and that threads take one at a time.
 #pragma once
 
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 #include "engine/drop_count.h"
 #include "engine/image_tasks.h"
 #include "engine/workspace.h"

@@ -1,7 +1,7 @@
 // What may not be zero in a derivative and isn't computed: jumps of the picture that no part covers.
 #pragma once
 
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 
 namespace edgegrad {
 

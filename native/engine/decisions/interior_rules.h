@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 #include "engine/derivative_tables.h"
 #include "scene/requested_surfaces.h"
 #include "scene/view.h"
@@ -24,7 +24,7 @@ bool all_black(const SceneView& scene, const SceneTables& tables);
 bool rims_move(const SceneView& scene, const SceneTables& tables, const Requested& requested);
 
 // Which surfaces have derivatives, where nothing else does. Emission is seen from everywhere, and shadows of
-// what lets light through (`passed`, of engine/transparent_closures.h) are.
+// what lets light through (`passed`, of engine/decisions/transparent_closures.h) are.
 RequestedSurfaces requested_surfaces(const SceneView& scene, const SceneTables& tables,
                                      const Requested& requested, const std::vector<int32_t>& passed);
 

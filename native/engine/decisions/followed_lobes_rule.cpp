@@ -1,9 +1,9 @@
-#include "engine/followed_lobes_rule.h"
+#include "engine/decisions/followed_lobes_rule.h"
 
 #include <algorithm>
 
 #include "boundary/curves/light_intersections.h"
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 #include "scene/lights/light_list.h"
 #include "scene/lights/light_params.h"
 #include "scene/sharp_lobes.h"

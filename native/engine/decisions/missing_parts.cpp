@@ -1,4 +1,4 @@
-#include "engine/missing_parts.h"
+#include "engine/decisions/missing_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "boundary/curves/light_intersections.h"
 #include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/star_shaped.h"
-#include "engine/interior_rules.h"
+#include "engine/decisions/interior_rules.h"
 #include "scene/closure_programs.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_instances.h"

@@ -1,4 +1,4 @@
-#include "engine/transparent_closures.h"
+#include "engine/decisions/transparent_closures.h"
 
 #include <algorithm>
 #include <array>

@@ -45,7 +45,7 @@ enum class Part : int32_t {
     kSurfaceIntersections,   // surfaces that pass through each other, as other surfaces see them
     kIndirectHorizons,       // horizons of faces, where these cut off light of other surfaces
     kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
-    // What is not computed (engine/missing_parts.h):
+    // What is not computed (engine/decisions/missing_parts.h):
     kSelfIntersections,  // of meshes of very many faces
     kClipBorders,        // that the camera's clip distances cut
     kTexelBorders,       // of images without interpolation, on what moves
@@ -63,7 +63,8 @@ enum class Part : int32_t {
     kParts
 };
 
-// Of each part, in the order of `Part`: its name (core/planning/words.py) and its term of the derivative.
+// Of each part, in the order of `Part`: its name (core/planning/boundary_words.py) and its term of the
+// derivative.
 struct PartRow {
     const char* name;
     const char* term;
@@ -107,7 +108,9 @@ struct Decision {
 
 class Decisions {
  public:
-    explicit Decisions(uint64_t force = 0) : force_(force) {}
+    // `alone`: nothing is computed, so that no samples need to be prepared.
+    explicit Decisions(uint64_t force = 0, bool alone = false) : force_(force), alone_(alone) {}
+    bool alone() const { return alone_; }
 
     // Decides on a part: computed, unless there is a reason for which it is zero. Returns whether it is.
     bool decide(Part part, Reason reason) {
@@ -137,6 +140,7 @@ class Decisions {
     std::optional<Decision>& entry(Part part) { return parts_[static_cast<size_t>(part)]; }
 
     uint64_t force_;
+    bool alone_;
     std::array<std::optional<Decision>, static_cast<size_t>(Part::kParts)> parts_;  // none: not requested
 };
 

@@ -1,10 +1,10 @@
-#include "engine/decisions.h"
+#include "engine/decisions/decisions.h"
 
 #include <algorithm>
 #include <chrono>
 #include <set>
 
-#include "engine/interior_rules.h"
+#include "engine/decisions/interior_rules.h"
 #include "scene/camera_row.h"
 #include "scene/lights/light_params.h"
 #include "scene/mesh_edges.h"

@@ -1,4 +1,4 @@
-#include "engine/interior_rules.h"
+#include "engine/decisions/interior_rules.h"
 
 #include <algorithm>
 

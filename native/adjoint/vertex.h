@@ -189,8 +189,8 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     }
     // Add lights of the table along the ray
     if (scene.lights.sized_count + scene.lights.sized_distant > 0 && any(screen_form))
-        out.light = out.light +
-                    lights_met(scene, v, screen_form & ~load(v.arrives_followed), arrival.from, direction);
+        out.light = out.light + lights_met(scene, v, screen_form & ~load(v.arrives_followed) & ~load(v.rim),
+                                           arrival.from, direction);
     if (!any(hit)) return out;
 
     // Compute the surface point and the view direction
@@ -229,11 +229,11 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
                 mixed, shader.scale * relative(closure_weight(scene, mixed, closure, point)), shader.scale);
     }
 
-    // Add emission
+    // Add emission. On rims, where only the scattered light changes, the interior term has it.
     Vec3 light = zero3();
     const Mask passes = hit & load(v.passes), stays = hit & ~passes;
     const Float emission_weight = load(v.emission_weight);
-    const Mask emits = stays & (emission_weight > 0.0f);
+    const Mask emits = stays & (emission_weight > 0.0f) & ~load(v.rim);
     if (any(emits)) light = select(emits, closure_emission(x, shader, point) * emission_weight, light);
 
     // Collect the incoming light and attenuate it by transparent surfaces

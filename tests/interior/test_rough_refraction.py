@@ -227,3 +227,25 @@ def test_the_plan_names_what_is_computed_and_what_is_not() -> None:
     for unmoved in ("materials.glass.roughness", "materials.glass.base_color"):
         told = edgegrad.plan(scene, [unmoved])
         assert not any("rough glass" in sentence for sentence in (*told.missing, *told.terms[0].why))
+
+
+@pytest.mark.parametrize("light", ["sphere", "emission"])
+def test_rims_add_nothing_to_derivatives_by_light(light: str) -> None:
+    """Paths along rims see the light before the rim, and emission on it, which the interior's own paths have."""
+    scene = lit("sphere")
+    scene.lights["lamp"] = edgegrad.PointLight(np.array([0.0, 0.0, 1.5]), 30.0, 0.5, True)  # in the camera's sight
+    glassy = next(name for name, m in scene.materials.items() if getattr(m, "kind", "") == "GLASS")
+    scene.materials[glassy] = edgegrad.Material(transmission=1.0, ior=1.2, roughness=0.9, emission=np.full(3, 0.2))
+    path = "lights.lamp.power" if light == "sphere" else f"materials.{glassy}.emission"
+    tangent = {path: np.ones(np.shape(edgegrad.parameters.get(scene, path)))}
+    renderer = edgegrad.Renderer(scene)
+    images = {}
+    for field in ("roughness", "ior"):
+        images[field] = renderer.render_forward(
+            {**tangent, f"materials.{glassy}.{field}": np.zeros(())}, spp=64, max_depth=2, terms=("interior",)
+        )
+        rims = renderer.last_decisions is not None and any(
+            d.part == "rims" and d.computed for d in renderer.last_decisions)
+        assert rims == (field == "ior")
+    assert images["ior"].any()
+    np.testing.assert_array_equal(images["ior"], images["roughness"])

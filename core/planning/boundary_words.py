@@ -147,7 +147,7 @@ def _horizon_words(words: SceneWords) -> str:
     if scene.emitters:
         lit.append("emissive meshes")
     if np.any(scene.world.color * scene.world.strength):
-        lit.append("the sky")
+        lit.append("the environment")
     of = " and ".join([", ".join(lit[:-1]), lit[-1]] if lit[1:] else lit)
     return (f"besides edges: the horizons of the faces of {words.mesh_names(found)}, where they cut off light of {of}")
 

@@ -31,7 +31,7 @@ def interior(words: SceneWords, tables: Tables, wrt: Sequence[str], max_depth: i
     scene = words.scene
     reason = words.reason("shading")
     if reason == "looks the same":
-        why_zero = (f"'{words.meshes[0]}' is alone, convex and under an even sky: it looks the same from everywhere")
+        why_zero = f"'{words.meshes[0]}' is alone, convex and in an even environment: it looks the same from everywhere"
         return Term("interior", False, 0, 0, (why_zero,), dict.fromkeys(wrt, why_zero))
     outlines = words.computed("emitter outlines")
     if reason == "only outline moves" and outlines is not None:
@@ -69,7 +69,7 @@ def _by_parameter(
         what = f"vertices of '{name}'" if fieldname == "vertices" else f"'{path}'"
         return _moved(scene, name, what, lit, max_depth)
     if collection == "camera":
-        return False, f"'{path}': what each pixel sees slides over surfaces and sky"
+        return False, f"'{path}': the point that each pixel sees moves over surfaces and the environment"
     return _revalued(scene, path, lit, max_depth)
 
 
@@ -91,7 +91,7 @@ def _computed(words: SceneWords, wrt: Sequence[str]) -> list[str]:
         names = listed([f"'{words.meshes[a]}' and '{words.meshes[b]}'" for a, b in contact.pairs])
         out.append(f"between {names} light keeps its direction where they nearly touch: noise stays finite there")
     if all(path.startswith("materials.") and path.rpartition(".")[2] in _WIDTHS for path in wrt):
-        out.append("only how wide lobes are is asked for: these lobes get most of the samples, and more where the "
+        out.append("only how wide lobes are is requested: these lobes get most of the samples, and more where the "
                    "derivative is large")
     return out
 
@@ -111,7 +111,7 @@ def _met_alone(scene: Scene, wrt: Sequence[str]) -> str:
     """Meshes that paths must meet for a derivative by their vertices, in words; "" if others may have one too.
 
     Light that a mesh gives falls everywhere, and what light passes through is part of what others scatter
-    (`asked_surfaces` in native/engine/decisions/interior_rules.cpp).
+    (`requested_surfaces` in native/engine/decisions/interior_rules.cpp).
     """
     asked = [parameters.split(path) for path in wrt]
     names = list(dict.fromkeys(name for _, name, _ in asked))

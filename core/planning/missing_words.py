@@ -14,7 +14,7 @@ _ABOUT_MESHES = {
     "clip borders": "the borders that the camera's clip distances cut into {}: they are no edges",
     "texel borders": "borders inside of the faces of {} that an image without interpolation draws: they are no edges",
     "partly seen shadows": "shadows of {}, which only some kinds of rays meet: taken as those of shadow rays, or of "
-                           "diffuse ones under a sky of one colour",
+                           "diffuse ones in an environment of one colour",
     "edges between surfaces": "indirect boundary: edges between two surfaces that light each other are left out, since "
                               "some kinds of scattered rays meet {} and others don't",
 }

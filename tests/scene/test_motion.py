@@ -51,7 +51,7 @@ def test_interior_names_every_parameter() -> None:
     why = term("interior", "camera.fov_x", "materials.wood.alpha", "meshes.still.transform", "lights.ball.radius",
                "materials.clay.roughness", "meshes.still.attributes.unread").why
     assert why == (
-        "'camera.fov_x': what each pixel sees slides over surfaces and sky",
+        "'camera.fov_x': the point that each pixel sees moves over surfaces and the environment",
         "'materials.wood.alpha': zero, since nothing of the picture reads it",
         "'meshes.still.transform': its shading changes as it moves and turns",
         "'lights.ball.radius': changes radiance",

@@ -36,8 +36,8 @@ bool requests_vertices_alone(const SceneTables& tables, const Requested& request
            !requested.any("normals", 0, tables.normals.size());
 }
 
-// A flat Lambertian convex body alone under a constant sky looks the same from everywhere, however it moves
-// and turns.
+// A flat Lambertian convex body alone in a constant environment looks the same from everywhere, however it
+// moves and turns.
 bool looks_the_same(const SceneView& scene, const Requested& requested) {
     return scene.convex && scene.lights.count == 0 && !scene.sky.pixels && !scene.textures.closure_program &&
            requests_only(requested, {"vertices", "camera", "instance_to_world"});

@@ -27,6 +27,9 @@ PRELUDE = """
     from edgegrad import Renderer
     from tests.support.small_scenes import floating_box
 
+    # A shell starts jobs in the background with this signal ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
     scene = floating_box()
     path = "meshes.box.vertices"
     adjoint = np.ones((*scene.camera.size, 3))

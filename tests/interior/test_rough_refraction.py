@@ -12,6 +12,7 @@ import pytest
 
 import edgegrad
 from edgegrad import expression as e
+from edgegrad._check import RAYS
 from edgegrad.derivatives.table_derivatives import push_forward, requested_tables, with_requested
 from edgegrad.rendering import native_engine
 from edgegrad.rendering.options import RenderOptions
@@ -232,8 +233,10 @@ def test_the_plan_names_what_is_computed_and_what_is_not() -> None:
 @pytest.mark.parametrize("light", ["sphere", "emission"])
 def test_rims_add_nothing_to_derivatives_by_light(light: str) -> None:
     """Paths along rims see the light before the rim, and emission on it, which the interior's own paths have."""
-    scene = lit("sphere")
-    scene.lights["lamp"] = edgegrad.PointLight(np.array([0.0, 0.0, 1.5]), 30.0, 0.5, True)  # in the camera's sight
+    scene = under_sky(glass("GLASS", 1.2, 0.9))
+    # The environment is beyond the rims. A part of the camera's rays pass through the lamp before they meet the sheet.
+    scene.lights = {"lamp": edgegrad.PointLight(np.array([0.65, 0.25, 1.0]), 30.0, 0.2, True,
+                                                  visible_to=frozenset(RAYS))}
     glassy = next(name for name, m in scene.materials.items() if getattr(m, "kind", "") == "GLASS")
     scene.materials[glassy] = edgegrad.Material(transmission=1.0, ior=1.2, roughness=0.9, emission=np.full(3, 0.2))
     path = "lights.lamp.power" if light == "sphere" else f"materials.{glassy}.emission"

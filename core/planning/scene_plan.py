@@ -6,6 +6,7 @@ The engine decides what a derivative has (`Renderer.decide`), without rendering;
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 from .._check import names, whole
@@ -106,20 +107,16 @@ def plan(
     narrow = scene.narrow if isinstance(scene, Renderer) else engine_class("auto").narrow
     measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
-    given = scene.scene if isinstance(scene, Renderer) else scene
-    fixed = FixedScene.of(given if isinstance(scene, Renderer) else validated(given))
+    given = scene.scene if isinstance(scene, Renderer) else validated(scene)
+    fixed = FixedScene.of(given)
     picture = picture_plan(fixed, max_depth)
     if not wrt:
         return Plan(picture, (), ())
     if narrow:
         diffuse_tables.check(wrt)
-    if isinstance(scene, Renderer):
-        decided = scene.decide(wrt, max_depth=max_depth)
-        tables = with_requested(given, scene.tables, wrt)
-    else:
-        with prepared(scene) as renderer:
-            decided = renderer.decide(wrt, max_depth=max_depth)
-            tables = with_requested(given, renderer.tables, wrt)
+    with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
+        decided = renderer.decide(wrt, max_depth=max_depth)
+        tables = with_requested(given, renderer.tables, wrt)
     words = SceneWords.of(fixed, decided)
     share = None
     if measure and "caustics" in words.by_part:

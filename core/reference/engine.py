@@ -149,14 +149,12 @@ class Engine:
         return replace(options, terms=tuple(d.term for d in self.decided if d.computed))
 
     def _run(self, tables: Tables, sink: Sink, options: RenderOptions, progress: Progress | None) -> None:
-        """Send the blocks of the requested terms to the sink."""
-        _check(options)
+        """Send the blocks of the terms to the sink."""
         film = Film.of(tables)
         position = tables.vertices.astype(np.float64)
         numbers = _numbers(options)
-        terms = [term for term in options.terms if term in TERMS]
-        fraction = 1.0 / max(len(terms), 1)
-        for k, term in enumerate(terms):
+        fraction = 1.0 / max(len(options.terms), 1)
+        for k, term in enumerate(options.terms):
             report = None if progress is None else _part(progress, k * fraction, fraction)
             if term == "interior":
                 lighting = self._lighting.with_possible(sink.asked.emitting)

@@ -79,7 +79,8 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       sides(solid_sides(*e.bodies(), e.tables_.camera)),
       decided(options.force, decide_alone),
       motion(requested_motion(e.tables_.camera, requested)),
-      geometry(requested.geometry() || moves_chains(e.tables_, requested)),
+      chains(moves_chains(e.tables_, requested)),
+      geometry(requested.geometry() || chains),
       lights(e.lights_for(requested)),
       prepared(e.api_, *e.bvh_, e.tables_, &motion, e.hides_no_light(), lights,
                options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f),
@@ -89,15 +90,11 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       learns(learned) {
     if (options.terms[kInteriorTerm]) begin_interior(options, of_term(options, learned, kInteriorTerm));
     const bool between = options.terms[kIndirectTerm] && options.max_depth >= 3;
-    const BoundaryFacts facts{scene,
-                              e.tables_,
-                              options,
-                              motion,
-                              moves_chains(e.tables_, requested),
-                              between && e.hides_no_surface()};
+    const BoundaryFacts facts{scene, e.tables_, options, motion, chains, between && e.hides_no_surface()};
     decide_boundaries(facts, decided);
-    note_missing(facts, requested, e.closed_, e.threads_, decided);
-    if (std::any_of(std::begin(kPartOf), std::end(kPartOf), [&](Part p) { return decided.computes(p); })) {
+    note_missing(facts, requested, e.closed_, e.threads_, e.kept_, decided);
+    if (std::any_of(std::begin(kBoundaryTable), std::end(kBoundaryTable),
+                    [&](const BoundaryKindRow& kind) { return decided.computes(kind.part); })) {
         const auto normals = e.normals();
         const std::vector<uint8_t> clear = e.clear_emitters(*lights);
         boundaries = boundary_terms(scene,
@@ -105,12 +102,11 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
                                      e.threads_, lights, e.kept_},
                                     options, motion, learned, decided);
     }
-    for (const Part part : {Part::kIndirectHorizons, Part::kHorizons}) {
-        if (!decided.computes(part)) continue;
-        if (!horizon)
-            horizon = std::make_unique<HorizonTerm>(scene.camera, of_term(options, learned, kShadowTerm));
-        horizon->part = part;
-    }
+    // One sweep over paths finds both kinds of horizons.
+    for (const Part part : {Part::kHorizons, Part::kIndirectHorizons})
+        if (!horizon && decided.computes(part))
+            horizon =
+                std::make_unique<HorizonTerm>(scene.camera, of_term(options, learned, kShadowTerm), part);
     specular = SpecularTerm::of(scene, e.tables_, of_term(options, learned, kPrimaryTerm), e.kept_, decided);
     if (specular && interior && !learns && requests_motion_alone() &&
         static_cast<double>(specular->all_samples()) >
@@ -127,7 +123,6 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
     const Reason still = interior && rims_move(scene, t, requested) ? Reason::kNeeded : Reason::kStill;
     if (decided.decide(Part::kRims, options.max_depth < 2 ? Reason::kNotRendered : still)) {
         rims = std::make_unique<RimTerm>(scene.camera, own, recording);
-        rims->part = Part::kRims;
         decided[Part::kRims].materials =
             used_materials(t, [&](size_t closure) { return may_refract_roughly(t, closure); });
     }
@@ -144,7 +139,6 @@ void Engine::DerivativeCall::sample_edge_on_faces() {
     edge_on = EdgeOnTerm::of(scene, engine.tables_, sides, interior->plan().options, motion, recording,
                              engine.threads_);
     interior->weigh_beside(edge_on.get());
-    if (edge_on) edge_on->part = Part::kEdgeOn;
     decided.decide(Part::kEdgeOn, edge_on ? Reason::kNeeded : Reason::kNone);
 }
 

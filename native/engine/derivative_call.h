@@ -78,6 +78,7 @@ struct Engine::DerivativeCall {
     Decisions decided;
     PartClock clock;
     const RequestedMotion motion;
+    const bool chains;    // whether edges move, or rays bend on their way (moves_chains)
     const bool geometry;  // whether positions, directions or normals of a path's vertices change
     const std::shared_ptr<const LightList> lights;
     const PreparedScene prepared;

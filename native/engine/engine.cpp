@@ -21,6 +21,14 @@ namespace {
 // Of more meshes one may be between two others.
 constexpr size_t kMostConvex = 2;
 
+std::vector<uint8_t> materials_of_faces(const SceneTables& tables) {
+    std::vector<uint8_t> used(tables.material_first_closure.size() - 1, 0);
+    const auto faces =
+        static_cast<size_t>(tables.mesh_first_face[static_cast<size_t>(tables.visible_meshes)]);
+    for (size_t face = 0; face < faces; ++face) used[static_cast<size_t>(tables.face_material[face])] = 1;
+    return used;
+}
+
 // Whether light can only leave surfaces above their triangles.
 bool lambertian_and_flat(const SceneTables& tables) {
     return tables.corner_normal.empty() && tables.instance_mesh.empty() &&
@@ -35,6 +43,7 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
     : api_(api), kernels_(kernels), tables_(std::move(tables)), threads_(thread_count(threads)) {
     tables_.vertices.reserve(tables_.vertices.size() + 4);  // padding, see Bvh
     tables_.filter = inverted_filter(static_cast<PixelFilter>(tables_.filter_kind), tables_.filter_width);
+    tables_.material_used = materials_of_faces(tables_);
     update_shading_normals(tables_, threads_);
     bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
     built_vertices_ = tables_.vertices;

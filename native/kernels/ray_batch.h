@@ -2,7 +2,7 @@
 #pragma once
 
 #include "scene/rays/rays.h"
-#include "tasks/ray_batch_task.h"
+#include "tasks/probe_tasks.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

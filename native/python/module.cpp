@@ -165,16 +165,16 @@ nb::list decision_list(const edgegrad::Decisions& decided) {
         return nb::tuple(out);
     };
     nb::list out;
-    for (size_t k = 0; k < static_cast<size_t>(edgegrad::Part::kParts); ++k) {
+    for (size_t k = 0; k < edgegrad::kPartCount; ++k) {
         const auto& d = decided.at(static_cast<edgegrad::Part>(k));
         if (!d) continue;
         const edgegrad::EdgeCounts& e = d->edges;
-        out.append(nb::make_tuple(edgegrad::kPartTable[k].name, edgegrad::kPartTable[k].term,
-                                  kOutcomes[static_cast<size_t>(d->outcome)],
-                                  edgegrad::kReasonNames[static_cast<size_t>(d->reason)],
-                                  nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes),
-                                  indices(d->lights), indices(d->materials), index_pairs(d->pairs),
-                                  index_pairs(d->pierced), d->samples, d->seconds));
+        out.append(nb::make_tuple(
+            edgegrad::kPartTable[k].name, edgegrad::kTermNames[edgegrad::kPartTable[k].term],
+            kOutcomes[static_cast<size_t>(d->outcome)],
+            edgegrad::kReasonNames[static_cast<size_t>(d->reason)],
+            nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes), indices(d->lights),
+            indices(d->materials), index_pairs(d->pairs), index_pairs(d->pierced), d->samples, d->seconds));
     }
     return out;
 }
@@ -196,7 +196,7 @@ RenderOptions read_options(nb::handle given) {
     o.camera_sampled_alpha = nb::cast<float>(given.attr("camera_sampled_alpha"));
     if (o.samples < 1) throw std::invalid_argument("spp must be at least 1");
     const nb::object force = given.attr("force");
-    for (size_t k = 0; k < static_cast<size_t>(edgegrad::Part::kParts); ++k)
+    for (size_t k = 0; k < edgegrad::kPartCount; ++k)
         if (nb::cast<bool>(force.attr("__contains__")(edgegrad::kPartTable[k].name)))
             o.force |= uint64_t{1} << k;
     return o;

@@ -13,7 +13,7 @@
 #include "python/numpy_arrays.h"
 #include "scene/rays/brute_triangles.h"
 #include "tasks/kernel_table.h"
-#include "tasks/ray_batch_task.h"
+#include "tasks/probe_tasks.h"
 #include "util/parallel.h"
 
 namespace nb = nanobind;

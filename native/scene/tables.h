@@ -26,6 +26,7 @@ struct GeometryTables {
     std::vector<int32_t> instance_mesh;
     std::vector<float> instance_to_world;
     std::vector<uint32_t> edge_vertices, edge_face_first, edge_faces, edge_opposite;
+    std::vector<uint8_t> material_used;  // whether visible faces have the material
 };
 
 // Materials, lights, environment and camera.

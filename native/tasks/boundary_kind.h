@@ -3,11 +3,9 @@
 
 #include <cstdint>
 
-namespace edgegrad {
+#include "tasks/derivative_part.h"
 
-// Terms of a derivative, in the order of core/rendering/options.py.
-enum DerivativeTerm : int32_t { kInteriorTerm, kPrimaryTerm, kShadowTerm, kIndirectTerm, kDerivativeTerms };
-constexpr const char* kTermNames[kDerivativeTerms] = {"interior", "primary", "shadow", "indirect"};
+namespace edgegrad {
 
 // The number of a kind is its tag in the seed of its samples (boundary_stream).
 enum BoundaryKind : int32_t {
@@ -39,44 +37,33 @@ constexpr double kDirectionSegments = 0.03, kPictureSegments = 0.1;
 
 struct BoundaryKindRow {
     BoundaryKind kind;
-    DerivativeTerm term;
+    Part part;  // that its samples belong to
     BoundaryDomain domain;
     double share;          // samples per pixel and sample of the picture, at most
     double first_pass;     // part of them that a first pass takes
     int32_t least_depth;   // path segments that a sample needs; longer paths show it by way of other surfaces
     BoundaryKind kernels;  // the kind whose kernels it has
-    const char* words;
 
+    constexpr DerivativeTerm term() const { return kPartTable[static_cast<size_t>(part)].term; }
     // Whether paths of this depth show samples by way of other surfaces too.
     constexpr bool chains(int32_t max_depth) const { return max_depth > least_depth; }
 };
 
 // Reasons for the shares: native/TUNING.md.
 constexpr BoundaryKindRow kBoundaryTable[kBoundaryKinds] = {
-    {kPrimaryBoundary, kPrimaryTerm, kPictureLines, 0.27, 0.18, 1, kPrimaryBoundary,
-     "edges that the camera sees"},
-    {kShadowBoundary, kShadowTerm, kLineDirections, 2.0, 0.0625, 2, kShadowBoundary,
-     "edges between a surface and a light"},
-    {kEnvironmentShadow, kShadowTerm, kLineDirections, 2.0, 0.0625, 2, kShadowBoundary,
-     "edges between a surface and the environment"},
-    {kIndirectBoundary, kIndirectTerm, kLineDirections, 1.5, 0.0625, 3, kIndirectBoundary,
-     "edges between two surfaces"},
-    {kCameraSampledIndirect, kIndirectTerm, kWholePicture, 1.5, 0.0625, 3, kCameraSampledIndirect,
-     "edges between two surfaces, seen in sharp lobes"},
-    {kLightIntersection, kShadowTerm, kLineDirections, 0.5, 0.0625, 2, kLightIntersection,
-     "curves along which surfaces pass through lights"},
-    {kSurfaceIntersection, kIndirectTerm, kLineDirections, 0.5, 0.0625, 3, kLightIntersection,
-     "curves along which surfaces pass through each other"},
-    {kConeBorder, kShadowTerm, kLightTurns, 0.25, 0.0625, 2, kConeBorder,
-     "borders of spot lights without blend"},
-    {kLightOutline, kPrimaryTerm, kLightTurns, 0.1, 0.0625, 1, kLightOutline,
-     "outlines of lights that the camera sees"},
-    {kEmitterOutline, kShadowTerm, kWholePicture, 1.0, 0.0625, 2, kEmitterOutline,
-     "outlines of emissive meshes that surfaces see"},
-    {kIntersectionOutline, kPrimaryTerm, kPictureLines, 0.1, 0.0625, 1, kIntersectionOutline,
-     "outlines of lights that meshes pass through"},
-    {kDiskIntersection, kShadowTerm, kLineDirections, 0.5, 0.0625, 2, kDiskIntersection,
-     "curves along which surfaces pass through lights that face what they light"},
+    {kPrimaryBoundary, Part::kPrimaryEdges, kPictureLines, 0.27, 0.18, 1, kPrimaryBoundary},
+    {kShadowBoundary, Part::kLightShadows, kLineDirections, 2.0, 0.0625, 2, kShadowBoundary},
+    {kEnvironmentShadow, Part::kEnvironmentShadows, kLineDirections, 2.0, 0.0625, 2, kShadowBoundary},
+    {kIndirectBoundary, Part::kIndirectEdges, kLineDirections, 1.5, 0.0625, 3, kIndirectBoundary},
+    {kCameraSampledIndirect, Part::kCameraSampledIndirect, kWholePicture, 1.5, 0.0625, 3,
+     kCameraSampledIndirect},
+    {kLightIntersection, Part::kLightIntersections, kLineDirections, 0.5, 0.0625, 2, kLightIntersection},
+    {kSurfaceIntersection, Part::kSurfaceIntersections, kLineDirections, 0.5, 0.0625, 3, kLightIntersection},
+    {kConeBorder, Part::kConeBorders, kLightTurns, 0.25, 0.0625, 2, kConeBorder},
+    {kLightOutline, Part::kLightOutlines, kLightTurns, 0.1, 0.0625, 1, kLightOutline},
+    {kEmitterOutline, Part::kEmitterOutlines, kWholePicture, 1.0, 0.0625, 2, kEmitterOutline},
+    {kIntersectionOutline, Part::kIntersectionOutlines, kPictureLines, 0.1, 0.0625, 1, kIntersectionOutline},
+    {kDiskIntersection, Part::kDiskIntersections, kLineDirections, 0.5, 0.0625, 2, kDiskIntersection},
 };
 constexpr bool kinds_are_in_order() {
     for (int32_t kind = 0; kind < kBoundaryKinds; ++kind)

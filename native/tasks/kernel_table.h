@@ -12,7 +12,6 @@
 #include "tasks/image_task.h"
 #include "tasks/light_probe_task.h"
 #include "tasks/probe_tasks.h"
-#include "tasks/ray_batch_task.h"
 #include "tasks/scan_task.h"
 #include "tasks/splats.h"
 #include "tasks/workspace_view.h"

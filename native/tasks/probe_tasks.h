@@ -1,4 +1,5 @@
-// Parts of the path tracer by themselves, for tests: textures, BSDFs, and shading code that reads the scene.
+// Parts of the path tracer by themselves, for tests and measurements: textures, BSDFs, shading code that
+// reads the scene, and rays.
 #pragma once
 
 #include <cstdint>
@@ -61,6 +62,15 @@ struct SceneProbe {
     const int32_t *index, *instance;  // face or row of the light table
     const float *a, *b;               // (count, 3)
     float* value;                     // (count, kSceneOutputs), or null
+};
+
+// Rays to trace by themselves, in columns of whole packets.
+struct RayBatch {
+    const float *origin[3], *direction[3], *far;
+    int64_t count;
+    bool shadow;  // whether something is hit, else the nearest hit
+    bool coherent;
+    bool brute_force;  // all triangles, whatever their number, else as pictures do
 };
 
 }  // namespace edgegrad

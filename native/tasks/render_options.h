@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "tasks/boundary_kind.h"
+#include "tasks/derivative_part.h"
 #include "tasks/image_task.h"
 
 namespace edgegrad {
@@ -24,13 +24,10 @@ struct RenderOptions {
     // Choices between estimators of the same mean, which tests compare.
     bool two_passes = true;  // a first pass over edges says where a second one takes its samples
     float camera_sampled_alpha = kCameraSampledAlpha;
-    // For tests: parts of a derivative (bits, engine/decisions/decisions.h) that are computed though they are
+    // For tests: parts of a derivative (bits, tasks/derivative_part.h) that are computed though they are
     // zero.
     uint64_t force = 0;
 
-    bool computes(BoundaryKind kind) const {
-        return terms[kBoundaryTable[kind].term] && max_depth >= kBoundaryTable[kind].least_depth;
-    }
     // The same with a share of the samples, at least one, and random numbers of their own.
     RenderOptions part(double share, uint32_t seed_tag = 0) const {
         RenderOptions o = *this;

@@ -221,7 +221,7 @@ Candidates primary_candidates(const SceneView& scene, const EdgeList& edges, con
     return collect(edges, runs, [&](const Run& run, RunWeights& memory, EdgeCounts& counts, const auto& add) {
         // Compute the weights of the run's edges
         EdgeWeightTask task = memory.task(edges, run, kPictureWeight);
-        task.sharp = scene.lights.kinds & (1 << kPointSource | 1 << kDirectionLight);
+        task.sharp = scene.lights.kinds & kPointlikeLights;
         task.cut_all = frame.bends_or_blurs();
         task.lens_reach = static_cast<float>(frame.lens_reach());
         task.margin = static_cast<float>(frame.margin());

@@ -18,6 +18,7 @@ namespace edgegrad {
 struct CandidateParts;
 struct Candidates;
 struct Intersections;
+struct MeshBoxes;
 class EdgeTree;
 class LightList;
 struct SurfaceRegions;
@@ -68,16 +69,19 @@ struct EdgeCache {
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
+    Kept<bool, MeshBoxes> boxes;
+    // Of some closed meshes, those that are not certainly star-shaped (boundary/meshes/star_shaped.h).
+    Kept<std::vector<int32_t>, std::vector<int32_t>> not_star_shaped;
     // Reusable memory for the candidates of the primary term.
     ObjectPool<Candidates> spare_candidates;
     ObjectPool<CandidateParts> spare_parts;
 
     // Call after vertices have changed.
     void clear() {
-        intersections.clear();
+        intersections.clear(), boxes.clear(), not_star_shaped.clear();
         clear_values();
     }
-    // Call after other values have changed. Intersections depend on vertices alone and stay valid.
+    // Call after other values have changed. What depends on vertices alone stays valid.
     void clear_values() {
         spare_candidates.give(primary.clear());
         shadow.clear(), silhouettes.clear();

@@ -81,12 +81,13 @@ Intersections find_intersections(const EdgeList& edges, const RequestedMotion& m
     const int threads = edges.threads;
     const auto meshes = static_cast<size_t>(tables.visible_meshes);
     // Bound the meshes that the rays see and that are not instanced
+    const auto own = edges.kept.boxes.get(true, [&] { return MeshBoxes(tables); });
     std::vector<Box> boxes(meshes);
     std::vector<uint8_t> seen(meshes);
     const auto instances = mesh_instances(tables);
     for (size_t m = 0; m < meshes; ++m) {
         seen[m] = !is_placed(instances[m]) && (tables.mesh_mask[m] & seers);
-        if (seen[m]) boxes[m] = mesh_box(tables, m);
+        if (seen[m]) boxes[m] = own->of[m];
     }
     Intersections out;
     // Meshes that no ray sees have empty boxes.

@@ -54,6 +54,10 @@ Box mesh_box(const SceneTables& t, size_t mesh) {
     return box;
 }
 
+MeshBoxes::MeshBoxes(const SceneTables& t) : of(static_cast<size_t>(t.visible_meshes)) {
+    for (size_t mesh = 0; mesh < of.size(); ++mesh) of[mesh] = mesh_box(t, mesh);
+}
+
 Cone::Cone(Vector to, double angle) : axis(to), cosine(-2.0), sine(0.0) {
     const double left = 0.5 * kOneDirection - angle;
     if (left > 0.0) cosine = std::cos(left), sine = std::sin(left);

@@ -39,6 +39,11 @@ struct Box {
 const float* corner(const SceneTables& t, int32_t face, size_t k);
 Box box_of(const SceneTables& t, int32_t face);
 Box mesh_box(const SceneTables& t, size_t mesh);
+// Those of all visible meshes, each in its own space.
+struct MeshBoxes {
+    explicit MeshBoxes(const SceneTables& t);
+    std::vector<Box> of;
+};
 // For each of `boxes`, the faces of the mesh whose own bounding boxes overlap it.
 std::vector<std::vector<int32_t>> faces_in(const SceneTables& t, int32_t mesh, std::span<const Box> boxes,
                                            int threads);

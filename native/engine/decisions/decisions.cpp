@@ -13,46 +13,6 @@
 
 namespace edgegrad {
 
-const PartRow kPartTable[] = {{"shading", "interior"},
-                              {"rims", "interior"},
-                              {"edge-on faces", "interior"},
-                              {"contact", "interior"},
-                              {"transparency", "interior"},
-                              {"edges", "primary"},
-                              {"unseen meshes", "primary"},
-                              {"seen intersections", "primary"},
-                              {"light outlines", "primary"},
-                              {"intersection outlines", "primary"},
-                              {"followed lobes", "primary"},
-                              {"mirrored edges", "primary"},
-                              {"light shadows", "shadow"},
-                              {"environment shadows", "shadow"},
-                              {"emitter outlines", "shadow"},
-                              {"light intersections", "shadow"},
-                              {"disk intersections", "shadow"},
-                              {"cone borders", "shadow"},
-                              {"horizons", "shadow"},
-                              {"mirrored shadows", "shadow"},
-                              {"edges between surfaces", "indirect"},
-                              {"camera-sampled edges", "indirect"},
-                              {"surface intersections", "indirect"},
-                              {"indirect horizons", "indirect"},
-                              {"mirrored light", "indirect"},
-                              {"self intersections", "primary"},
-                              {"clip borders", "primary"},
-                              {"texel borders", "primary"},
-                              {"slid textures", "primary"},
-                              {"blurred outlines", "primary"},
-                              {"parallel disks", "primary"},
-                              {"partly seen shadows", "shadow"},
-                              {"light jumps", "shadow"},
-                              {"stepped shadows", "shadow"},
-                              {"rim lines", "interior"},
-                              {"mirrored outlines", "primary"},
-                              {"total reflection", "primary"},
-                              {"long chains", "primary"},
-                              {"caustics", "interior"}};
-
 const char* const kReasonNames[] = {"needed",      "forced",         "not rendered",       "still",
                                     "black",       "alone",          "nothing between",    "flat",
                                     "none",        "no light",       "pointlike",          "out of view",
@@ -60,14 +20,6 @@ const char* const kReasonNames[] = {"needed",      "forced",         "not render
                                     "rays differ", "not estimated"};
 
 namespace {
-
-// Whether only some kinds of scattered rays meet a mesh, which light between surfaces can't deal with.
-bool scattered_rays_differ(const SceneTables& tables) {
-    return std::any_of(tables.mesh_mask.begin(), tables.mesh_mask.begin() + tables.visible_meshes,
-                       [](int32_t mask) {
-                           return (mask & kScatteredRays) != 0 && (mask & kScatteredRays) != kScatteredRays;
-                       });
-}
 
 // Meshes that may be shaded with other normals than those of their faces.
 std::vector<int32_t> bent_meshes(const SceneView& scene, const SceneTables& tables) {
@@ -121,9 +73,8 @@ void decide_horizons(const BoundaryFacts& f, Decisions& decided) {
         decided.decide(part, first_of({rendered, exists, light, moving_horizons(f)}));
         decided[part].meshes = bent;
     };
-    constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
     if (options.terms[kShadowTerm])
-        decide(Part::kHorizons, 2, scene.has_environment || (scene.lights.kinds & ~kPointlike));
+        decide(Part::kHorizons, 2, scene.has_environment || (scene.lights.kinds & ~kPointlikeLights));
     if (options.terms[kIndirectTerm]) decide(Part::kIndirectHorizons, 3, true);
 }
 
@@ -204,28 +155,26 @@ void decide_shadows(const BoundaryFacts& f, Reason black, Decisions& decided) {
         decided[Part::kConeBorders].lights = std::move(cones);
 }
 
-void decide_indirect(const BoundaryFacts& f, Reason black, Decisions& decided) {
+void decide_indirect(const BoundaryFacts& f, Reason black, const std::vector<int32_t>& partly_met,
+                     Decisions& decided) {
     const RequestedMotion& m = f.motion;
     const bool moves = m.camera || m.any_mesh_moves(), held = f.scene.mesh_contact;
     const Reason rendered = unless(f.options.max_depth >= 3, Reason::kNotRendered),
                  between = unless(!f.nothing_between, Reason::kNothingBetween),
-                 rays = unless(!scattered_rays_differ(f.tables), Reason::kRaysDiffer);
+                 rays = unless(partly_met.empty(), Reason::kRaysDiffer);
     const auto decide = [&](Part part, bool moving) {
         decided.decide(part, first_of({rendered, unless(moving, Reason::kStill), black, between, rays}));
     };
     decide(Part::kIndirectEdges, moves);
     if (decided.at(Part::kIndirectEdges)->reason == Reason::kRaysDiffer)
-        for (int32_t mesh = 0; mesh < f.tables.visible_meshes; ++mesh) {
-            const int32_t mask = f.tables.mesh_mask[static_cast<size_t>(mesh)] & kScatteredRays;
-            if (mask != 0 && mask != kScatteredRays) decided[Part::kIndirectEdges].meshes.push_back(mesh);
-        }
+        decided[Part::kIndirectEdges].meshes = partly_met;
     decided[Part::kIndirectEdges].edges.of = static_cast<int64_t>(f.tables.edge_vertices.size() / 2);
     decide(Part::kCameraSampledIndirect, moves);
     decide(Part::kSurfaceIntersections, m.any_mesh_moves() || held);
 }
 
 // What the camera sees of edges by mirrors, smooth glass and lobes that are followed like these.
-void decide_mirrored(const BoundaryFacts& f, Decisions& decided) {
+void decide_mirrored(const BoundaryFacts& f, const std::vector<int32_t>& partly_met, Decisions& decided) {
     const SceneView& scene = f.scene;
     const RenderOptions& options = f.options;
     const Reason mirror = unless(may_be_specular(f.tables, scene.followed_alpha), Reason::kNone);
@@ -256,7 +205,7 @@ void decide_mirrored(const BoundaryFacts& f, Decisions& decided) {
     if (options.terms[kIndirectTerm])
         decide(Part::kMirroredLight, 4,
                first_of({unless(!f.nothing_between, Reason::kNothingBetween),
-                         unless(!scattered_rays_differ(f.tables), Reason::kRaysDiffer)}),
+                         unless(partly_met.empty(), Reason::kRaysDiffer)}),
                f.chains);
 }
 
@@ -269,8 +218,10 @@ void decide_boundaries(const BoundaryFacts& f, Decisions& decided) {
     if (options.terms[kPrimaryTerm]) decide_primary(f, decided);
     if (options.terms[kShadowTerm]) decide_shadows(f, black, decided);
     decide_horizons(f, decided);
-    if (options.terms[kIndirectTerm]) decide_indirect(f, black, decided);
-    decide_mirrored(f, decided);
+    // Light between surfaces can't deal with meshes that some kinds of scattered rays meet alone.
+    const std::vector<int32_t> partly_met = partly_met_meshes(f.tables, kScatteredRays);
+    if (options.terms[kIndirectTerm]) decide_indirect(f, black, partly_met, decided);
+    decide_mirrored(f, partly_met, decided);
 }
 
 bool Decisions::found(Part part, const SceneTables& tables, const Intersections& lines) {
@@ -313,6 +264,15 @@ std::vector<int32_t> hard_cones(const SceneTables::LightRows& lights) {
             lights.params[kLightParams * row + kLightEdgeScale] >= 0.5f * kLightStep)
             rows.push_back(static_cast<int32_t>(row));
     return rows;
+}
+
+std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays) {
+    std::vector<int32_t> out;
+    for (int32_t mesh = 0; mesh < tables.visible_meshes; ++mesh) {
+        const int32_t met = tables.mesh_mask[static_cast<size_t>(mesh)] & rays;
+        if (met != 0 && met != rays) out.push_back(mesh);
+    }
+    return out;
 }
 
 bool moves_rays(const CameraView& camera, const Requested& requested) {

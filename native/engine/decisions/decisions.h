@@ -15,61 +15,9 @@
 #include "engine/derivative_tables.h"
 #include "engine/engine.h"
 #include "scene/view.h"
-#include "tasks/boundary_kind.h"
+#include "tasks/derivative_part.h"
 
 namespace edgegrad {
-
-enum class Part : int32_t {
-    kInterior,
-    kRims,                   // directions at which rough glass stops to let light through
-    kEdgeOn,                 // faces that the camera sees nearly edge-on
-    kContact,                // light that keeps its direction where surfaces nearly touch
-    kTransparency,           // what surfaces let through
-    kPrimaryEdges,           // edges that the camera sees
-    kUnseenMeshes,           // those of meshes that camera rays don't meet
-    kSeenIntersections,      // lines where surfaces that the camera sees pass through each other
-    kLightOutlines,          // outlines of lights that the camera sees
-    kIntersectionOutlines,   // lights that surfaces pass through, as the camera sees them
-    kFollowedLobes,          // lobes that count as mirrors for the following
-    kMirroredEdges,          // edges that the camera sees by mirrors and glass
-    kLightShadows,           // edges between a surface and a light
-    kEnvironmentShadows,     // edges between a surface and the environment
-    kEmitterOutlines,        // outlines of emissive meshes, as surfaces see them
-    kLightIntersections,     // surfaces that pass through what gives light
-    kDiskIntersections,      // surfaces that pass through lights that turn with what they light
-    kConeBorders,            // borders of spots without blend
-    kHorizons,               // horizons of faces with shading normals of their own
-    kMirroredShadows,        // shadows that the camera sees by mirrors and glass
-    kIndirectEdges,          // edges between two surfaces
-    kCameraSampledIndirect,  // the same in sharp lobes, by samples that start at the camera
-    kSurfaceIntersections,   // surfaces that pass through each other, as other surfaces see them
-    kIndirectHorizons,       // horizons of faces, where these cut off light of other surfaces
-    kMirroredLight,          // edges between a surface seen by mirrors and glass and others that light it
-    // What is not computed (engine/decisions/missing_parts.h):
-    kSelfIntersections,  // of meshes of very many faces
-    kClipBorders,        // that the camera's clip distances cut
-    kTexelBorders,       // of images without interpolation, on what moves
-    kSlidTextures,       // the same, of textures that move over what stands still
-    kBlurredOutlines,    // of disks and suns, by parallel rays through a lens
-    kParallelDisks,      // disks that surfaces pass through, by parallel rays
-    kPartlySeenShadows,  // of meshes that only some kinds of rays meet
-    kLightJumps,         // of light on a surface that passes through what gives it
-    kSteppedShadows,     // of borders that an image draws in what surfaces let through
-    kRimLines,           // on rough glass, of lights without size
-    kMirroredOutlines,   // of lights, in mirrors and behind glass
-    kTotalReflection,    // borders of it, by refraction shaders
-    kLongChains,         // of mirrors
-    kCaustics,
-    kParts
-};
-
-// Of each part, in the order of `Part`: its name (core/planning/boundary_words.py) and its term of the
-// derivative.
-struct PartRow {
-    const char* name;
-    const char* term;
-};
-extern const PartRow kPartTable[static_cast<size_t>(Part::kParts)];
 
 enum class Outcome : int32_t { kComputed, kZero, kMissing };
 
@@ -141,16 +89,8 @@ class Decisions {
 
     uint64_t force_;
     bool alone_;
-    std::array<std::optional<Decision>, static_cast<size_t>(Part::kParts)> parts_;  // none: not requested
+    std::array<std::optional<Decision>, kPartCount> parts_;  // none: not requested
 };
-
-// The part that samples of a kind belong to.
-constexpr Part kPartOf[] = {
-    Part::kPrimaryEdges,         Part::kLightShadows,          Part::kEnvironmentShadows,
-    Part::kIndirectEdges,        Part::kCameraSampledIndirect, Part::kLightIntersections,
-    Part::kSurfaceIntersections, Part::kConeBorders,           Part::kLightOutlines,
-    Part::kEmitterOutlines,      Part::kIntersectionOutlines,  Part::kDiskIntersections};
-static_assert(sizeof kPartOf / sizeof *kPartOf == kBoundaryKinds);
 
 // Seconds by part, of all threads together.
 class PartClock {
@@ -170,7 +110,7 @@ class PartClock {
     double seconds(Part part) const { return 1e-9 * static_cast<double>(spent_[static_cast<size_t>(part)]); }
 
  private:
-    std::array<std::atomic<int64_t>, static_cast<size_t>(Part::kParts)> spent_{};
+    std::array<std::atomic<int64_t>, kPartCount> spent_{};
 };
 
 // Rows of spots whose light ends at once.
@@ -179,19 +119,20 @@ std::vector<int32_t> hard_cones(const SceneTables::LightRows& lights);
 // The materials of visible faces of which a closure is such.
 template <typename Is>
 std::vector<int32_t> used_materials(const SceneTables& tables, const Is& is) {
-    std::vector<uint8_t> found(tables.material_first_closure.size() - 1, 0);
-    for (size_t m = 0; m < found.size(); ++m)
-        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
-            found[m] |= is(static_cast<size_t>(k)) ? 1 : 0;
     std::vector<int32_t> out;
-    if (std::none_of(found.begin(), found.end(), [](uint8_t f) { return f != 0; })) return out;
-    const auto faces =
-        static_cast<size_t>(tables.mesh_first_face[static_cast<size_t>(tables.visible_meshes)]);
-    for (size_t face = 0; face < faces; ++face) found[static_cast<size_t>(tables.face_material[face])] |= 2;
-    for (size_t m = 0; m < found.size(); ++m)
-        if (found[m] == 3) out.push_back(static_cast<int32_t>(m));
+    for (size_t m = 0; m < tables.material_used.size(); ++m) {
+        if (!tables.material_used[m]) continue;
+        for (int32_t k = tables.material_first_closure[m]; k < tables.material_first_closure[m + 1]; ++k)
+            if (is(static_cast<size_t>(k))) {
+                out.push_back(static_cast<int32_t>(m));
+                break;
+            }
+    }
     return out;
 }
+
+// The visible meshes that some, but not all, of the kinds of rays in a mask meet.
+std::vector<int32_t> partly_met_meshes(const SceneTables& tables, int32_t rays);
 
 // Whether what is requested turns or shifts the camera's rays: a pinhole has no focus, a round aperture
 // doesn't turn.

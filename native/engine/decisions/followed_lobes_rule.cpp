@@ -27,18 +27,10 @@ bool any_textured(const SceneTables& tables) {
     return std::any_of(programs.begin(), programs.end(), [](int32_t program) { return program >= 0; });
 }
 
-// Whether a lobe is there to be followed.
-bool any_narrow(const SceneTables& tables, float widest) {
-    for (size_t closure = 0; closure < tables.closure_flags.size(); ++closure)
-        if (may_be_specular(tables, closure, widest)) return true;
-    return false;
-}
-
 // Lights whose shadows, or whose own border, jump within faces: spots without blend, and those without size
 // where smooth-shaded faces turn away from them.
 bool lights_jump(const SceneTables& tables, const LightView& lights) {
-    constexpr int32_t kPointlike = 1 << kPointSource | 1 << kDirectionLight;
-    if ((lights.kinds & kPointlike) && !tables.corner_normal.empty()) return true;
+    if ((lights.kinds & kPointlikeLights) && !tables.corner_normal.empty()) return true;
     return !hard_cones(tables.lights).empty();
 }
 
@@ -59,7 +51,8 @@ float followed_alpha(const EdgeList& edges, const RequestedMotion& motion) {
     const SceneTables& tables = edges.tables;
     const LightView& lights = edges.lights->view();
     const float widest = lights.face_light ? kFollowedByEmitters : kFollowedAlpha;
-    if (!moves(motion) || !any_narrow(tables, widest) || any_textured(tables) || lights_jump(tables, lights))
+    if (!moves(motion) || !may_be_specular(tables, widest) || any_textured(tables) ||
+        lights_jump(tables, lights))
         return 0.0f;
     return *edges.kept.cross.get(true, [&] { return surfaces_cross(edges); }) ? 0.0f : widest;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "boundary/curves/edge_cache.h"
 #include "boundary/curves/light_intersections.h"
 #include "boundary/meshes/face_tree.h"
 #include "boundary/meshes/star_shaped.h"
@@ -24,25 +25,27 @@ bool has_texel_borders(const SceneTables& tables, size_t closure) {
     });
 }
 
-bool is_sized(int32_t kind) { return kind != kPointSource && kind != kDirectionLight; }
+bool is_sized(int32_t kind) { return !(kPointlikeLights >> kind & 1); }
 
 class Search {
  public:
     Search(const BoundaryFacts& facts, const Requested& requested, const std::vector<uint8_t>& closed,
-           int threads, Decisions& decided)
+           int threads, EdgeCache& kept, Decisions& decided)
         : f_(facts),
           tables_(facts.tables),
           motion_(facts.motion),
           requested_(requested),
           closed_(closed),
           threads_(threads),
+          kept_(kept),
           decided_(decided),
           moving_(moving_meshes(facts.tables, facts.motion)) {
         any_moves_ = motion_.camera || motion_.lights || motion_.rotation || motion_.any_mesh_moves();
     }
 
     void seen_by_the_camera() {
-        std::vector<int32_t> large, cut, stepped;
+        const auto boxes = kept_.boxes.get(true, [&] { return MeshBoxes(tables_); });
+        std::vector<int32_t> large, closed, cut, stepped;
         std::vector<uint8_t> steps(tables_.material_first_closure.size() - 1, 0);
         for (int32_t m : used_materials(tables_, [&](size_t k) { return has_texel_borders(tables_, k); }))
             steps[static_cast<size_t>(m)] = 1;
@@ -52,14 +55,17 @@ class Search {
             const auto m = static_cast<size_t>(mesh);
             if (!motion_.camera && !moving_[m]) continue;
             const int32_t first = tables_.mesh_first_face[m], last = tables_.mesh_first_face[m + 1];
-            if (last - first > kSelfIntersectionFaces &&
-                !(closed_[m] && is_star_shaped(tables_, m, threads_)))
-                large.push_back(mesh);
-            if (!is_placed(instances[m]) && is_cut(m)) cut.push_back(mesh);
+            if (last - first > kSelfIntersectionFaces) (closed_[m] ? closed : large).push_back(mesh);
+            if (!is_placed(instances[m]) && may_be_cut(boxes->of[m]) && is_cut(m)) cut.push_back(mesh);
             if (any_steps &&
                 std::any_of(tables_.face_material.begin() + first, tables_.face_material.begin() + last,
                             [&](int32_t material) { return steps[static_cast<size_t>(material)]; }))
                 stepped.push_back(mesh);
+        }
+        if (!closed.empty()) {
+            const auto others = kept_.not_star_shaped.get(closed, [&] { return not_star_shaped(closed); });
+            large.insert(large.end(), others->begin(), others->end());
+            std::sort(large.begin(), large.end());
         }
         meshes(Part::kSelfIntersections, std::move(large));
         meshes(Part::kClipBorders, std::move(cut));
@@ -73,13 +79,8 @@ class Search {
         if (!lit) return;
         const LightView& lights = f_.scene.lights;
         const bool sized = lights.face_light || lights.sized_count + lights.sized_distant > 0;
-        std::vector<int32_t> partly;
-        constexpr int32_t others = kScatteredRays | 1 << kShadowRay;
-        for (int32_t mesh = 0; mesh < tables_.visible_meshes; ++mesh) {
-            const int32_t mask = tables_.mesh_mask[static_cast<size_t>(mesh)] & others;
-            if (mask != 0 && mask != others) partly.push_back(mesh);
-        }
-        if (sized || f_.scene.has_environment) meshes(Part::kPartlySeenShadows, std::move(partly));
+        if (sized || f_.scene.has_environment)
+            meshes(Part::kPartlySeenShadows, partly_met_meshes(tables_, kScatteredRays | 1 << kShadowRay));
         light_jumps();
         materials(Part::kSteppedShadows, used_materials(tables_, [&](size_t k) {
                       return (tables_.closure_flags[k] & kHasTransparency) && has_texel_borders(tables_, k);
@@ -131,6 +132,34 @@ class Search {
     bool light_moves(int32_t row) const {
         const size_t first = kLightParams * static_cast<size_t>(row);
         return requested_.any("light_params", first + kLightPosition, first + kLightParams);
+    }
+
+    std::vector<int32_t> not_star_shaped(std::vector<int32_t> closed) const {
+        std::erase_if(closed, [&](int32_t mesh) {
+            return is_star_shaped(tables_, static_cast<size_t>(mesh), threads_);
+        });
+        return closed;
+    }
+
+    // Whether a mesh in this box may reach from one side of a clip distance to the other.
+    bool may_be_cut(const Box& box) const {
+        const CameraView& c = f_.scene.camera;
+        double nearest = 0.0, farthest = 0.0;
+        for (int k = 0; k < 3; ++k) {
+            const double low = static_cast<double>(box.low[k]) - c.position[k],
+                         high = static_cast<double>(box.high[k]) - c.position[k];
+            if (c.kind == kEquirectangular) {
+                const double least = std::max({low, -high, 0.0}), most = std::max(-low, high);
+                nearest += least * least, farthest += most * most;
+            } else {
+                nearest += std::min(-c.back[k] * low, -c.back[k] * high);
+                farthest += std::max(-c.back[k] * low, -c.back[k] * high);
+            }
+        }
+        if (c.kind == kEquirectangular) nearest = std::sqrt(nearest), farthest = std::sqrt(farthest);
+        const double slack = 1e-9 * std::max(std::abs(nearest), std::abs(farthest));
+        const auto within = [&](double clip) { return nearest - slack < clip && clip <= farthest + slack; };
+        return within(c.clip_start) || within(c.clip_end);
     }
 
     // Whether the camera may see where a clip distance cuts a mesh.
@@ -248,6 +277,7 @@ class Search {
     const Requested& requested_;
     const std::vector<uint8_t>& closed_;
     const int threads_;
+    EdgeCache& kept_;
     Decisions& decided_;
     const std::vector<uint8_t> moving_;
     bool any_moves_;
@@ -256,8 +286,8 @@ class Search {
 }  // namespace
 
 void note_missing(const BoundaryFacts& facts, const Requested& requested, const std::vector<uint8_t>& closed,
-                  int threads, Decisions& decided) {
-    Search search(facts, requested, closed, threads, decided);
+                  int threads, EdgeCache& kept, Decisions& decided) {
+    Search search(facts, requested, closed, threads, kept, decided);
     search.seen_by_the_camera();
     search.lit_surfaces();
     search.mirrored();

@@ -7,6 +7,6 @@ namespace edgegrad {
 
 // Notes such parts; those that are not noted don't occur. `closed`: by mesh (boundary/meshes/solids.h).
 void note_missing(const BoundaryFacts& facts, const Requested& requested, const std::vector<uint8_t>& closed,
-                  int threads, Decisions& decided);
+                  int threads, EdgeCache& kept, Decisions& decided);
 
 }  // namespace edgegrad

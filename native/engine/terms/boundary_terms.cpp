@@ -64,7 +64,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     const double picture = static_cast<double>(pixels) * options.samples;
     const float alpha = options.camera_sampled_alpha;
     const auto share_of = [&](BoundaryKind kind) {
-        return learned ? learned->share[kBoundaryTable[kind].term] : 1.0;
+        return learned ? learned->share[kBoundaryTable[kind].term()] : 1.0;
     };
     const auto keep = [&](SamplePlan plan, BoundaryTerm::Lines lines, float lobes, LearnedWeights* weights) {
         if (plan.total(0) > 0)
@@ -121,9 +121,9 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
         seen = edges.kept.intersections.get({wider.camera, wider.instances, wider.moving}, [&] {
             return find_intersections(edges, wider, 1 << kCameraRay);
         });
-        Intersections crossing = moving_intersections(edges.tables, moving, *seen);
-        decided.found(Part::kSeenIntersections, edges.tables, crossing);
-        auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(crossing));
+        Intersections shown = moving_intersections(edges.tables, moving, *seen);
+        decided.found(Part::kSeenIntersections, edges.tables, shown);
+        auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(shown));
         const auto found = edges.kept.primary.get({{scene.camera}, moving}, [&] {
             Candidates all = primary_candidates(scene, edges, moving);
             lines->add_candidates(scene.camera, all);
@@ -141,7 +141,7 @@ BoundaryTerms boundary_terms(const SceneView& scene, const EdgeList& edges, cons
     // Along edges, `directions` of them in cells of their own.
     const auto add_shadows = [&](BoundaryKind kind, const std::shared_ptr<const Candidates>& found,
                                  double directions) {
-        if (!has_edges(kPartOf[kind], *found)) return;
+        if (!has_edges(kBoundaryTable[kind].part, *found)) return;
         const BoundaryKindRow& row = kBoundaryTable[kind];
         const double samples = row.share * picture, part = scattered(*found, kSamplesTowardsLight, samples);
         add(
@@ -219,8 +219,8 @@ double guide_second_passes(const BoundaryTerms& terms) {
         SamplePlan& plan = term->plan();
         if (plan.passes() < 2) continue;
         const double sample = noise[k++];
-        const double requested = sample / static_cast<double>(plan.total(1));
-        plan.thin(std::clamp(kSlack * requested / most, kLeast, 1.0));
+        const double needed = sample / static_cast<double>(plan.total(1));
+        plan.thin(std::clamp(kSlack * needed / most, kLeast, 1.0));
         variance += sample * sample / static_cast<double>(plan.total(1));
     }
     return variance;

@@ -25,13 +25,11 @@ class BoundaryTerm : public SampledTerm {
     // `camera_sampled_alpha`: which lobes are left to samples that start at the camera, or are theirs;
     // `learned`: null: the call neither uses what was learned nor adds to it.
     BoundaryTerm(SamplePlan plan, Lines lines, float camera_sampled_alpha, LearnedWeights* learned)
-        : SampledTerm(kBoundaryTable[plan.kind()].term),
+        : SampledTerm(kBoundaryTable[plan.kind()].term(), kBoundaryTable[plan.kind()].part),
           plan_(std::move(plan)),
           lines_(std::move(lines)),
           camera_sampled_alpha_(camera_sampled_alpha),
-          learned_(learned) {
-        part = kPartOf[plan_.kind()];
-    }
+          learned_(learned) {}
 
     SamplePlan& plan() { return plan_; }
     int passes() const override { return plan_.passes(); }

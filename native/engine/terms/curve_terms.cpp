@@ -15,7 +15,7 @@ constexpr int kTurnSegments = 64;
 // Intersection curves over all directions.
 void add_lines(const SceneView& scene, const EdgeList& edges, const RenderOptions& options, BoundaryKind kind,
                Intersections found, Decisions& decided, std::vector<CurveTerm>& out) {
-    if (!decided.found(kPartOf[kind], edges.tables, found) || decided.alone()) return;
+    if (!decided.found(kBoundaryTable[kind].part, edges.tables, found) || decided.alone()) return;
     const BoundaryKindRow& row = kBoundaryTable[kind];
     auto lines = std::make_shared<EdgesAndIntersections>(edges.tables, std::move(found));
     const double picture = static_cast<double>(scene.camera.width) * scene.camera.height * options.samples;

@@ -116,14 +116,14 @@ struct Entry {
     uint32_t place;
     const EdgeSegment* first;
 };
-struct Part {
+struct Chunk {
     std::vector<Entry> entries;
     std::vector<EdgeSegment> pieces;
 };
 
 // Adds a face if the camera sees it edge-on.
 void add_face(const FramePlanes& frame, const SceneView& scene, const Placement& place, int32_t face,
-              int32_t instance, int8_t side, double most, Part& part) {
+              int32_t instance, int8_t side, double most, Chunk& part) {
     FramePlanes::Polygon polygon;
     for (int k = 0; k < 3; ++k) polygon[k] = place(vertex(scene, scene.faces[3 * int64_t{face} + k]));
     const Vector m = cross(polygon[1] - polygon[0], polygon[2] - polygon[0]);
@@ -198,7 +198,7 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
     }
     const FramePlanes frame(camera);
     const double pixels = static_cast<double>(camera.width) * camera.height;
-    std::vector<Part> parts(runs.size());
+    std::vector<Chunk> parts(runs.size());
     parallel_for(threads, static_cast<int64_t>(runs.size()), nullptr, [&](int, int64_t k) {
         const Run& run = runs[static_cast<size_t>(k)];
         const Placement place = Placement::of(scene, run.instance);
@@ -208,7 +208,7 @@ EdgeOnList edge_on_faces(const SceneView& scene, const SceneTables& tables, cons
     });
     std::vector<Entry> entries;
     out.cumulative.push_back(0.0);
-    for (const Part& part : parts) {
+    for (const Chunk& part : parts) {
         const EdgeSegment* piece = part.pieces.data();
         for (const Entry& entry : part.entries) {
             entries.push_back(entry);

@@ -29,7 +29,10 @@ class EdgeOnTerm : public SampledTerm {
 
  private:
     EdgeOnTerm(EdgeOnList list, const RenderOptions& options, const PathRecording& recording)
-        : SampledTerm(kInteriorTerm), list_(std::move(list)), options_(options), recording_(recording) {}
+        : SampledTerm(kInteriorTerm, Part::kEdgeOn),
+          list_(std::move(list)),
+          options_(options),
+          recording_(recording) {}
     EdgeOnFaces faces() const {
         return {list_.face_first.data(), list_.entry_instance.data(), list_.entry_density.data(),
                 static_cast<float>(options_.samples)};

@@ -63,7 +63,7 @@ void InteriorTerm::run_task(TermRun& run, const ImageTask& task, DroppedSamples&
 }
 
 RimTerm::RimTerm(const CameraView& camera, const RenderOptions& interior, const PathRecording& recording)
-    : PictureTerm(kInteriorTerm,
+    : PictureTerm(kInteriorTerm, Part::kRims,
                   ImagePlan(camera, interior.part(kRimShare, kRimSeed), kRecordedPaths).sharing()),
       recording_(recording) {}
 
@@ -77,8 +77,8 @@ void RimTerm::run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost
     sweep_paths(run, sweep, lost);
 }
 
-HorizonTerm::HorizonTerm(const CameraView& camera, const RenderOptions& shadow)
-    : PictureTerm(kShadowTerm, {camera, shadow.part(kHorizonShare, kHorizonSeed), kHorizonPaths}) {}
+HorizonTerm::HorizonTerm(const CameraView& camera, const RenderOptions& shadow, Part part)
+    : PictureTerm(kShadowTerm, part, {camera, shadow.part(kHorizonShare, kHorizonSeed), kHorizonPaths}) {}
 
 void HorizonTerm::run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) {
     const RenderOptions& options = plan_.options;

@@ -13,7 +13,9 @@ class InteriorTerm : public PictureTerm {
  public:
     // `values_alone`: light is a product and a sum of what is requested (tasks/value_record.h).
     InteriorTerm(ImagePlan plan, const PathRecording& recording, bool values_alone)
-        : PictureTerm(kInteriorTerm, std::move(plan)), recording_(recording), values_alone_(values_alone) {}
+        : PictureTerm(kInteriorTerm, Part::kInterior, std::move(plan)),
+          recording_(recording),
+          values_alone_(values_alone) {}
 
     void set_plan(ImagePlan plan) { plan_ = std::move(plan); }
     // Its paths are weighed beside samples by area; null: there are none.
@@ -44,7 +46,8 @@ class RimTerm : public PictureTerm {
 // Light that the faces' own planes cut off (boundary/terms/horizon.h).
 class HorizonTerm : public PictureTerm {
  public:
-    HorizonTerm(const CameraView& camera, const RenderOptions& shadow);
+    // `part`: of lights, or of other surfaces alone.
+    HorizonTerm(const CameraView& camera, const RenderOptions& shadow, Part part);
 
  private:
     void run_task(TermRun& run, const ImageTask& task, DroppedSamples& lost) override;

@@ -64,17 +64,16 @@ std::unique_ptr<SpecularTerm> SpecularTerm::of(const SceneView& scene, const Sce
         return nullptr;
     }
     if (decided.alone()) return nullptr;
-    std::unique_ptr<SpecularTerm> term(new SpecularTerm(
+    return std::unique_ptr<SpecularTerm>(new SpecularTerm(
         scene, options, kept.regions.get(true, [&] { return surface_regions(tables); }), film, parts));
-    // One sweep finds all of them; the first stands for it.
-    term->part = parts.edges ? kAll[0] : parts.lights ? kAll[1] : kAll[2];
-    return term;
 }
 
 SpecularTerm::SpecularTerm(const SceneView& scene, const RenderOptions& options,
                            std::shared_ptr<const SurfaceRegions> regions, const FilmRectangle& film,
                            Parts parts)
-    : SampledTerm(kPrimaryTerm),
+    : SampledTerm(kPrimaryTerm, parts.edges    ? Part::kMirroredEdges
+                                : parts.lights ? Part::kMirroredShadows
+                                               : Part::kMirroredLight),
       options_(options),
       regions_(std::move(regions)),
       parts_(parts),

@@ -32,7 +32,7 @@ struct TermRun {
 
 class Term {
  public:
-    explicit Term(DerivativeTerm of) : name(of) {}
+    Term(DerivativeTerm of, Part what) : name(of), part(what) {}
     virtual ~Term() = default;
     Term(const Term&) = delete;
     Term& operator=(const Term&) = delete;
@@ -60,8 +60,8 @@ class Term {
         return sum([this](int pass) { return chunks(pass); });
     }
 
-    const DerivativeTerm name;
-    Part part = Part::kInterior;  // what it computes
+    const DerivativeTerm name;  // which share of the samples it takes
+    const Part part;            // what it computes, or the first of what it computes together
 
  protected:
     // What a chunk of a pass has left out.
@@ -105,7 +105,8 @@ class SampledTerm : public Term {
 // A term whose samples are paths of the picture.
 class PictureTerm : public Term {
  public:
-    PictureTerm(DerivativeTerm of, ImagePlan of_paths) : Term(of), plan_(std::move(of_paths)) {}
+    PictureTerm(DerivativeTerm of, Part what, ImagePlan of_paths)
+        : Term(of, what), plan_(std::move(of_paths)) {}
     const ImagePlan& plan() const { return plan_; }
     int64_t samples(int) const final { return plan_.pixels * plan_.options.samples; }
     int64_t chunks(int) const final { return plan_.chunks; }

@@ -183,8 +183,7 @@ void LightList::add_rows(const SceneTables& t, bool dark_too, const std::vector<
         if (dark) light.node.power = 0.0f;
         const bool distant = light.node.radius < 0.0f;
         (distant ? distant_ : near_).push_back(light);
-        if (light.kind != kPointSource && light.kind != kDirectionLight)
-            (distant ? distant_sized : sized_).push_back(light.index);
+        if (!(kPointlikeLights >> light.kind & 1)) (distant ? distant_sized : sized_).push_back(light.index);
         view_.any_hidden |= (lights.visible_to[k] & kScatteredRays) != kScatteredRays;
         view_.any_linked |=
             lights.receivers[k] >= 0 || lights.blockers[k] >= 0 || !(lights.flags[k] & kLightCastsShadow);

@@ -20,6 +20,8 @@ enum LightKind : int32_t {
 
 // Kinds (1 << LightKind) whose sample positions depend on the receiver (boundary/segment/light_motion.h).
 constexpr int32_t kTurningLights = 1 << kSphereLight | 1 << kDiskLight;
+// Kinds (1 << LightKind) without size, whose shadows are sharp.
+constexpr int32_t kPointlikeLights = 1 << kPointSource | 1 << kDirectionLight;
 
 enum LightParam : int32_t {
     // Radiance; intensity for a point without size, irradiance for a direction without size.

@@ -6,6 +6,7 @@ import ast
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import bpy
@@ -67,8 +68,13 @@ def _code(file: Path, name: str = "") -> str:
     return "\n".join(kept)
 
 
-# What families may use of each other, too.
-_SHARED = "\n".join(_code(file) for file in sorted(Path(__file__).parent.glob("*.py")) if file != Path(__file__))
+@cache
+def _shared(family: Path) -> str:
+    """Code that the builders of a family share: its module's, and that of the modules of this folder it imports."""
+    relative = (part for part in ast.parse(family.read_text()).body if isinstance(part, ast.ImportFrom) and part.level)
+    names = {name for part in relative for name in ([part.module] if part.module else [x.name for x in part.names])}
+    imported = (family.with_name(f"{name}.py") for name in sorted(names) if name != Path(__file__).stem)
+    return "\n".join([_code(family), *map(_shared, imported)])
 
 
 def case(
@@ -78,7 +84,8 @@ def case(
 
     def register(build: Builder) -> Builder:
         name = build.__name__
-        source = _SHARED + _code(Path(build.__code__.co_filename), name)
+        family = Path(build.__code__.co_filename)
+        source = _shared(family) + _code(family, name)
         CASES[name] = Case(name, title, build, bounces, samples, tuple(differs), limits, source)
         return build
 

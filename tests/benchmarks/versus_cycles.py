@@ -87,7 +87,7 @@ def by_cycles(case: Case, output: Path, samples: int, seeds: int) -> tuple[NDArr
 
 def by_edgegrad(samples: int, seeds: int) -> tuple[NDArray[np.float32], float, list[str]]:
     """(seeds, H, W, 3) pictures of the open scene, the median of their seconds, and the export's lines."""
-    export = export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
+    export = export_scene(bpy.context.scene)
     renderer, limits = edgegrad.Renderer(export.scene), export.settings
     pictures, seconds = [], []
     for seed in range(seeds):

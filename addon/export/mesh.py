@@ -48,16 +48,17 @@ class MeshArrays:
 
 
 @contextmanager
-def evaluated_mesh(ob: Any, depsgraph: Any) -> Iterator[Any]:
+def evaluated_mesh(ob: Any) -> Iterator[Any]:
     """Provide the mesh of an evaluated object.
 
-    In edit mode, Blender's evaluated mesh has no arrays, so they are made in a temporary copy.
+    In edit mode, Blender's evaluated mesh has no arrays, so they are made in a temporary copy, as Cycles does. (With
+    `preserve_all_data_layers`, Blender would also evaluate modifiers that are off in edit mode.)
     """
     if not ob.data.is_editmode:
         yield ob.data
         return
     try:
-        yield ob.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+        yield ob.to_mesh()
     finally:
         ob.to_mesh_clear()
 

@@ -75,15 +75,14 @@ class Group:
 class PlacedMeshes:
     """Collects evaluated objects while Blender's iterator runs; `build` then makes the meshes of the scene."""
 
-    def __init__(self, depsgraph: Any, report: Report) -> None:
-        self._depsgraph = depsgraph
+    def __init__(self, report: Report) -> None:
         self._report = report
         self._arrays: dict[int, MeshArrays] = {}
         self._groups: dict[tuple[Any, ...], Group] = {}
 
     def add(self, placed: Placed, names: set[str]) -> None:
         """Read the mesh of an object, with the attributes of these names."""
-        with evaluated_mesh(placed.object, self._depsgraph) as data:
+        with evaluated_mesh(placed.object) as data:
             self._add(placed, data, placed.object.data.as_pointer(), names)
 
     def _add(self, placed: Placed, data: Any, pointer: int, names: set[str]) -> None:

@@ -176,7 +176,7 @@ class _Walk:
     def meshes_and_lights(self) -> PlacedMeshes:
         """Read the meshes, and write the lights into the export."""
         out = self.out
-        meshes = PlacedMeshes(self.depsgraph, out.report)
+        meshes = PlacedMeshes(out.report)
         lights: dict[str, Any] = {}
         needed = {name: reading.attributes() for name, reading in out.materials.items()}
         for instance, ob, holder in self._instances():

@@ -10,6 +10,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     dielectric,
     diffuse,
     emissive_meshes,
+    evaluation,
     exterior,
     geometry,
     glass,

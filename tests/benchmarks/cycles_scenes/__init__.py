@@ -14,6 +14,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     exterior,
     geometry,
     glass,
+    instancing,
     interior,
     lamps,
     layers,

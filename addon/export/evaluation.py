@@ -9,7 +9,7 @@ drivers and handlers use.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -84,17 +84,19 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
         raise Problem(f"scene '{scene.name}': can't be read while a render runs; wait for it, or cancel it")
     bpy.ops.ed.flush_edits()
     layer, unread = _rendered_layers(scene)
+    settings = _Settings(scene, layer)
     results: list[T] = []
     errors: list[BaseException] = []
 
     def run(depsgraph: Any) -> None:
         # Blender prints exceptions of callbacks and goes on, so they are kept until the callback has returned.
         try:
-            results.append(work(Evaluation(scene, camera or scene.camera, depsgraph, unread)))
+            with settings.swapped():
+                results.append(work(Evaluation(scene, camera or scene.camera, depsgraph, unread)))
         except BaseException as error:
             errors.append(error)
 
-    with _registered(run), _kept_result(), _render_settings(scene, layer, camera):
+    with _engine(scene, run), _kept_result(), _active_camera(scene, camera), settings.swapped():
         try:
             bpy.ops.render.render(scene=scene.name)
         except RuntimeError as error:
@@ -129,13 +131,16 @@ def _rendered_layers(scene: Any) -> tuple[Any, tuple[str, ...]]:
 
 
 @contextmanager
-def _registered(run: Callable[[Any], None]) -> Iterator[None]:
-    """Register the engine for the moment, so that it never appears among the user's engines."""
+def _engine(scene: Any, run: Callable[[Any], None]) -> Iterator[None]:
+    """Make the private engine the scene's; it is registered only now, so that it is never among the user's engines."""
     _Engine.work = run
     bpy.utils.register_class(_Engine)
+    before = scene.render.engine
+    scene.render.engine = ENGINE
     try:
         yield
     finally:
+        scene.render.engine = before
         bpy.utils.unregister_class(_Engine)
         _Engine.work = None
 
@@ -163,31 +168,45 @@ def _kept_result() -> Iterator[None]:
 
 
 @contextmanager
-def _render_settings(scene: Any, layer: Any, camera: Any) -> Iterator[None]:
-    """Render only one view layer with the private engine, without anything that follows a render."""
-    with ExitStack() as restored:
-
-        def change(owner: Any, name: str, value: Any) -> None:
-            before = getattr(owner, name, value)
-            if before != value:
-                restored.callback(setattr, owner, name, before)
-                setattr(owner, name, value)
-
-        # Timeline markers may change the active camera during the render.
-        restored.callback(_set_camera, scene, scene.camera)
-        for name in ("use_compositing", "use_sequencer", "use_freestyle", "use_multiview", "use_persistent_data",
-                     "use_single_layer"):  # fmt: skip
-            change(scene.render, name, False)
-        for other in scene.view_layers:
-            change(other, "use", other == layer)
-        # Blender itself draws grease pencil into the pictures of all engines, which needs a graphics card.
-        change(layer, "use_grease_pencil", False)
-        change(scene.render, "engine", ENGINE)
-        if camera is not None:
-            _set_camera(scene, camera)
-        yield
-
-
-def _set_camera(scene: Any, camera: Any) -> None:
-    if scene.camera != camera:
+def _active_camera(scene: Any, camera: Any) -> Iterator[None]:
+    """Make a camera (None: none) the active one; timeline markers may also change it during the render."""
+    before = scene.camera
+    if camera is not None:
         scene.camera = camera
+    try:
+        yield
+    finally:
+        if scene.camera != before:
+            scene.camera = before
+
+
+class _Settings:
+    """Values of the scene's settings with which Blender renders only one view layer, and nothing after it.
+
+    The user's values are in place while the work runs, which reads them.
+    """
+
+    def __init__(self, scene: Any, layer: Any) -> None:
+        render = scene.render
+        values = [(render, name, False)
+                  for name in ("use_compositing", "use_sequencer", "use_freestyle", "use_multiview",
+                               "use_persistent_data", "use_single_layer")]  # fmt: skip
+        values += [(other, "use", other == layer) for other in scene.view_layers]
+        # Blender itself draws grease pencil into the pictures of all engines, which needs a graphics card.
+        values.append((layer, "use_grease_pencil", False))
+        self._held = [[owner, name, value] for owner, name, value in values if getattr(owner, name, value) != value]
+
+    @contextmanager
+    def swapped(self) -> Iterator[None]:
+        """Exchange the values in the scene and the held ones for the block."""
+        self._swap()
+        try:
+            yield
+        finally:
+            self._swap()
+
+    def _swap(self) -> None:
+        for entry in self._held:
+            owner, name, value = entry
+            entry[2] = getattr(owner, name)
+            setattr(owner, name, value)

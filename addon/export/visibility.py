@@ -28,10 +28,29 @@ def visible_to(ob: Any, holder: Any, view_layer: Any) -> frozenset[str]:
     return frozenset(rays)
 
 
-def warn_about_object(ob: Any, holder: Any, view_layer: Any, report: Report) -> None:
-    """Warn of visibility settings of an object, or of its instancer `holder`, that Edgegrad does not support."""
+def warn_about_visibility(ob: Any, report: Report) -> None:
+    """Warn of visibility settings of an object that Edgegrad does not support."""
     where = f"object '{ob.name}'"
-    if holder.holdout_get(view_layer=view_layer):
+    if ob.is_holdout:
         report.warn(where, "is a holdout, which can't be rendered; it is rendered as an ordinary object")
     if ob.is_shadow_catcher:
         report.warn(where, "is a shadow catcher, which can't be rendered; it is rendered as an ordinary object")
+
+
+def warn_about_layer(ob: Any, view_layer: Any, report: Report) -> None:
+    """Warn of objects (or their instancers) that the view layer makes a holdout by their collection."""
+    if ob.holdout_get(view_layer=view_layer) and not ob.is_holdout:
+        report.warn(f"object '{ob.name}'", f"is a holdout by its collection in view layer '{view_layer.name}', which "
+                    "can't be rendered; it is rendered as an ordinary object")  # fmt: skip
+
+
+def warn_about_modifiers(ob: Any, report: Report) -> None:
+    """Warn of adaptive subdivision, which Cycles itself makes, not Blender's evaluation."""
+    last = ob.modifiers[-1] if ob.modifiers else None
+    if last is None or last.type != "SUBSURF" or not last.show_render:
+        return
+    # A property of the modifier from Blender 5.0 on, of Cycles' object settings before.
+    owner = last if hasattr(last, "use_adaptive_subdivision") else getattr(ob, "cycles", None)
+    if getattr(owner, "use_adaptive_subdivision", False):
+        report.warn(f"object '{ob.name}', modifier '{last.name}'", "its subdivision is adaptive; its render level "
+                    f"{last.render_levels} is used")  # fmt: skip

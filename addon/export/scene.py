@@ -223,9 +223,8 @@ def _warn_of_frames(out: Export) -> None:
     express such a scale exactly.
     """
     for name, mesh in out.scene.meshes.items():
-        uneven = any(stretches(place[:, :3]) for place in places(mesh))
         framed = any(is_tangent(key, values) for key, values in mesh.attributes.items())
-        if uneven and framed and out.scene.emits(name):
+        if framed and out.scene.emits(name) and any(stretches(place[:, :3]) for place in places(mesh)):
             out.report.warn(f"object '{out.meshes[name].object}'", "emits light and has a non-uniform scale, so its "
                             "normal maps and anisotropy are approximate; apply its scale")  # fmt: skip
 

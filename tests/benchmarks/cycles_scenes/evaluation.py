@@ -143,6 +143,23 @@ def edit_mode_subdivision() -> None:
     _edited(box, monkey)
 
 
+@case("Saved in sculpt mode, with multiresolution levels that only renders use", bounces=2)
+def sculpt_mode() -> None:
+    """A sculptor works on a coarse level."""
+    studio()
+    ball = stage.add("Ball", stage.cube("Ball", clay(), size=1.6), (-0.9, 0, 0.9), (0, 0, 0.3))
+    modifier = ball.modifiers.new("Multires", "MULTIRES")
+    bpy.ops.object.select_all(action="DESELECT")
+    ball.select_set(True)
+    bpy.context.view_layer.objects.active = ball
+    for _ in range(3):
+        bpy.ops.object.multires_subdivide(modifier=modifier.name)
+    modifier.levels, modifier.sculpt_levels, modifier.render_levels = 0, 1, 3
+    twin = stage.add("Twin", ball.data, (1.2, 0.3, 0.8), scale=0.8)
+    twin.modifiers.new("Subdivision", "SUBSURF").render_levels = 1
+    bpy.ops.object.mode_set(mode="SCULPT")
+
+
 def _two_layers() -> tuple[Any, Any]:
     """View layers of the scene, each of which excludes the other's box."""
     left, right = collection("Left", box("Left", -1.0)), collection("Right", box("Right", 1.0, (0.2, 0.5, 0.4)))

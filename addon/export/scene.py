@@ -28,7 +28,7 @@ from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
 from .settings import RenderSettings, read_settings
-from .visibility import visible_to, warn_about_layer, warn_about_modifiers, warn_about_visibility
+from .visibility import visible_to, warn_about_layer, warn_about_visibility
 from .world import read_world
 
 NO_MATERIAL = "(no material)"
@@ -190,7 +190,6 @@ class _Walk:
                     name = unused_name(source, holder.original.name, lights)
                     lights[name], out.lights[name] = light, source
                 continue
-            warn_about_modifiers(ob.original, out.report)
             warn_about_visibility(ob.original, out.report)
             warn_about_layer(holder.original, self.depsgraph.view_layer, out.report)
             slots = tuple(_key(material) for material in _slots(ob))

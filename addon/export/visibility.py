@@ -42,15 +42,3 @@ def warn_about_layer(ob: Any, view_layer: Any, report: Report) -> None:
     if ob.holdout_get(view_layer=view_layer) and not ob.is_holdout:
         report.warn(f"object '{ob.name}'", f"is a holdout by its collection in view layer '{view_layer.name}', which "
                     "can't be rendered; it is rendered as an ordinary object")  # fmt: skip
-
-
-def warn_about_modifiers(ob: Any, report: Report) -> None:
-    """Warn of adaptive subdivision, which Cycles itself makes, not Blender's evaluation."""
-    last = ob.modifiers[-1] if ob.modifiers else None
-    if last is None or last.type != "SUBSURF" or not last.show_render:
-        return
-    # A property of the modifier from Blender 5.0 on, of Cycles' object settings before.
-    owner = last if hasattr(last, "use_adaptive_subdivision") else getattr(ob, "cycles", None)
-    if getattr(owner, "use_adaptive_subdivision", False):
-        report.warn(f"object '{ob.name}', modifier '{last.name}'", "its subdivision is adaptive; its render level "
-                    f"{last.render_levels} is used")  # fmt: skip

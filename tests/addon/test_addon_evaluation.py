@@ -183,14 +183,6 @@ def test_collections_that_only_indirect_rays_see_and_holdouts() -> None:
     assert "'Hole'" in line and "holdout" in line
 
 
-@pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="a setting of modifiers from Blender 5.0 on")
-def test_adaptive_subdivision_is_named() -> None:
-    modifier = bs.add("Cube", bs.cube("Cube")).modifiers.new("Subdivide", "SUBSURF")
-    modifier.render_levels, modifier.use_adaptive_subdivision = 1, True
-    (line,) = bs.export().report.lines
-    assert "'Cube'" in line and "'Subdivide'" in line and "adaptive" in line and "level 1" in line
-
-
 # ------------------------------------------------------------------------------------------------ edit mode
 def test_edit_mode_is_read_as_it_is_and_kept() -> None:
     data = bs.cube("Plain", bs.material("A"), bs.material("B", (0.1, 0.2, 0.3)))

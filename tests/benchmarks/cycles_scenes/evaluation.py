@@ -143,6 +143,27 @@ def edit_mode_subdivision() -> None:
     _edited(box, monkey)
 
 
+@case("Saved in edit mode of curves, with finer resolution in renders", bounces=2)
+def edit_mode_curves() -> None:
+    """A tube and a text; the text is not edited."""
+    studio()
+    path = bpy.data.curves.new("Path", "CURVE")
+    path.dimensions, path.bevel_depth, path.bevel_resolution = "3D", 0.2, 3
+    path.resolution_u, path.render_resolution_u = 1, 12
+    path.materials.append(clay())
+    spline = path.splines.new("BEZIER")
+    spline.bezier_points.add(2)
+    for k, point in enumerate(spline.bezier_points):
+        point.co = (1.2 * (k - 1), 0.4 * (-1) ** k, 0.4 + 0.5 * (k % 2))
+        point.handle_left_type = point.handle_right_type = "AUTO"
+    text = bpy.data.curves.new("Text", "FONT")
+    text.body, text.extrude, text.align_x = "edit", 0.1, "CENTER"
+    text.resolution_u, text.render_resolution_u = 1, 8
+    text.materials.append(clay("Ink", (0.1, 0.3, 0.6)))
+    stage.add("Text", text, (0, 1.2, 0.2), (1.2, 0, 0), 1.4)
+    _edited(stage.add("Path", path, (0, -0.6, 0)))
+
+
 @case("Saved in sculpt mode, with multiresolution levels that only renders use", bounces=2)
 def sculpt_mode() -> None:
     """A sculptor works on a coarse level."""

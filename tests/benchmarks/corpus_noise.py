@@ -14,10 +14,12 @@ import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad_addon.export import export_scene
 from tests.benchmarks import versus_cycles
 from tests.benchmarks.agreement import BLOCK
 from tests.benchmarks.corpus_objects import candidates, sideways
@@ -56,7 +58,7 @@ def measure(name: str, output: Path, samples: int) -> Noise | None:
     """Measure one scene; None if no object of it is fit for it."""
     case = CASES[name]
     versus_cycles.by_cycles(case, output, case.samples, versus_cycles.SEEDS)
-    exported = versus_cycles.exported()
+    exported = export_scene(bpy.context.scene)
     scene, limits = exported.scene, exported.settings
     found = candidates(scene)
     if not found:

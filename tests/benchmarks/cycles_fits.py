@@ -13,12 +13,13 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad.scene import parameters
-from edgegrad_addon.export import RenderSettings
+from edgegrad_addon.export import RenderSettings, export_scene
 from tests.benchmarks import versus_cycles
 from tests.benchmarks.corpus_objects import Candidate, candidates, colored, sideways
 from tests.benchmarks.cycles_scenes import CASES
@@ -88,7 +89,7 @@ def run(name: str, output: Path) -> list[Outcome]:
     target = np.asarray(theirs.mean(axis=0, dtype=np.float64), np.float32)
     outcomes = []
     for kind in ("color", "transform"):
-        exported = versus_cycles.exported()
+        exported = export_scene(bpy.context.scene)
         for one in candidates(exported.scene):
             path = colored(exported.scene, one)
             if kind == "color" and path is None:

@@ -25,6 +25,7 @@ from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
+from .object_types import RENDERED, OtherGeometry, warn_about_type
 from .settings import RenderSettings, read_settings
 from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers, warn_about_visibility
 from .world import read_world
@@ -49,6 +50,8 @@ class Source:
         Names of all objects that it represents.
     holder
         Full name of the object, or of its instancer.
+    part
+        Name of a part of the object that is a mesh of its own: a hair system.
     """
 
     object: str
@@ -57,6 +60,7 @@ class Source:
     instance: bool
     objects: tuple[str, ...] = ()
     holder: str = ""
+    part: str = ""
 
 
 @dataclass
@@ -146,25 +150,26 @@ class _Walk:
         self.shown = shown
         self.out = out
         self.linking = uses_linking(depsgraph.view_layer)
+        self.meshes = PlacedMeshes(out.report)
+        self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
         for instance in self.depsgraph.object_instances:
             ob = instance.object
-            if ob.type not in ("MESH", "LIGHT"):
-                continue
             holder = instance.parent if instance.is_instance else ob
             if holder.original.name_full not in self.shown or ob.hide_render:
-                continue
-            if not instance.is_instance and ob.is_instancer and not ob.show_instancer_for_render:
                 continue
             yield instance, ob, holder
 
     def materials(self) -> list[Any]:
         """List all used original materials; None stands for faces without a material."""
         found: dict[str, Any] = {}
-        for _, ob, _ in self._instances():
-            if ob.type == "MESH":
+        for instance, ob, _ in self._instances():
+            warn_about_type(ob, self.out.report)
+            hair = self.others.hair(ob)
+            self.others.count(hair)
+            if hair or (ob.type in ("MESH", "POINTCLOUD") and _shows_itself(instance)):
                 for material in _slots(ob):
                     found[_key(material)] = material
         return list(found.values())
@@ -172,16 +177,17 @@ class _Walk:
     def meshes_and_lights(self) -> PlacedMeshes:
         """Read the meshes, and write the lights into the export."""
         out = self.out
-        meshes = PlacedMeshes(out.report)
         lights: dict[str, Any] = {}
         needed = {name: reading.attributes() for name, reading in out.materials.items()}
         for instance, ob, holder in self._instances():
+            if ob.type not in RENDERED:
+                continue
             matrix = np.array(instance.matrix_world, np.float64)
             source = Source(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
                             instance.is_instance, (ob.original.name,), holder.original.name_full)  # fmt: skip
             visible = visible_to(ob, holder if instance.is_instance else None)
             if ob.type == "LIGHT":
-                light = export_light(ob, matrix, visible, out.report)
+                light = export_light(ob, matrix, visible, out.report) if _shows_itself(instance) else None
                 if light is not None:
                     name = unused_name(source, holder.original.name, lights)
                     lights[name], out.lights[name] = light, source
@@ -189,10 +195,20 @@ class _Walk:
             warn_about_modifiers(ob.original, out.report)
             warn_about_visibility(ob.original, out.report)
             slots = tuple(_key(material) for material in _slots(ob))
-            meshes.add(Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking),
-                       set().union(*(needed[slot] for slot in slots)))  # fmt: skip
+            placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
+            if ob.type == "MESH" and _shows_itself(instance):
+                self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
+            if ob.type != "MESH" or instance.show_particles:
+                self.others.add(placed, needed)
         out.scene.lights = lights
-        return meshes
+        return self.meshes
+
+
+def _shows_itself(instance: Any) -> bool:
+    """Whether an instance's own object is rendered; instancers and emitters may show only instances and hair."""
+    ob = instance.object
+    shows_others = ob.is_instancer or len(ob.particle_systems) > 0
+    return bool(instance.is_instance or not shows_others or ob.show_instancer_for_render)
 
 
 def _slots(ob: Any) -> list[Any]:
@@ -205,6 +221,8 @@ def unused_name(source: Source, holder: str, taken: Any) -> str:
     """Return the name of the object, or "instancer/object", with a number if the name is in use."""
     # Blender lists the mesh of a text or curve as an instance of the object itself.
     base = f"{holder}/{source.object}" if source.instance and holder != source.object else source.object
+    if source.part:
+        base = f"{base} ({source.part})"
     name, number = base, 1
     while name in taken:
         name, number = f"{base}#{number}", number + 1

@@ -13,6 +13,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     exterior,
     geometry,
     glass,
+    hair,
     interior,
     lamps,
     layers,

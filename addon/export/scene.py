@@ -19,6 +19,7 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 from ..problem import Problem, Report
 from .baking import bake_materials
 from .camera import export_camera
+from .displacement import displace, read_displacement, warn_about_adaptive
 from .environment import bake_world
 from .images import Images
 from .lights import export_light
@@ -52,6 +53,8 @@ class Source:
         Full name of the object, or of its instancer.
     part
         Name of a part of the object that is a mesh of its own: a hair system.
+    displaced
+        Whether its material has moved its vertices.
     """
 
     object: str
@@ -61,6 +64,7 @@ class Source:
     objects: tuple[str, ...] = ()
     holder: str = ""
     part: str = ""
+    displaced: bool = False
 
 
 @dataclass
@@ -110,10 +114,19 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     walk = _Walk(depsgraph, shown, out)
     # Materials are read before meshes, which need the names of the attributes. They are read outside Blender's
     # iterator, since reading may create data and thus invalidate the iterator.
-    for material in walk.materials():
+    materials = walk.materials()
+    for material in materials:
         out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
     world = read_world(scene, images, report)
-    meshes = walk.meshes_and_lights()
+    displacements = {}
+    for material in materials:
+        found = read_displacement(material, images, report, _world_to_camera(view))
+        if found is not None:
+            displacements[_key(material)] = found
+    needed = {name: reading.attributes() for name, reading in out.materials.items()}
+    meshes = walk.meshes_and_lights({name: names | displacements[name].attributes() if name in displacements else names
+                                     for name, names in needed.items()})  # fmt: skip
+    displace(meshes.groups(), displacements, needed, report)
     for name in not_evaluated(depsgraph, shown):
         report.warn(f"object '{name}'", "is hidden in the viewport, so Blender does not evaluate it; it is left out")
     bake_materials(out, meshes, images, depsgraph, bake)
@@ -174,11 +187,10 @@ class _Walk:
                     found[_key(material)] = material
         return list(found.values())
 
-    def meshes_and_lights(self) -> PlacedMeshes:
-        """Read the meshes, and write the lights into the export."""
+    def meshes_and_lights(self, needed: dict[str, set[str]]) -> PlacedMeshes:
+        """Read the meshes, with the attributes that each material needs, and write the lights into the export."""
         out = self.out
         lights: dict[str, Any] = {}
-        needed = {name: reading.attributes() for name, reading in out.materials.items()}
         for instance, ob, holder in self._instances():
             if ob.type not in RENDERED:
                 continue
@@ -194,6 +206,7 @@ class _Walk:
                 continue
             warn_about_modifiers(ob.original, out.report)
             warn_about_visibility(ob.original, out.report)
+            warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
             slots = tuple(_key(material) for material in _slots(ob))
             placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
             if ob.type == "MESH" and _shows_itself(instance):

@@ -41,8 +41,7 @@ OWN = (NORMAL, OBJECT_NORMAL, *AXES, *FRAME)
 
 def moves_vertices(material: Any) -> bool:
     """Whether Cycles moves the vertices of meshes with this material, if it has a displacement."""
-    method = getattr(material, "displacement_method", None) or material.cycles.displacement_method
-    return method in ("DISPLACEMENT", "BOTH")
+    return material.displacement_method in ("DISPLACEMENT", "BOTH")
 
 
 @dataclass(frozen=True)
@@ -55,10 +54,13 @@ class Displacement:
         Its expression, in world space.
     images
         That the expression reads.
+    bump
+        Whether the material also has the displacement as bump, which starts from the normals before displacement.
     """
 
     vector: Expression
     images: Mapping[str, edgegrad.Image]
+    bump: bool
 
     def attributes(self) -> set[str]:
         """Names of the attributes that must be read from meshes."""
@@ -96,7 +98,7 @@ def read_displacement(material: Any, images: Images, report: Report, world_to_ca
         report.warn(where, note)
     if not isinstance(value, Expression):
         value = e.Combine(*(value[:3] if isinstance(value, tuple) else (value,) * 3))
-    return Displacement(value, own.found)
+    return Displacement(value, own.found, material.displacement_method == "BOTH")
 
 
 def displace(groups: list[Group], displacements: Mapping[str, Displacement], needed: Mapping[str, set[str]],
@@ -145,8 +147,9 @@ def _displace(group: Group, slots: list[Displacement | None]) -> None:
     own[~np.isfinite(own).all(axis=1)] = 0.0
     positions = arrays.positions.copy()
     positions[vertex] += own.astype(np.float32)
-    group.arrays = replace(arrays, positions=positions, exact=False,
-                           normals=_face_means(positions, arrays))  # fmt: skip
+    recomputed = np.array([one is not None and not one.bump for one in slots])[slot]
+    normals = _moved_normals(positions, arrays, recomputed)
+    group.arrays = replace(arrays, positions=positions, normals=normals, exact=False)
 
 
 def _corner_normals(arrays: MeshArrays) -> F64:
@@ -158,17 +161,40 @@ def _corner_normals(arrays: MeshArrays) -> F64:
     return out
 
 
-def _face_means(positions: F32, arrays: MeshArrays) -> F32 | None:
-    """(k, 3) normals as Cycles computes them for displaced meshes: sums of the faces' unit normals."""
-    if arrays.smoothing is None or arrays.normals is None:
+def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bool_]) -> F32 | None:
+    """(k, 3) normals of displaced meshes, as Cycles computes them: sums of the unit normals of faces.
+
+    Normals of corners, where a mesh has sharp edges, change as much as those of their vertices do.
+
+    Parameters
+    ----------
+    recomputed
+        (m,) faces whose material has no bump beside its displacement. The others keep their normals.
+    """
+    normals, smoothing = arrays.normals, arrays.smoothing
+    if smoothing is None or normals is None:
         return None
-    face = np.repeat(_flat(positions, arrays.faces)[:, None], 3, axis=1)
-    smooth = arrays.smoothing >= 0
-    group, value = arrays.smoothing[smooth], face[smooth]
-    total: F64 = np.stack([np.bincount(group, value[:, k], len(arrays.normals)) for k in range(3)], axis=1)
-    lost = ~(np.abs(total).max(axis=1, initial=0.0) > 0.0)
-    total[lost] = (0.0, 0.0, 1.0)
-    return np.asarray(_unit(total), np.float32)
+    count, faces = len(positions), arrays.faces
+    of_corners = not (len(normals) == count and np.array_equal(smoothing, faces))
+    if of_corners:
+        recomputed = np.ones_like(recomputed)
+    out = normals.astype(np.float64)
+    smooth = (smoothing >= 0) & recomputed[:, None]
+    group, vertex = smoothing[smooth], faces[smooth]
+    after = _vertex_normals(positions, faces[recomputed], count)
+    if of_corners:
+        before = _vertex_normals(arrays.positions, faces, count)
+        out[group] = _unit(_unit(out[group]) + after[vertex] - before[vertex])
+    else:
+        out[group] = after[vertex]
+    out[~(np.abs(out).max(axis=1, initial=0.0) > 0.0)] = (0.0, 0.0, 1.0)
+    return out.astype(np.float32)
+
+
+def _vertex_normals(positions: F32, faces: I32, count: int) -> F64:
+    """(count, 3) normalised sums of the unit normals of faces at vertices."""
+    flat = np.repeat(_flat(positions, faces), 3, axis=0)
+    return _unit(np.stack([np.bincount(faces.reshape(-1), flat[:, k], count) for k in range(3)], axis=1))
 
 
 def _evaluated(one: Displacement, group: Group, corner: NDArray[np.intp], normal: F64) -> F64:

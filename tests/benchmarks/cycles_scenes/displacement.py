@@ -9,6 +9,7 @@ import numpy as np
 
 from . import stage
 from .case import case
+from .geometry import BELOW
 
 
 def _set() -> None:
@@ -44,25 +45,39 @@ def landscape() -> None:
     ground.data.polygons.foreach_set("use_smooth", np.arange(2500) % 50 < 25)
 
 
-@case("Bricks: an image as height on a sphere with a Subdivision modifier and uneven scale, both materials' spaces",
-      bounces=2)
-def displaced_image() -> None:
-    """The object's space and the world's; UV seam; a second material that stays."""
+def _bricks(depth: float) -> list[Any]:
+    """Two stretched spheres with bricks of this depth, in the object's space and in the world's."""
     _set()
     stage.add("Floor", stage.plane("Floor", stage.diffuse("Floor", (0.3, 0.3, 0.3)), size=12.0))
-    y, x = np.mgrid[0:64, 0:64]
-    bricks = ((x + 8 * (y // 16 % 2)) % 16 > 2) & (y % 16 > 2)
-    picture = stage.image("Bricks", np.repeat(bricks[..., None] * 0.8, 3, axis=2), "Non-Color")
+    y, x = np.mgrid[0:32, 0:32]
+    bricks = np.clip(1.5 * np.abs(np.sin(0.2 * x + 0.5 * np.pi * (y // 16)) * np.sin(0.2 * y)), 0.0, 1.0)
+    picture = stage.image("Bricks", np.repeat(bricks[..., None], 3, axis=2), "Non-Color")
+    made = []
     for k, space in enumerate(("OBJECT", "WORLD")):
         wall = _displaced(f"Wall {space}", "DISPLACEMENT", (0.6, 0.3, 0.2), lambda tree, space=space: stage.node(
             tree, "ShaderNodeDisplacement",
-            {"Height": stage.node(tree, "ShaderNodeTexImage", image=picture), "Midlevel": 0.0, "Scale": 0.15},
+            {"Height": stage.node(tree, "ShaderNodeTexImage", image=picture), "Midlevel": 0.0, "Scale": depth},
             space=space))  # fmt: skip
         body = stage.sphere(f"Body {k}", wall, stage.diffuse("Plain", (0.2, 0.4, 0.6)), radius=0.6, segments=32)
-        body.polygons.foreach_set("material_index", (np.arange(len(body.polygons)) % 32 < 6).astype(np.int32))
         ob = stage.add(f"Body {k}", body, (-0.9 + 1.8 * k, 0, 0.6), (0.2, 0.1, 0.4), (1.0, 1.3, 0.8))
         divide = ob.modifiers.new("Subdivision", "SUBSURF")
         divide.levels = divide.render_levels = 2
+        made.append(body)
+    return made
+
+
+@case("An image as height on spheres with a Subdivision modifier and uneven scale, in both spaces; a UV seam",
+      bounces=2)
+def displaced_image() -> None:
+    """The object's space and the world's."""
+    _bricks(0.1)
+
+
+@case("Displaced faces beside faces of a material that stays, which keep their normals", bounces=2, differs=[BELOW])
+def displaced_slots() -> None:
+    """A second material."""
+    for body in _bricks(0.15):
+        body.polygons.foreach_set("material_index", (np.arange(len(body.polygons)) % 32 < 6).astype(np.int32))
 
 
 @case("Vector displacement: in object and tangent space, and the sum of two displacements", bounces=2)

@@ -19,6 +19,7 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 from ..problem import Problem, Report
 from .baking import bake_materials
 from .camera import export_camera
+from .coincident import warn_about_coincident
 from .displacement import displace, read_displacement, warn_about_adaptive
 from .environment import bake_world
 from .images import Images
@@ -142,6 +143,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
         out.scene.materials |= reading.parts
     out.scene.images = images.found
     _warn_of_frames(out)
+    warn_about_coincident(out)
     return out
 
 

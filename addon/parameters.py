@@ -74,6 +74,11 @@ class Names:
         exported = [key for key, source in export.meshes.items() if name in source.objects]
         if not exported:
             raise Problem(f"object '{name}': isn't rendered (hidden, without faces, or outside the view layer)")
+        if any(export.meshes[key].part for key in exported):
+            raise Problem(f"object '{name}': has hair, which would not follow its vertices; switch its hair off")
+        if export.meshes[exported[0]].displaced:
+            raise Problem(f"object '{name}': its material displaces its vertices, so they can't be fitted; "
+                          "set the displacement of the material to bump only")
         if len(exported) > 1 or export.meshes[exported[0]].instance:
             raise Problem(f"object '{name}': is instanced; the vertices of instances can't be fitted in this version; "
                           "make its instances real")

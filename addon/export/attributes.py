@@ -28,8 +28,12 @@ OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
 PROPERTY = "(object property) "
+# Values of strands of hair, which other meshes do not have.
+IS_STRAND, INTERCEPT, LENGTH = "(is strand)", "(strand intercept)", "(strand length)"
+THICKNESS, RANDOM_STRAND = "(strand thickness)", "(strand random)"
 TANGENT = ".tangent"
 NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
+POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
 # Values of one object or instance. A mesh with such an attribute cannot be shared by instances.
 OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION)
@@ -46,20 +50,23 @@ LAYERS: dict[str, tuple[str, int, type[np.generic]]] = {
 
 
 def name_hash(name: str) -> int:
-    """Cycles' random number of an object that is not an instance: the final mix of lookup3 (Jenkins 2006)."""
+    """Cycles' random number of an object that is not an instance."""
     text = 0
     for byte in name.encode():
         text = (text * 37 + byte) & WORD
+    return int(hash_words(np.array([text], np.uint32), 0)[0])
 
-    def turned(x: int, k: int) -> int:
-        return ((x << k) | (x >> (32 - k))) & WORD
 
-    a = b = c = (0xDEADBEEF + (2 << 2) + 13) & WORD
-    a = (a + text) & WORD
+def hash_words(first: NDArray[Any], second: int) -> NDArray[np.uint32]:
+    """Hash of two 32-bit words each: the final mix of lookup3 (Jenkins 2006)."""
+    start = np.uint32((0xDEADBEEF + (2 << 2) + 13) & WORD)
+    a = np.asarray(first, np.uint32) + start
+    b = np.full_like(a, (int(start) + second) & WORD)
+    c = np.full_like(a, start)
     for k in (14, 11, 25, 16, 4, 14, 24):
         # The roles of the three words rotate: c changes by b, then a by c, then b by a.
-        c = ((c ^ b) - turned(b, k)) & WORD
-        a, b, c = b, c, a
+        turned = (b << np.uint32(k)) | (b >> np.uint32(32 - k))
+        a, b, c = b, (c ^ b) - turned, a
     return b
 
 

@@ -161,7 +161,8 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         report.warn(where, "has no active output; it is rendered black")
         return reading
     for name in ("Volume", "Displacement"):
-        if name in output.inputs and nodes.source(output.inputs[name]) is not None:
+        moved = name == "Displacement" and material.displacement_method == "DISPLACEMENT"
+        if not moved and name in output.inputs and nodes.source(output.inputs[name]) is not None:
             report.warn(where, f"the node that is linked to '{name}' of its output is ignored")
     _Reading(material, images, world_to_camera, reading).read(output, report)
     return reading

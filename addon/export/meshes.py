@@ -5,6 +5,7 @@ Objects with the same mesh, materials and settings become instances of one mesh.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -86,10 +87,28 @@ class PlacedMeshes:
             self._add(placed, data, placed.object.data.as_pointer(), names)
 
     def _add(self, placed: Placed, data: Any, pointer: int, names: set[str]) -> None:
-        ob = placed.object
         if pointer not in self._arrays:
             self._arrays[pointer] = read_mesh(data)
         arrays = self._arrays[pointer]
+        self.place(placed, pointer, arrays, len(data.loops), names,
+                   lambda values: read_attributes(data, arrays, sorted(names), values))  # fmt: skip
+
+    def place(self, placed: Placed, shape: Any, arrays: MeshArrays, corner_count: int, names: set[str],
+              attributes: Callable[[ObjectValues], dict[str, F32]]) -> None:  # fmt: skip
+        """Add a mesh that has been read.
+
+        Parameters
+        ----------
+        shape
+            Key of the mesh; objects with equal keys become instances of one mesh.
+        corner_count
+            Corners of Blender's mesh.
+        names
+            Attributes that the materials need.
+        attributes
+            Called for their values if the mesh is not an instance.
+        """
+        ob = placed.object
         where = f"object '{placed.source.object}'"
         if not len(arrays.faces):
             self._report.warn(where, "has no faces; it is left out")
@@ -97,13 +116,12 @@ class PlacedMeshes:
         flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
         terminator = float(_terminator(ob))
         single = flat or any(is_of_object(name) for name in names)
-        key = (pointer, placed.slots, placed.visible, terminator, placed.holder if placed.apart else None,
+        key = (shape, placed.slots, placed.visible, terminator, placed.holder if placed.apart else None,
                len(self._groups) if single else None)  # fmt: skip
         if key not in self._groups:
             values = ObjectValues(ob, placed.source.matrix, placed.random_id)
-            attributes = read_attributes(data, arrays, sorted(names), values)
-            self._groups[key] = Group(arrays, attributes, placed.slots, placed.visible, terminator,
-                                      corner_count=len(data.loops))  # fmt: skip
+            self._groups[key] = Group(arrays, attributes(values), placed.slots, placed.visible, terminator,
+                                      corner_count=corner_count)  # fmt: skip
         self._groups[key].sources.append(placed.source)
         self._groups[key].holders.append(placed.holder)
 

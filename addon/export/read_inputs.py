@@ -100,6 +100,23 @@ def _object_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
     return attributes.layer(known[name])
 
 
+@reads("HAIR_INFO")
+def _hair_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    known = {"Is Strand": attributes.IS_STRAND, "Intercept": attributes.INTERCEPT, "Length": attributes.LENGTH,
+             "Thickness": attributes.THICKNESS, "Random": attributes.RANDOM_STRAND}  # fmt: skip
+    if output.identifier not in known:
+        raise unreadable(node, groups, output.identifier)
+    return attributes.layer(known[output.identifier])
+
+
+@reads("POINT_INFO")
+def _point_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    known = {"Radius": attributes.POINT_RADIUS, "Random": attributes.RANDOM_POINT}
+    if output.identifier not in known:
+        raise unreadable(node, groups, output.identifier)
+    return attributes.layer(known[output.identifier])
+
+
 @reads("LIGHT_PATH")
 def _light_path(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     known = {"Is Camera Ray": "CAMERA", "Is Shadow Ray": "SHADOW", "Is Diffuse Ray": "DIFFUSE",

@@ -20,6 +20,8 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 from ..problem import Report
 from .baking import bake_materials
 from .camera import export_camera
+from .coincident import warn_about_coincident
+from .displacement import displace, read_displacement, warn_about_adaptive
 from .environment import bake_world
 from .evaluation import Evaluation, evaluate
 from .images import Images
@@ -27,6 +29,7 @@ from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
+from .object_types import RENDERED, OtherGeometry, warn_about_type
 from .settings import RenderSettings, read_settings
 from .visibility import visible_to, warn_about_layer, warn_about_visibility
 from .world import read_world
@@ -34,7 +37,6 @@ from .world import read_world
 NO_MATERIAL = "(no material)"
 BAKE_RESOLUTION = 1024
 # Blender's types of objects that are exported; curves, texts and metaballs are meshes among the evaluated instances.
-TYPES = ("MESH", "LIGHT")
 
 
 @dataclass
@@ -53,6 +55,10 @@ class Source:
         Names of all objects that it represents.
     holder
         Full name of the object, or of its instancer.
+    part
+        Name of a part of the object that is a mesh of its own: a hair system.
+    displaced
+        Whether its material has moved its vertices.
     """
 
     object: str
@@ -61,6 +67,8 @@ class Source:
     instance: bool
     objects: tuple[str, ...] = ()
     holder: str = ""
+    part: str = ""
+    displaced: bool = False
 
 
 @dataclass
@@ -119,10 +127,19 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     walk = _Walk(depsgraph, out)
     # Materials are read before meshes, which need the names of the attributes. They are read outside Blender's
     # iterator, since reading may create data and thus invalidate the iterator.
-    for material in walk.materials():
+    materials = walk.materials()
+    for material in materials:
         out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
     world = read_world(scene, images, report)
-    meshes = walk.meshes_and_lights()
+    displacements = {}
+    for material in materials:
+        found = read_displacement(material, images, report, _world_to_camera(view))
+        if found is not None:
+            displacements[_key(material)] = found
+    needed = {name: reading.attributes() for name, reading in out.materials.items()}
+    meshes = walk.meshes_and_lights({name: names | displacements[name].attributes() if name in displacements else names
+                                     for name, names in needed.items()})  # fmt: skip
+    displace(meshes.groups(), displacements, needed, report)
     bake_materials(out, meshes, images, depsgraph, bake)
     if world.baked:
         bake_world(world, scene, images, bake, report)
@@ -136,6 +153,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
         out.scene.materials |= reading.parts
     out.scene.images = images.found
     _warn_of_frames(out)
+    warn_about_coincident(out)
     return out
 
 
@@ -156,47 +174,57 @@ class _Walk:
         self.depsgraph = depsgraph
         self.out = out
         self.linking = uses_linking(depsgraph.view_layer)
+        self.meshes = PlacedMeshes(out.report)
+        self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
         for instance in self.depsgraph.object_instances:
             ob = instance.object
-            if ob.type in TYPES and instance.show_self:
+            # An instancer or emitter may show only its instances or its hair.
+            if instance.show_self or instance.show_particles:
                 yield instance, ob, instance.parent if instance.is_instance else ob
 
     def materials(self) -> list[Any]:
         """List all used original materials; None stands for faces without a material."""
         found: dict[str, Any] = {}
-        for _, ob, _ in self._instances():
-            if ob.type == "MESH":
+        for instance, ob, _ in self._instances():
+            warn_about_type(ob, self.out.report)
+            hair = self.others.hair(ob)
+            self.others.count(hair)
+            if hair or (ob.type in ("MESH", "POINTCLOUD") and instance.show_self):
                 for material in _slots(ob):
                     found[_key(material)] = material
         return list(found.values())
 
-    def meshes_and_lights(self) -> PlacedMeshes:
-        """Read the meshes, and write the lights into the export."""
+    def meshes_and_lights(self, needed: dict[str, set[str]]) -> PlacedMeshes:
+        """Read the meshes, with the attributes that each material needs, and write the lights into the export."""
         out = self.out
-        meshes = PlacedMeshes(out.report)
         lights: dict[str, Any] = {}
-        needed = {name: reading.attributes() for name, reading in out.materials.items()}
         for instance, ob, holder in self._instances():
+            if ob.type not in RENDERED:
+                continue
             matrix = np.array(instance.matrix_world, np.float64)
             source = Source(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
                             instance.is_instance, (ob.original.name,), holder.original.name_full)  # fmt: skip
             visible = visible_to(ob, holder, self.depsgraph.view_layer)
             if ob.type == "LIGHT":
-                light = export_light(ob, matrix, visible, out.report)
+                light = export_light(ob, matrix, visible, out.report) if instance.show_self else None
                 if light is not None:
                     name = unused_name(source, holder.original.name, lights)
                     lights[name], out.lights[name] = light, source
                 continue
             warn_about_visibility(ob.original, out.report)
             warn_about_layer(holder.original, self.depsgraph.view_layer, out.report)
+            warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
             slots = tuple(_key(material) for material in _slots(ob))
-            meshes.add(Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking),
-                       set().union(*(needed[slot] for slot in slots)))  # fmt: skip
+            placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
+            if ob.type == "MESH" and instance.show_self:
+                self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
+            if ob.type != "MESH" or instance.show_particles:
+                self.others.add(placed, needed)
         out.scene.lights = lights
-        return meshes
+        return self.meshes
 
 
 def _slots(ob: Any) -> list[Any]:
@@ -209,6 +237,8 @@ def unused_name(source: Source, holder: str, taken: Any) -> str:
     """Return the name of the object, or "instancer/object", with a number if the name is in use."""
     # Blender lists the mesh of a text or curve as an instance of the object itself.
     base = f"{holder}/{source.object}" if source.instance and holder != source.object else source.object
+    if source.part:
+        base = f"{base} ({source.part})"
     name, number = base, 1
     while name in taken:
         name, number = f"{base}#{number}", number + 1

@@ -7,13 +7,16 @@ from __future__ import annotations
 
 from . import (  # noqa: F401  (importing a family registers its cases)
     cameras,
+    coincident,
     dielectric,
     diffuse,
+    displacement,
     emissive_meshes,
     evaluation,
     exterior,
     geometry,
     glass,
+    hair,
     instancing,
     interior,
     lamps,

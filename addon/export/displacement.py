@@ -1,0 +1,299 @@
+"""True displacement: the vertices of meshes are moved by the displacement of their materials, as Cycles does.
+
+Displacement nodes are translated to expressions of vectors in world space. They read the smooth normal and the tangents
+from attributes, which only the meshes have on which the expressions are evaluated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import edgegrad
+from edgegrad import Scene, World, _native
+from edgegrad import expression as e
+from edgegrad.expression import Expression, Operand, nodes_of
+from edgegrad.tables.materials import COLUMNS, WIDTH
+from edgegrad.tables.textures.program import compile_textures
+
+from ..problem import Report
+from .attributes import ACTIVE_UV, OBJECT, TANGENT, layer
+from .expressions import Reader, Unreadable, reads
+from .images import Images
+from .mesh import MeshArrays
+from .meshes import Group
+from .nodes import Groups, by_identifier, feed
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+
+# Attributes of displaced meshes, as vectors in world space: the smooth normal, the object's, and axes.
+NORMAL, OBJECT_NORMAL = "(displacement normal)", "(object displacement normal)"
+AXES = tuple(f"(displacement axis {k})" for k in range(3))
+FRAME = tuple(f"(displacement frame {k})" for k in range(3))  # tangent, normal, bitangent of the active UV map
+OWN = (NORMAL, OBJECT_NORMAL, *AXES, *FRAME)
+
+
+def moves_vertices(material: Any) -> bool:
+    """Whether Cycles moves the vertices of meshes with this material, if it has a displacement."""
+    return material.displacement_method in ("DISPLACEMENT", "BOTH")
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """Displacement of a material.
+
+    Attributes
+    ----------
+    vector
+        Its expression, in world space.
+    images
+        That the expression reads.
+    bump
+        Whether the material also has the displacement as bump, which starts from the normals before displacement.
+    """
+
+    vector: Expression
+    images: Mapping[str, edgegrad.Image]
+    bump: bool
+
+    def attributes(self) -> set[str]:
+        """Names of the attributes that must be read from meshes."""
+        names = {n.name for n in nodes_of(self.vector) if isinstance(n, e.Attribute)}
+        if names & set(FRAME):
+            names |= {ACTIVE_UV, ACTIVE_UV + TANGENT}
+        return names - set(OWN)
+
+
+def read_displacement(material: Any, images: Images, report: Report, world_to_camera: Any) -> Displacement | None:
+    """Read the displacement of a material that moves vertices; None: there is none.
+
+    Parameters
+    ----------
+    images
+        Those of the export; images that only displacement reads are none of its scene.
+    """
+    if material is None or material.node_tree is None or not moves_vertices(material):
+        return None
+    output = material.node_tree.get_output_node("CYCLES")
+    if output is None or by_identifier(output.inputs, "Displacement") is None:
+        return None
+    found = feed(by_identifier(output.inputs, "Displacement"))
+    if found.output is None:
+        return None
+    where = f"material '{material.name}'"
+    own = Images(coded=images.coded)
+    reader = Reader(own, None, material.pass_index, world_to_camera)
+    try:
+        value = reader.value(by_identifier(output.inputs, "Displacement"))
+    except Unreadable as error:
+        report.warn(where, f"its displacement is left out, since {error} can't be read")
+        return None
+    for note in reader.notes:
+        report.warn(where, note)
+    if not isinstance(value, Expression):
+        value = e.Combine(*(value[:3] if isinstance(value, tuple) else (value,) * 3))
+    return Displacement(value, own.found, material.displacement_method == "BOTH")
+
+
+def displace(groups: list[Group], displacements: Mapping[str, Displacement], needed: Mapping[str, set[str]],
+             report: Report) -> None:  # fmt: skip
+    """Move the vertices of meshes, and drop the attributes that only displacement needs.
+
+    Parameters
+    ----------
+    needed
+        Attributes that the materials read.
+    """
+    for group in groups:
+        slots = [displacements.get(name) for name in group.slots]
+        # Cycles does not displace hair and points.
+        if not any(slots) or group.corner_count == 0:
+            continue
+        where = f"object '{group.sources[0].object}'"
+        linear = group.sources[0].matrix[:3, :3]
+        if abs(np.linalg.det(linear)) < 1e-30:
+            report.warn(where, "is scaled to nothing, so its displacement is left out")
+            continue
+        _displace(group, slots)
+        for source in group.sources:
+            source.displaced = True
+        kept = set().union(*(needed[name] for name in group.slots))
+        group.attributes = {name: value for name, value in group.attributes.items() if name in kept}
+        if OBJECT in group.attributes:
+            group.attributes[OBJECT] = group.arrays.positions[group.arrays.faces]
+
+
+def _displace(group: Group, slots: list[Displacement | None]) -> None:
+    arrays, matrix = group.arrays, group.sources[0].matrix
+    slot = np.clip(arrays.slots, 0, len(slots) - 1)
+    moving = np.array([one is not None for one in slots])
+    # The first face of a vertex whose material has a displacement decides where the vertex goes.
+    flat = np.flatnonzero(np.repeat(moving[slot], 3))
+    vertex, first = np.unique(arrays.faces.reshape(-1)[flat], return_index=True)
+    corner = flat[first]
+    offset = np.zeros((len(vertex), 3))
+    normal = _corner_normals(arrays)
+    for k, one in enumerate(slots):
+        chosen = slot[corner // 3] == k
+        if one is not None and chosen.any():
+            offset[chosen] = _evaluated(one, group, corner[chosen], normal)
+    own = offset @ np.linalg.inv(matrix[:3, :3]).T
+    own[~np.isfinite(own).all(axis=1)] = 0.0
+    positions = arrays.positions.copy()
+    positions[vertex] += own.astype(np.float32)
+    recomputed = np.array([one is not None and not one.bump for one in slots])[slot]
+    normals = _moved_normals(positions, arrays, recomputed)
+    group.arrays = replace(arrays, positions=positions, normals=normals, exact=False)
+
+
+def _corner_normals(arrays: MeshArrays) -> F64:
+    """(m, 3, 3) unit shading normal at each corner, in object space."""
+    out = np.repeat(_flat(arrays.positions, arrays.faces)[:, None], 3, axis=1)
+    if arrays.smoothing is not None and arrays.normals is not None:
+        smooth = arrays.smoothing >= 0
+        out[smooth] = _unit(arrays.normals[arrays.smoothing[smooth]].astype(np.float64))
+    return out
+
+
+def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bool_]) -> F32 | None:
+    """(k, 3) normals of displaced meshes, as Cycles computes them: sums of the unit normals of faces.
+
+    Normals of corners, where a mesh has sharp edges, change as much as those of their vertices do.
+
+    Parameters
+    ----------
+    recomputed
+        (m,) faces whose material has no bump beside its displacement. The others keep their normals.
+    """
+    normals, smoothing = arrays.normals, arrays.smoothing
+    if smoothing is None or normals is None:
+        return None
+    count, faces = len(positions), arrays.faces
+    of_corners = not (len(normals) == count and np.array_equal(smoothing, faces))
+    if of_corners:
+        recomputed = np.ones_like(recomputed)
+    out = normals.astype(np.float64)
+    smooth = (smoothing >= 0) & recomputed[:, None]
+    group, vertex = smoothing[smooth], faces[smooth]
+    after = _vertex_normals(positions, faces[recomputed], count)
+    if of_corners:
+        before = _vertex_normals(arrays.positions, faces, count)
+        out[group] = _unit(_unit(out[group]) + after[vertex] - before[vertex])
+    else:
+        out[group] = after[vertex]
+    out[~(np.abs(out).max(axis=1, initial=0.0) > 0.0)] = (0.0, 0.0, 1.0)
+    return out.astype(np.float32)
+
+
+def _vertex_normals(positions: F32, faces: I32, count: int) -> F64:
+    """(count, 3) normalised sums of the unit normals of faces at vertices."""
+    flat = np.repeat(_flat(positions, faces), 3, axis=0)
+    return _unit(np.stack([np.bincount(faces.reshape(-1), flat[:, k], count) for k in range(3)], axis=1))
+
+
+def _evaluated(one: Displacement, group: Group, corner: NDArray[np.intp], normal: F64) -> F64:
+    """(n, 3) displacement in world space at corners of faces, numbered over all faces."""
+    arrays, matrix = group.arrays, np.asarray(group.sources[0].matrix, np.float64)
+    face, at = corner // 3, corner % 3
+    linear, inverse = matrix[:3, :3], np.linalg.inv(matrix[:3, :3])
+    own = normal[face, at]
+    upright = _unit(own @ inverse)
+    values: dict[str, F64] = {
+        NORMAL: upright,
+        # Cycles brings the world's normal back to the object by the transposed matrix, and normalises it there.
+        OBJECT_NORMAL: _unit(upright @ linear) @ linear.T,
+        **{AXES[k]: np.tile(linear[:, k], (len(corner), 1)) for k in range(3)},
+    }
+    along = group.attributes.get(ACTIVE_UV + TANGENT)
+    if along is not None:
+        tangent = along[face, at, :3].astype(np.float64)
+        across = _unit(np.cross(own, tangent)) * along[face, at, 3:]
+        values |= {FRAME[0]: tangent @ linear.T, FRAME[1]: own @ linear.T, FRAME[2]: across @ linear.T}
+    read = {n.name for n in nodes_of(one.vector) if isinstance(n, e.Attribute)}
+    # One triangle for each point, all of whose corners have the point's values.
+    attributes = {name: value[face, at] for name, value in group.attributes.items()} | values
+    every = {name: np.repeat(np.asarray(value, np.float32)[:, None], 3, axis=1) for name, value in attributes.items()
+             if name in read}  # fmt: skip
+    box = arrays.positions @ linear.T.astype(np.float32) + matrix[:3, 3].astype(np.float32)
+    vertices = np.stack([box.min(axis=0), box.max(axis=0), box.max(axis=0)]).astype(np.float64)
+    mesh = edgegrad.Mesh(vertices, np.tile(np.arange(3, dtype=np.int32), (len(corner), 1)), ("m",), attributes=every)
+    material = edgegrad.Material(textures={"emission": one.vector})
+    scene = Scene(edgegrad.Camera(np.eye(4)), {"m": mesh}, {"m": material}, {}, World(), dict(one.images))
+    where = _Points(len(corner))
+    where.position[:] = box[arrays.faces[face, at]]
+    where.normal[:] = where.view[:] = upright
+    where.true_normal[:] = _unit(_flat(arrays.positions, arrays.faces)[face] @ inverse)
+    rows = np.zeros((len(corner), WIDTH), np.float32)
+    _native.evaluate_textures(compile_textures(scene), where, rows, "")
+    start = COLUMNS["emission"][0]
+    return rows[:, start : start + 3].astype(np.float64)
+
+
+class _Points:
+    """Points at which texture programs run: on the first corner of each face."""
+
+    def __init__(self, count: int) -> None:
+        self.face: I32 = np.arange(count, dtype=np.int32)
+        self.ray_kind, self.backside, self.program = (np.zeros(count, np.int32) for _ in range(3))
+        self.b1, self.b2 = (np.zeros(count, np.float32) for _ in range(2))
+        self.position, self.normal, self.true_normal, self.view = (np.zeros((count, 3), np.float32) for _ in range(4))
+
+
+def _flat(positions: F32, faces: I32) -> F64:
+    """(m, 3) unit normals of faces."""
+    p = positions[faces].astype(np.float64)
+    return _unit(np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0]))
+
+
+def _unit(v: F64) -> F64:
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return np.divide(v, length, out=np.zeros_like(v), where=length > 1e-30)
+
+
+def _scaled(vector: Expression, factor: Operand) -> Expression:
+    return e.VectorMath("MULTIPLY", vector, factor)
+
+
+@reads("DISPLACEMENT")
+def _displacement(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    height, middle, scale = (reader.get(node, name, groups) for name in ("Height", "Midlevel", "Scale"))
+    linked = feed(by_identifier(node.inputs, "Normal"), groups).output
+    if linked is not None and (linked.node.type, linked.identifier) != ("NEW_GEOMETRY", "Normal"):
+        raise Unreadable(f"the normal of node '{node.name}'")
+    amount = e.Math("MULTIPLY", e.Math("SUBTRACT", height, middle), scale)
+    return _scaled(layer(NORMAL if node.space == "WORLD" else OBJECT_NORMAL), amount)
+
+
+@reads("VECTOR_DISPLACEMENT")
+def _vector_displacement(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    vector, middle, scale = (reader.get(node, name, groups) for name in ("Vector", "Midlevel", "Scale"))
+    moved = _scaled(e.VectorMath("SUBTRACT", vector, middle), scale)
+    if node.space == "WORLD":
+        return moved
+    axes = AXES if node.space == "OBJECT" else FRAME
+    x, y, z = (_scaled(layer(axis), e.Channel(moved, k)) for k, axis in enumerate(axes))
+    return e.VectorMath("ADD", e.VectorMath("ADD", x, y), z)
+
+
+def warn_about_adaptive(ob: Any, scene: Any, report: Report) -> None:
+    """Warn of adaptive subdivision, which Cycles does while it renders."""
+    for modifier in ob.modifiers:
+        if modifier.type != "SUBSURF" or not modifier.show_render:
+            continue
+        # A setting of the modifier from Blender 5.0 on, and of the object, as an experimental feature, before.
+        if hasattr(modifier, "use_adaptive_subdivision"):
+            adaptive = modifier.use_adaptive_subdivision
+        else:
+            experimental = getattr(scene.cycles, "feature_set", "SUPPORTED") == "EXPERIMENTAL"
+            adaptive = experimental and getattr(ob.cycles, "use_adaptive_subdivision", False)
+        if adaptive:
+            report.warn(f"object '{ob.name}', modifier '{modifier.name}'",
+                        f"is subdivided adaptively by Cycles; here it has {modifier.render_levels} levels")  # fmt: skip
+
+

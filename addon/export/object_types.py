@@ -1,0 +1,84 @@
+"""Objects that are not meshes when Blender has evaluated them: hair, point clouds, and what cannot be rendered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from edgegrad import Camera
+
+from ..problem import Report
+from .attributes import ObjectValues
+from .hair import Hair, HairMeshes, hair_of
+from .meshes import Placed, PlacedMeshes
+from .points import build_points
+
+# Types of evaluated objects that are rendered. Curves, surfaces, text and metaballs are evaluated to meshes.
+RENDERED = ("MESH", "LIGHT", "CURVES", "POINTCLOUD")
+# Types that Cycles does not render either.
+INVISIBLE = ("CURVE", "SURFACE", "FONT", "META", "ARMATURE", "LATTICE", "EMPTY", "LIGHT_PROBE", "CAMERA", "SPEAKER")
+LEFT_OUT = {"VOLUME": "is a volume, which can't be rendered; it is left out",
+            "GREASEPENCIL": "is a grease pencil drawing, which can't be rendered; it is left out",
+            "GPENCIL": "is a grease pencil drawing, which can't be rendered; it is left out"}  # fmt: skip
+
+
+def warn_about_type(ob: Any, report: Report) -> None:
+    """Warn of an evaluated object that cannot be rendered because of its type."""
+    if ob.type not in RENDERED and ob.type not in INVISIBLE:
+        unknown = f"is of type {ob.type}, which can't be rendered; it is left out"
+        report.warn(f"object '{ob.original.name}'", LEFT_OUT.get(ob.type, unknown))
+
+
+class OtherGeometry:
+    """Adds hair and point clouds to the meshes of an export.
+
+    Parameters
+    ----------
+    camera
+        Decides how finely they are tessellated.
+    """
+
+    def __init__(self, meshes: PlacedMeshes, camera: Camera, depsgraph: Any, report: Report) -> None:
+        self._meshes = meshes
+        self._camera = camera
+        self._use_hair = bool(getattr(depsgraph.view_layer, "use_strand", True))
+        self._render = depsgraph.mode == "RENDER"
+        shape = getattr(getattr(depsgraph.scene, "cycles_curves", None), "shape", "RIBBONS")
+        self._linear = shape == "THICK_LINEAR"
+        self._report = report
+        self._strands = 0
+        self._built: dict[Any, Any] = {}
+
+    def hair(self, ob: Any) -> list[Hair]:
+        """List the hair of an evaluated object."""
+        return list(hair_of(ob, self._render, self._report)) if self._use_hair else []
+
+    def count(self, hair: list[Hair]) -> None:
+        """Count strands; `add` needs the number of all strands of the scene."""
+        self._strands += sum(one.number for one in hair)
+
+    def add(self, placed: Placed, needed: dict[str, set[str]]) -> None:
+        """Add the hair or the points of an evaluated object; `needed` has the attributes that each material reads."""
+        ob, slots = placed.object, placed.slots
+        if ob.type == "POINTCLOUD":
+            self._place(placed, "", slots[0], needed[slots[0]],
+                        partial(build_points, ob, self._camera, report=self._report))  # fmt: skip
+            return
+        make = HairMeshes(self._camera, self._render, self._linear, self._report, self._strands)
+        for hair in self.hair(ob):
+            slot = slots[hair.slot(len(slots))]
+            self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair))
+
+    def _place(self, placed: Placed, part: str, slot: str, names: set[str], build: Callable[..., Any]) -> None:
+        values = ObjectValues(placed.object, placed.source.matrix, placed.random_id)
+        key = (placed.object.data.as_pointer(), part, frozenset(names))
+        if key not in self._built:
+            self._built[key] = build(values=values, names=names)
+        if self._built[key] is None:
+            return
+        arrays, attributes = self._built[key]
+        # A part of an object is none of its mesh, whose vertices can be written back.
+        source = replace(placed.source, part=part, instance=True)
+        self._meshes.place(replace(placed, source=source, slots=(slot,)), key, arrays, 0, names, lambda _: attributes)

@@ -21,12 +21,13 @@ from .baking import bake_materials
 from .camera import export_camera
 from .environment import bake_world
 from .images import Images
+from .inventory.naming import name_scene, name_settings
 from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
-from .settings import RenderSettings, read_settings
-from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers, warn_about_visibility
+from .settings import RenderSettings, expose, read_settings
+from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers
 from .world import read_world
 
 NO_MATERIAL = "(no material)"
@@ -100,7 +101,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
         raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
     report = Report()
     view = export_camera(camera.evaluated_get(depsgraph), scene, report)
-    out = Export(edgegrad.Scene(camera=view), read_settings(scene, report), report=report)
+    out = Export(edgegrad.Scene(camera=view), read_settings(scene), report=report)
     images = Images(coded=coded)
     shown = rendered_objects(depsgraph.view_layer)
     walk = _Walk(depsgraph, shown, out)
@@ -108,13 +109,16 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     # iterator, since reading may create data and thus invalidate the iterator.
     for material in walk.materials():
         out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
-    world = read_world(scene, images, report)
+        if material is not None:
+            name_settings(material, f"material '{material.name}'", scene, report)
+    world = read_world(scene, depsgraph.view_layer, images, report)
+    name_scene(scene, depsgraph.view_layer, camera, world.world, report)
     meshes = walk.meshes_and_lights()
     for name in not_evaluated(depsgraph, shown):
         report.warn(f"object '{name}'", "is hidden in the viewport, so Blender does not evaluate it; it is left out")
     bake_materials(out, meshes, images, depsgraph, bake)
     if world.baked:
-        bake_world(world, scene, images, bake, report)
+        bake_world(world, images, bake, report)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
     out.scene.world = world.value
@@ -124,6 +128,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
         out.scene.materials[name] = reading.value
         out.scene.materials |= reading.parts
     out.scene.images = images.found
+    expose(out.scene, out.settings.exposure)
     _warn_of_frames(out)
     return out
 
@@ -146,12 +151,13 @@ class _Walk:
         self.shown = shown
         self.out = out
         self.linking = uses_linking(depsgraph.view_layer)
+        self.named: set[str] = set()
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
         for instance in self.depsgraph.object_instances:
             ob = instance.object
-            if ob.type not in ("MESH", "LIGHT"):
+            if ob.type not in ("MESH", "LIGHT") or (ob.type == "MESH" and not self.depsgraph.view_layer.use_solid):
                 continue
             holder = instance.parent if instance.is_instance else ob
             if holder.original.name_full not in self.shown or ob.hide_render:
@@ -165,7 +171,7 @@ class _Walk:
         found: dict[str, Any] = {}
         for _, ob, _ in self._instances():
             if ob.type == "MESH":
-                for material in _slots(ob):
+                for material in self._slots(ob):
                     found[_key(material)] = material
         return list(found.values())
 
@@ -180,6 +186,7 @@ class _Walk:
             source = Source(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
                             instance.is_instance, (ob.original.name,), holder.original.name_full)  # fmt: skip
             visible = visible_to(ob, holder if instance.is_instance else None)
+            self._name(ob.original)
             if ob.type == "LIGHT":
                 light = export_light(ob, matrix, visible, out.report)
                 if light is not None:
@@ -187,18 +194,26 @@ class _Walk:
                     lights[name], out.lights[name] = light, source
                 continue
             warn_about_modifiers(ob.original, out.report)
-            warn_about_visibility(ob.original, out.report)
-            slots = tuple(_key(material) for material in _slots(ob))
+            slots = tuple(_key(material) for material in self._slots(ob))
             meshes.add(Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking),
                        set().union(*(needed[slot] for slot in slots)))  # fmt: skip
         out.scene.lights = lights
         return meshes
 
+    def _slots(self, ob: Any) -> list[Any]:
+        """Original materials of an object's slots, which may be linked to it or to its data; None: no material."""
+        override = self.depsgraph.view_layer.material_override
+        materials = [override or slot.material for slot in ob.material_slots] or [override]
+        return [None if material is None else material.original for material in materials]
 
-def _slots(ob: Any) -> list[Any]:
-    """Original materials of the slots of an evaluated object; slots may be linked to the object or to its data."""
-    materials = [slot.material for slot in ob.material_slots] or [None]
-    return [None if material is None else material.original for material in materials]
+    def _name(self, ob: Any) -> None:
+        """Report the settings of an object, and of the light that it is, that are named."""
+        if ob.name_full in self.named:
+            return
+        self.named.add(ob.name_full)
+        name_settings(ob, f"object '{ob.name}'", self.depsgraph.scene, self.out.report)
+        if ob.type == "LIGHT":
+            name_settings(ob.data, f"light '{ob.name}'", self.depsgraph.scene, self.out.report)
 
 
 def unused_name(source: Source, holder: str, taken: Any) -> str:

@@ -21,9 +21,9 @@ from edgegrad.images import read_image
 from ..problem import Problem, Report
 from .bake import Temporary, temporary
 from .images import Images
-from .nodes import by_identifier, feed
+from .nodes import by_identifier, feed, reached
 from .ray_kinds import LIGHT_PATHS
-from .world import WorldReading, reached
+from .world import WorldReading
 
 SAMPLES = 16
 # Pixels along each side of the picture of the sun's disc, and size of this picture relative to the disc.

@@ -1,4 +1,4 @@
-"""Translation of the nodes of worlds and lights, which rays of one kind see: Light Path nodes are constants for them."""
+"""Translation of the nodes of worlds and lights, which rays of one kind see: Light Path nodes are constants then."""
 
 from __future__ import annotations
 

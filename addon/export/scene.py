@@ -19,6 +19,7 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 from ..problem import Problem, Report
 from .baking import bake_materials
 from .camera import export_camera
+from .effects import append_effects
 from .environment import bake_world
 from .images import Images
 from .inventory.naming import name_scene, name_settings
@@ -27,7 +28,7 @@ from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
 from .settings import RenderSettings, expose, read_settings
-from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers
+from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers, warn_about_visibility
 from .world import read_world
 
 NO_MATERIAL = "(no material)"
@@ -130,6 +131,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     out.scene.images = images.found
     expose(out.scene, out.settings.exposure)
     _warn_of_frames(out)
+    append_effects(out)
     return out
 
 
@@ -194,6 +196,7 @@ class _Walk:
                     lights[name], out.lights[name] = light, source
                 continue
             warn_about_modifiers(ob.original, out.report)
+            warn_about_visibility(ob.original, out.report)
             slots = tuple(_key(material) for material in self._slots(ob))
             meshes.add(Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking),
                        set().union(*(needed[slot] for slot in slots)))  # fmt: skip

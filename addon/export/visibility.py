@@ -15,6 +15,15 @@ def visible_to(ob: Any, instancer: Any = None) -> frozenset[str]:
                      if all(getattr(one, f"visible_{ray}") for one in (ob, instancer) if one is not None))  # fmt: skip
 
 
+def warn_about_visibility(ob: Any, report: Report) -> None:
+    """Warn of visibility settings of an object that Edgegrad does not support."""
+    where = f"object '{ob.name}'"
+    if ob.is_holdout:
+        report.warn(where, "is a holdout, which can't be rendered; it is rendered as an ordinary object")
+    if ob.is_shadow_catcher:
+        report.warn(where, "is a shadow catcher, which can't be rendered; it is rendered as an ordinary object")
+
+
 def rendered_objects(view_layer: Any) -> set[str]:
     """Full names of the objects of a view layer that are not hidden in renders, by themselves or their collections."""
     shown: set[str] = set()

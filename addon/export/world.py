@@ -6,7 +6,6 @@ other kinds of rays see, if it is of one colour, is two suns that each fill half
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -19,7 +18,7 @@ from edgegrad import expression as e
 
 from ..problem import Report
 from . import nodes
-from .expressions import Reader, Unreadable, folded, number, rgb
+from .expressions import Unreadable, folded, number, rgb
 from .images import Images
 from .ray_kinds import LIGHT_PATHS, RayReader
 from .shaders import Part, parts
@@ -63,7 +62,7 @@ def read_world(scene: Any, view_layer: Any, images: Images, report: Report) -> W
     where = f"world '{world.name}'"
     if nodes.source(output.inputs["Volume"]) is not None:
         report.warn(where, "its volume is left out")
-    linked = [socket.identifier for node in reached(tree) if node.type == "LIGHT_PATH"
+    linked = [socket.identifier for node in nodes.reached(tree) if node.type == "LIGHT_PATH"
               for socket in node.outputs if socket.is_linked]  # fmt: skip
     alike: dict[tuple[float, ...], list[str]] = {}
     for kind, path in LIGHT_PATHS.items():
@@ -71,15 +70,6 @@ def read_world(scene: Any, view_layer: Any, images: Images, report: Report) -> W
             alike.setdefault(tuple(path.get(name, 0.0) for name in linked), []).append(kind)
     return _merged([(names, _seen(world, surface, names[0], images, where, report)) for names in alike.values()],
                    where, report)  # fmt: skip
-
-
-def reached(tree: Any) -> Iterator[Any]:
-    """Yield the nodes of a tree and of the groups in it that are not muted."""
-    for node in tree.nodes:
-        if not node.mute:
-            yield node
-            if node.type == "GROUP" and node.node_tree is not None:
-                yield from reached(node.node_tree)
 
 
 def _seen(world: Any, surface: nodes.Feed, kind: str, images: Images, where: str, report: Report) -> WorldReading:

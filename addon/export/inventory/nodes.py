@@ -1,8 +1,8 @@
 """The settings and inputs of shader nodes, by node type.
 
 `NODES` has the types that are read: the functions registered by `reads` and `shader` translate them. Inputs stand in it
-by their identifiers, with _ for blanks. `EVALUATED_BY_CYCLES` has the types whose outputs are baked, with all their
-settings.
+by their identifiers, with _ for blanks. `EVALUATED_BY_CYCLES` has the types whose outputs Cycles bakes where no
+function reads them, with all their settings.
 """
 
 from __future__ import annotations
@@ -106,6 +106,9 @@ NODES: dict[str, Table] = {
     "TEX_ENVIRONMENT": Table("image texture_mapping projection interpolation Vector", named={"image_user": _FRAMES}),
     "TEX_IMAGE": Table("image texture_mapping projection interpolation projection_blend extension Vector",
                        named={"image_user": _FRAMES}),
+    "CAMERA": Table(),
+    "HAIR_INFO": Table(),
+    "POINT_INFO": Table(),
     "UVMAP": Table("uv_map", named={"from_instancer": _INSTANCER}),
 }  # fmt: skip
 
@@ -113,8 +116,8 @@ NODES: dict[str, Table] = {
 FOLLOWED = frozenset(("GROUP", "ADD_SHADER", "MIX_SHADER", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT"))
 
 EVALUATED_BY_CYCLES = frozenset((
-    "AMBIENT_OCCLUSION", "HAIR_INFO", "PARTICLE_INFO", "POINT_INFO", "SCRIPT", "SHADERTORGB", "SQUEEZE", "TANGENT",
-    "TEX_GABOR", "TEX_IES", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "WIREFRAME", "LIGHT_FALLOFF",
+    "AMBIENT_OCCLUSION", "CAMERA", "HAIR_INFO", "PARTICLE_INFO", "POINT_INFO", "SCRIPT", "SHADERTORGB", "SQUEEZE",
+    "TANGENT", "TEX_GABOR", "TEX_IES", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "WIREFRAME", "LIGHT_FALLOFF",
 ))  # fmt: skip
 
 # Reason -> types that change nothing in the picture, or whose effect is read or named where they are linked.

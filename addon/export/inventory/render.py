@@ -15,7 +15,8 @@ def _composited(struct: Any, scene: Any) -> bool:
 
 def _sequenced(struct: Any, scene: Any) -> bool:
     editor = scene.sequence_editor
-    return editor is not None and bool(len(getattr(editor, "strips_all", None) or getattr(editor, "sequences_all", ())))
+    strips = getattr(editor, "strips_all", getattr(editor, "sequences_all", ()))  # renamed in Blender 4.4
+    return len(strips) > 0
 
 
 RENDER = Table(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ..nodes import by_identifier, reached
 from .integrator import INTEGRATOR
 from .render import RENDER
 from .table import (
@@ -30,9 +31,14 @@ def _limits(struct: object, scene: object) -> bool:
     return bool(struct.max_bounces < getattr(scene.cycles, "max_bounces", 1024))  # type: ignore[attr-defined]
 
 
-def _is_surface(struct: object, scene: object) -> bool:
-    """Whether an object is no light, on which Blender sets switches of surfaces as it likes."""
-    return struct.type != "LIGHT"  # type: ignore[attr-defined, no-any-return]
+def _may_be_transparent(struct: object, scene: object) -> bool:
+    """Whether a material has a node that lets light through."""
+    tree = struct.node_tree  # type: ignore[attr-defined]
+    for node in reached(tree) if tree is not None else ():
+        alpha = by_identifier(node.inputs, "Alpha") if node.type == "BSDF_PRINCIPLED" else None
+        if node.type == "BSDF_TRANSPARENT" or (alpha is not None and (alpha.is_linked or alpha.default_value < 1.0)):
+            return True
+    return False
 
 
 _SHADOW_CAUSTICS = Named("its caustics are rendered by plain path tracing, without 'Shadow Caustics'")
@@ -47,7 +53,8 @@ STRUCTS: dict[str, Table] = {
         read="node_tree use_nodes pass_index diffuse_color",
         nested="cycles",
         named={
-            "use_transparent_shadow": Named("its transparent parts let light through; 'Transparent Shadows' is off"),
+            "use_transparent_shadow": Named("its transparent parts let light through; 'Transparent Shadows' is off",
+                                           acts=_may_be_transparent),
         },
         without={
             EEVEE: "surface_render_method blend_method shadow_method alpha_threshold use_transparency_overlap "
@@ -103,15 +110,11 @@ STRUCTS: dict[str, Table] = {
     "CameraDOFSettings": Table(read="use_dof focus_object focus_subtarget focus_distance aperture_fstop "
                                     "aperture_blades aperture_rotation aperture_ratio"),
     "Object": Table(
-        read="data type matrix_world material_slots pass_index color hide_render show_instancer_for_render "
-             "is_instancer light_linking visible_camera visible_diffuse visible_glossy visible_transmission "
-             "visible_shadow shadow_terminator_geometry_offset",
+        read="data type matrix_world material_slots pass_index color hide_render show_instancer_for_render is_holdout "
+             "is_shadow_catcher is_instancer light_linking visible_camera visible_diffuse visible_glossy "
+             "visible_transmission visible_shadow shadow_terminator_geometry_offset",
         nested="cycles",
         named={
-            "is_holdout": Named("is a holdout, which can't be rendered; it is rendered as an ordinary object",
-                                acts=_is_surface),
-            "is_shadow_catcher": Named("is a shadow catcher, which can't be rendered; it is rendered as an ordinary "
-                                       "object", False, _is_surface),
             "shadow_terminator_shading_offset": Named("its shading at shadow terminators is not offset by {value}"),
         },
         without={

@@ -97,6 +97,9 @@ def _shares_of_light(out: Export, subjects: list[tuple[str, str]]) -> dict[tuple
     whole = light()
     shares = {}
     for subject in subjects if whole > 0.0 else ():
+        if subject[0] == "world" and not scene.lights and not scene.emitters:
+            shares[subject] = 1.0
+            continue
         paths = _paths(out, subject)
         parts = [scene.world if path == "world.color" else scene.lights[path.split(".", 1)[1].rpartition(".")[0]]
                  for path in paths]  # fmt: skip

@@ -18,7 +18,8 @@ def _things() -> None:
     stage.add("Wall", stage.plane("Wall", stage.diffuse("Wall", (0.6, 0.55, 0.5)), size=8.0), (0, 2.5, 0),
               (math.pi / 2, 0, 0))  # fmt: skip
     stage.row([stage.principled("Plastic", (0.2, 0.4, 0.7), Roughness=0.3), stage.diffuse("Chalk"),
-               stage.principled("Metal", (0.9, 0.7, 0.4), Metallic=1.0, Roughness=0.3)], gap=1.7, segments=48)  # fmt: skip
+               stage.principled("Metal", (0.9, 0.7, 0.4), Metallic=1.0, Roughness=0.3)],
+              gap=1.7, segments=48)  # fmt: skip
     stage.camera((0, -6.5, 3.2), (0, 0.5, 0.7), 38.0)
     stage.lamp("AREA", "Fill", 40.0, (-2.0, -4.0, 4.0), (0, 0, 0.5), size=2.0)
 

@@ -46,13 +46,6 @@ def clay() -> None:
     bpy.context.view_layer.material_override = stage.principled("Clay", (0.7, 0.6, 0.5), Roughness=0.6)
 
 
-@case("A view layer without surfaces", bounces=1, samples=8)
-def without_surfaces() -> None:
-    """Only the sky remains."""
-    _room()
-    bpy.context.view_layer.use_solid = False
-
-
 @case("A wide Blackman-Harris pixel filter of 4 pixels", bounces=3)
 def wide_filter() -> None:
     """A soft picture."""

@@ -13,7 +13,7 @@ from edgegrad.scene import parameters as values
 
 from .differentiable import export_differentiable, not_computed
 from .export import Export
-from .parameters import Names
+from .parameters import Names, unit
 
 DIRECTIONS = ("NORMAL", "X", "Y", "Z")
 
@@ -47,7 +47,7 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
         if fieldname == "vertices":
             tangent[path] = _motion(scene.meshes[name], direction)
         else:
-            tangent[path] = np.ones(np.shape(value))
+            tangent[path] = np.full(np.shape(value), unit(export, path))
     limits = export.settings
     picture = edgegrad.render_forward(scene, tangent, spp=samples, max_depth=limits.max_depth, bounces=limits.bounces,
                                       seed=seed, progress=progress)  # fmt: skip

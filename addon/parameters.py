@@ -94,10 +94,19 @@ def write(export: Export, path: str, before: Any, after: Any, in_place: bool) ->
         matrix = np.linalg.inv(export.scene.meshes[name].transform) @ source.matrix
         write_back.write_vertices(bpy.data.objects[source.object], matrix, np.asarray(before),
                                   np.asarray(after), in_place)  # fmt: skip
-    elif collection == "materials":
-        write_back.write_material(export.materials[name], name, fieldname, np.asarray(after))
+        return
+    value = np.asarray(after) / unit(export, path)
+    if collection == "materials":
+        write_back.write_material(export.materials[name], name, fieldname, value)
     else:
-        write_back.write_power(name, float(after))
+        write_back.write_power(name, float(value))
+
+
+def unit(export: Export, path: str) -> float:
+    """Value in the exported scene of one unit in Blender: emitted light is multiplied by the film exposure."""
+    collection, _, fieldname = values.split(path)
+    emits = collection == "lights" or fieldname == "emission"
+    return export.settings.exposure if emits else 1.0
 
 
 def _among(problem: str, known: Any) -> str:

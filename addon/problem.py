@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+
+# What a warning is about, at the start of its line.
+SUBJECT = re.compile(r"(object|material|light|world) '(.*?)'(?:, |: )")
 
 
 class Problem(RuntimeError):
@@ -33,6 +38,21 @@ class Report:
     def tell(self, where: str, what: str) -> None:
         """Add a line on how `where` was read, once."""
         self._add(self.readings, where, what)
+
+    def subjects(self) -> Iterator[tuple[str, str]]:
+        """Yield kind and name of the object, material, light or world that each warning is about."""
+        for line in self.lines:
+            found = SUBJECT.match(line)
+            if found is not None:
+                yield found[1], found[2]
+
+    def append(self, effects: Mapping[tuple[str, str], str]) -> None:
+        """Append to each warning the text, in brackets, of its subject."""
+        for k, line in enumerate(self.lines):
+            found = SUBJECT.match(line)
+            text = None if found is None else effects.get((found[1], found[2]))
+            if text is not None:
+                self.lines[k] = f"{line} ({text})"
 
     def _add(self, lines: list[str], where: str, what: str) -> None:
         if (where, what) not in self._seen:

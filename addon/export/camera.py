@@ -44,10 +44,11 @@ def export_camera(camera: Any, scene: Any, report: Report) -> edgegrad.Camera:
         raise Problem(f"object '{camera.name}': is not a camera")
     lens = camera.data
     if lens.type not in KINDS:
-        raise Problem(f"{where}: its type is {lens.type}, which can't be rendered; choose another in its settings")
+        raise Problem(f"{where}: its type is {lens.type}, which can't be rendered; set its type to Perspective, "
+                      "Orthographic or Panoramic in its settings")  # fmt: skip
     if lens.type == "PANO" and _panorama(lens, "panorama_type") != "EQUIRECTANGULAR":
-        raise Problem(f"{where}: its panorama is {_panorama(lens, 'panorama_type')}; "
-                      "only equirectangular ones can be rendered")  # fmt: skip
+        raise Problem(f"{where}: its panorama is {_panorama(lens, 'panorama_type')}, which can't be rendered; set its "
+                      "panorama type to Equirectangular, or its type to Perspective")  # fmt: skip
     width, height = picture_size(scene)
     render = scene.render
     matrix = np.array(camera.matrix_world, np.float64)

@@ -6,7 +6,7 @@ The sun is too small and too bright for an image of practical size. It becomes a
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,8 @@ from edgegrad.images import read_image
 from ..problem import Problem, Report
 from .bake import Temporary, temporary
 from .images import Images
-from .nodes import by_identifier, feed
-from .visibility import RAYS
+from .nodes import by_identifier, feed, reached
+from .ray_kinds import LIGHT_PATHS
 from .world import WorldReading
 
 SAMPLES = 16
@@ -36,25 +36,27 @@ WITH_SUN = ("NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING")
 F32 = NDArray[np.float32]
 
 
-def bake_world(world: WorldReading, scene: Any, images: Images, resolution: int, report: Report) -> None:
+def bake_world(world: WorldReading, images: Images, resolution: int, report: Report) -> None:
     """Render the nodes of the world to an image; the sun of a sky texture becomes a light."""
-    name = scene.world.name
+    name = world.world.name
     where = f"world '{name}'"
     if resolution <= 0:
         report.warn(where, "its nodes can't be read and are not baked; it is black")
         return
     try:
         with temporary() as keep:
-            baker = _WorldBaker(keep, scene.world)
+            baker = _WorldBaker(keep, world)
             suns = [node for node in _skies(baker.world.node_tree) if node.sun_type in WITH_SUN]
             for sun in suns:
                 sun.disc(False)
             picture = baker.panorama(resolution)
+            lights: dict[str, edgegrad.SunLight] = {}
             for sun in suns if all(sun.plain for sun in suns) else ():
                 light = baker.sun(sun)
                 if light is not None:
-                    key = SUN_NAME if not world.suns else f"{SUN_NAME} {len(world.suns) + 1}"
-                    world.suns[key] = light
+                    # Unlike other suns, the disc of a sky texture is visible to the camera.
+                    light.visible_to = world.value.visible_to
+                    lights[SUN_NAME if not lights else f"{SUN_NAME} {len(lights) + 1}"] = light
             if suns and not all(sun.plain for sun in suns):
                 for sun in suns:
                     sun.disc(True)
@@ -68,8 +70,9 @@ def bake_world(world: WorldReading, scene: Any, images: Images, resolution: int,
     key = f"{name} (baked)"
     images.found[key] = edgegrad.Image(np.maximum(picture, 0.0))
     world.value.image, world.value.color = key, np.ones(3)
+    world.suns |= lights
     report.tell(where, f"baked to an image of {resolution} x {resolution // 2}"
-                + (f", its sun exported as {len(world.suns)} light" if world.suns else ""))  # fmt: skip
+                + (f", its sun exported as {len(lights)} light" if lights else ""))  # fmt: skip
 
 
 class _Sky:
@@ -98,11 +101,12 @@ def _skies(tree: Any, outermost: bool = True) -> Iterator[_Sky]:
 class _WorldBaker:
     """An empty scene with a copy of a world and a camera."""
 
-    def __init__(self, keep: Temporary, world: Any) -> None:
+    def __init__(self, keep: Temporary, world: WorldReading) -> None:
         scene = self._scene = keep(bpy.data.scenes.new("Edgegrad bake"))
-        self._name = world.name
-        self.world = keep(world.copy())
+        self._name = world.world.name
+        self.world = keep(world.world.copy())
         _own_groups(self.world.node_tree, keep)
+        _show_to(self.world.node_tree, LIGHT_PATHS[world.seen_by])
         scene.world = self.world
         scene.render.engine = "CYCLES"
         scene.render.resolution_percentage = 100
@@ -156,9 +160,7 @@ class _WorldBaker:
         strength = float(irradiance.max())
         if not strength > 0.0:
             return None  # below the horizon
-        # Unlike other suns, the disc of a sky texture is visible to the camera.
-        return edgegrad.SunLight(-to_sun, strength, angle, color=np.maximum(irradiance, 0.0) / strength,
-                                 visible_to=frozenset(RAYS))  # fmt: skip
+        return edgegrad.SunLight(-to_sun, strength, angle, color=np.maximum(irradiance, 0.0) / strength)
 
     def _render(self, width: int, height: int) -> F32:
         render = self._scene.render
@@ -172,6 +174,19 @@ class _WorldBaker:
             # This is an error of the disk, not of the world: a fit with a black world instead would be useless.
             raise Problem(f"world '{self._name}': its picture can't be kept in the temporary folder "
                           f"'{tempfile.gettempdir()}' ({error}); make space, or set TMPDIR") from None  # fmt: skip
+
+
+def _show_to(tree: Any, path: Mapping[str, float]) -> None:
+    """Replace the outputs of Light Path nodes by constants, since only camera rays render the world."""
+    for node in [node for node in reached(tree) if node.type == "LIGHT_PATH"]:
+        inside = node.id_data
+        for output in node.outputs:
+            targets = [link.to_socket for link in output.links]
+            if targets:
+                value = inside.nodes.new("ShaderNodeValue")
+                value.outputs[0].default_value = path.get(output.identifier, 0.0)
+                for socket in targets:
+                    inside.links.new(value.outputs[0], socket)
 
 
 def _own_groups(tree: Any, keep: Temporary) -> None:

@@ -18,6 +18,7 @@ from edgegrad.tables.textures.lowering import RULES, Lowering, Resources
 from edgegrad.tables.textures.ops import Builder
 
 from .images import Images
+from .inventory.naming import node_sentences
 from .nodes import Groups, by_identifier, feed, label
 
 SCALARS = ("VALUE", "INT", "BOOLEAN")
@@ -111,6 +112,8 @@ class Reader:
 
     def _read(self, output: Any, groups: Groups) -> Operand:
         node = output.node
+        for sentence in node_sentences(node):
+            self.note(f"node '{label(node, groups)}': {sentence}")
         try:
             read = READERS.get(node.type)
             if read is None:
@@ -185,14 +188,6 @@ def number(value: Operand) -> float | None:
     """First component of a constant; None for an expression."""
     found = rgb(value)
     return None if found is None else float(found[0])
-
-
-def constant(socket: Any, groups: Groups = ()) -> NDArray[np.float64] | None:
-    """(3,) constant value of an input; None if it varies or cannot be read."""
-    try:
-        return rgb(folded(Reader().value(socket, groups)))
-    except Unreadable:
-        return None
 
 
 from . import read_colors, read_inputs, read_textures  # noqa: E402, F401  (they register node types)

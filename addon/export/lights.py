@@ -15,10 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
+from edgegrad import expression as e
 
 from ..problem import Report
-from .expressions import constant
-from .nodes import feed
+from .expressions import Reader, Unreadable, folded, number, rgb
+from .nodes import Groups, feed, label
+from .ray_kinds import SAMPLED, RayReader
+from .shaders import Part, parts
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
 F64 = NDArray[np.float64]
@@ -92,8 +95,6 @@ def _point_or_spot(light: Any, matrix: F64, where: str, power: float, report: Re
         report.warn(where, "its cone is scaled to an ellipse; a circular cone of the mean width is used")
     elif not np.isclose(wide, 1.0, rtol=1e-3) and light.spot_blend > 0.0:
         report.warn(where, "its cone is scaled; the soft edge of an unscaled cone of the same width is used")
-    if getattr(light, "use_square", False):
-        report.warn(where, "its cone is square in the viewport only; it is round, as in Cycles")
     return edgegrad.SpotLight(position, -matrix[:3, 2] / scale[2], power, 2.0 * half, light.spot_blend, radius, sphere)
 
 
@@ -117,7 +118,7 @@ def _area_light(light: Any, matrix: F64, where: str, power: float, report: Repor
 
 
 def _emission(light: Any, where: str, report: Report) -> F64:
-    """(3,) factor of the power from the nodes of the light; only a constant Emission node is supported."""
+    """(3,) factor of the power from the nodes of the light; only constant emission is supported."""
     tree = light.node_tree
     # From 5.1 on, lights always have nodes, and `use_nodes` is deprecated.
     if tree is None or (bpy.app.version < (5, 1, 0) and not light.use_nodes):
@@ -125,14 +126,42 @@ def _emission(light: Any, where: str, report: Report) -> F64:
     output = tree.get_output_node("CYCLES")
     if output is None:
         return np.zeros(3)
-    shader = feed(output.inputs["Surface"])
-    if shader.output is None:
-        return np.zeros(3)
-    node = shader.output.node
-    if node.type != "EMISSION":
-        report.warn(where, f"its shader node '{node.name}' can't be read; only power and colour are used")
+    reader = _LampReader(None, SAMPLED)
+    out = np.zeros(3)
+    for part in parts(reader, feed(output.inputs["Surface"])):
+        weight = number(part.weight)
+        if weight is None:
+            report.warn(where, f"its shader node '{label(part.node, part.groups)}' has a weight that varies; it is "
+                        "left out")  # fmt: skip
+        elif part.node.type in ("EMISSION", "BACKGROUND"):
+            color, strength = (_constant(reader, part, name, where, report) for name in ("Color", "Strength"))
+            out += weight * color * strength[0]
+        else:
+            report.warn(where, f"its shader node '{label(part.node, part.groups)}' can't be read; it is left out")
+    for text in (*reader.approximations, *reader.notes):
+        report.warn(where, text)
+    return out
+
+
+def _constant(reader: Reader, part: Part, name: str, where: str, report: Report) -> F64:
+    """(3,) value of an input of an Emission node; 1 if it varies or can't be read."""
+    try:
+        value = rgb(folded(reader.value(part.node.inputs[name], part.groups)))
+    except Unreadable as error:
+        report.warn(where, f"its {name.lower()} is 1 in its nodes, since {error} can't be read")
         return np.ones(3)
-    color, strength = (constant(node.inputs[name], shader.groups) for name in ("Color", "Strength"))
-    if color is None or strength is None:
-        report.warn(where, "its shader nodes vary with position or direction; only power and colour are used")
-    return (np.ones(3) if color is None else color) * (1.0 if strength is None else strength[0])
+    if value is None:
+        report.warn(where, f"its shader nodes vary with position or direction; its {name.lower()} is 1 in its nodes")
+    return np.ones(3) if value is None else value
+
+
+class _LampReader(RayReader):
+    """Translates the nodes of a light; quadratic falloff without smoothing is that of physical lights."""
+
+    def _read(self, output: Any, groups: Groups) -> e.Operand:
+        node = output.node
+        if node.type == "LIGHT_FALLOFF" and output.identifier == "Quadratic":
+            if number(self.get(node, "Smooth", groups)) != 0.0:
+                raise Unreadable(f"'Smooth' of node '{label(node, groups)}'")
+            return self.get(node, "Strength", groups)
+        return super()._read(output, groups)

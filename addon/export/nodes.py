@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 PASSED_THROUGH = 256  # largest number of reroutes, muted nodes and groups that are followed
@@ -77,6 +78,15 @@ def by_identifier(sockets: Any, identifier: str) -> Any:
 def source(socket: Any) -> Any:
     """Return the output socket that is linked to an input at the outermost level of a tree; None if there is none."""
     return feed(socket).output
+
+
+def reached(tree: Any) -> Iterator[Any]:
+    """Yield the nodes of a tree, and of the groups in it, that are not muted."""
+    for node in tree.nodes:
+        if not node.mute:
+            yield node
+            if node.type == "GROUP" and node.node_tree is not None:
+                yield from reached(node.node_tree)
 
 
 def label(node: Any, groups: Groups = ()) -> str:

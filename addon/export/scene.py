@@ -22,15 +22,17 @@ from .baking import bake_materials
 from .camera import export_camera
 from .coincident import warn_about_coincident
 from .displacement import displace, read_displacement, warn_about_adaptive
+from .effects import append_effects
 from .environment import bake_world
 from .evaluation import Evaluation, evaluate
 from .images import Images
+from .inventory.naming import name_scene, name_settings
 from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
 from .object_types import RENDERED, OtherGeometry, warn_about_type
-from .settings import RenderSettings, read_settings
+from .settings import RenderSettings, expose, read_settings
 from .visibility import visible_to, warn_about_layer, warn_about_visibility
 from .world import read_world
 
@@ -118,7 +120,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     views = [export_camera(camera.evaluated_get(depsgraph), scene, report)
              for camera in (evaluation.camera, *more_cameras)]  # fmt: skip
     view = views[0]
-    out = Export(edgegrad.Scene(camera=view), views, read_settings(scene, report), report=report)
+    out = Export(edgegrad.Scene(camera=view), views, read_settings(scene), report=report)
     if evaluation.unread_layers:
         names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)
         report.warn(f"scene '{scene.name}'", f"renders several view layers; only '{depsgraph.view_layer.name}', whose "
@@ -130,7 +132,10 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     materials = walk.materials()
     for material in materials:
         out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
-    world = read_world(scene, images, report)
+        if material is not None:
+            name_settings(material, f"material '{material.name}'", scene, report)
+    world = read_world(scene, depsgraph.view_layer, images, report)
+    name_scene(scene, depsgraph.view_layer, evaluation.camera, world.world, report)
     displacements = {}
     for material in materials:
         found = read_displacement(material, images, report, _world_to_camera(view))
@@ -142,7 +147,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     displace(meshes.groups(), displacements, needed, report)
     bake_materials(out, meshes, images, depsgraph, bake)
     if world.baked:
-        bake_world(world, scene, images, bake, report)
+        bake_world(world, images, bake, report)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
     out.scene.world = world.value
@@ -152,8 +157,10 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
         out.scene.materials[name] = reading.value
         out.scene.materials |= reading.parts
     out.scene.images = images.found
+    expose(out.scene, out.settings.exposure)
     _warn_of_frames(out)
     warn_about_coincident(out)
+    append_effects(out)
     return out
 
 
@@ -176,6 +183,7 @@ class _Walk:
         self.linking = uses_linking(depsgraph.view_layer)
         self.meshes = PlacedMeshes(out.report)
         self.others = OtherGeometry(self.meshes, out.scene.camera, depsgraph, out.report)
+        self.named: set[str] = set()
 
     def _instances(self) -> Any:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
@@ -193,7 +201,7 @@ class _Walk:
             hair = self.others.hair(ob)
             self.others.count(hair)
             if hair or (ob.type in ("MESH", "POINTCLOUD") and instance.show_self):
-                for material in _slots(ob):
+                for material in self._slots(ob):
                     found[_key(material)] = material
         return list(found.values())
 
@@ -208,6 +216,7 @@ class _Walk:
             source = Source(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
                             instance.is_instance, (ob.original.name,), holder.original.name_full)  # fmt: skip
             visible = visible_to(ob, holder, self.depsgraph.view_layer)
+            self._name(ob.original)
             if ob.type == "LIGHT":
                 light = export_light(ob, matrix, visible, out.report) if instance.show_self else None
                 if light is not None:
@@ -217,20 +226,29 @@ class _Walk:
             warn_about_visibility(ob.original, out.report)
             warn_about_layer(holder.original, self.depsgraph.view_layer, out.report)
             warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
-            slots = tuple(_key(material) for material in _slots(ob))
+            slots = tuple(_key(material) for material in self._slots(ob))
             placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
-            if ob.type == "MESH" and instance.show_self:
+            if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
             if ob.type != "MESH" or instance.show_particles:
                 self.others.add(placed, needed)
         out.scene.lights = lights
         return self.meshes
 
+    def _slots(self, ob: Any) -> list[Any]:
+        """Original materials of an object's slots, which may be linked to it or to its data; None: no material."""
+        override = self.depsgraph.view_layer.material_override
+        materials = [override or slot.material for slot in ob.material_slots] or [override]
+        return [None if material is None else material.original for material in materials]
 
-def _slots(ob: Any) -> list[Any]:
-    """Original materials of the slots of an evaluated object; slots may be linked to the object or to its data."""
-    materials = [slot.material for slot in ob.material_slots] or [None]
-    return [None if material is None else material.original for material in materials]
+    def _name(self, ob: Any) -> None:
+        """Report the settings of an object, and of the light that it is, that are named."""
+        if ob.name_full in self.named:
+            return
+        self.named.add(ob.name_full)
+        name_settings(ob, f"object '{ob.name}'", self.depsgraph.scene, self.out.report)
+        if ob.type == "LIGHT":
+            name_settings(ob.data, f"light '{ob.name}'", self.depsgraph.scene, self.out.report)
 
 
 def unused_name(source: Source, holder: str, taken: Any) -> str:

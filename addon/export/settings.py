@@ -1,4 +1,4 @@
-"""Light path limits from Blender's render settings."""
+"""Light path limits and film exposure from Blender's render settings."""
 
 from __future__ import annotations
 
@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-
-from ..problem import Report
+from edgegrad import expression as e
 
 # Cycles counts scattering events between surfaces. A path has two more segments: to the camera and to the light.
 SEGMENTS_AROUND_BOUNCES = 2
@@ -19,7 +18,7 @@ SEGMENTS_AROUND_BOUNCES = 2
 
 @dataclass(frozen=True)
 class RenderSettings:
-    """Limits of light paths.
+    """Limits of light paths, and the film exposure.
 
     Attributes
     ----------
@@ -27,15 +26,13 @@ class RenderSettings:
         Largest number of path segments (`edgegrad.render`).
     bounces
         Bounce limits by kind of scattering event.
-    clamp_direct, clamp_indirect
-        Cycles' limits of the brightness of a sample; 0: none. Edgegrad does not clamp, since that makes pictures too
-        dark.
+    exposure
+        Factor of the picture (Blender's film exposure), by which all light of the exported scene is multiplied.
     """
 
     max_depth: int = 2
     bounces: edgegrad.Bounces = field(default_factory=edgegrad.Bounces)
-    clamp_direct: float = 0.0
-    clamp_indirect: float = 0.0
+    exposure: float = 1.0
 
 
 def render_export(scene: edgegrad.Scene, settings: RenderSettings, samples: int, seed: int = 0,
@@ -50,14 +47,14 @@ def render_export(scene: edgegrad.Scene, settings: RenderSettings, samples: int,
                                            bounces=settings.bounces, progress=progress)  # fmt: skip
 
 
-def read_settings(scene: Any, report: Report) -> RenderSettings:
-    """Read the light path limits of Blender's scene; Blender's defaults if it has no settings of Cycles."""
+def read_settings(scene: Any) -> RenderSettings:
+    """Read the render settings of Blender's scene; Blender's defaults if it has no settings of Cycles."""
     cycles = getattr(scene, "cycles", None)
 
     def limit(name: str, default: int) -> int:
         return min(int(getattr(cycles, name, default)), 255)
 
-    settings = RenderSettings(
+    return RenderSettings(
         max_depth=limit("max_bounces", 12) + SEGMENTS_AROUND_BOUNCES,
         bounces=edgegrad.Bounces(
             diffuse=limit("diffuse_bounces", 4),
@@ -65,10 +62,24 @@ def read_settings(scene: Any, report: Report) -> RenderSettings:
             transmission=limit("transmission_bounces", 12),
             transparent=limit("transparent_max_bounces", 8),
         ),
-        clamp_direct=float(getattr(cycles, "sample_clamp_direct", 0.0)),
-        clamp_indirect=float(getattr(cycles, "sample_clamp_indirect", 0.0)),
+        exposure=max(float(getattr(cycles, "film_exposure", 1.0)), 0.0),
     )
-    for kind, value in (("direct", settings.clamp_direct), ("indirect", settings.clamp_indirect)):
-        if value > 0.0:
-            report.tell(f"scene '{scene.name}'", f"{kind} light is not clamped; Cycles clamps it to {value:g}")
-    return settings
+
+
+def expose(scene: edgegrad.Scene, exposure: float) -> None:
+    """Multiply all light of a scene by the film exposure, which multiplies its picture."""
+    if exposure == 1.0:
+        return
+    scene.world.strength *= exposure
+    for light in scene.lights.values():
+        if isinstance(light, edgegrad.SunLight):
+            light.strength *= exposure
+        else:
+            light.power *= exposure
+    for material in scene.materials.values():
+        if isinstance(material, edgegrad.Material):
+            material.emission = material.emission * exposure
+            emitted = material.textures.get("emission")
+            if emitted is not None:
+                brighter = e.VectorMath("MULTIPLY", emitted, (exposure,) * 3)
+                material.textures = {**material.textures, "emission": brighter}

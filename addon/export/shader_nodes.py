@@ -10,6 +10,7 @@ import edgegrad
 from edgegrad import expression as e
 
 from .expressions import number, rgb
+from .inventory.naming import node_sentences
 from .nodes import by_identifier, feed
 from .shaders import Closure
 
@@ -39,6 +40,8 @@ def shader(*types: str) -> Callable[[Callable[[Closure], None]], Callable[[Closu
 def read_shader(closure: Closure) -> edgegrad.Material:
     """Fill the material of the closure from its node; black, with a note, if the node is not a surface shader."""
     closure.material.specular_ior_level = 0.0
+    for sentence in node_sentences(closure.node):
+        closure.note(sentence)
     read = SHADERS.get(closure.node.type)
     if read is None:
         name = closure.node.bl_label or closure.node.type

@@ -1,8 +1,12 @@
-"""Export of the world: a colour, an environment image, or a request to bake its nodes to an image."""
+"""Export of the world: a colour, an environment image, or a request to bake its nodes to an image.
+
+Nodes may make the world different for different kinds of rays (*Is Camera Ray*). The scene has one environment; what
+other kinds of rays see, if it is of one colour, is two suns that each fill half of the sphere.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import bpy
@@ -14,95 +18,187 @@ from edgegrad import expression as e
 
 from ..problem import Report
 from . import nodes
-from .expressions import Reader, Unreadable, constant, folded, rgb
+from .expressions import Unreadable, folded, number, rgb
 from .images import Images
+from .ray_kinds import LIGHT_PATHS, RayReader
+from .shaders import Part, parts
 from .visibility import RAYS
+
+BACKDROP = "(world) seen by {} rays"
 
 
 @dataclass
 class WorldReading:
-    """The exported world, and the sun lights of its sky textures.
+    """The exported world, and the suns of its sky textures and of what only some kinds of rays see.
 
     Attributes
     ----------
     baked
-        Whether the nodes of the world must be baked.
+        Whether the nodes of the world must be baked, as rays of the kind `seen_by` see it.
     """
 
     value: edgegrad.World
+    world: Any = None
     suns: dict[str, edgegrad.SunLight] = field(default_factory=dict)
     baked: bool = False
+    seen_by: str = "diffuse"
 
 
-def read_world(scene: Any, images: Images, report: Report) -> WorldReading:
-    """Read the world of Blender's scene."""
-    world = scene.world
-    if scene.render.film_transparent:
-        report.warn(f"scene '{scene.name}'", "its film is transparent, but the world is rendered as background")
-    if world is None:
+def read_world(scene: Any, view_layer: Any, images: Images, report: Report) -> WorldReading:
+    """Read the world that a view layer of Blender's scene shows."""
+    world = getattr(view_layer, "world_override", None) or scene.world
+    if world is None or not view_layer.use_sky:
         return WorldReading(edgegrad.World())
+    kinds = frozenset(ray for ray in RAYS if ray == "shadow" or getattr(world.cycles_visibility, ray, True))
+    if scene.render.film_transparent:
+        kinds -= {"camera"}
     tree = world.node_tree
     if tree is None or (bpy.app.version < (5, 0, 0) and not world.use_nodes):
-        return WorldReading(edgegrad.World(np.array(world.color, np.float64), visible_to=_visible_to(world)))
+        return WorldReading(edgegrad.World(np.array(world.color, np.float64), visible_to=kinds))
     output = tree.get_output_node("CYCLES")
     surface = None if output is None else nodes.feed(output.inputs["Surface"])
     if surface is None or surface.output is None:
         return WorldReading(edgegrad.World())
+    where = f"world '{world.name}'"
     if nodes.source(output.inputs["Volume"]) is not None:
-        report.warn(f"world '{world.name}'", "its volume is left out")
-    value = _background(surface, images, f"world '{world.name}'", report)
+        report.warn(where, "its volume is left out")
+    linked = [socket.identifier for node in nodes.reached(tree) if node.type == "LIGHT_PATH"
+              for socket in node.outputs if socket.is_linked]  # fmt: skip
+    alike: dict[tuple[float, ...], list[str]] = {}
+    for kind, path in LIGHT_PATHS.items():
+        if kind in kinds:
+            alike.setdefault(tuple(path.get(name, 0.0) for name in linked), []).append(kind)
+    return _merged([(names, _seen(world, surface, names[0], images, where, report)) for names in alike.values()],
+                   where, report)  # fmt: skip
+
+
+def _seen(world: Any, surface: nodes.Feed, kind: str, images: Images, where: str, report: Report) -> WorldReading:
+    """Read the world as rays of one kind see it."""
+    reader = _Directions(images, LIGHT_PATHS[kind])
+    value = _background(reader, surface, where, report)
+    for text in (*reader.approximations, *(reader.notes if value is not None else ())):
+        report.warn(where, text)
     if value is None:
-        return WorldReading(edgegrad.World(visible_to=_visible_to(world)), baked=True)
-    value.visible_to = _visible_to(world)
-    return WorldReading(value)
+        return WorldReading(edgegrad.World(), world, baked=True, seen_by=kind)
+    return WorldReading(value, world, seen_by=kind)
 
 
-def _visible_to(world: Any) -> frozenset[str]:
-    flags = getattr(world, "cycles_visibility", None)
-    return frozenset(ray for ray in RAYS if ray == "shadow" or getattr(flags, ray, True))
+def _merged(readings: list[tuple[list[str], WorldReading]], where: str, report: Report) -> WorldReading:
+    """Merge what kinds of rays see into an environment and suns that fill the sphere."""
+    groups: list[tuple[list[str], WorldReading]] = []
+    for names, reading in readings:
+        equal = next((kinds for kinds, other in groups if _same(other, reading)), None)
+        if equal is None:
+            groups.append((names, reading))
+        else:
+            equal += names
+    if not groups:
+        return WorldReading(edgegrad.World())
+    varied = [(kinds, one) for kinds, one in groups if not _has_one_color(one)]
+    # Light at surfaces is sampled best from the environment.
+    kinds, out = next((group for group in (varied or groups) if "diffuse" in group[0]), (varied or groups)[0])
+    seen = set(kinds)
+    for others, one in groups:
+        if one is not out and _has_one_color(one):
+            _add_backdrop(out, one.value, others)
+        elif one is not out:
+            seen.update(others)
+            report.warn(where, f"{', '.join(others)} rays see it as {out.seen_by} rays do: its nodes show them "
+                        "different images, and one environment is rendered")  # fmt: skip
+    if len([kinds for kinds, _ in groups if kinds != ["camera"]]) > 1:
+        report.warn(where, "its nodes show diffuse, glossy and transmission rays different light; in Cycles, a part of "
+                    "the light that surfaces receive is of no such kind")  # fmt: skip
+    out.value.visible_to = frozenset(seen | {"shadow"})
+    return out
 
 
-def _background(surface: nodes.Feed, images: Images, where: str, report: Report) -> edgegrad.World | None:
-    """Read a Background node of constant strength with a constant colour or a rotated environment image, else None."""
-    node, groups = surface.output.node, surface.groups
-    if node.type not in ("BACKGROUND", "EMISSION"):
+def _has_one_color(reading: WorldReading) -> bool:
+    return not reading.baked and reading.value.image is None
+
+
+def _same(a: WorldReading, b: WorldReading) -> bool:
+    if a.baked or b.baked:
+        return False
+    one, other = a.value, b.value
+    return one.image == other.image and all(
+        np.allclose(x, y) for x, y in ((one.color * one.strength, other.color * other.strength),
+                                       (one.rotation, other.rotation)))  # fmt: skip
+
+
+def _add_backdrop(out: WorldReading, seen: edgegrad.World, kinds: list[str]) -> None:
+    color = seen.color * seen.strength
+    if not color.any():
+        return
+    strength = float(color.max())
+    for k, axis in enumerate((1.0, -1.0)):
+        key = " ".join([BACKDROP.format(", ".join(kinds)), str(k + 1)])
+        # The irradiance by a hemisphere of constant radiance is pi times the radiance.
+        out.suns[key] = edgegrad.SunLight(np.array([0.0, 0.0, axis]), np.pi * strength, np.pi, color=color / strength,
+                                          visible_to=frozenset((*kinds, "shadow")), casts_shadow=True)  # fmt: skip
+
+
+def _background(reader: _Directions, surface: nodes.Feed, where: str, report: Report) -> edgegrad.World | None:
+    """Read a constant colour, or one Background node with a rotated environment image; else None."""
+    found = list(parts(reader, surface))
+    if reader.notes:  # a factor that can't be read
         return None
-    strength = constant(node.inputs["Strength"], groups)
-    if strength is None:
+    read = [_part(reader, part) for part in found]
+    if any(one is None for one in read) or (len(read) > 1 and any(one.image is not None for one in read if one)):
         return None
-    if strength[0] < 0.0:
+    if any(one.strength < 0.0 or one.color.min() < 0.0 for one in read if one):
         report.warn(where, "negative light is treated as zero")
+    if len(read) == 1 and read[0] is not None:
+        out = read[0]
+        if out.image is not None and out.image in reader.closest:
+            report.warn(where, "its image is interpolated linearly")
+        return replace(out, color=np.maximum(out.color, 0.0), strength=max(out.strength, 0.0))
+    colors = [np.maximum(one.color * one.strength, 0.0) for one in read if one]
+    return edgegrad.World(np.sum([np.zeros(3), *colors], axis=0))
+
+
+def _part(reader: _Directions, part: Part) -> edgegrad.World | None:
+    """Read a Background node of constant weight and strength; other shaders emit nothing. None: it must be baked."""
+    weight = number(part.weight)
+    if weight is None:
+        return None
+    if part.node.type not in ("BACKGROUND", "EMISSION"):
+        return edgegrad.World()
     try:
-        color = folded(_Directions(images).value(node.inputs["Color"], groups))
+        strength = number(folded(reader.value(part.node.inputs["Strength"], part.groups)))
+        color = folded(reader.value(part.node.inputs["Color"], part.groups))
     except Unreadable:
         return None
+    if strength is None:
+        return None
     found = rgb(color)
-    out = edgegrad.World(strength=max(float(strength[0]), 0.0))
     if found is not None:
-        if found.min() < 0.0:
-            report.warn(where, "negative light is treated as zero")
-        out.color = np.maximum(found, 0.0)
-        return out
-    return _with_image(out, color, where, report)
+        return edgegrad.World(found, strength * weight)
+    return _with_image(reader, color, strength * weight)
 
 
-def _with_image(out: edgegrad.World, color: e.Operand, where: str, report: Report) -> edgegrad.World | None:
+def _with_image(reader: _Directions, color: e.Operand, strength: float) -> edgegrad.World | None:
     if not isinstance(color, e.ImageTexture) or color.projection != "EQUIRECTANGULAR":
         return None
     rotation = _rotation(color.vector)
     if rotation is None:
         return None
-    out.color, out.image, out.rotation = np.ones(3), color.image, rotation
     if color.interpolation == "CLOSEST":
-        report.warn(where, "its image is interpolated linearly")
-    return out
+        reader.closest.add(color.image)
+    return edgegrad.World(np.ones(3), strength, color.image, rotation)
 
 
-class _Directions(Reader):
-    """Translates the nodes of a world, whose coordinates are the direction of the ray."""
+class _Directions(RayReader):
+    """Translates the nodes of a world, whose coordinates are the direction of the ray.
 
-    def __init__(self, images: Images) -> None:
-        super().__init__(images)
+    Attributes
+    ----------
+    closest
+        Names of the images that are not interpolated.
+    """
+
+    def __init__(self, images: Images, path: Any) -> None:
+        super().__init__(images, path)
+        self.closest: set[str] = set()
 
     def get_or(self, node: Any, identifier: str, groups: nodes.Groups, default: e.Operand | None) -> Any:
         return super().get_or(node, identifier, groups, DIRECTION if node.type == "TEX_ENVIRONMENT" else default)

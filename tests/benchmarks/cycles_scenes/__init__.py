@@ -19,14 +19,17 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     hair,
     instancing,
     interior,
+    lamp_settings,
     lamps,
     layers,
     linking,
     metals,
     procedural,
+    render_settings,
     shader_trees,
     sky,
     textures,
+    worlds,
 )
 from .case import CASES, Case
 

@@ -1,0 +1,137 @@
+"""Estimated effect of what the export warns about: how much of the picture an object, material or light concerns.
+
+Objects and materials: the share of the picture's pixels in which they are the first surface. Lights and worlds: the
+share of the picture's light that is missing without them. Both are measured in small pictures of the exported scene.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import edgegrad
+
+if TYPE_CHECKING:
+    from .scene import Export
+
+# Larger pictures and more samples cost more and are more precise; an estimate to a percent suffices.
+PIXELS = 4096
+LIGHT_PIXELS, LIGHT_SAMPLES, LIGHT_DEPTH = 768, 8, 4
+# Building the BVH of more faces would take longer than the sentences are worth.
+MOST_FACES = 1_000_000
+# Surfaces are told apart by two channels of their colour, relative to the third.
+CODES = 1000
+
+
+def append_effects(out: Export) -> None:
+    """Append the estimated effect to each warning about an object, material, light or world that is exported."""
+    subjects = set(out.report.subjects())
+    if not subjects or sum(len(mesh.faces) for mesh in out.scene.meshes.values()) > MOST_FACES:
+        return
+    effects: dict[tuple[str, str], str] = {}
+    if any(kind in ("object", "material") for kind, _ in subjects):
+        effects |= {subject: f"{_percent(share)} of the picture's pixels"
+                    for subject, share in first_surfaces(out).items()}  # fmt: skip
+    lit = [subject for subject in subjects if subject[0] in ("light", "world") and _paths(out, subject)]
+    effects |= {subject: f"{_percent(share)} of the picture's light"
+                for subject, share in _shares_of_light(out, lit).items()}  # fmt: skip
+    out.report.append(effects)
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%}".replace("%", " %") if share >= 0.01 or share == 0.0 else "under 1 %"
+
+
+def first_surfaces(out: Export) -> dict[tuple[str, str], float]:
+    """Share of pixels in which each object and material is the first surface, by ("object", name)."""
+    scene = out.scene
+    surfaces: list[tuple[str, str]] = []
+    meshes = {}
+    for name, mesh in scene.meshes.items():
+        keys = tuple(str(len(surfaces) + k) for k in range(len(mesh.materials)))
+        surfaces += [(name, slot) for slot in mesh.materials]
+        meshes[name] = replace(mesh, materials=keys, smoothing=None, normals=None, attributes={})
+    if not surfaces:
+        return {}
+    materials = {str(k): edgegrad.Material(np.array([k % CODES + 1, k // CODES + 1, CODES]) / CODES, kind="DIFFUSE")
+                 for k in range(len(surfaces))}  # fmt: skip
+    camera = _small(scene.camera, PIXELS)
+    # A lamp at the camera, whose light nothing blocks, lights each surface that the camera sees.
+    position, view = camera.to_world[:3, 3], -camera.to_world[:3, 2]
+    lamp = (edgegrad.SunLight(view, casts_shadow=False) if camera.kind == "ORTHOGRAPHIC"
+            else edgegrad.PointLight(position, power=1e3, casts_shadow=False))  # fmt: skip
+    picture = edgegrad.Renderer(edgegrad.Scene(camera, meshes, materials, {"lamp": lamp})).render(spp=1, max_depth=2)
+    codes = picture.reshape(-1, 3).astype(np.float64)
+    hit = codes[codes[:, 2] > 0.0]
+    low, high = np.rint(CODES * hit[:, :2] / hit[:, 2:]).astype(int).T - 1
+    counts: Counter[tuple[str, str]] = Counter()
+    for surface, count in zip(*np.unique(high * CODES + low, return_counts=True), strict=True):
+        mesh_name, slot = surfaces[int(surface)]
+        counts.update({("object", name): int(count) for name in out.meshes[mesh_name].objects})
+        reading = out.materials.get(slot)
+        if reading is not None and reading.material is not None:
+            counts[("material", reading.material)] += int(count)
+    present = {("object", name) for source in out.meshes.values() for name in source.objects}
+    present |= {("material", reading.material) for _, slot in surfaces
+                if (reading := out.materials.get(slot)) is not None and reading.material is not None}  # fmt: skip
+    return {subject: counts[subject] / len(codes) for subject in present}
+
+
+def _shares_of_light(out: Export, subjects: list[tuple[str, str]]) -> dict[tuple[str, str], float]:
+    """Share of the picture's light that is missing without each light or world."""
+    if not subjects:
+        return {}
+    scene = replace(out.scene, camera=_small(out.scene.camera, LIGHT_PIXELS),
+                    lights={name: replace(light) for name, light in out.scene.lights.items()},
+                    world=replace(out.scene.world))  # fmt: skip
+    renderer = edgegrad.Renderer(scene)
+
+    def light() -> float:
+        depth = min(out.settings.max_depth, LIGHT_DEPTH)
+        picture = renderer.render(spp=LIGHT_SAMPLES, max_depth=depth, bounces=out.settings.bounces)
+        return float(picture.mean(dtype=np.float64))
+
+    whole = light()
+    shares = {}
+    for subject in subjects if whole > 0.0 else ():
+        if subject[0] == "world" and not scene.lights and not scene.emitters:
+            shares[subject] = 1.0
+            continue
+        paths = _paths(out, subject)
+        parts = [scene.world if path == "world.color" else scene.lights[path.split(".", 1)[1].rpartition(".")[0]]
+                 for path in paths]  # fmt: skip
+        colors = [part.color for part in parts]
+        for part in parts:
+            part.color = np.zeros(3)
+        renderer.update(paths)
+        shares[subject] = min(max(1.0 - light() / whole, 0.0), 1.0)
+        for part, color in zip(parts, colors, strict=True):
+            part.color = color
+        renderer.update(paths)
+    return shares
+
+
+def _paths(out: Export, subject: tuple[str, str]) -> list[str]:
+    """Colours of the exported lights, or of the world, that a subject names."""
+    kind, name = subject
+    if kind == "world":
+        return ["world.color"]
+    return [f"lights.{key}.color" for key, source in out.lights.items() if source.object == name]
+
+
+def _small(camera: edgegrad.Camera, pixels: int) -> edgegrad.Camera:
+    """Return a pinhole camera of the same view with about this number of pixels."""
+    height, width = camera.size
+    factor = min(np.sqrt(pixels / (width * height)), 1.0)
+    crop = camera.crop
+    if crop is not None:
+        x0, y0, x1, y1 = (round(c * factor) for c in crop)
+        crop = (x0, y0, max(x1, x0 + 1), max(y1, y0 + 1))
+    least = (1, 1) if crop is None else crop[2:]
+    size = (max(round(side * factor), small) for side, small in zip((camera.width, camera.height), least, strict=True))
+    out = replace(camera, crop=crop, aperture_radius=0.0, filter="BOX", filter_width=1.0)
+    out.width, out.height = size
+    return out

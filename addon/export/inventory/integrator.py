@@ -1,0 +1,57 @@
+"""The settings of Cycles' integrator and film."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .table import BAKING, DATA, DISPLAY, EVALUATED, MOTION, NOISE, VOLUMES, Named, Table
+
+
+def _culls(struct: Any, scene: Any) -> bool:
+    return bool(scene.render.use_simplify)
+
+
+def _transparent(struct: Any, scene: Any) -> bool:
+    return bool(scene.render.film_transparent)
+
+
+_CULLED = Named("objects far from the camera's view are rendered, although culling is on", acts=_culls)
+
+INTEGRATOR = Table(
+    read="max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces pixel_filter_type "
+         "filter_width film_exposure",
+    named={
+        "caustics_reflective": Named("reflective caustics are rendered, although they are off"),
+        "caustics_refractive": Named("refractive caustics are rendered, although they are off"),
+        "use_fast_gi": Named("indirect light is computed; fast global illumination, which approximates "
+                             "it, is not used"),
+        "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",
+                                        acts=_transparent),
+        "use_camera_cull": _CULLED,
+        "use_distance_cull": _CULLED,
+        "texture_limit_render": Named("images are read in full size; Cycles limits them to {value} pixels",
+                                      acts=_culls),
+        # Their defaults make Cycles' pictures biased.
+        "sample_clamp_direct": Named("direct light is not clamped; Cycles clamps it to {value}", 0.0, warns=False),
+        "sample_clamp_indirect": Named("indirect light is not clamped; Cycles clamps it to {value}", 0.0,
+                                       warns=False),
+        "blur_glossy": Named("caustics are sharp; Cycles blurs glossy reflections behind rough ones ('Filter Glossy' "
+                             "{value})", 0.0, warns=False),
+    },
+    without={
+        NOISE: "device shading_system feature_set *samples use_sample_subset sample_offset sample_subset_length "
+               "time_limit sampling_pattern *scrambling_distance use_layer_samples light_sampling_threshold "
+               "*adaptive_* direct_light_sampling_type use_light_tree min_light_bounces min_transparent_bounces "
+               "*guiding* seed use_animated_seed debug_* use_auto_tile tile_size *denois* "
+               "sample_all_lights_* sampling_pattern use_progressive_refine tile_order",
+        DISPLAY: "preview_* texture_limit",
+        VOLUMES: "volume_*",
+        EVALUATED: "dicing_* max_subdivisions offscreen_dicing_scale",
+        MOTION: "rolling_shutter_* motion_blur_position",
+        "only fast global illumination uses it": "fast_gi_method ao_bounces ao_bounces_render",
+        "only 'Transparent Glass' uses it": "film_transparent_roughness",
+        "culling is named by its switch": "camera_cull_margin distance_cull_margin",
+        BAKING: "bake_type",
+        DATA: "name",
+    },
+)  # fmt: skip

@@ -1,0 +1,126 @@
+"""Settings of renders and view layers: film, filters, overrides, limits of bounces, and what only Cycles has."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import bpy
+
+from . import stage
+from .case import case
+
+
+def _room() -> Any:
+    """Three balls before a wall under a lamp and a dim sky; returns Blender's scene."""
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 96, 72
+    stage.add("Floor", stage.plane("Floor", stage.diffuse("Floor", (0.6, 0.5, 0.4)), size=6.0))
+    stage.add("Wall", stage.plane("Wall", stage.diffuse("Wall", (0.5, 0.6, 0.6)), size=4.0), (0, 2, 1),
+              (math.pi / 2, 0, 0))  # fmt: skip
+    glass = stage.simple("Glass", "ShaderNodeBsdfGlass", {"Roughness": 0.2, "IOR": 1.4})
+    stage.row([stage.principled("Plastic", (0.2, 0.4, 0.7), Roughness=0.4), glass,
+               stage.principled("Metal", (0.9, 0.7, 0.4), Metallic=1.0, Roughness=0.3)], segments=48)  # fmt: skip
+    stage.lamp("AREA", "Key", 150.0, (-2, -3, 4), (0, 0, 0.5), size=1.5)
+    stage.world((0.4, 0.5, 0.7), 0.5)
+    stage.camera((0, -6.5, 2.2), (0, 0, 0.7), 38.0)
+    return scene
+
+
+@case("Film exposure of 2.2", bounces=4)
+def film_exposure() -> None:
+    """Cycles multiplies the picture."""
+    _room().cycles.film_exposure = 2.2
+
+
+@case("A transparent film: the camera does not see the sky", bounces=4)
+def film_transparent() -> None:
+    """The sky lights the scene, and is seen through glass."""
+    _room().render.film_transparent = True
+
+
+@case("A view layer whose materials are replaced by clay (Material Override)", bounces=4)
+def clay() -> None:
+    """All three balls, floor and wall."""
+    _room()
+    bpy.context.view_layer.material_override = stage.principled("Clay", (0.7, 0.6, 0.5), Roughness=0.6)
+
+
+@case("A wide Blackman-Harris pixel filter of 4 pixels", bounces=3)
+def wide_filter() -> None:
+    """A soft picture."""
+    scene = _room()
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 4.0
+
+
+@case("Limits of kinds of bounces below and above the total", bounces=2, diffuse_bounces=8, glossy_bounces=1,
+      transmission_bounces=12)  # fmt: skip
+def mixed_limits() -> None:
+    """The total counts."""
+    _room()
+
+
+@case("Settings that change no expected picture: dither, passes, light groups, threshold, culling without Simplify",
+      bounces=3, light_sampling_threshold=0.01)  # fmt: skip
+def idle_settings() -> None:
+    """Everything off its default that has no effect."""
+    scene = _room()
+    scene.render.dither_intensity = 2.0
+    scene.view_settings.exposure, scene.view_settings.gamma = 2.0, 1.5
+    scene.render.filter_size = 4.0
+    scene.cycles.use_camera_cull = True
+    scene.cycles.use_light_tree = False
+    layer = bpy.context.view_layer
+    layer.pass_alpha_threshold, layer.use_ao, layer.use_pass_mist = 0.0, False, True
+    scene.world.light_settings.ao_factor = 0.1
+    scene.world.mist_settings.use_mist = True
+    key = bpy.data.objects["Key"].data
+    key.specular_factor = key.diffuse_factor = 0.0
+    key.use_custom_distance, key.cutoff_distance = True, 1.0
+    key.cycles.use_multiple_importance_sampling = True
+    for ob in scene.objects:
+        ob.cycles.use_motion_blur, ob.cycles.ao_distance = False, 1.0
+        ob.display_type = "WIRE"
+
+
+@case("Orthographic camera with depth of field", bounces=2)
+def orthographic_focus() -> None:
+    """Focus on the wall."""
+    _room()
+    lens = bpy.context.scene.camera.data
+    lens.type, lens.ortho_scale = "ORTHO", 6.0
+    lens.dof.use_dof, lens.dof.focus_distance, lens.dof.aperture_fstop = True, 9.0, 2.0
+
+
+@case("Caustics switched off", bounces=5, caustics_reflective=False, caustics_refractive=False, differs=[
+    "caustics are rendered, although they are off, which the export says"])  # fmt: skip
+def without_caustics() -> None:
+    """Light through the glass ball is missing in Cycles."""
+    _room()
+
+
+@case("Fast global illumination", bounces=5, use_fast_gi=True, differs=[
+    "indirect light is computed instead of ambient occlusion, which the export says"])  # fmt: skip
+def fast_global_illumination() -> None:
+    """Ambient occlusion after one bounce."""
+    _room()
+
+
+@case("Motion blur of a moving ball", bounces=2, differs=["motion blur is left out, which the export says"])
+def motion_blur() -> None:
+    """A ball that crosses the picture."""
+    scene = _room()
+    ball = bpy.data.objects["Plastic"]
+    for frame, x in ((0, -3.0), (2, 0.5)):
+        ball.location.x = x
+        ball.keyframe_insert("location", frame=frame)
+    scene.render.use_motion_blur = True
+    scene.frame_set(1)
+
+
+@case("A floor that only catches shadows", bounces=2, differs=[
+    "a shadow catcher is rendered as an ordinary object, which the export says"])  # fmt: skip
+def shadow_catcher() -> None:
+    """Its surface is not seen in Cycles."""
+    _room()
+    bpy.data.objects["Floor"].is_shadow_catcher = True

@@ -75,7 +75,8 @@ def warn_about_coincident(out: Export) -> None:
     if count > MOST_TRIANGLES:
         out.report.tell("scene", f"has {count} triangles, so faces that lie exactly on each other aren't looked for")
         return
-    if not count:
+    finite = all(np.isfinite(scene.meshes[name].vertices).all() for name in names)
+    if not count or not finite:  # a scene that is not finite is refused when it is rendered
         return
     found = _triangles(scene, names)
     _warn_about_lights(out, found)

@@ -17,7 +17,7 @@ from edgegrad import images
 F32 = NDArray[np.float32]
 
 
-def prepare(scene: Any, samples: int, bounces: int, limits: Mapping[str, int]) -> None:
+def prepare(scene: Any, samples: int, bounces: int, limits: Mapping[str, float]) -> None:
     """Settings with which Cycles estimates the same integral as Edgegrad, without bias.
 
     Its defaults clamp indirect light at 10, blur glossy paths, skip lights that add less than 1 %, and stop where

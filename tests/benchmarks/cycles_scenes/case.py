@@ -42,7 +42,7 @@ class Case:
     bounces: int
     samples: int
     differs: tuple[str, ...]
-    limits: Mapping[str, int]
+    limits: Mapping[str, float]
     source: str
 
     def fingerprint(self, *settings: object) -> str:
@@ -78,7 +78,7 @@ def _shared(family: Path) -> str:
 
 
 def case(
-    title: str, *, bounces: int = 3, samples: int = 48, differs: Sequence[str] = (), **limits: int
+    title: str, *, bounces: int = 3, samples: int = 48, differs: Sequence[str] = (), **limits: float
 ) -> Callable[[Builder], Builder]:
     """Register the decorated builder under its own name."""
 

@@ -18,7 +18,7 @@ from edgegrad.tables.textures.lowering import RULES, Lowering, Resources
 from edgegrad.tables.textures.ops import Builder
 
 from .images import Images
-from .nodes import Groups, by_identifier, feed, label
+from .nodes import Groups, by_identifier, feed, is_implicit, label
 
 SCALARS = ("VALUE", "INT", "BOOLEAN")
 REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)
@@ -92,10 +92,9 @@ class Reader:
         return self.value(by_identifier(node.inputs, identifier), groups)
 
     def get_or(self, node: Any, identifier: str, groups: Groups, default: Operand | None) -> Any:
-        """Translate an input like `get`, but return `default` if nothing is linked to it."""
+        """Translate an input like `get`, but return `default` if it keeps the default that Cycles has for it."""
         socket = by_identifier(node.inputs, identifier)
-        found = feed(socket, groups)
-        return default if found.output is None and found.input == socket else self.value(socket, groups)
+        return default if is_implicit(socket, feed(socket, groups)) else self.value(socket, groups)
 
     def output(self, output: Any, groups: Groups) -> Operand:
         """Translate the output of a node."""

@@ -19,9 +19,8 @@ from .expressions import Reader, number
 from .images import Images
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, parts
+from .volumes import describe_volume
 
-# Colour of faces without a material in Cycles.
-DEFAULT_COLOR = 0.8
 PART = "/shader "  # separates the name of a mixture from that of its part
 # Inputs for (base colour, emission colour, emission strength) that a fit may write, by type of shader node.
 WRITABLE = {"BSDF_PRINCIPLED": ("Base Color", "Emission Color", "Emission Strength"), "BSDF_DIFFUSE": ("Color", "", ""),
@@ -148,21 +147,26 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         As in `Reader`.
     """
     if material is None:
-        return MaterialReading(edgegrad.Material(np.full(3, DEFAULT_COLOR)))
+        return MaterialReading(_default_surface())
     where = f"material '{material.name}'"
     tree = material.node_tree
     # From 5.0 on, materials always have nodes, and `use_nodes` is deprecated.
     if tree is None or (bpy.app.version < (5, 0, 0) and not material.use_nodes):
         color = np.clip(np.array(material.diffuse_color[:3], np.float64), 0.0, 1.0)
-        return MaterialReading(edgegrad.Material(color), material=material.name)
+        return MaterialReading(edgegrad.Material(color, kind="DIFFUSE"), material=material.name)
     reading = MaterialReading(_black(), material=material.name)
     output = tree.get_output_node("CYCLES")
     if output is None:
-        report.warn(where, "has no active output; it is rendered black")
+        report.tell(where, "has no output that Cycles uses; it is black, as in Cycles")
         return reading
-    for name in ("Volume", "Displacement"):
-        if name in output.inputs and nodes.source(output.inputs[name]) is not None:
-            report.warn(where, f"the node that is linked to '{name}' of its output is ignored")
+    if nodes.source(output.inputs["Displacement"]) is not None:
+        report.warn(where, "the node that is linked to 'Displacement' of its output is ignored")
+    volume = nodes.feed(output.inputs["Volume"])
+    if volume.output is not None:
+        report.warn(where, describe_volume(volume, material))
+        if nodes.source(output.inputs["Surface"]) is None:
+            reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")
+            return reading
     _Reading(material, images, world_to_camera, reading).read(output, report)
     return reading
 
@@ -178,6 +182,13 @@ def renamed(value: Expression, names: Mapping[str, str]) -> Expression:
         changed = any(getattr(node, key) is not new and getattr(node, key) != new for key, new in changes.items())
         done[id(node)] = replace(node, **changes) if changed else node  # type: ignore[type-var]
     return done[id(value)]
+
+
+def _default_surface() -> edgegrad.Material:
+    """Return what Cycles renders for faces without a material: up to 4.5 Diffuse, then Principled with its defaults."""
+    if bpy.app.version < (5, 0, 0):
+        return edgegrad.Material(np.full(3, 0.8), kind="DIFFUSE")
+    return edgegrad.Material(np.full(3, 0.8), specular_ior_level=0.5)
 
 
 def _black() -> edgegrad.Material:
@@ -214,7 +225,8 @@ class _Reading:
         report.tell(where, self._summary([part for part, _ in merged]))
 
     def _closure(self, part: Part) -> edgegrad.Material:
-        return read_shader(Closure(self.reader, part.node, part.groups, edgegrad.Material(), self._bake_normal))
+        return read_shader(Closure(self.reader, part.node, part.groups, edgegrad.Material(), part.output,
+                                   self._bake_normal))  # fmt: skip
 
     def _bake(self, output: Any, groups: nodes.Groups, normal: bool = False) -> Expression | None:
         if output.type not in ("VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA"):

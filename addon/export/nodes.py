@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
+
+import bpy
 
 PASSED_THROUGH = 256  # largest number of reroutes, muted nodes and groups that are followed
 
@@ -34,7 +37,7 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
     """Find the source of an input socket of a node inside these groups."""
     through: list[str] = []
     for _ in range(PASSED_THROUGH):
-        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+        link = next((link for link in socket.links if _is_used(link)), None)
         if link is None:
             return Feed(None, socket, groups, tuple(through))
         output = link.from_socket
@@ -59,6 +62,44 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
         through.append(output.type)
         socket = inner
     return Feed(None, None, groups, tuple(through))
+
+
+def _is_used(link: Any) -> bool:
+    """Whether Cycles follows a link. It ignores shaders that are linked to values, and sockets that a node hides."""
+    mixed = link.from_socket.type == "SHADER" and link.to_socket.type != "SHADER"
+    hidden = link.from_socket.is_unavailable or link.to_socket.is_unavailable
+    return bool(link.is_valid and not link.is_muted and not mixed and not hidden)
+
+
+def is_implicit(socket: Any, found: Feed) -> bool:
+    """Whether an input without a value, as Normal, keeps its default: the shading normal, or texture coordinates.
+
+    Parameters
+    ----------
+    socket, found
+        The input, and its source.
+    """
+    if found.output is not None or found.input is None:
+        return False
+    if found.input == socket:
+        return True
+    if bpy.app.version < (5, 0, 0):  # Cycles drops any value of a group that is not linked
+        return True
+    return bool(found.input.hide_value and all(kind == socket.type for kind in found.through))
+
+
+def upstream(node: Any, groups: Groups) -> Iterator[tuple[Any, Groups]]:
+    """Yield the outputs that a node depends on, each with the groups around it."""
+    todo, seen = [(node, groups)], set()
+    while todo:
+        node, groups = todo.pop()
+        for socket in node.inputs:
+            found = feed(socket, groups)
+            if found.output is None or (found.output, found.groups) in seen:
+                continue
+            seen.add((found.output, found.groups))
+            yield found.output, found.groups
+            todo.append((found.output.node, found.groups))
 
 
 def group_output(node: Any) -> Any:

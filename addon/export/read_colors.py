@@ -14,7 +14,7 @@ from .expressions import Reader, folded, number, reads, rgb
 from .nodes import Groups
 from .read_inputs import rows, unreadable
 
-TABLE = 256  # rows of ramps and curves in Cycles
+TABLE = 257  # rows of ramps and curves in Cycles
 
 
 @reads("MATH")
@@ -111,7 +111,9 @@ def _mix_rgb(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 @reads("VALTORGB")
 def _ramp(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     ramp = node.color_ramp
-    table: Any = tuple(tuple(map(float, ramp.evaluate(i / (TABLE - 1)))) for i in range(TABLE))
+    # Blender's ramps in HSL are not a number for colours above 1.
+    colors = np.nan_to_num([ramp.evaluate(i / (TABLE - 1)) for i in range(TABLE)], posinf=0.0, neginf=0.0)
+    table: Any = tuple(tuple(map(float, row)) for row in colors)
     factor = reader.get(node, "Fac", groups)
     fixed = number(folded(factor))
     if fixed is not None:

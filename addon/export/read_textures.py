@@ -9,9 +9,9 @@ from edgegrad.expression import Operand
 from edgegrad.expression import procedural as p
 
 from . import attributes
-from .expressions import Reader, Unreadable, reads
+from .expressions import Reader, Unreadable, constant, reads
 from .images import FROM_SRGB, UnreadableImage, alpha_mode
-from .nodes import Groups, label
+from .nodes import Groups, by_identifier, feed, is_implicit, label
 
 INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "Smart": "CUBIC"}
 
@@ -56,9 +56,18 @@ def _environment(reader: Reader, node: Any, groups: Groups, output: Any) -> Oper
 
 
 def _place(reader: Reader, node: Any, groups: Groups) -> Operand:
-    """Translate the vector of a procedural texture; generated coordinates if nothing is linked."""
-    value: Operand = reader.get_or(node, "Vector", groups, attributes.layer(attributes.GENERATED))
-    return value
+    """Translate the vector of a procedural texture; generated coordinates if nothing is linked.
+
+    Blender evaluates a texture whose inputs are all constant, where the vector of a group counts with its value.
+    """
+    socket = by_identifier(node.inputs, "Vector")
+    found = feed(socket, groups)
+    if not is_implicit(socket, found):
+        return reader.value(socket, groups)
+    others = (one for one in node.inputs if one.enabled and one != socket)
+    if found.input != socket and all(constant(one, groups) is not None for one in others):
+        return reader.value(socket, groups)
+    return attributes.layer(attributes.GENERATED)
 
 
 @reads("TEX_CHECKER")

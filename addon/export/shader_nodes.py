@@ -40,7 +40,9 @@ def read_shader(closure: Closure) -> edgegrad.Material:
     """Fill the material of the closure from its node; black, with a note, if the node is not a surface shader."""
     closure.material.specular_ior_level = 0.0
     read = SHADERS.get(closure.node.type)
-    if read is None:
+    if closure.output is not None and closure.output.type != "SHADER":
+        closure.emit(closure.output)
+    elif read is None:
         name = closure.node.bl_label or closure.node.type
         closure.note(f"{name} is not a surface shader that can be rendered; it is black")
         closure.material.kind = "DIFFUSE"

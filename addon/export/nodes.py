@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import bpy
 
+# Nodes that Cycles does not have. It ignores their links, so that a linked input keeps its own value.
+NOT_IN_CYCLES = ("SHADERTORGB", "UVALONGSTROKE", "SQUEEZE")
 PASSED_THROUGH = 256  # largest number of reroutes, muted nodes and groups that are followed
 
 Groups = tuple[Any, ...]  # group nodes around a node, outermost first
@@ -66,9 +68,10 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
 
 def _is_used(link: Any) -> bool:
     """Whether Cycles follows a link. It ignores shaders that are linked to values, and sockets that a node hides."""
+    unknown = link.from_node.type in NOT_IN_CYCLES
     mixed = link.from_socket.type == "SHADER" and link.to_socket.type != "SHADER"
     hidden = link.from_socket.is_unavailable or link.to_socket.is_unavailable
-    return bool(link.is_valid and not link.is_muted and not mixed and not hidden)
+    return bool(link.is_valid and not link.is_muted and not unknown and not mixed and not hidden)
 
 
 def is_implicit(socket: Any, found: Feed) -> bool:

@@ -75,9 +75,17 @@ def _rotate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 
 @reads("VECT_TRANSFORM")
 def _vector_transform(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if node.convert_from != node.convert_to:
-        raise unreadable(node, groups, node.bl_label)
-    return reader.get(node, "Vector", groups)
+    vector, spaces = reader.get(node, "Vector", groups), (node.convert_from, node.convert_to)
+    if spaces[0] == spaces[1]:
+        return vector
+    if "OBJECT" in spaces or reader.world_to_camera is None:
+        raise unreadable(node, groups, node.bl_label, bakeable="CAMERA" not in spaces)
+    matrix = np.array(reader.world_to_camera, np.float64)
+    matrix = matrix if spaces[1] == "CAMERA" else np.linalg.inv(matrix)
+    if node.vector_type != "POINT":
+        matrix[:3, 3] = 0.0
+    vector = e.Transform(vector, rows(matrix))  # the camera's axes are orthonormal, so normals turn like vectors
+    return e.VectorMath("NORMALIZE", vector) if node.vector_type == "NORMAL" else vector
 
 
 @reads("NORMAL")

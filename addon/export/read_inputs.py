@@ -22,9 +22,9 @@ def rows(matrix: Any) -> Any:
     return tuple(tuple(float(c) for c in row) for row in np.asarray(matrix, np.float64)[:3])
 
 
-def unreadable(node: Any, groups: Groups, what: str) -> Unreadable:
+def unreadable(node: Any, groups: Groups, what: str, bakeable: bool = True) -> Unreadable:
     """Make the error for a part of a node that no expression can represent."""
-    return Unreadable(f"node '{label(node, groups)}' ({what})")
+    return Unreadable(f"node '{label(node, groups)}' ({what})", bakeable)
 
 
 @reads("VALUE", "RGB")
@@ -58,7 +58,7 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
         return e.Coordinates("REFLECTION")
     if name == "Camera" and reader.world_to_camera is not None:
         return e.Transform(e.Coordinates("POSITION"), rows(reader.world_to_camera))
-    raise unreadable(node, groups, name)
+    raise unreadable(node, groups, name, bakeable=False)  # a bake has no camera
 
 
 @reads("NEW_GEOMETRY")
@@ -74,7 +74,7 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
 @reads("ATTRIBUTE")
 def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if node.attribute_type == "VIEW_LAYER":
-        raise unreadable(node, groups, "attribute of the view layer")
+        raise unreadable(node, groups, "attribute of the view layer", bakeable=False)
     of_object = node.attribute_type in ("OBJECT", "INSTANCER")
     value = attributes.layer(attributes.PROPERTY + node.attribute_name if of_object else node.attribute_name)
     if output.identifier == "Fac":
@@ -133,10 +133,21 @@ def _camera_distance(world_to_camera: Any) -> Operand:
     return e.VectorMath("LENGTH", e.Transform(e.Coordinates("POSITION"), rows(world_to_camera)))
 
 
+@reads("SCRIPT")
+def _script(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    raise unreadable(node, groups, "a script in Open Shading Language", bakeable=False)
+
+
+@reads("WIREFRAME")
+def _wireframe(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    raise unreadable(node, groups, "its size in pixels" if node.use_pixel_size else node.bl_label,
+                     bakeable=not node.use_pixel_size)  # fmt: skip
+
+
 @reads("CAMERA")
 def _camera_data(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if reader.world_to_camera is None:
-        raise unreadable(node, groups, output.identifier)
+        raise unreadable(node, groups, output.identifier, bakeable=False)
     if output.identifier == "View Distance":
         return _camera_distance(reader.world_to_camera)
     place = e.Transform(e.Coordinates("POSITION"), rows(reader.world_to_camera))

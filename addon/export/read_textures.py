@@ -30,10 +30,15 @@ def read_image(reader: Reader, node: Any, groups: Groups, codes: bool = False) -
         raise Unreadable(f"node '{label(node, groups)}' (image '{node.image.name}' {error})") from None
 
 
+def _interpolates_codes(reader: Reader, node: Any) -> bool:
+    """Whether the code values of a node's image are interpolated, before they are converted to linear light."""
+    interpolates = node.image is not None and node.interpolation != "Closest"
+    return interpolates and reader.images is not None and reader.images.interpolates_codes(node.image)
+
+
 @reads("TEX_IMAGE")
 def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    interpolates = node.image is not None and node.interpolation != "Closest"
-    codes = interpolates and reader.images is not None and reader.images.interpolates_codes(node.image)
+    codes = _interpolates_codes(reader, node)
     name = read_image(reader, node, groups, codes)
     box = node.projection == "BOX"
     value = e.ImageTexture(
@@ -49,10 +54,12 @@ def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 
 @reads("TEX_ENVIRONMENT")
 def _environment(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    name = read_image(reader, node, groups)
-    return e.ImageTexture(name, reader.get_or(node, "Vector", groups, e.Coordinates("POSITION")),
-                          INTERPOLATIONS[node.interpolation], "REPEAT", node.projection,
-                          alpha_mode(node.image, False))  # fmt: skip
+    codes = reader.codes and _interpolates_codes(reader, node)
+    name = read_image(reader, node, groups, codes)
+    value = e.ImageTexture(name, reader.get_or(node, "Vector", groups, e.Coordinates("POSITION")),
+                           INTERPOLATIONS[node.interpolation], "REPEAT", node.projection,
+                           alpha_mode(node.image, False))  # fmt: skip
+    return e.Curves(value, FROM_CODES) if codes else value
 
 
 def _place(reader: Reader, node: Any, groups: Groups) -> Operand:

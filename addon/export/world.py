@@ -102,7 +102,7 @@ class _Directions(Reader):
     """Translates the nodes of a world, whose coordinates are the direction of the ray."""
 
     def __init__(self, images: Images) -> None:
-        super().__init__(images)
+        super().__init__(images, codes=False)
 
     def get_or(self, node: Any, identifier: str, groups: nodes.Groups, default: e.Operand | None) -> Any:
         return super().get_or(node, identifier, groups, DIRECTION if node.type == "TEX_ENVIRONMENT" else default)

@@ -18,7 +18,7 @@ from . import attributes, nodes
 from .expressions import Reader, number
 from .images import Images
 from .shader_nodes import read_shader
-from .shaders import Closure, Part, parts
+from .shaders import Closure, Part, parts, product
 from .volumes import describe_volume
 
 PART = "/shader "  # separates the name of a mixture from that of its part
@@ -206,6 +206,8 @@ class _Reading:
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
         closures = [(part, self._closure(part)) for part in found]
+        if not _has_transparent_shadow(self.material):
+            closures = [_opaque_to_light(*one) for one in closures]
         merged = _merge_emission(closures)
         name = self.material.name_full
         if len(merged) == 1 and merged[0][0].weight == 1.0:
@@ -218,6 +220,9 @@ class _Reading:
             textures = {str(k): part.weight for k, (part, _) in enumerate(merged)
                         if isinstance(part.weight, Expression)}  # fmt: skip
             self.reading.parts = dict(zip(keys, (closure for _, closure in merged), strict=True))
+            if len(keys) == 1:  # the weight of a single part counts only beside another part
+                keys, weights = [*keys, f"{name}{PART}1: black"], np.append(weights, max(1.0 - weights[0], 0.0))
+                self.reading.parts[keys[1]] = _black()
             self.reading.value = edgegrad.Mixture(tuple(keys), weights, textures)
         where = f"material '{self.material.name}'"
         for note in self.reader.notes:
@@ -277,6 +282,23 @@ class _Reading:
         if self.reader.notes:
             out.append("approximated as warned")
         return "; ".join(out)
+
+
+def _has_transparent_shadow(material: Any) -> bool:
+    """Read whether light passes transparent surfaces: a property of Blender from 4.2 on, of Cycles before."""
+    cycles = getattr(material, "cycles", None)
+    return bool(getattr(material, "use_transparent_shadow", getattr(cycles, "use_transparent_shadow", True)))
+
+
+def _opaque_to_light(part: Part, closure: edgegrad.Material) -> tuple[Part, edgegrad.Material]:
+    """Change a closure so that it blocks light, though paths pass through it, as without transparent shadows."""
+    shadow = e.LightPath("SHADOW")
+    if closure.kind == "TRANSPARENT":
+        return replace(part, weight=product(part.weight, e.Math("SUBTRACT", 1.0, shadow))), closure
+    if closure.kind == "PRINCIPLED" and (closure.alpha < 1.0 or "alpha" in closure.textures):
+        alpha = e.Math("MAXIMUM", closure.textures.get("alpha", closure.alpha), shadow)
+        return part, replace(closure, textures={**closure.textures, "alpha": alpha})
+    return part, closure
 
 
 def _merge_emission(closures: list[tuple[Part, edgegrad.Material]]) -> list[tuple[Part, edgegrad.Material]]:

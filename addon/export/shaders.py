@@ -130,6 +130,9 @@ class Closure:
         assert found is not None
         if field not in COLORS:
             found = found[:1]
+        if field == "base_color" and field not in self.material.textures and found.max() > 1.0:
+            # Only an expression may be above 1.
+            self.material.textures = {**self.material.textures, field: e.Combine(*map(float, np.maximum(found, 0.0)))}
         clipped = np.clip(found, *RANGES.get(field, (0.0, 1.0)))
         if field not in self.material.textures and not np.allclose(clipped, found):
             self.note(f"{field.replace('_', ' ')} is clipped to the range {RANGES.get(field, (0, 1))[0]:g} to "

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from . import (  # noqa: F401  (importing a family registers its cases)
     cameras,
+    default_surfaces,
     dielectric,
     diffuse,
     emissive_meshes,
@@ -18,6 +19,8 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     layers,
     linking,
     metals,
+    node_groups,
+    old_materials,
     procedural,
     shader_trees,
     sky,

@@ -38,10 +38,12 @@ class Feed(NamedTuple):
 def feed(socket: Any, groups: Groups = ()) -> Feed:
     """Find the source of an input socket of a node inside these groups."""
     through: list[str] = []
+    # The input whose own value is used if only reroutes and muted nodes lie before it, and what was known there.
+    own = Feed(None, socket, groups, ())
     for _ in range(PASSED_THROUGH):
         link = next((link for link in socket.links if _is_used(link)), None)
         if link is None:
-            return Feed(None, socket, groups, tuple(through))
+            return own
         output = link.from_socket
         node = output.node
         if node.type == "REROUTE":
@@ -50,7 +52,12 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
         if node.mute:
             # Internal links connect inputs of a muted node to its outputs.
             inner = next((pass_.from_socket for pass_ in node.internal_links if pass_.to_socket == output), None)
-        elif node.type == "GROUP":
+            if inner is None:
+                return own
+            through.append(output.type)
+            socket = inner
+            continue
+        if node.type == "GROUP":
             end = group_output(node)
             inner = None if end is None else by_identifier(end.inputs, output.identifier)
             groups = (*groups, node)
@@ -63,6 +70,7 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
             return Feed(None, None, groups, tuple(through))
         through.append(output.type)
         socket = inner
+        own = Feed(None, socket, groups, tuple(through))
     return Feed(None, None, groups, tuple(through))
 
 

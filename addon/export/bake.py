@@ -13,6 +13,7 @@ from typing import Any
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 from numpy.typing import NDArray
 
 import edgegrad
@@ -84,7 +85,7 @@ class ObjectBaker:
         self._mesh = keep(bpy.data.meshes.new_from_object(evaluated, preserve_all_data_layers=True,
                                                           depsgraph=depsgraph))  # fmt: skip
         self._object = keep(bpy.data.objects.new(evaluated.name, self._mesh))
-        self._object.matrix_world = [tuple(row) for row in matrix]
+        self._object.matrix_world = Matrix(matrix.tolist())  # a list would be read as columns
         self._object.color, self._object.pass_index = evaluated.color, evaluated.pass_index
         self._scene.collection.objects.link(self._object)
         self._scene.view_layers[0].objects.active = self._object

@@ -19,7 +19,7 @@ from edgegrad.tables.textures.ops import Builder
 
 from .images import Images
 from .inventory.naming import node_sentences
-from .nodes import Groups, by_identifier, feed, label
+from .nodes import Groups, by_identifier, feed, is_implicit, label, upstream
 
 SCALARS = ("VALUE", "INT", "BOOLEAN")
 REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)
@@ -40,7 +40,17 @@ def reads(*types: str) -> Callable[[NodeReader], NodeReader]:
 
 
 class Unreadable(Exception):
-    """Raised for a node that no expression can represent; its text is the label of the node and the reason."""
+    """Raised for a node that no expression can represent; its text is the label of the node and the reason.
+
+    Attributes
+    ----------
+    bakeable
+        Whether an image of the values on the surface can replace the node.
+    """
+
+    def __init__(self, text: str, bakeable: bool = True) -> None:
+        super().__init__(text)
+        self.bakeable = bakeable
 
 
 @dataclass
@@ -60,6 +70,8 @@ class Reader:
         (4, 4) transform to Cycles' camera space, in which Z is the depth; None: there is no camera.
     notes
         One short text for each approximation.
+    codes
+        Whether environment textures may interpolate code values; False where an image itself is needed.
     """
 
     images: Images | None = None
@@ -67,6 +79,7 @@ class Reader:
     material_index: int = 0
     world_to_camera: NDArray[np.float64] | None = None
     notes: list[str] = field(default_factory=list)
+    codes: bool = True
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 
     def value(self, socket: Any, groups: Groups = ()) -> Operand:
@@ -93,10 +106,9 @@ class Reader:
         return self.value(by_identifier(node.inputs, identifier), groups)
 
     def get_or(self, node: Any, identifier: str, groups: Groups, default: Operand | None) -> Any:
-        """Translate an input like `get`, but return `default` if nothing is linked to it."""
+        """Translate an input like `get`, but return `default` if it keeps the default that Cycles has for it."""
         socket = by_identifier(node.inputs, identifier)
-        found = feed(socket, groups)
-        return default if found.output is None and found.input == socket else self.value(socket, groups)
+        return default if is_implicit(socket, feed(socket, groups)) else self.value(socket, groups)
 
     def output(self, output: Any, groups: Groups) -> Operand:
         """Translate the output of a node."""
@@ -123,12 +135,31 @@ class Reader:
             value = read(self, node, groups, output)
             if isinstance(value, Expression) and type(value) not in RULES:
                 raise Unreadable(f"node '{label(node, groups)}' ({node.bl_label})")
-        except Unreadable:
-            baked = None if self.bake is None else self.bake(output, groups)
+        except Unreadable as error:
+            baked = self.bake(output, groups) if self.bake is not None and error.bakeable else None
             if baked is None:
                 raise
+            self._note_bake(output, groups)
             return baked
         return folded(value) if isinstance(value, Expression) and not any(operands(value)) else value
+
+
+    def _note_bake(self, output: Any, groups: Groups) -> None:
+        """Note what a bake, which knows one object and no ray, does not have."""
+        found = [(output, groups), *upstream(output.node, groups)]
+        for one, around in found:
+            name = label(one.node, around)
+            if one.node.type in OF_OTHER_OBJECTS and not getattr(one.node, "only_local", False):
+                self.note(f"node '{name}' ({one.node.bl_label}) is baked, where its object is alone")
+            elif one.node.type in OF_VIEW or (one.node.type, one.identifier) in OF_VIEW:
+                self.note(f"node '{label(output.node, groups)}' is baked, so it does not vary with the ray as "
+                          f"'{one.name}' of node '{name}' does")  # fmt: skip
+
+
+# Nodes that depend on other objects, and nodes or outputs that depend on the ray.
+OF_OTHER_OBJECTS = ("AMBIENT_OCCLUSION",)
+OF_VIEW = {"LIGHT_PATH", "FRESNEL", "LAYER_WEIGHT", "CAMERA", ("TEX_COORD", "Reflection"), ("TEX_COORD", "Camera"),
+           ("NEW_GEOMETRY", "Incoming"), ("NEW_GEOMETRY", "Backfacing")}  # fmt: skip
 
 
 def has_texture_mapping(node: Any) -> bool:

@@ -18,10 +18,9 @@ from . import attributes, nodes
 from .expressions import Reader, number
 from .images import Images
 from .shader_nodes import read_shader
-from .shaders import Closure, Part, parts
+from .shaders import Closure, Part, parts, product
+from .volumes import describe_volume
 
-# Colour of faces without a material in Cycles.
-DEFAULT_COLOR = 0.8
 PART = "/shader "  # separates the name of a mixture from that of its part
 # Inputs for (base colour, emission colour, emission strength) that a fit may write, by type of shader node.
 WRITABLE = {"BSDF_PRINCIPLED": ("Base Color", "Emission Color", "Emission Strength"), "BSDF_DIFFUSE": ("Color", "", ""),
@@ -148,22 +147,27 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         As in `Reader`.
     """
     if material is None:
-        return MaterialReading(edgegrad.Material(np.full(3, DEFAULT_COLOR)))
+        return MaterialReading(_default_surface())
     where = f"material '{material.name}'"
     tree = material.node_tree
     # From 5.0 on, materials always have nodes, and `use_nodes` is deprecated.
     if tree is None or (bpy.app.version < (5, 0, 0) and not material.use_nodes):
         color = np.clip(np.array(material.diffuse_color[:3], np.float64), 0.0, 1.0)
-        return MaterialReading(edgegrad.Material(color), material=material.name)
+        return MaterialReading(edgegrad.Material(color, kind="DIFFUSE"), material=material.name)
     reading = MaterialReading(_black(), material=material.name)
     output = tree.get_output_node("CYCLES")
     if output is None:
-        report.warn(where, "has no active output; it is rendered black")
+        report.tell(where, "has no output that Cycles uses; it is black, as in Cycles")
         return reading
-    for name in ("Volume", "Displacement"):
-        moved = name == "Displacement" and material.displacement_method == "DISPLACEMENT"
-        if not moved and name in output.inputs and nodes.source(output.inputs[name]) is not None:
-            report.warn(where, f"the node that is linked to '{name}' of its output is ignored")
+    displacement = nodes.source(output.inputs["Displacement"]) is not None
+    if displacement and material.displacement_method != "DISPLACEMENT":
+        report.warn(where, "the node that is linked to 'Displacement' of its output is ignored")
+    volume = nodes.feed(output.inputs["Volume"])
+    if volume.output is not None:
+        report.warn(where, describe_volume(volume, material))
+        if nodes.source(output.inputs["Surface"]) is None:
+            reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")
+            return reading
     _Reading(material, images, world_to_camera, reading).read(output, report)
     return reading
 
@@ -181,6 +185,13 @@ def renamed(value: Expression, names: Mapping[str, str]) -> Expression:
     return done[id(value)]
 
 
+def _default_surface() -> edgegrad.Material:
+    """Return what Cycles renders for faces without a material: up to 4.5 Diffuse, then Principled with its defaults."""
+    if bpy.app.version < (5, 0, 0):
+        return edgegrad.Material(np.full(3, 0.8), kind="DIFFUSE")
+    return edgegrad.Material(np.full(3, 0.8), specular_ior_level=0.5)
+
+
 def _black() -> edgegrad.Material:
     return edgegrad.Material(np.zeros(3), kind="DIFFUSE")
 
@@ -196,6 +207,8 @@ class _Reading:
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))
         closures = [(part, self._closure(part)) for part in found]
+        if not _has_transparent_shadow(self.material):
+            closures = [_opaque_to_light(*one) for one in closures]
         merged = _merge_emission(closures)
         name = self.material.name_full
         if len(merged) == 1 and merged[0][0].weight == 1.0:
@@ -208,6 +221,9 @@ class _Reading:
             textures = {str(k): part.weight for k, (part, _) in enumerate(merged)
                         if isinstance(part.weight, Expression)}  # fmt: skip
             self.reading.parts = dict(zip(keys, (closure for _, closure in merged), strict=True))
+            if len(keys) == 1:  # the weight of a single part counts only beside another part
+                keys, weights = [*keys, f"{name}{PART}1: black"], np.append(weights, max(1.0 - weights[0], 0.0))
+                self.reading.parts[keys[1]] = _black()
             self.reading.value = edgegrad.Mixture(tuple(keys), weights, textures)
         where = f"material '{self.material.name}'"
         for note in self.reader.notes:
@@ -215,7 +231,8 @@ class _Reading:
         report.tell(where, self._summary([part for part, _ in merged]))
 
     def _closure(self, part: Part) -> edgegrad.Material:
-        return read_shader(Closure(self.reader, part.node, part.groups, edgegrad.Material(), self._bake_normal))
+        return read_shader(Closure(self.reader, part.node, part.groups, edgegrad.Material(), part.output,
+                                   self._bake_normal))  # fmt: skip
 
     def _bake(self, output: Any, groups: nodes.Groups, normal: bool = False) -> Expression | None:
         if output.type not in ("VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA"):
@@ -266,6 +283,23 @@ class _Reading:
         if self.reader.notes:
             out.append("approximated as warned")
         return "; ".join(out)
+
+
+def _has_transparent_shadow(material: Any) -> bool:
+    """Read whether light passes transparent surfaces: a property of Blender from 4.2 on, of Cycles before."""
+    cycles = getattr(material, "cycles", None)
+    return bool(getattr(material, "use_transparent_shadow", getattr(cycles, "use_transparent_shadow", True)))
+
+
+def _opaque_to_light(part: Part, closure: edgegrad.Material) -> tuple[Part, edgegrad.Material]:
+    """Change a closure so that it blocks light, though paths pass through it, as without transparent shadows."""
+    shadow = e.LightPath("SHADOW")
+    if closure.kind == "TRANSPARENT":
+        return replace(part, weight=product(part.weight, e.Math("SUBTRACT", 1.0, shadow))), closure
+    if closure.kind == "PRINCIPLED" and (closure.alpha < 1.0 or "alpha" in closure.textures):
+        alpha = e.Math("MAXIMUM", closure.textures.get("alpha", closure.alpha), shadow)
+        return part, replace(closure, textures={**closure.textures, "alpha": alpha})
+    return part, closure
 
 
 def _merge_emission(closures: list[tuple[Part, edgegrad.Material]]) -> list[tuple[Part, edgegrad.Material]]:

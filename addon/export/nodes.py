@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
+import bpy
+
+# Nodes that Cycles does not have. It ignores their links, so that a linked input keeps its own value.
+NOT_IN_CYCLES = ("SHADERTORGB", "UVALONGSTROKE", "SQUEEZE")
 PASSED_THROUGH = 256  # largest number of reroutes, muted nodes and groups that are followed
 
 Groups = tuple[Any, ...]  # group nodes around a node, outermost first
@@ -34,10 +38,12 @@ class Feed(NamedTuple):
 def feed(socket: Any, groups: Groups = ()) -> Feed:
     """Find the source of an input socket of a node inside these groups."""
     through: list[str] = []
+    # The input whose own value is used if only reroutes and muted nodes lie before it, and what was known there.
+    own = Feed(None, socket, groups, ())
     for _ in range(PASSED_THROUGH):
-        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+        link = next((link for link in socket.links if _is_used(link)), None)
         if link is None:
-            return Feed(None, socket, groups, tuple(through))
+            return own
         output = link.from_socket
         node = output.node
         if node.type == "REROUTE":
@@ -46,7 +52,12 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
         if node.mute:
             # Internal links connect inputs of a muted node to its outputs.
             inner = next((pass_.from_socket for pass_ in node.internal_links if pass_.to_socket == output), None)
-        elif node.type == "GROUP":
+            if inner is None:
+                return own
+            through.append(output.type)
+            socket = inner
+            continue
+        if node.type == "GROUP":
             end = group_output(node)
             inner = None if end is None else by_identifier(end.inputs, output.identifier)
             groups = (*groups, node)
@@ -59,7 +70,47 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
             return Feed(None, None, groups, tuple(through))
         through.append(output.type)
         socket = inner
+        own = Feed(None, socket, groups, tuple(through))
     return Feed(None, None, groups, tuple(through))
+
+
+def _is_used(link: Any) -> bool:
+    """Whether Cycles follows a link. It ignores shaders that are linked to values, and sockets that a node hides."""
+    unknown = link.from_node.type in NOT_IN_CYCLES
+    mixed = link.from_socket.type == "SHADER" and link.to_socket.type != "SHADER"
+    hidden = link.from_socket.is_unavailable or link.to_socket.is_unavailable
+    return bool(link.is_valid and not link.is_muted and not unknown and not mixed and not hidden)
+
+
+def is_implicit(socket: Any, found: Feed) -> bool:
+    """Whether an input without a value, as Normal, keeps its default: the shading normal, or texture coordinates.
+
+    Parameters
+    ----------
+    socket, found
+        The input, and its source.
+    """
+    if found.output is not None or found.input is None:
+        return False
+    if found.input == socket:
+        return True
+    if bpy.app.version < (5, 0, 0):  # Cycles drops any value of a group that is not linked
+        return True
+    return bool(found.input.hide_value and all(kind == socket.type for kind in found.through))
+
+
+def upstream(node: Any, groups: Groups) -> Iterator[tuple[Any, Groups]]:
+    """Yield the outputs that a node depends on, each with the groups around it."""
+    todo, seen = [(node, groups)], set()
+    while todo:
+        node, groups = todo.pop()
+        for socket in node.inputs:
+            found = feed(socket, groups)
+            if found.output is None or (found.output, found.groups) in seen:
+                continue
+            seen.add((found.output, found.groups))
+            yield found.output, found.groups
+            todo.append((found.output.node, found.groups))
 
 
 def group_output(node: Any) -> Any:

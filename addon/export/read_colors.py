@@ -14,7 +14,7 @@ from .expressions import Reader, folded, number, reads, rgb
 from .nodes import Groups
 from .read_inputs import rows, unreadable
 
-TABLE = 256  # rows of ramps and curves in Cycles
+TABLE = 257  # rows of ramps and curves in Cycles
 
 
 @reads("MATH")
@@ -75,9 +75,17 @@ def _rotate(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 
 @reads("VECT_TRANSFORM")
 def _vector_transform(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if node.convert_from != node.convert_to:
-        raise unreadable(node, groups, node.bl_label)
-    return reader.get(node, "Vector", groups)
+    vector, spaces = reader.get(node, "Vector", groups), (node.convert_from, node.convert_to)
+    if spaces[0] == spaces[1]:
+        return vector
+    if "OBJECT" in spaces or reader.world_to_camera is None:
+        raise unreadable(node, groups, node.bl_label, bakeable="CAMERA" not in spaces)
+    matrix = np.array(reader.world_to_camera, np.float64)
+    matrix = matrix if spaces[1] == "CAMERA" else np.linalg.inv(matrix)
+    if node.vector_type != "POINT":
+        matrix[:3, 3] = 0.0
+    vector = e.Transform(vector, rows(matrix))  # the camera's axes are orthonormal, so normals turn like vectors
+    return e.VectorMath("NORMALIZE", vector) if node.vector_type == "NORMAL" else vector
 
 
 @reads("NORMAL")
@@ -111,7 +119,9 @@ def _mix_rgb(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 @reads("VALTORGB")
 def _ramp(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     ramp = node.color_ramp
-    table: Any = tuple(tuple(map(float, ramp.evaluate(i / (TABLE - 1)))) for i in range(TABLE))
+    # Blender's ramps in HSL are not a number for colours above 1.
+    colors = np.nan_to_num([ramp.evaluate(i / (TABLE - 1)) for i in range(TABLE)], posinf=0.0, neginf=0.0)
+    table: Any = tuple(tuple(map(float, row)) for row in colors)
     factor = reader.get(node, "Fac", groups)
     fixed = number(folded(factor))
     if fixed is not None:

@@ -11,7 +11,7 @@ from edgegrad import expression as e
 from edgegrad.expression import Operand
 
 from . import attributes
-from .expressions import Reader, Unreadable, reads
+from .expressions import Reader, Unreadable, folded, number, reads
 from .nodes import Groups, label
 
 Rows = tuple[tuple[float, float, float, float], ...]
@@ -22,9 +22,9 @@ def rows(matrix: Any) -> Any:
     return tuple(tuple(float(c) for c in row) for row in np.asarray(matrix, np.float64)[:3])
 
 
-def unreadable(node: Any, groups: Groups, what: str) -> Unreadable:
+def unreadable(node: Any, groups: Groups, what: str, bakeable: bool = True) -> Unreadable:
     """Make the error for a part of a node that no expression can represent."""
-    return Unreadable(f"node '{label(node, groups)}' ({what})")
+    return Unreadable(f"node '{label(node, groups)}' ({what})", bakeable)
 
 
 @reads("VALUE", "RGB")
@@ -58,7 +58,7 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
         return e.Coordinates("REFLECTION")
     if name == "Camera" and reader.world_to_camera is not None:
         return e.Transform(e.Coordinates("POSITION"), rows(reader.world_to_camera))
-    raise unreadable(node, groups, name)
+    raise unreadable(node, groups, name, bakeable=False)  # a bake has no camera
 
 
 @reads("NEW_GEOMETRY")
@@ -74,7 +74,7 @@ def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand
 @reads("ATTRIBUTE")
 def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
     if node.attribute_type == "VIEW_LAYER":
-        raise unreadable(node, groups, "attribute of the view layer")
+        raise unreadable(node, groups, "attribute of the view layer", bakeable=False)
     of_object = node.attribute_type in ("OBJECT", "INSTANCER")
     value = attributes.layer(attributes.PROPERTY + node.attribute_name if of_object else node.attribute_name)
     if output.identifier == "Fac":
@@ -117,20 +117,58 @@ def _point_info(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
     return attributes.layer(known[output.identifier])
 
 
+# Outputs of Light Path that are a kind of ray.
+RAY_KINDS = {"Is Camera Ray": "CAMERA", "Is Shadow Ray": "SHADOW", "Is Diffuse Ray": "DIFFUSE",
+             "Is Glossy Ray": "GLOSSY", "Is Transmission Ray": "TRANSMISSION"}  # fmt: skip
+# Outputs that count events. A ray knows its last event only, so the count is taken as 0 or 1.
+RAY_COUNTS = {"Diffuse Depth": "DIFFUSE", "Glossy Depth": "GLOSSY", "Transmission Depth": "TRANSMISSION"}
+
+
 @reads("LIGHT_PATH")
 def _light_path(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    known = {"Is Camera Ray": "CAMERA", "Is Shadow Ray": "SHADOW", "Is Diffuse Ray": "DIFFUSE",
-             "Is Glossy Ray": "GLOSSY", "Is Transmission Ray": "TRANSMISSION"}  # fmt: skip
     name = output.identifier
-    if name in known:
-        return e.LightPath(known[name])
+    what = f"'{name}' of node '{label(node, groups)}'"
+    if name in RAY_KINDS:
+        return e.LightPath(RAY_KINDS[name])
     if name == "Is Reflection Ray":
         return e.Math("ADD", e.LightPath("DIFFUSE"), e.LightPath("GLOSSY"))
     if name == "Ray Depth":
-        reader.note(f"'{name}' of node '{label(node, groups)}' is 0 for camera rays and 1 for all other rays")
+        reader.note(f"{what} is 0 for camera rays and 1 for all other rays; Cycles counts bounces")
         return e.Math("SUBTRACT", 1.0, e.LightPath("CAMERA"))
-    reader.note(f"'{name}' of node '{label(node, groups)}' is replaced by 0")
+    if name in RAY_COUNTS:
+        reader.note(f"{what} is 1 for {RAY_COUNTS[name].lower()} rays and 0 for all other rays; Cycles counts bounces")
+        return e.LightPath(RAY_COUNTS[name])
+    if name == "Ray Length" and reader.world_to_camera is not None:
+        reader.note(f"{what} is the distance from the camera for camera rays and 0 for all other rays")
+        return e.Math("MULTIPLY", e.LightPath("CAMERA"), _camera_distance(reader.world_to_camera))
+    if name not in ("Is Volume Scatter Ray", "Portal Depth"):  # without volumes and portals, these are 0 in Cycles too
+        reader.note(f"{what} is replaced by 0")
     return 0.0
+
+
+def _camera_distance(world_to_camera: Any) -> Operand:
+    return e.VectorMath("LENGTH", e.Transform(e.Coordinates("POSITION"), rows(world_to_camera)))
+
+
+@reads("SCRIPT")
+def _script(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    raise unreadable(node, groups, "a script in Open Shading Language", bakeable=False)
+
+
+@reads("WIREFRAME")
+def _wireframe(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    raise unreadable(node, groups, "its size in pixels" if node.use_pixel_size else node.bl_label,
+                     bakeable=not node.use_pixel_size)  # fmt: skip
+
+
+@reads("CAMERA")
+def _camera_data(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if reader.world_to_camera is None:
+        raise unreadable(node, groups, output.identifier, bakeable=False)
+    if output.identifier == "View Distance":
+        return _camera_distance(reader.world_to_camera)
+    place = e.Transform(e.Coordinates("POSITION"), rows(reader.world_to_camera))
+    return e.Channel(place, 2) if output.identifier == "View Z Depth" else e.VectorMath("NORMALIZE", place)
 
 
 @reads("FRESNEL")
@@ -160,15 +198,31 @@ def _disturbed_normal(reader: Reader, node: Any, groups: Groups, output: Any) ->
     return e.Coordinates("NORMAL")
 
 
+COOLEST, HOTTEST = 800.0, 12000.0  # kelvin; Blackbody is constant outside
+BLACKBODY_TABLE = 1024
+
+
 @reads("BLACKBODY")
 def _blackbody(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    temperature = reader.get(node, "Temperature", groups)
-    if isinstance(temperature, e.Expression) or bpy.app.version < (4, 5, 0):
+    if bpy.app.version < (4, 5, 0):
         raise unreadable(node, groups, node.bl_label)
-    # Blender converts a temperature to a colour only as a property of a light.
+    temperature = folded(reader.get(node, "Temperature", groups))
+    fixed = number(temperature)
+    if fixed is not None:
+        return _blackbody_colors([fixed])[0]
+    table = _blackbody_colors(np.linspace(COOLEST, HOTTEST, BLACKBODY_TABLE))
+    return e.Ramp(e.MapRange(temperature, COOLEST, HOTTEST, 0.0, 1.0), table)
+
+
+def _blackbody_colors(temperatures: Any) -> Any:
+    """Colours of these temperatures; Blender converts a temperature to a colour only as a property of a light."""
     light = bpy.data.lights.new("Edgegrad temperature", "POINT")
     try:
-        light.temperature = float(temperature[0] if isinstance(temperature, tuple) else temperature)
-        return (*(float(c) for c in light.temperature_color), 1.0)
+        light.use_temperature = True
+        colors = []
+        for one in temperatures:
+            light.temperature = float(one)
+            colors.append((*(float(c) for c in light.temperature_color), 1.0))
+        return tuple(colors)
     finally:
         bpy.data.lights.remove(light)

@@ -9,9 +9,9 @@ from edgegrad.expression import Operand
 from edgegrad.expression import procedural as p
 
 from . import attributes
-from .expressions import Reader, Unreadable, reads
+from .expressions import Reader, Unreadable, constant, reads
 from .images import FROM_SRGB, UnreadableImage, alpha_mode
-from .nodes import Groups, label
+from .nodes import Groups, by_identifier, feed, is_implicit, label
 
 INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "Smart": "CUBIC"}
 
@@ -30,10 +30,15 @@ def read_image(reader: Reader, node: Any, groups: Groups, codes: bool = False) -
         raise Unreadable(f"node '{label(node, groups)}' (image '{node.image.name}' {error})") from None
 
 
+def _interpolates_codes(reader: Reader, node: Any) -> bool:
+    """Whether the code values of a node's image are interpolated, before they are converted to linear light."""
+    interpolates = node.image is not None and node.interpolation != "Closest"
+    return interpolates and reader.images is not None and reader.images.interpolates_codes(node.image)
+
+
 @reads("TEX_IMAGE")
 def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    interpolates = node.image is not None and node.interpolation != "Closest"
-    codes = interpolates and reader.images is not None and reader.images.interpolates_codes(node.image)
+    codes = _interpolates_codes(reader, node)
     name = read_image(reader, node, groups, codes)
     box = node.projection == "BOX"
     value = e.ImageTexture(
@@ -49,16 +54,27 @@ def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 
 @reads("TEX_ENVIRONMENT")
 def _environment(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    name = read_image(reader, node, groups)
-    return e.ImageTexture(name, reader.get_or(node, "Vector", groups, e.Coordinates("POSITION")),
-                          INTERPOLATIONS[node.interpolation], "REPEAT", node.projection,
-                          alpha_mode(node.image, False))  # fmt: skip
+    codes = reader.codes and _interpolates_codes(reader, node)
+    name = read_image(reader, node, groups, codes)
+    value = e.ImageTexture(name, reader.get_or(node, "Vector", groups, e.Coordinates("POSITION")),
+                           INTERPOLATIONS[node.interpolation], "REPEAT", node.projection,
+                           alpha_mode(node.image, False))  # fmt: skip
+    return e.Curves(value, FROM_CODES) if codes else value
 
 
 def _place(reader: Reader, node: Any, groups: Groups) -> Operand:
-    """Translate the vector of a procedural texture; generated coordinates if nothing is linked."""
-    value: Operand = reader.get_or(node, "Vector", groups, attributes.layer(attributes.GENERATED))
-    return value
+    """Translate the vector of a procedural texture; generated coordinates if nothing is linked.
+
+    Blender evaluates a texture whose inputs are all constant, where the vector of a group counts with its value.
+    """
+    socket = by_identifier(node.inputs, "Vector")
+    found = feed(socket, groups)
+    if not is_implicit(socket, found):
+        return reader.value(socket, groups)
+    others = (one for one in node.inputs if one.enabled and one != socket)
+    if found.input != socket and all(constant(one, groups) is not None for one in others):
+        return reader.value(socket, groups)
+    return attributes.layer(attributes.GENERATED)
 
 
 @reads("TEX_CHECKER")

@@ -43,7 +43,9 @@ def read_shader(closure: Closure) -> edgegrad.Material:
     for sentence in node_sentences(closure.node):
         closure.note(sentence)
     read = SHADERS.get(closure.node.type)
-    if read is None:
+    if closure.output is not None and closure.output.type != "SHADER":
+        closure.emit(closure.output)
+    elif read is None:
         name = closure.node.bl_label or closure.node.type
         closure.note(f"{name} is not a surface shader that can be rendered; it is black")
         closure.material.kind = "DIFFUSE"

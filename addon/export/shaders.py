@@ -13,7 +13,7 @@ from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand
 
 from . import attributes
-from .expressions import Reader, Unreadable, folded, number, rgb
+from .expressions import Reader, Unreadable, converted, folded, number, rgb
 from .nodes import Feed, Groups, by_identifier, feed, label, own_value_of
 
 # Ranges of fields; all other numbers are in [0, 1].
@@ -25,11 +25,19 @@ COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint", "emission", 
 
 @dataclass(frozen=True)
 class Part:
-    """A shader node and its weight in the sum."""
+    """An output that is linked to the surface, and its weight in the sum.
 
-    node: Any
+    The output is that of a shader node, or a colour or number, which Cycles renders as emission.
+    """
+
+    output: Any
     groups: Groups
     weight: Operand
+
+    @property
+    def node(self) -> Any:
+        """The node of the output."""
+        return self.output.node
 
 
 def parts(reader: Reader, surface: Feed, weight: Operand = 1.0) -> Iterator[Part]:
@@ -56,7 +64,7 @@ def parts(reader: Reader, surface: Feed, weight: Operand = 1.0) -> Iterator[Part
             if part != 0.0:
                 yield from parts(reader, feed(socket, groups), product(weight, part))
     else:
-        yield Part(node, groups, weight)
+        yield Part(surface.output, groups, weight)
 
 
 def product(a: Operand, b: Operand) -> Operand:
@@ -74,6 +82,8 @@ class Closure:
 
     Attributes
     ----------
+    output
+        Output of the node that is linked to the surface.
     bake_normal
         Called with the feed of a Normal input that is not a normal map; returns the expression of a baked normal
         map.
@@ -83,6 +93,7 @@ class Closure:
     node: Any
     groups: Groups
     material: edgegrad.Material
+    output: Any = None
     bake_normal: Callable[[Feed], Expression | None] | None = None
 
     def note(self, text: str) -> None:
@@ -119,6 +130,9 @@ class Closure:
         assert found is not None
         if field not in COLORS:
             found = found[:1]
+        if field == "base_color" and field not in self.material.textures and found.max() > 1.0:
+            # Only an expression may be above 1.
+            self.material.textures = {**self.material.textures, field: e.Combine(*map(float, np.maximum(found, 0.0)))}
         clipped = np.clip(found, *RANGES.get(field, (0.0, 1.0)))
         if field not in self.material.textures and not np.allclose(clipped, found):
             self.note(f"{field.replace('_', ' ')} is clipped to the range {RANGES.get(field, (0, 1))[0]:g} to "
@@ -145,6 +159,16 @@ class Closure:
             self.material.emission = np.maximum(value, 0.0)
             return
         self.put("emission", e.VectorMath("MULTIPLY", a, b), tuple(np.maximum(own, 0.0)))
+
+    def emit(self, output: Any) -> None:
+        """Make a black surface that emits an output of the node, which is not a shader."""
+        self.material.kind, self.material.base_color = "DIFFUSE", np.zeros(3)
+        try:
+            value = converted(self.reader.output(output, self.groups), output.type, "RGBA")
+        except Unreadable as error:
+            self.note(f"is linked to the surface as emission, but {error} can't be read; it is black")
+            return
+        self.put("emission", value, 0.0)
 
     def normal(self, name: str = "Normal") -> None:
         """Set the normal map. Tangent-space normal maps are translated; other nodes at a Normal input are baked."""

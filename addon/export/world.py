@@ -199,6 +199,7 @@ class _Directions(RayReader):
     def __init__(self, images: Images, path: Any) -> None:
         super().__init__(images, path)
         self.closest: set[str] = set()
+        self.codes = False
 
     def get_or(self, node: Any, identifier: str, groups: nodes.Groups, default: e.Operand | None) -> Any:
         return super().get_or(node, identifier, groups, DIRECTION if node.type == "TEX_ENVIRONMENT" else default)

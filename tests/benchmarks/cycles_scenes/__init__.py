@@ -8,6 +8,7 @@ from __future__ import annotations
 from . import (  # noqa: F401  (importing a family registers its cases)
     cameras,
     coincident,
+    default_surfaces,
     dielectric,
     diffuse,
     displacement,
@@ -24,6 +25,8 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     layers,
     linking,
     metals,
+    node_groups,
+    old_materials,
     procedural,
     render_settings,
     shader_trees,

@@ -27,12 +27,13 @@ GENERATED = "(generated)"
 OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
+SCALE = "(object scale)"
 PROPERTY = "(object property) "
 TANGENT = ".tangent"
 NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z axis
 
 # Values of one object or instance. A mesh with such an attribute cannot be shared by instances.
-OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION)
+OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE)
 
 WORD = 0xFFFFFFFF
 
@@ -103,6 +104,8 @@ class ObjectValues:
             return tuple(ob.color)
         if name == LOCATION:
             return tuple(self.matrix[:3, 3])
+        if name == SCALE:
+            return (float(np.cbrt(abs(np.linalg.det(self.matrix[:3, :3])))),)
         return self._property(name.removeprefix(PROPERTY))
 
     def _property(self, path: str) -> tuple[float, ...] | None:

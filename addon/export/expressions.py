@@ -42,6 +42,10 @@ class Unreadable(Exception):
     """Raised for a node that no expression can represent; its text is the label of the node and the reason."""
 
 
+class UnreadableNormal(Unreadable):
+    """Raised for a node whose normal no expression can represent. It is baked as a normal map, not as a colour."""
+
+
 @dataclass
 class Reader:
     """Translates the sockets of one material, light or world.
@@ -57,6 +61,10 @@ class Reader:
         Blender's pass index of the material.
     world_to_camera
         (4, 4) transform to Cycles' camera space, in which Z is the depth; None: there is no camera.
+    pixel_size
+        Size of the camera's pixels at the hit point, metres (`read_normals.pixel_size`).
+    normal
+        The shading normal of a displaced surface; None: the smooth normal.
     notes
         One short text for each approximation.
     """
@@ -65,6 +73,8 @@ class Reader:
     bake: Callable[[Any, Groups], Expression | None] | None = None
     material_index: int = 0
     world_to_camera: NDArray[np.float64] | None = None
+    pixel_size: Operand = 1e-3
+    normal: Expression | None = None
     notes: list[str] = field(default_factory=list)
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 
@@ -120,7 +130,9 @@ class Reader:
             value = read(self, node, groups, output)
             if isinstance(value, Expression) and type(value) not in RULES:
                 raise Unreadable(f"node '{label(node, groups)}' ({node.bl_label})")
-        except Unreadable:
+        except Unreadable as error:
+            if isinstance(error, UnreadableNormal) and output.type == "VECTOR":
+                raise
             baked = None if self.bake is None else self.bake(output, groups)
             if baked is None:
                 raise
@@ -195,4 +207,4 @@ def constant(socket: Any, groups: Groups = ()) -> NDArray[np.float64] | None:
         return None
 
 
-from . import read_colors, read_inputs, read_textures  # noqa: E402, F401  (they register node types)
+from . import read_colors, read_inputs, read_normals, read_textures  # noqa: E402, F401  (they register node types)

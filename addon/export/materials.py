@@ -11,12 +11,13 @@ import numpy as np
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.expression import Expression, images_of, nodes_of
+from edgegrad.expression import Expression, Operand, images_of, nodes_of
 
 from ..problem import Report
 from . import attributes, nodes
-from .expressions import Reader, number
+from .expressions import Reader, Unreadable, number
 from .images import Images
+from .read_normals import displaced_normal
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, parts
 
@@ -126,16 +127,21 @@ class MaterialReading:
 
     def attributes(self) -> set[str]:
         """Return the names of the attributes that the material reads from meshes."""
-        names = {n.name for expression in self.expressions() for n in nodes_of(expression)
-                 if isinstance(n, e.Attribute)}  # fmt: skip
+        found = [node for expression in self.expressions() for node in nodes_of(expression)]
+        names = {node.name for node in found if isinstance(node, e.Attribute)}
+        for node in found:
+            if isinstance(node, e.NormalMap):
+                names |= {node.uv, node.uv + attributes.TANGENT}
         for one in self.shaders():
             turned = "anisotropy" in one.textures or one.anisotropy != 0.0
-            if "normal" in one.textures or (turned and one.normal_uv != attributes.NO_UV):
+            mapped = "normal" in one.textures and one.normal_space == "TANGENT"
+            if mapped or (turned and one.normal_uv != attributes.NO_UV):
                 names |= {one.normal_uv, one.normal_uv + attributes.TANGENT}
         return names
 
 
-def read_material(material: Any, images: Images, report: Report, world_to_camera: Any = None) -> MaterialReading:
+def read_material(material: Any, images: Images, report: Report, world_to_camera: Any = None,
+                  pixel_size: Operand = 1e-3) -> MaterialReading:  # fmt: skip
     """Read a material; report a warning for each approximation, and a line on what was read.
 
     Parameters
@@ -144,7 +150,7 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         Blender's material (original), or None for faces without one.
     images
         Receives the images that the material reads.
-    world_to_camera
+    world_to_camera, pixel_size
         As in `Reader`.
     """
     if material is None:
@@ -160,10 +166,11 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
     if output is None:
         report.warn(where, "has no active output; it is rendered black")
         return reading
-    for name in ("Volume", "Displacement"):
-        if name in output.inputs and nodes.source(output.inputs[name]) is not None:
-            report.warn(where, f"the node that is linked to '{name}' of its output is ignored")
-    _Reading(material, images, world_to_camera, reading).read(output, report)
+    if "Volume" in output.inputs and nodes.source(output.inputs["Volume"]) is not None:
+        report.warn(where, "the node that is linked to 'Volume' of its output is ignored")
+    reader = _Reading(material, images, world_to_camera, pixel_size, reading)
+    reader.displace(output)
+    reader.read(output, report)
     return reading
 
 
@@ -187,10 +194,24 @@ def _black() -> edgegrad.Material:
 class _Reading:
     """The translation of the node tree of one material."""
 
-    def __init__(self, material: Any, images: Images, world_to_camera: Any, reading: MaterialReading) -> None:
+    def __init__(self, material: Any, images: Images, world_to_camera: Any, pixel_size: Operand,
+                 reading: MaterialReading) -> None:  # fmt: skip
         self.material = material
         self.reading = reading
-        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera)
+        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, pixel_size)
+
+    def displace(self, output: Any) -> None:
+        """Render the displacement of the material as bump."""
+        if "Displacement" not in output.inputs:
+            return
+        found = nodes.feed(output.inputs["Displacement"])
+        try:
+            self.reader.normal = displaced_normal(self.reader, found)
+        except Unreadable as error:
+            self.reader.note(f"its displacement is left out, since {error} can't be read")
+            return
+        if self.reader.normal is not None and self.material.displacement_method != "BUMP":
+            self.reader.note("its displacement is rendered as bump; its vertices stay where they are")
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))

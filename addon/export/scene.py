@@ -25,6 +25,7 @@ from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
+from .read_normals import pixel_size
 from .settings import RenderSettings, read_settings
 from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers, warn_about_visibility
 from .world import read_world
@@ -107,7 +108,8 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     # Materials are read before meshes, which need the names of the attributes. They are read outside Blender's
     # iterator, since reading may create data and thus invalidate the iterator.
     for material in walk.materials():
-        out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
+        out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view),
+                                                      pixel_size(view))  # fmt: skip
     world = read_world(scene, images, report)
     meshes = walk.meshes_and_lights()
     for name in not_evaluated(depsgraph, shown):

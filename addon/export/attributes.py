@@ -66,7 +66,7 @@ def name_hash(name: str) -> int:
 
 def layer(name: str) -> Attribute:
     """Expression that reads a layer; 0 on meshes without the layer, as in Blender."""
-    return Attribute(name, required=False)
+    return Attribute(name, required=False, is_position=name == OBJECT)
 
 
 def is_of_object(name: str) -> bool:

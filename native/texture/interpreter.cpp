@@ -191,7 +191,11 @@ EG_INLINE Vec3 bumped_normal(Vec3 surface, Vec3 n, Float x, Float y, Float stren
 }
 
 // Barycentrics of the point at a distance `shift`, in the plane of the face, from the texture point.
-EG_INLINE Vec3 shifted_barycentrics(const SceneView& scene, Int face, const TexturePoint& point, Vec3 shift) {
+// `mirrored`: on back sides, at the opposite distance. Cycles has it so for attributes, but not for
+// positions.
+EG_INLINE Vec3 shifted_barycentrics(const SceneView& scene, Int face, const TexturePoint& point, Vec3 shift,
+                                    bool mirrored) {
+    if (mirrored) shift = select(point.backside, -shift, shift);
     Triangle t = gather_triangle(scene, face);
     place_triangle(scene, point.instance, t);
     const Vec3 e1 = t.p1 - t.p0, e2 = t.p2 - t.p0, m = cross(e1, e2);
@@ -396,7 +400,7 @@ void interpret(const SceneView& scene, const Mask& active, int32_t program, cons
                 r.out(bump_tangent(point.true_normal));
                 break;
             case TextureOp::BARYCENTRICS:
-                r.out(shifted_barycentrics(scene, face, point, r.in3()));
+                r.out(shifted_barycentrics(scene, face, point, r.in3(), data != 0));
                 break;
             case TextureOp::ATTRIBUTE_AT:
                 r.out(lookup_attribute(textures, data, face, r.in(0), r.in(1)));

@@ -23,7 +23,7 @@ def _attribute(low: Lowering, node: e.Attribute) -> Components:
     number = low.resources.attribute(node.name)
     if low.shift is None:
         return low.build.emit_all("ATTRIBUTE", data=number)
-    place = low.build.emit_all("BARYCENTRICS", *low.displacement(), count=2)
+    place = low.build.emit_all("BARYCENTRICS", *low.displacement(), data=int(not node.is_position), count=2)
     return low.build.emit_all("ATTRIBUTE_AT", *place, data=number)
 
 

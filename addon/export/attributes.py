@@ -27,6 +27,7 @@ GENERATED = "(generated)"
 OBJECT = "(object coordinates)"
 OBJECT_NORMAL = "(object normal)"
 RANDOM, INDEX, COLOR, LOCATION = "(object random)", "(object index)", "(object color)", "(object location)"
+SCALE = "(object scale)"
 PROPERTY = "(object property) "
 # Values of strands of hair, which other meshes do not have.
 IS_STRAND, INTERCEPT, LENGTH = "(is strand)", "(strand intercept)", "(strand length)"
@@ -36,7 +37,7 @@ NO_UV = "(none)"  # no mesh has this map, so tangents are computed around the Z 
 POINT_RADIUS, RANDOM_POINT = "(point radius)", "(point random)"
 
 # Values of one object or instance. A mesh with such an attribute cannot be shared by instances.
-OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION)
+OF_OBJECT = (RANDOM, INDEX, COLOR, LOCATION, SCALE)
 
 WORD = 0xFFFFFFFF
 
@@ -72,7 +73,7 @@ def hash_words(first: NDArray[Any], second: int) -> NDArray[np.uint32]:
 
 def layer(name: str) -> Attribute:
     """Expression that reads a layer; 0 on meshes without the layer, as in Blender."""
-    return Attribute(name, required=False)
+    return Attribute(name, required=False, is_position=name == OBJECT)
 
 
 def is_of_object(name: str) -> bool:
@@ -110,6 +111,8 @@ class ObjectValues:
             return tuple(ob.color)
         if name == LOCATION:
             return tuple(self.matrix[:3, 3])
+        if name == SCALE:
+            return (float(np.cbrt(abs(np.linalg.det(self.matrix[:3, :3])))),)
         return self._property(name.removeprefix(PROPERTY))
 
     def _property(self, path: str) -> tuple[float, ...] | None:

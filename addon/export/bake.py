@@ -6,7 +6,7 @@ so Blender's data stay unchanged.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,10 +20,12 @@ import edgegrad
 
 from .materials import BakedOutput
 from .nodes import by_identifier, group_output
+from .unwrap import widened
 
-MARGIN = 8  # pixels around each UV island that repeat its border
+MARGIN = 2  # pixels around each UV island that repeat its border: interpolation reads one of them
 SAMPLES = 4  # per pixel; bakes evaluate textures without lighting, so their only noise is that of antialiasing
 UV_NAME = "Edgegrad bake"
+OUTSIDE = -1.0  # coordinate of faces that are not baked
 
 
 class BakeError(Exception):
@@ -64,8 +66,50 @@ def temporary() -> Iterator[Temporary]:
         held.remove()
 
 
+@dataclass
+class CopiedObject:
+    """What bakes need of an instance, which Blender's iterator invalidates.
+
+    Attributes
+    ----------
+    mesh
+        Copy of its evaluated mesh, which may be one that only its instancer has.
+    matrix
+        Rows of its transform to world space.
+    color, index
+        Colour and pass index of the object.
+    """
+
+    mesh: Any
+    matrix: list[tuple[float, ...]]
+    color: tuple[float, ...]
+    index: int
+
+    @staticmethod
+    def of(keep: Temporary, instance: Any) -> CopiedObject:
+        """Copy an instance while the iterator is at it; `keep` owns the mesh."""
+        ob = instance.object
+        matrix, color, index = [tuple(row) for row in instance.matrix_world], tuple(ob.color), ob.pass_index
+        return CopiedObject(keep(ob.data.copy()), matrix, color, index)
+
+
 class ObjectBaker:
-    """A copy of an evaluated object with a new UV map, on which materials can be baked.
+    """A copy of an object in a scene of its own, with a UV map for the images that materials are baked to.
+
+    The map has the faces of these materials only. Each of them covers texels of its own, however small it is.
+
+    Parameters
+    ----------
+    keep
+        Owns what is made.
+    copied
+        The object.
+    slots
+        Full name of the material of each slot.
+    materials
+        Full names of the materials to bake.
+    resolution
+        Width and height of the images, pixels.
 
     Attributes
     ----------
@@ -73,52 +117,91 @@ class ObjectBaker:
         (c, 2) position in the baked images of each corner of Blender's mesh.
     """
 
-    def __init__(self, keep: Temporary, evaluated: Any, depsgraph: Any, matrix: NDArray[np.float64],
+    def __init__(self, keep: Temporary, copied: CopiedObject, slots: tuple[str, ...], materials: Collection[str],
                  resolution: int) -> None:  # fmt: skip
-        self._keep = keep
         self._resolution = resolution
+        self._slots = slots
+        self._mesh = copied.mesh
         self._scene = keep(bpy.data.scenes.new("Edgegrad bake"))
         self._scene.render.engine = "CYCLES"
         cycles = self._scene.cycles
         cycles.device, cycles.samples = "CPU", SAMPLES
         cycles.use_adaptive_sampling = cycles.use_denoising = False
-        self._mesh = keep(bpy.data.meshes.new_from_object(evaluated, preserve_all_data_layers=True,
-                                                          depsgraph=depsgraph))  # fmt: skip
-        self._object = keep(bpy.data.objects.new(evaluated.name, self._mesh))
-        self._object.matrix_world = Matrix(matrix.tolist())  # a list would be read as columns
-        self._object.color, self._object.pass_index = evaluated.color, evaluated.pass_index
+        self._object = keep(bpy.data.objects.new("Edgegrad bake", self._mesh))
+        self._object.matrix_world = Matrix(copied.matrix)  # a list would be read as columns
+        self._object.color, self._object.pass_index = copied.color, copied.index
         self._scene.collection.objects.link(self._object)
         self._scene.view_layers[0].objects.active = self._object
         self._object.select_set(True, view_layer=self._scene.view_layers[0])
-        self._slots = [slot.material for slot in evaluated.material_slots]
-        while len(self._mesh.materials) < max(1, len(self._slots)):
+        while len(self._mesh.materials) < max(1, len(slots)):
             self._mesh.materials.append(None)
-        self.uv = self._unwrap()
+        self.uv = self._unwrap([k for k, slot in enumerate(slots) if slot in materials])
 
-    def _unwrap(self) -> NDArray[np.float32]:
-        active = next((layer.name for layer in self._mesh.uv_layers if layer.active_render), None)
-        layer = self._mesh.uv_layers.new(name=UV_NAME, do_init=False)
+    def _unwrap(self, slots: list[int]) -> NDArray[np.float32]:
+        """Lay the faces of these slots out in a new UV map."""
+        mesh = self._mesh
+        active = next((layer.name for layer in mesh.uv_layers if layer.active_render), None)
+        layer = mesh.uv_layers.new(name=UV_NAME, do_init=False)
         if layer is None:
             raise BakeError("it already has the largest number of UV maps that a mesh can have; remove one")
         name = layer.name
-        self._mesh.uv_layers.active = layer
+        mesh.uv_layers.active = layer
+        chosen = self._chosen(slots)
+        # Margins are fractions of the image.
+        margin = MARGIN / self._resolution
+        self._edit(slots, lambda: bpy.ops.uv.smart_project(island_margin=margin, scale_to_bounds=False))
+        uv = self._read(name)
+        uv[~chosen] = OUTSIDE
+        wide = widened(uv, chosen, self._loops("vertex_index", len(mesh.loops)), self._sizes(), self._resolution)
+        if wide is not None:
+            mesh.uv_layers[name].uv.foreach_set("vector", wide.ravel())
+            self._edit(slots, lambda: bpy.ops.uv.pack_islands(rotate=False, margin_method="FRACTION", margin=margin,
+                                                              shape_method="AABB"))  # fmt: skip
+            uv = self._read(name)
+            uv[~chosen] = OUTSIDE
+        mesh.uv_layers[name].uv.foreach_set("vector", uv.ravel())
+        if active is not None:  # nodes without a map's name must keep reading the user's map
+            mesh.uv_layers[active].active_render = True
+        return uv
+
+    def _read(self, layer: str) -> NDArray[np.float32]:
+        uv = np.empty((len(self._mesh.loops), 2), np.float32)
+        self._mesh.uv_layers[layer].uv.foreach_get("vector", uv.ravel())
+        return uv
+
+    def _loops(self, field: str, count: int) -> NDArray[np.int32]:
+        out = np.empty(count, np.int32)
+        self._mesh.loops.foreach_get(field, out)
+        return out
+
+    def _sizes(self) -> NDArray[np.int32]:
+        out = np.empty(len(self._mesh.polygons), np.int32)
+        self._mesh.polygons.foreach_get("loop_total", out)
+        return out
+
+    def _chosen(self, slots: list[int]) -> NDArray[np.bool_]:
+        """(c,) whether each corner belongs to a face of these slots. Cycles uses the last slot for larger indices."""
+        slot = np.empty(len(self._mesh.polygons), np.int32)
+        self._mesh.polygons.foreach_get("material_index", slot)
+        slot = np.clip(slot, 0, max(0, len(self._slots) - 1)).astype(np.int32)
+        self._mesh.polygons.foreach_set("material_index", slot)
+        return np.repeat(np.isin(slot, slots), self._sizes())
+
+    def _edit(self, slots: list[int], act: Callable[[], Any]) -> None:
+        """Run an operator on the faces of these slots."""
         with self._context():
             bpy.ops.object.mode_set(mode="EDIT")
             try:
                 with bpy.context.temp_override(edit_object=self._object, objects_in_mode=[self._object],
                                                objects_in_mode_unique_data=[self._object]):  # fmt: skip
-                    bpy.ops.mesh.reveal()
-                    bpy.ops.mesh.select_all(action="SELECT")
-                    # smart_project takes margins as fractions of the image.
-                    bpy.ops.uv.smart_project(island_margin=MARGIN / self._resolution, scale_to_bounds=False)
+                    bpy.ops.mesh.reveal(select=False)
+                    bpy.ops.mesh.select_all(action="DESELECT")
+                    for slot in slots:
+                        self._object.active_material_index = slot
+                        bpy.ops.object.material_slot_select()
+                    act()
             finally:
                 bpy.ops.object.mode_set(mode="OBJECT")
-        layer = self._mesh.uv_layers[name]
-        if active is not None:  # nodes without a map's name must keep reading the user's map
-            self._mesh.uv_layers[active].active_render = True
-        uv = np.empty((len(self._mesh.loops), 2), np.float32)
-        layer.uv.foreach_get("vector", uv.ravel())
-        return uv
 
     @contextmanager
     def _context(self) -> Iterator[None]:
@@ -138,8 +221,8 @@ class ObjectBaker:
         """
         size = self._resolution
         with temporary() as keep:
-            for k, slot in enumerate(self._slots or [None]):
-                chosen = slot is not None and slot.original == material
+            for k, slot in enumerate(self._slots):
+                chosen = slot == material.name_full
                 image = keep(bpy.data.images.new("Edgegrad bake", *(size, size) if chosen else (4, 4), alpha=True,
                                                  float_buffer=True, is_data=True))  # fmt: skip
                 if chosen:

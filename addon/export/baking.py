@@ -8,13 +8,13 @@ import bpy
 import numpy as np
 
 from .attributes import BAKED_UV, TANGENT, tangents
-from .bake import BakeError, ObjectBaker, temporary
+from .bake import BakeError, CopiedObject, ObjectBaker, Temporary, temporary
 from .images import Images
 from .materials import MaterialReading
 from .meshes import Group, PlacedMeshes
 
 if TYPE_CHECKING:
-    from .scene import Export
+    from .scene import Export, Source
 
 
 def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph: Any, resolution: int) -> None:
@@ -60,8 +60,7 @@ def _bake_on(group: Group, needed: dict[str, MaterialReading], images: Images, d
     found: dict[str, dict[str, str]] = {name: {} for name in needed}
     try:
         with temporary() as keep:
-            evaluated = bpy.data.objects[source.object].evaluated_get(depsgraph)
-            baker = ObjectBaker(keep, evaluated, depsgraph, source.matrix, resolution)
+            baker = ObjectBaker(keep, _copied(keep, source, depsgraph), group.slots, needed, resolution)
             if len(baker.uv) != group.corner_count:
                 raise BakeError("its mesh differs from the rendered one")
             uv = np.ascontiguousarray(baker.uv[group.arrays.corners])
@@ -71,7 +70,7 @@ def _bake_on(group: Group, needed: dict[str, MaterialReading], images: Images, d
                     stand_in = reading.stand_in(baked)
                     picture = f"{stand_in} on {source.object}"
                     try:
-                        images.found[picture] = baker.bake(bpy.data.materials[name], baked)
+                        images.found[picture] = baker.bake(_material(name), baked)
                     except BakeError as error:
                         _failed(out, name, source.object, error, baked.node)
                         continue
@@ -82,6 +81,23 @@ def _bake_on(group: Group, needed: dict[str, MaterialReading], images: Images, d
         for name in needed:
             _failed(out, name, source.object, error)
     return found
+
+
+def _copied(keep: Temporary, source: Source, depsgraph: Any) -> CopiedObject:
+    """Find the first instance of a group again, and copy it."""
+    for instance in depsgraph.object_instances:
+        ob = instance.object
+        holder = instance.parent if instance.is_instance else ob
+        if (ob.original.name == source.object and holder.original.name_full == source.holder
+                and instance.is_instance == source.instance and ob.type == "MESH"
+                and np.array_equal(instance.matrix_world, source.matrix)):  # fmt: skip
+            return CopiedObject.of(keep, instance)
+    raise BakeError("Blender no longer evaluates it")
+
+
+def _material(name: str) -> Any:
+    """Find a material by its full name, which has the file of linked materials."""
+    return next(material for material in bpy.data.materials if material.name_full == name)
 
 
 def _failed(out: Export, material: str, ob: str, error: Exception, node: str = "") -> None:

@@ -53,6 +53,10 @@ class Unreadable(Exception):
         self.bakeable = bakeable
 
 
+class UnreadableNormal(Unreadable):
+    """Raised for a node whose normal no expression can represent. It is baked as a normal map, not as a colour."""
+
+
 @dataclass
 class Reader:
     """Translates the sockets of one material, light or world.
@@ -68,6 +72,10 @@ class Reader:
         Blender's pass index of the material.
     world_to_camera
         (4, 4) transform to Cycles' camera space, in which Z is the depth; None: there is no camera.
+    pixel_size
+        Size of the camera's pixels at the hit point, metres (`read_normals.pixel_size`).
+    normal
+        The shading normal of a displaced surface; None: the smooth normal.
     notes
         One short text for each approximation.
     codes
@@ -78,6 +86,8 @@ class Reader:
     bake: Callable[[Any, Groups], Expression | None] | None = None
     material_index: int = 0
     world_to_camera: NDArray[np.float64] | None = None
+    pixel_size: Operand = 1e-3
+    normal: Expression | None = None
     notes: list[str] = field(default_factory=list)
     codes: bool = True
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
@@ -136,6 +146,8 @@ class Reader:
             if isinstance(value, Expression) and type(value) not in RULES:
                 raise Unreadable(f"node '{label(node, groups)}' ({node.bl_label})")
         except Unreadable as error:
+            if isinstance(error, UnreadableNormal) and output.type == "VECTOR":
+                raise
             baked = self.bake(output, groups) if self.bake is not None and error.bakeable else None
             if baked is None:
                 raise
@@ -221,4 +233,12 @@ def number(value: Operand) -> float | None:
     return None if found is None else float(found[0])
 
 
-from . import read_colors, read_inputs, read_textures  # noqa: E402, F401  (they register node types)
+def constant(socket: Any, groups: Groups = ()) -> NDArray[np.float64] | None:
+    """(3,) constant value of an input; None if it varies or cannot be read."""
+    try:
+        return rgb(folded(Reader().value(socket, groups)))
+    except Unreadable:
+        return None
+
+
+from . import read_colors, read_inputs, read_normals, read_textures  # noqa: E402, F401  (they register node types)

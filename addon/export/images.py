@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
+import bpy
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,10 @@ DATA_SPACES = ("Non-Color", "Raw", "Generic Data")
 LINEAR_SPACES = ("Linear Rec.709", "Linear")
 # Linear light of the 8-bit sRGB codes.
 FROM_SRGB = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
+
+
+# Colour of images that are missing, in Cycles.
+MISSING = (1.0, 0.0, 1.0, 1.0)
 
 
 class UnreadableImage(Exception):
@@ -53,6 +59,20 @@ class Images:
         if name not in self.found:
             self.found[name] = edgegrad.Image(_pixels(image, codes))
         return name
+
+
+def is_missing(image: Any) -> bool:
+    """Whether a node has no image, or the image's file is gone."""
+    if image is None:
+        return True
+    if image.source == "FILE":
+        return image.size[0] * image.size[1] == 0 or not len(image.pixels)
+    if image.source not in ("SEQUENCE", "MOVIE") or image.packed_file is not None:
+        return False
+    path = Path(bpy.path.abspath(image.filepath, library=image.library))
+    # The files of a sequence differ in their numbers.
+    beginning = path.stem.rstrip("0123456789") if image.source == "SEQUENCE" else path.name
+    return not path.parent.is_dir() or not any(file.name.startswith(beginning) for file in path.parent.iterdir())
 
 
 def alpha_mode(image: Any, alpha_is_used: bool) -> str:

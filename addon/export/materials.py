@@ -11,12 +11,13 @@ import numpy as np
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.expression import Expression, images_of, nodes_of
+from edgegrad.expression import Expression, Operand, images_of, nodes_of
 
 from ..problem import Report
 from . import attributes, nodes
-from .expressions import Reader, number
+from .expressions import Reader, Unreadable, number
 from .images import Images
+from .read_normals import displaced_normal
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, parts, product
 from .volumes import describe_volume
@@ -125,16 +126,21 @@ class MaterialReading:
 
     def attributes(self) -> set[str]:
         """Return the names of the attributes that the material reads from meshes."""
-        names = {n.name for expression in self.expressions() for n in nodes_of(expression)
-                 if isinstance(n, e.Attribute)}  # fmt: skip
+        found = [node for expression in self.expressions() for node in nodes_of(expression)]
+        names = {node.name for node in found if isinstance(node, e.Attribute)}
+        for node in found:
+            if isinstance(node, e.NormalMap):
+                names |= {node.uv, node.uv + attributes.TANGENT}
         for one in self.shaders():
             turned = "anisotropy" in one.textures or one.anisotropy != 0.0
-            if "normal" in one.textures or (turned and one.normal_uv != attributes.NO_UV):
+            mapped = "normal" in one.textures and one.normal_space == "TANGENT"
+            if mapped or (turned and one.normal_uv != attributes.NO_UV):
                 names |= {one.normal_uv, one.normal_uv + attributes.TANGENT}
         return names
 
 
-def read_material(material: Any, images: Images, report: Report, world_to_camera: Any = None) -> MaterialReading:
+def read_material(material: Any, images: Images, report: Report, world_to_camera: Any = None,
+                  pixel_size: Operand = 1e-3) -> MaterialReading:  # fmt: skip
     """Read a material; report a warning for each approximation, and a line on what was read.
 
     Parameters
@@ -143,7 +149,7 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         Blender's material (original), or None for faces without one.
     images
         Receives the images that the material reads.
-    world_to_camera
+    world_to_camera, pixel_size
         As in `Reader`.
     """
     if material is None:
@@ -159,16 +165,15 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
     if output is None:
         report.tell(where, "has no output that Cycles uses; it is black, as in Cycles")
         return reading
-    displacement = nodes.source(output.inputs["Displacement"]) is not None
-    if displacement and material.displacement_method != "DISPLACEMENT":
-        report.warn(where, "the node that is linked to 'Displacement' of its output is ignored")
     volume = nodes.feed(output.inputs["Volume"])
     if volume.output is not None:
         report.warn(where, describe_volume(volume, material))
         if nodes.source(output.inputs["Surface"]) is None:
             reading.value = edgegrad.Material(np.ones(3), kind="TRANSPARENT")
             return reading
-    _Reading(material, images, world_to_camera, reading).read(output, report)
+    reader = _Reading(material, images, world_to_camera, pixel_size, reading)
+    reader.displace(output)
+    reader.read(output, report)
     return reading
 
 
@@ -199,10 +204,20 @@ def _black() -> edgegrad.Material:
 class _Reading:
     """The translation of the node tree of one material."""
 
-    def __init__(self, material: Any, images: Images, world_to_camera: Any, reading: MaterialReading) -> None:
+    def __init__(self, material: Any, images: Images, world_to_camera: Any, pixel_size: Operand,
+                 reading: MaterialReading) -> None:  # fmt: skip
         self.material = material
         self.reading = reading
-        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera)
+        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, pixel_size)
+
+    def displace(self, output: Any) -> None:
+        """Read the displacement of the material as bump, unless it only moves vertices (`displacement`)."""
+        if self.material.displacement_method == "DISPLACEMENT":
+            return
+        try:
+            self.reader.normal = displaced_normal(self.reader, nodes.feed(output.inputs["Displacement"]))
+        except Unreadable as error:
+            self.reader.note(f"the bump of its displacement is left out, since {error} can't be read")
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))

@@ -63,6 +63,8 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
 
 @reads("NEW_GEOMETRY")
 def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if output.identifier == "Normal" and reader.normal is not None:
+        return reader.normal
     known = {"Position": "POSITION", "Normal": "NORMAL", "True Normal": "TRUE_NORMAL", "Incoming": "INCOMING"}
     if output.identifier in known:
         return e.Coordinates(known[output.identifier])
@@ -184,18 +186,11 @@ def _layer_weight(reader: Reader, node: Any, groups: Groups, output: Any) -> Ope
 
 def _normal(reader: Reader, node: Any, groups: Groups) -> Operand | None:
     try:
-        found: Operand | None = reader.get_or(node, "Normal", groups, None)
+        found: Operand | None = reader.get_or(node, "Normal", groups, reader.normal)
         return found
     except Unreadable as error:
         reader.note(f"node '{label(node, groups)}' uses the smooth normal, since {error} can't be read")
         return None
-
-
-@reads("BUMP", "NORMAL_MAP", "BEVEL")
-def _disturbed_normal(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    reader.note(f"node '{label(node, groups)}' is replaced by the smooth normal where it is not linked to a shader's "
-                "normal")
-    return e.Coordinates("NORMAL")
 
 
 COOLEST, HOTTEST = 800.0, 12000.0  # kelvin; Blackbody is constant outside

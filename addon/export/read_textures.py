@@ -10,7 +10,7 @@ from edgegrad.expression import procedural as p
 
 from . import attributes
 from .expressions import Reader, Unreadable, constant, reads
-from .images import FROM_SRGB, UnreadableImage, alpha_mode
+from .images import FROM_SRGB, MISSING, UnreadableImage, alpha_mode, is_missing
 from .nodes import Groups, by_identifier, feed, is_implicit, label
 
 INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "Smart": "CUBIC"}
@@ -18,6 +18,15 @@ INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "S
 
 # Conversion of code values to linear light, as the table of a curve.
 FROM_CODES = tuple((float(c),) * 3 for c in FROM_SRGB)
+
+
+def _missing(reader: Reader, node: Any, groups: Groups) -> bool:
+    """Whether a node has no image to read; Cycles renders a constant then."""
+    if reader.images is None or not is_missing(node.image):
+        return False
+    name = "no image" if node.image is None else f"an image that is missing, '{node.image.name}'"
+    reader.note(f"node '{label(node, groups)}' has {name}; it is magenta, as in Cycles")
+    return True
 
 
 def read_image(reader: Reader, node: Any, groups: Groups, codes: bool = False) -> str:
@@ -38,6 +47,8 @@ def _interpolates_codes(reader: Reader, node: Any) -> bool:
 
 @reads("TEX_IMAGE")
 def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if _missing(reader, node, groups):
+        return 1.0 if output.identifier == "Alpha" else MISSING
     codes = _interpolates_codes(reader, node)
     name = read_image(reader, node, groups, codes)
     box = node.projection == "BOX"
@@ -54,6 +65,8 @@ def _image(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
 
 @reads("TEX_ENVIRONMENT")
 def _environment(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if _missing(reader, node, groups):
+        return MISSING
     codes = reader.codes and _interpolates_codes(reader, node)
     name = read_image(reader, node, groups, codes)
     value = e.ImageTexture(name, reader.get_or(node, "Vector", groups, e.Coordinates("POSITION")),

@@ -32,6 +32,7 @@ from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
 from .object_types import RENDERED, OtherGeometry, warn_about_type
+from .read_normals import pixel_size
 from .settings import RenderSettings, expose, read_settings
 from .visibility import visible_to, warn_about_layer, warn_about_visibility
 from .world import read_world
@@ -131,7 +132,8 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     # iterator, since reading may create data and thus invalidate the iterator.
     materials = walk.materials()
     for material in materials:
-        out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
+        out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view),
+                                                      pixel_size(view))  # fmt: skip
         if material is not None:
             name_settings(material, f"material '{material.name}'", scene, report)
     world = read_world(scene, depsgraph.view_layer, images, report)

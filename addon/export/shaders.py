@@ -171,35 +171,51 @@ class Closure:
         self.put("emission", value, 0.0)
 
     def normal(self, name: str = "Normal") -> None:
-        """Set the normal map. Tangent-space normal maps are translated; other nodes at a Normal input are baked."""
+        """Set the shading normal. What no expression can represent is baked as a normal map in tangent space."""
         socket = by_identifier(self.node.inputs, name)
         found = None if socket is None else feed(socket, self.groups)
         if found is None or found.output is None:
+            if self.reader.normal is not None:
+                self._bend(self.reader.normal)
             return
         node = found.output.node
-        if node.type == "NEW_GEOMETRY" and found.output.identifier == "Normal":
-            return
         if node.type == "NORMAL_MAP" and node.space == "TANGENT":
-            inner = Closure(self.reader, node, found.groups, self.material)
-            color, strength = inner.read("Color"), inner.read("Strength")
-            if number(strength) == 0.0:
+            self._map_normal(node, found.groups)
+            return
+        try:
+            value = self.reader.value(socket, self.groups)
+        except Unreadable as error:
+            baked = None if self.bake_normal is None else self.bake_normal(found)
+            if baked is None:
+                self.note(f"the effect of node '{label(node, found.groups)}' on its normal is left out, since "
+                          f"{error} can't be read")  # fmt: skip
                 return
-            inner.put("normal_strength", strength, inner.own("Strength"))
-            # The material uses a normal map only if it is a texture, so a constant becomes an expression.
-            constant = rgb(color)
-            if constant is not None:
-                if np.allclose(constant, (0.5, 0.5, 1.0)):
-                    return
-                color = e.Combine(*map(float, constant))
-            inner.put("normal", color, (0.5, 0.5, 1.0))
-            self.material.normal_uv = node.uv_map or attributes.ACTIVE_UV
+            self.put("normal", baked, (0.5, 0.5, 1.0))
+            self.material.normal_uv = attributes.BAKED_UV
             return
-        baked = None if self.bake_normal is None else self.bake_normal(found)
-        if baked is None:
-            self.note(f"the effect of node '{label(node, found.groups)}' on its normal is left out")
+        if value != e.Coordinates("NORMAL"):
+            self._bend(value if isinstance(value, Expression) else e.VectorMath("ADD", value))
+
+    def _bend(self, normal: Expression) -> None:
+        """Use a normal in world space."""
+        self.put("normal", normal, (0.5, 0.5, 1.0))
+        self.material.normal_space = "WORLD"
+
+    def _map_normal(self, node: Any, groups: Groups) -> None:
+        """Use a normal map in tangent space."""
+        inner = Closure(self.reader, node, groups, self.material)
+        color, strength = inner.read("Color"), inner.read("Strength")
+        if number(strength) == 0.0:
             return
-        self.put("normal", baked, (0.5, 0.5, 1.0))
-        self.material.normal_uv = attributes.BAKED_UV
+        inner.put("normal_strength", strength, inner.own("Strength"))
+        # The material uses a normal map only if it is a texture, so a constant becomes an expression.
+        constant = rgb(color)
+        if constant is not None:
+            if np.allclose(constant, (0.5, 0.5, 1.0)):
+                return
+            color = e.Combine(*map(float, constant))
+        inner.put("normal", color, (0.5, 0.5, 1.0))
+        self.material.normal_uv = node.uv_map or attributes.ACTIVE_UV
 
     def tangent(self) -> None:
         """Set the tangents for anisotropy: those of a UV map, or those around the Z axis of the object."""
@@ -213,7 +229,7 @@ class Closure:
             uv = node.uv_map or attributes.ACTIVE_UV
         elif node is not None and not (node.type == "TANGENT" and node.axis == "Z"):
             self.note("its tangent can't be read; anisotropy uses tangents around the object's Z axis")
-        if "normal" not in self.material.textures:
+        if "normal" not in self.material.textures or self.material.normal_space == "WORLD":
             self.material.normal_uv = uv
         elif uv != self.material.normal_uv:
             self.note(f"its anisotropy is relative to the UV map of its normal map, {self.material.normal_uv}")

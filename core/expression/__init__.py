@@ -45,6 +45,7 @@ from .nodes import (
     operands,
     required_attributes,
 )
+from .normals import Bump, NormalMap
 from .procedural import (
     DIMENSIONS,
     GRADIENTS,
@@ -83,6 +84,7 @@ __all__ = [
     "Backfacing",
     "Brick",
     "BrightContrast",
+    "Bump",
     "Channel",
     "Checker",
     "Clamp",
@@ -105,6 +107,7 @@ __all__ = [
     "Math",
     "Mix",
     "Noise",
+    "NormalMap",
     "Operand",
     "Ramp",
     "Row",

@@ -103,10 +103,14 @@ class Attribute(Expression):
     required
         True: a scene is invalid if no mesh with the material has the attribute. False: a missing attribute is 0,
         as in Blender.
+    is_position
+        Whether the attribute is a position of the surface. `Bump` takes the slope of positions on both sides of a
+        surface alike. Bumps of other attributes that rise on the front sink on the back, as in Cycles.
     """
 
     name: str
     required: bool = field(default=True, compare=False)
+    is_position: bool = False
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ from ..expression.nodes import Expression, nodes_of
 # DISNEY is the BSDF of Burley 2012 as in Mitsuba 3's `principled`, for comparisons with Mitsuba.
 KINDS = ("PRINCIPLED", "DIFFUSE", "GLOSSY", "GLASS", "REFRACTION", "TRANSPARENT", "TRANSLUCENT", "SHEEN", "DISNEY")
 
+NORMAL_SPACES = ("TANGENT", "WORLD")
+
 _FRACTIONS = ("metallic", "roughness", "diffuse_roughness", "transmission", "coat_weight", "coat_roughness",
            "sheen_weight", "sheen_roughness", "alpha", "subsurface_weight")
 
@@ -84,6 +86,10 @@ class Material(Checked):
         "normal".
     normal_strength
         Strength of the normal map, >= 0; 0: the smooth shading normal.
+    normal_space
+        What "normal" in `textures` is. ``"TANGENT"``: the colour of a normal map. ``"WORLD"``: the shading normal
+        itself, a vector in world space on the viewer's side of the surface (`expression.Bump`), which
+        `normal_strength` does not change.
     normal_uv
         Name of the UV map that defines the tangents for the normal map and for anisotropy. If the mesh has the
         attribute "NAME.tangent" (m, 3, 4), tangent and sign, it replaces the computed tangents.
@@ -118,6 +124,7 @@ class Material(Checked):
     multiscatter: bool = True
     normal: NDArray[np.float64] = field(default_factory=lambda: np.array([0.5, 0.5, 1.0]))
     normal_strength: float = 1.0
+    normal_space: str = "TANGENT"
     normal_uv: str = "UVMap"
     textures: Mapping[str, Expression] = field(default_factory=dict)
 
@@ -132,6 +139,7 @@ class Material(Checked):
         "anisotropy": by(number, least=-1.0, below=1.0 + 1e-6),
         "anisotropy_rotation": number,
         **dict.fromkeys(("emission_two_sided", "multiscatter"), flag),
+        "normal_space": by(choice, NORMAL_SPACES),
         "normal_uv": text,
         "textures": by(mapping, _expression),
     }

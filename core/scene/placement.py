@@ -53,6 +53,12 @@ def has_tangent_frame(closure: Material) -> bool:
     return "normal" in closure.textures or "anisotropy" in closure.textures or closure.anisotropy != 0.0
 
 
+def has_uv_tangents(closure: Material) -> bool:
+    """Whether a closure's shading depends on the tangents of its UV map (`Material.normal_uv`)."""
+    mapped = "normal" in closure.textures and closure.normal_space == "TANGENT"
+    return mapped or "anisotropy" in closure.textures or closure.anisotropy != 0.0
+
+
 def placed_meshes(scene: Scene) -> list[Mesh]:
     """The scene's meshes as the tables have them, in order; what places them is in `instances`, or applied."""
     return [expanded(mesh) if stands_in_world(scene, mesh) else _instanced(mesh) for mesh in scene.meshes.values()]

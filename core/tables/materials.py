@@ -43,6 +43,7 @@ WIDTH = 36
 DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC = (
     1 << k for k in range(10)
 )
+NORMAL_IN_WORLD = 1 << 20
 
 
 @dataclass
@@ -118,6 +119,8 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
         out |= EMISSION
     if "normal" in m.textures:
         out |= NORMAL_MAP
+        if m.normal_space == "WORLD":
+            out |= NORMAL_IN_WORLD
     if m.multiscatter:
         out |= MULTISCATTER
     if m.emission_two_sided:

@@ -24,7 +24,7 @@ EG_INLINE void probe_bent_normal(const SceneView& scene, SceneProbePacket& p) {
     const Vec3 along = {splat(0.2f), splat(0.3f), splat(-0.93f)};
     const SurfacePoint x = surface_point(scene, p.active, p.index, p.a.x, p.a.y, along, p.instance);
     const TexturePoint point = texture_point(scene, x, -along, splat(0));
-    p.put(0, shading_normal(scene, p.active, splat(0), point, p.b, p.a.z));
+    p.put(0, mapped_normal(scene, p.active, uv_map(scene.textures, splat(0)), point, p.b, p.a.z));
     p.put(3, surface_tangent(scene, p.active, splat(0), point, point.normal));
 }
 

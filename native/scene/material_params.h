@@ -56,7 +56,9 @@ enum ClosureFlag : int32_t {
     kEmissionTwoSided = 1 << 6,
     kHasRefraction = 1 << 7,
     kLambertian = 1 << 8,  // nothing but a constant or textured diffuse colour and emission
-    kAnisotropic = 1 << 9
+    kAnisotropic = 1 << 9,
+    kNormalInWorld = 1
+        << 20  // the program computes the shading normal itself instead of a normal map's colour
 };
 
 // The gloss over a diffuse base is weak: following it pays only where its alpha is below this part of the

@@ -106,12 +106,19 @@ EG_INLINE Shader surface_shader(const SceneView& scene, const SurfacePoint& x, c
 
 EG_INLINE Mask has(const Shader& s, int32_t flag) { return (s.flags & flag) != 0; }
 
-// The shading normal, bent by the closure's normal map.
+// The shading normal: that of the closure's normal map, or the one that its program computes.
 EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, const Shader& s,
                               const TexturePoint& point) {
     if (!(scene.all_flags & kHasNormalMap)) return point.normal;
-    return shading_normal(scene, active & has(s, kHasNormalMap), s.closure, point, s.color(kNormalMap),
-                          s.row[kNormalStrength]);
+    const Mask bent = active & has(s, kHasNormalMap);
+    const Vec3 value = s.color(kNormalMap);
+    if (!(scene.all_flags & kNormalInWorld))
+        return mapped_normal(scene, bent, uv_map(scene.textures, s.closure), point, value,
+                             s.row[kNormalStrength]);
+    const Mask computed = bent & has(s, kNormalInWorld);
+    const Vec3 mapped = mapped_normal(scene, bent & ~computed, uv_map(scene.textures, s.closure), point,
+                                      value, s.row[kNormalStrength]);
+    return select(computed, normalized_or(value, point.normal), mapped);
 }
 
 // Share of light that passes the surface unscattered; `color` is its tint.

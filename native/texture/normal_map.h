@@ -52,11 +52,21 @@ EG_INLINE Int fill_lanes(Mask known, Int index) {
     return select(known, index, splat(static_cast<int>(index[lane])));
 }
 
-// The lanes' closures may have different UV maps (-1: none). Uses the mesh's tangents ("NAME.tangent") if it
-// has them. Otherwise uses the triangle's tangent along u, projected to be orthogonal to the normal n (in
-// object space).
-EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
-                               Vec3 n) {
+// The attributes of the UV maps, which may differ from lane to lane (-1: none), and of their tangents
+// ("NAME.tangent").
+struct UvMap {
+    Int uv, tangent;
+};
+
+EG_INLINE UvMap uv_map(const TextureView& textures, Int closure) {
+    if (!textures.closure_uv) return {splat(-1), splat(-1)};
+    return {gather(textures.closure_uv, closure), gather(textures.closure_tangent, closure)};
+}
+
+// Uses the mesh's tangents if it has them. Otherwise uses the triangle's tangent along u, projected to be
+// orthogonal to the normal n (in object space).
+EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, const UvMap& map,
+                               const TexturePoint& point, Vec3 n) {
     const TextureView& textures = scene.textures;
     UvTangent r{splat(0), zero3(), splat(1.0f)};
     const Int face = select(active, point.face, splat(0));
@@ -64,13 +74,13 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int closure,
     Int at = splat(0), step = splat(0);    // position of the face's first float, and floats per corner
     // Find the attributes of each lane
     for (int i = 0; i < W; ++i) {
-        if (!active[i] || !textures.closure_uv || textures.closure_uv[closure[i]] < 0) continue;
+        if (!active[i] || map.uv[i] < 0) continue;
         const int32_t mesh = textures.face_mesh[face[i]];
         const auto attribute = [&](int32_t number) -> const TextureAttribute& {
             return textures.mesh_attributes[number * textures.mesh_count + mesh];
         };
-        const TextureAttribute& tangents = attribute(textures.closure_tangent[closure[i]]);
-        const TextureAttribute& uv = attribute(textures.closure_uv[closure[i]]);
+        const TextureAttribute& tangents = attribute(map.tangent[i]);
+        const TextureAttribute& uv = attribute(map.uv[i]);
         const auto take = [&](const TextureAttribute& a, Mask& lanes) {
             lanes[i] = -1;
             at[i] = static_cast<int32_t>(a.offset + static_cast<int64_t>(face[i]) * 3 * a.components);
@@ -113,15 +123,15 @@ EG_INLINE UvTangent uv_tangent(const SceneView& scene, Mask active, Int closure,
     return r;
 }
 
-// The smooth normal, bent by a closure's normal map with the colour `color` in [0, 1]. Unit, on the viewer's
-// side of the surface. `point.normal` where the mesh has no UV map for it.
-EG_INLINE Vec3 shading_normal(const SceneView& scene, Mask active, Int closure, const TexturePoint& point,
-                              Vec3 color, Float strength) {
+// The smooth normal, bent by a normal map with the colour `color` in [0, 1]. Unit, on the viewer's side of
+// the surface. `point.normal` where the mesh has no UV map for it.
+EG_INLINE Vec3 mapped_normal(const SceneView& scene, Mask active, const UvMap& map, const TexturePoint& point,
+                             Vec3 color, Float strength) {
     if (!any(active)) return point.normal;
     const Vec3 front = select(point.backside, -point.normal, point.normal);
     const Float length = interpolated_length(scene, active, point);
     const Vec3 n = normalized_or(normal_to_mesh(scene, point.instance, front), front) * length;
-    const UvTangent t = uv_tangent(scene, active, closure, point, n);
+    const UvTangent t = uv_tangent(scene, active, map, point, n);
     const Vec3 bitangent = cross(n, t.tangent) * t.sign;
     const Float x = (2.0f * color.x - 1.0f) * strength, y = (2.0f * color.y - 1.0f) * strength;
     const Float share = min(max(strength, 0.0f), splat(1.0f));
@@ -154,7 +164,7 @@ EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int closure,
                                Vec3 n) {
     const Vec3 front = select(point.backside, -n, n);
     const Vec3 in_mesh = normal_to_mesh(scene, point.instance, front);
-    const UvTangent t = uv_tangent(scene, active, closure, point, in_mesh);
+    const UvTangent t = uv_tangent(scene, active, uv_map(scene.textures, closure), point, in_mesh);
     Vec3 direction = t.tangent;
     const Mask radial = active & ~t.known;
     if (any(radial) && scene.textures.mesh_box && scene.textures.mesh_count > 0) {

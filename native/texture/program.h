@@ -8,7 +8,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 // Runs one program for the lanes of the mask (interpreter.cpp).
-void interpret(const TextureView& textures, const Mask& active, int32_t program, const TexturePoint& point,
+void interpret(const SceneView& scene, const Mask& active, int32_t program, const TexturePoint& point,
                Float* row);
 
 // Overwrites the values of each active lane's parameter row (scene/material_params.h) that the lane's program
@@ -21,7 +21,7 @@ EG_INLINE void run_program(const SceneView& scene, Mask active, Int program, con
         while (!rest[lane]) ++lane;
         const int32_t first = program[lane];
         const Mask same = rest & (program == first);
-        interpret(scene.textures, same, first, point, row);
+        interpret(scene, same, first, point, row);
         rest &= ~same;
     }
 }

@@ -20,7 +20,11 @@ from .ops import Value
 # ---- Where the ray has met the surface ----
 @rule(e.Attribute)
 def _attribute(low: Lowering, node: e.Attribute) -> Components:
-    return low.build.emit_all("ATTRIBUTE", data=low.resources.attribute(node.name))
+    number = low.resources.attribute(node.name)
+    if low.shift is None:
+        return low.build.emit_all("ATTRIBUTE", data=number)
+    place = low.build.emit_all("BARYCENTRICS", *low.displacement(), data=int(not node.is_position), count=2)
+    return low.build.emit_all("ATTRIBUTE_AT", *place, data=number)
 
 
 @rule(e.Coordinates)
@@ -32,7 +36,9 @@ def _coordinates(low: Lowering, node: e.Coordinates) -> Components:
         return vector(*(low.mul(-1.0, x) for x in mirrored[:3]))
     found = low.build.emit_all(node.kind, count=3)
     if node.kind == "POSITION":
-        found = tuple(low.add(x, o) for x, o in zip(found, low.resources.origin, strict=True))
+        # The origin is added last: it may be large, and shifts are small.
+        found = tuple(low.add(low.add(x, d), o)
+                      for x, o, d in zip(found, low.resources.origin, low.displacement(), strict=True))
     return vector(*found)
 
 
@@ -205,7 +211,7 @@ def _vector_math(low: Lowering, node: e.VectorMath) -> Components:
     if op == "NORMALIZE":
         return low.normalized(a)
     if op == "CROSS_PRODUCT":
-        return vector(*(low.sub(low.mul(a[i], b[j]), low.mul(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))))
+        return vector(*low.crossed(a, b))
     if op == "PROJECT":
         share = low.div(low.dot(a, b), low.dot(b, b))
         return vector(*(low.mul(share, y) for y in b))

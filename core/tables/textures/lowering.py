@@ -5,7 +5,8 @@ The rules themselves are in lower_math.py, lower_color.py, lower_image.py and lo
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -38,14 +39,51 @@ class Resources:
         return self.attributes.setdefault(name, len(self.attributes))
 
 
+@dataclass(frozen=True)
+class Shift:
+    """A point beside the hit point, in the plane of the hit face.
+
+    Attributes
+    ----------
+    axis
+        Which of two orthogonal tangents leads to it.
+    step
+        Its distance, metres.
+    """
+
+    axis: int
+    step: Value
+
+
 class Lowering:
     """Turns expressions into a program's steps."""
 
     def __init__(self, build: Builder, resources: Resources) -> None:
         self.build = build
         self.resources = resources
-        self._done: dict[int, Components] = {}
+        self.shift: Shift | None = None  # where values are computed; None: at the hit point
+        self._done: dict[int, Components] = {}  # at `shift`
+        self._done_at: dict[Shift | None, dict[int, Components]] = {None: self._done}
         self._kept: list[Expression] = []  # ids stay valid while their objects live
+
+    @contextmanager
+    def at(self, shift: Shift | None) -> Iterator[None]:
+        """Compute values at another point within the block."""
+        before = self.shift, self._done
+        self.shift, self._done = shift, self._done_at.setdefault(shift, {})
+        try:
+            yield
+        finally:
+            self.shift, self._done = before
+
+    def displacement(self) -> Components:
+        """Vector from the hit point to the point of `shift`."""
+        if self.shift is None:
+            return (0.0, 0.0, 0.0)
+        direction = self.build.emit_all("SURFACE_TANGENT", count=3)
+        if self.shift.axis == 1:
+            direction = self.crossed(self.build.emit_all("TRUE_NORMAL", count=3), direction)
+        return tuple(self.mul(self.shift.step, x) for x in direction)
 
     def components(self, node: e.Operand) -> Components:
         """The components of an expression or constant."""
@@ -100,6 +138,10 @@ class Lowering:
 
     def dot(self, a: Components, b: Components) -> Value:
         return self.build.emit("AFFINE", a[0], b[0], a[1], b[1], a[2], b[2], 0.0)
+
+    def crossed(self, a: Components, b: Components) -> Components:
+        """Cross product."""
+        return tuple(self.sub(self.mul(a[i], b[j]), self.mul(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1)))
 
     def normalized(self, v: Components) -> Components:
         """Unit vector; zero stays zero."""

@@ -21,10 +21,10 @@ from ...scene.image import Image
 from ...scene.light import AreaLight
 from ...scene.material import Material, Mixture
 from ...scene.mesh import Mesh
-from ...scene.placement import has_tangent_frame
+from ...scene.placement import has_uv_tangents
 from ...scene.scene import Scene
 from ..materials import COLUMNS
-from . import lower_color, lower_image, lower_math, lower_procedural  # noqa: F401  (their rules are registered)
+from . import lower_color, lower_image, lower_math, lower_normal, lower_procedural  # noqa: F401  (their rules are registered)
 from .lowering import Lowering, Resources
 from .ops import OPCODES, Builder, Number, Output, Value
 
@@ -157,7 +157,7 @@ def compile_textures(
             closure_program.append(programs.of_closure(part, closure))
             weight = material.textures.get(str(k)) if isinstance(material, Mixture) else None
             closure_weight_program.append(-1 if weight is None else programs.of_weight(name, k, weight))
-            has_tangents = part in with_tangents or has_tangent_frame(closure)
+            has_tangents = part in with_tangents or has_uv_tangents(closure)
             uv, tangent = _tangent_attributes(closure, resources) if has_tangents else (-1, -1)
             closure_uv.append(uv)
             closure_tangent.append(tangent)

@@ -92,6 +92,18 @@ bool lets_through_by_normal(const SceneTables& t, int32_t material, bool smooth)
     return false;
 }
 
+// Whether a program bends the normal by what varies along the face's own plane.
+bool bends_normals(const SceneTables& t, int32_t material) {
+    const auto bends = [](const TextureInstruction& step) {
+        return step.op == static_cast<int32_t>(TextureOp::SURFACE_TANGENT) ||
+               step.op == static_cast<int32_t>(TextureOp::NORMAL_MAP);
+    };
+    const auto k = static_cast<size_t>(material);
+    for (int32_t closure = t.material_first_closure[k]; closure < t.material_first_closure[k + 1]; ++closure)
+        if (any_step(t, static_cast<size_t>(closure), bends)) return true;
+    return false;
+}
+
 // Whether two faces lie in one plane, with equal or opposite orientation.
 bool in_one_plane(const SceneTables& t, const uint32_t (&face)[2]) {
     const Vector n[2] = {area_normal(t, face[0]), area_normal(t, face[1])};
@@ -109,6 +121,7 @@ bool is_seam(const SceneTables& t, int64_t edge) {
     bool slope = false;
     const bool reads = reads_attributes(t, t.face_material[face[0]], slope);
     if (slope) return true;  // tangents are constant per face
+    if (bends_normals(t, t.face_material[face[0]]) && !in_one_plane(t, face)) return true;
     if (t.corner_normal.empty() && !reads) return false;
     if (reads) {
         const auto is_smooth = [&t](uint32_t f) {

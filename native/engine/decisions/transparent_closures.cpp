@@ -41,6 +41,8 @@ bool reads_requested(const TextureView& textures, const Requested& requested,
                                 static_cast<int64_t>(table.rows) * table.columns);
         }
         case TextureOp::ATTRIBUTE:
+        case TextureOp::ATTRIBUTE_AT:
+        case TextureOp::NORMAL_MAP:
             return requested.any("texture_attributes");
         default:
             return std::any_of(std::begin(step.in), std::end(step.in), [&](int32_t in) {

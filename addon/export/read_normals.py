@@ -1,0 +1,121 @@
+"""Translation of nodes that bend normals, and of displacement, which is rendered as bump."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+
+import edgegrad
+from edgegrad import expression as e
+from edgegrad.expression import Expression, Operand
+
+from . import attributes
+from .expressions import Reader, Unreadable, UnreadableNormal, folded, number, reads
+from .nodes import Feed, Groups, by_identifier, feed, label
+
+# Distance of the points at which heights are evaluated, in pixels: Cycles' for displacement, and for all bumps where
+# the node has no setting.
+FILTER_WIDTH = 0.1 if bpy.app.version >= (5, 0, 0) else 1.0
+# Cosine between the view axis and a direction below which the pixels of a perspective camera count as no smaller.
+_OBLIQUE = 0.5
+
+
+def pixel_size(camera: edgegrad.Camera) -> Operand:
+    """Size of the camera's pixels at the hit point, metres, as Cycles' ray differentials have it for camera rays.
+
+    Cycles continues the differentials along the path. Here the distance from the camera replaces the path's length.
+    """
+    if camera.kind == "ORTHOGRAPHIC":
+        return 0.5 * (1.0 + camera.pixel_aspect) / camera.focal
+    place = np.linalg.inv(camera.to_world)
+    seen = e.Transform(e.Coordinates("POSITION"), tuple(tuple(map(float, row)) for row in place[:3]))  # type: ignore[arg-type]
+    distance = e.VectorMath("LENGTH", seen)
+    if camera.kind == "EQUIRECTANGULAR":
+        angles = np.abs([np.diff(camera.longitude)[0] / camera.width, np.diff(camera.latitude)[0] / camera.height])
+        return e.Math("MULTIPLY", distance, float(0.5 * angles.sum()))
+    # A pixel turns the unit vector d of the direction by its size across x times |d.z| sqrt(1 - d.x^2), and likewise
+    # for y.
+    unit = e.VectorMath("NORMALIZE", seen)
+    across = [e.Math("SQRT", e.Math("SUBTRACT", 1.0, e.Math("MULTIPLY", c, c)))
+              for c in (e.Channel(unit, 0), e.Channel(unit, 1))]  # fmt: skip
+    size = e.Math("MULTIPLY_ADD", across[1], camera.pixel_aspect, across[0])
+    depth = e.Math("MAXIMUM", e.Math("MULTIPLY", e.Channel(unit, 2), -1.0), _OBLIQUE)
+    return e.Math("MULTIPLY", e.Math("MULTIPLY", size, 0.5 / camera.focal), e.Math("MULTIPLY", depth, distance))
+
+
+def _step(reader: Reader, width: Operand) -> Operand:
+    return folded(e.Math("MULTIPLY", e.Math("MAXIMUM", width, 1e-3), reader.pixel_size))
+
+
+@reads("BUMP")
+def _bump(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    default = e.Coordinates("NORMAL") if reader.normal is None else reader.normal
+    normal = reader.get_or(node, "Normal", groups, default)
+    if feed(by_identifier(node.inputs, "Height"), groups).output is None:
+        return normal
+    height, strength = reader.get(node, "Height", groups), reader.get(node, "Strength", groups)
+    if number(folded(height)) is not None or number(folded(strength)) == 0.0:
+        return normal
+    wide = by_identifier(node.inputs, "Filter Width")
+    width: Operand = FILTER_WIDTH if wide is None else reader.value(wide, groups)
+    return e.Bump(height, strength, reader.get(node, "Distance", groups), _step(reader, width), normal, node.invert)
+
+
+@reads("NORMAL_MAP")
+def _normal_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if node.space in ("OBJECT", "BLENDER_OBJECT"):
+        raise UnreadableNormal(f"node '{label(node, groups)}' (a normal map in object space)")
+    color, strength = reader.get(node, "Color", groups), reader.get(node, "Strength", groups)
+    if node.space == "TANGENT":
+        return e.NormalMap(color, strength, node.uv_map or attributes.ACTIVE_UV)
+    # Blender's baked normals point to the other side in y and z.
+    flip = -1.0 if node.space == "BLENDER_WORLD" else 1.0
+    given = e.VectorMath("MULTIPLY_ADD", color, (2.0, 2.0 * flip, 2.0 * flip), (-1.0, -flip, -flip))
+    front = e.Math("MULTIPLY_ADD", e.Backfacing(), -2.0, 1.0)
+    smooth = e.Coordinates("NORMAL") if reader.normal is None else reader.normal
+    facing = e.VectorMath("SCALE", e.VectorMath("NORMALIZE", given), scale=front)
+    mixed = e.Mix(e.Math("MAXIMUM", strength, 0.0), smooth, facing, clamp_factor=False)
+    return e.VectorMath("NORMALIZE", mixed)
+
+
+@reads("BEVEL")
+def _bevel(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    raise UnreadableNormal(f"node '{label(node, groups)}' (rounded edges)")
+
+
+def displaced_normal(reader: Reader, found: Feed) -> Expression | None:
+    """Normal of a surface that is displaced by what is linked to the Displacement of the output; None: the smooth one.
+
+    Cycles takes the part of the displacement along the smooth normal as the height of a bump.
+
+    Raises
+    ------
+    Unreadable
+        If the displacement cannot be read.
+    """
+    if found.output is None:
+        return None
+    node = found.output.node
+    if node.type == "DISPLACEMENT":
+        height, scale = _displacement(reader, node, found.groups)
+    elif node.type == "VECTOR_DISPLACEMENT":
+        raise Unreadable(f"node '{label(node, found.groups)}' (vector displacement)")
+    else:
+        vector = reader.output(found.output, found.groups)
+        height, scale = e.VectorMath("DOT_PRODUCT", vector, e.Coordinates("NORMAL")), 1.0
+    if number(folded(height)) is not None:
+        return None
+    return e.Bump(height, 1.0, scale, _step(reader, FILTER_WIDTH), None)
+
+
+def _displacement(reader: Reader, node: Any, groups: Groups) -> tuple[Operand, Operand]:
+    """Height and factor of a Displacement node; its midlevel has no slope unless it varies."""
+    height, middle = reader.get(node, "Height", groups), reader.get(node, "Midlevel", groups)
+    scale = reader.get(node, "Scale", groups)
+    height = e.Math("MULTIPLY", e.Math("SUBTRACT", height, middle), scale)
+    if node.space == "OBJECT":
+        # Metres of the object's own space.
+        return height, attributes.layer(attributes.SCALE)
+    return height, 1.0

@@ -16,7 +16,8 @@ enum ShaderKind : int32_t {
     kTransparent,
     kTranslucent,
     kSheen,
-    kDisney
+    kDisney,
+    kVelvet
 };
 
 enum MaterialParam : int32_t {
@@ -56,7 +57,9 @@ enum ClosureFlag : int32_t {
     kEmissionTwoSided = 1 << 6,
     kHasRefraction = 1 << 7,
     kLambertian = 1 << 8,  // nothing but a constant or textured diffuse colour and emission
-    kAnisotropic = 1 << 9
+    kAnisotropic = 1 << 9,
+    kBeckmann = 1 << 10,  // distribution of microfacets, in place of GGX
+    kPhong = 1 << 11      // the reflection of Ashikhmin and Shirley
 };
 
 // The gloss over a diffuse base is weak: following it pays only where its alpha is below this part of the

@@ -37,6 +37,17 @@ CASES = {
     "translucent": simple("TRANSLUCENT"),
     "sheen": simple("SHEEN", roughness=0.5),
     "thin sheen": simple("SHEEN", roughness=0.2),
+    **{f"velvet {r}": simple("VELVET", roughness=r) for r in (0.15, 0.4, 1.0)},
+    **{f"Beckmann {r}": simple("GLOSSY", roughness=r, distribution="BECKMANN") for r in (0.1, 0.4, 0.7, 1.0)},
+    "Beckmann brushed": simple("GLOSSY", roughness=0.4, anisotropy=-0.6, anisotropy_rotation=0.1,
+                               distribution="BECKMANN"),
+    "Beckmann glass": simple("GLASS", roughness=0.4, distribution="BECKMANN"),
+    "rough Beckmann glass": simple("GLASS", roughness=0.9, ior=1.2, distribution="BECKMANN"),
+    "Beckmann refraction": simple("REFRACTION", roughness=0.5, distribution="BECKMANN"),
+    **{f"Ashikhmin-Shirley {r}": simple("GLOSSY", roughness=r, distribution="ASHIKHMIN_SHIRLEY")
+       for r in (0.1, 0.4, 0.7, 1.0)},
+    "Ashikhmin-Shirley brushed": simple("GLOSSY", roughness=0.4, anisotropy=0.7, anisotropy_rotation=0.1,
+                                        distribution="ASHIKHMIN_SHIRLEY"),
     "glass": simple("GLASS", roughness=0.4),
     "rough glass": simple("GLASS", roughness=0.8, ior=1.2),
     "refraction": simple("REFRACTION", roughness=0.5),
@@ -78,7 +89,8 @@ def test_reflection_is_that_of_cycles(name: str) -> None:
             assert abs(mean - 1) < 1e-3 and rms < 5e-3, (wi, inside, mean, rms)
 
 
-@pytest.mark.parametrize("name", ["glass", "rough glass", "refraction", "transmission", "translucent", "all"])
+@pytest.mark.parametrize("name", ["glass", "rough glass", "refraction", "transmission", "translucent", "all",
+                                  "Beckmann glass", "Beckmann refraction"])
 def test_transmission_is_that_of_cycles(name: str) -> None:
     """From outside. Cycles evaluates, though it never samples, refractions that no microfacet can give."""
     mean, rms = difference(CASES[name], UNDER, False)

@@ -57,7 +57,8 @@ def test_no_rough_surface_gains_energy() -> None:
                 assert albedo(material, cosine, inside, 1 << 13).max() < 1.01, name
 
 
-@pytest.mark.parametrize("name", ["diffuse", "rough diffuse", "rough glossy", "disney"])
+@pytest.mark.parametrize("name", ["diffuse", "rough diffuse", "rough glossy", "disney", "velvet", "rough beckmann",
+                                  "brushed beckmann", "rough phong", "brushed phong"])
 def test_reciprocity(name: str) -> None:
     """f(wo, wi) = f(wi, wo). Cycles' compensation and layers depend on the view alone: without them."""
     rng = np.random.default_rng(3)

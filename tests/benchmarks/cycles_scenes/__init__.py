@@ -9,6 +9,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     cameras,
     dielectric,
     diffuse,
+    distributions,
     emissive_meshes,
     exterior,
     geometry,

@@ -26,8 +26,9 @@ def roughened(make: Make, roughness: float = ROUGHNESS, distribution: str = "GGX
 
     def nearly(theta: float) -> edgegrad.Scene:
         made = make(theta)
+        names = ("mirror",) if distribution == "ASHIKHMIN_SHIRLEY" else ("mirror", "glass")  # glass has no such lobe
         rough = {name: replace(made.closures(name)[0], roughness=roughness, distribution=distribution)
-                 for name in ("mirror", "glass") if name in made.materials}  # fmt: skip
+                 for name in names if name in made.materials}  # fmt: skip
         return replace(made, materials={**made.materials, **rough})
 
     return nearly

@@ -24,7 +24,7 @@ def lit_floor(emission: e.Expression, floor: edgegrad.Material | None = None) ->
         {"floor": rectangle((0, 0, 0), (0, 0, 3), (3, 0, 0), "floor"),
          "box": box((0.2, 0.3, 0), (0.2, 0.2, 0.2), "box"),
          "lamp": rectangle((0.1, 2.0, -1.5), (0.6, 0, 0), (0, 0.3, 0.6), "lamp")},
-        {"floor": floor or matte(0.8), "box": matte(0.5, 0.6, 0.7), "lamp": lamp},
+        {"floor": floor or matte(0.8, 0.8, 0.8), "box": matte(0.5, 0.6, 0.7), "lamp": lamp},
     )  # fmt: skip
 
 

@@ -111,6 +111,15 @@ def test_distributions(shader: str, distribution: str, expected: tuple[str, str,
     assert not tree.made.report.lines
 
 
+@pytest.mark.parametrize(("output", "named"), [("Is Diffuse Ray", True), ("Is Camera Ray", False)])
+def test_emission_for_kinds_of_rays_that_depends_on_sampling_is_named(output: str, named: bool) -> None:
+    tree = Tree("ShaderNodeEmission")
+    path = tree.node("LightPath")
+    tree.link(path.outputs[output], tree.shader.inputs["Strength"])
+    tree.export()
+    assert any("depends on the sampling" in line for line in tree.made.report.lines) == named
+
+
 def test_mix_shaders_become_a_weighted_sum() -> None:
     tree = Tree()
     uv = tree.node("UVMap")

@@ -148,9 +148,9 @@ class Closure:
             return
         radiance = e.VectorMath("MULTIPLY", a, b)
         if any(isinstance(part, e.LightPath) and part.kind in BY_SAMPLING for part in nodes_of(radiance)):
-            self.note("its emission for diffuse, glossy or transmission rays reaches other surfaces only by the rays that "
-                      "meet it, not by light sampling; as in Cycles, how much that is depends on the sampling, and so "
-                      "differs a little")  # fmt: skip
+            self.note("its emission for diffuse, glossy or transmission rays reaches other surfaces only by the rays "
+                      "that meet it, not by light sampling; as in Cycles, how much that is depends on the sampling, "
+                      "and so differs a little")  # fmt: skip
         self.put("emission", radiance, tuple(np.maximum(own, 0.0)))
 
     def normal(self, name: str = "Normal") -> None:

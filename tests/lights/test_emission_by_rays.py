@@ -11,7 +11,6 @@ from tests.support.small_scenes import box, camera, glowing, matte, need, rectan
 
 need("native")
 
-OPTIONS = {"spp": 64, "max_depth": 3, "seed": 2}
 NOT_CAMERA = e.Math("SUBTRACT", 1.0, e.LightPath("CAMERA"))
 
 
@@ -38,7 +37,7 @@ GLOSSY = edgegrad.Material(np.full(3, 0.8), kind="GLOSSY", roughness=0.6)
 @pytest.mark.parametrize("floor", [None, GLOSSY])
 def test_emission_for_the_camera_lights_nothing(floor: edgegrad.Material | None) -> None:
     renderer = edgegrad.Renderer(lit_floor(five_times(e.LightPath("CAMERA")), floor))
-    assert not renderer.render(**OPTIONS).any()
+    assert not renderer.render(spp=64, max_depth=3, seed=2).any()
 
 
 def test_light_samples_are_of_no_kind() -> None:
@@ -59,7 +58,7 @@ def test_emission_hidden_from_the_camera_has_the_derivatives_of_plain_emission(
         old = scene.camera.to_world if path.startswith("camera") else scene.meshes[path.split(".")[1]].vertices
         tangent = np.zeros(old.shape)
         tangent[:3 if path.startswith("camera") else None, -1 if path.startswith("camera") else 0] = 1.0
-        return edgegrad.Renderer(scene).render_forward({path: tangent}, **{**OPTIONS, "spp": 256})
+        return edgegrad.Renderer(scene).render_forward({path: tangent}, spp=256, max_depth=3, seed=2)
 
     plain, hidden = (derivative(lit_floor(five_times(share), floor)) for share in (1.0, NOT_CAMERA))
     assert np.abs(plain).max() > 0.1

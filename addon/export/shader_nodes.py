@@ -60,12 +60,8 @@ def _is_set(closure: Closure, name: str, rest: float = 0.0) -> bool:
 
 
 def _microfacets(closure: Closure) -> None:
-    distribution = closure.node.distribution
-    closure.material.multiscatter = distribution == "MULTI_GGX"
-    if distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY"):
-        rough = closure.material.roughness > 0.0 or "roughness" in closure.material.textures
-        if rough:
-            closure.note(f"its distribution {distribution.replace('_', ' ').title()} is approximated by GGX")
+    closure.material.multiscatter = closure.node.distribution == "MULTI_GGX"
+    closure.material.distribution = closure.node.distribution.removeprefix("MULTI_")
 
 
 @shader("BSDF_PRINCIPLED")
@@ -163,13 +159,11 @@ def _translucent(closure: Closure) -> None:
     closure.normal()
 
 
-@shader("BSDF_SHEEN", "BSDF_VELVET")
+@shader("BSDF_SHEEN")
 def _sheen(closure: Closure) -> None:
-    closure.material.kind = "SHEEN"
+    closure.material.kind = "SHEEN" if closure.node.distribution == "MICROFIBER" else "VELVET"
     closure.set_all({"base_color": "Color", "roughness": "Roughness", "sheen_roughness": "Roughness"})
     closure.normal()
-    if closure.node.type == "BSDF_VELVET" or closure.node.distribution != "MICROFIBER":
-        closure.note("its distribution is approximated by microfibres")
 
 
 @shader("EMISSION", "BACKGROUND")

@@ -10,7 +10,7 @@ import numpy as np
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad.expression import Expression, Operand
+from edgegrad.expression import Expression, Operand, nodes_of
 
 from . import attributes
 from .expressions import Reader, Unreadable, converted, folded, number, rgb
@@ -20,6 +20,8 @@ from .nodes import Feed, Groups, by_identifier, feed, label, own_value_of
 RANGES = {"ior": (1e-3, 1e3), "coat_ior": (1.0, 1e3), "anisotropy": (-1.0, 1.0), "anisotropy_rotation": (-1e6, 1e6),
           "specular_ior_level": (0.0, 1e3), "specular_tint": (0.0, 1e3), "emission": (0.0, 1e9),
           "normal_strength": (0.0, 1e3), "coat_tint": (0.0, 1e3), "sheen_tint": (0.0, 1e3)}  # fmt: skip
+# Kinds of rays, other than the camera's, for which light sampling never sees emission.
+BY_SAMPLING = ("DIFFUSE", "GLOSSY", "TRANSMISSION")
 COLORS = ("base_color", "specular_tint", "coat_tint", "sheen_tint", "emission", "normal")
 
 
@@ -158,7 +160,12 @@ class Closure:
                 self.note("negative emission is treated as zero")
             self.material.emission = np.maximum(value, 0.0)
             return
-        self.put("emission", e.VectorMath("MULTIPLY", a, b), tuple(np.maximum(own, 0.0)))
+        radiance = e.VectorMath("MULTIPLY", a, b)
+        if any(isinstance(part, e.LightPath) and part.kind in BY_SAMPLING for part in nodes_of(radiance)):
+            self.note("its emission for diffuse, glossy or transmission rays reaches other surfaces only by the rays "
+                      "that meet it, not by light sampling; as in Cycles, how much that is depends on the sampling, "
+                      "and so differs a little")  # fmt: skip
+        self.put("emission", radiance, tuple(np.maximum(own, 0.0)))
 
     def emit(self, output: Any) -> None:
         """Make a black surface that emits an output of the node, which is not a shader."""

@@ -139,6 +139,9 @@ class Backfacing(Expression):
 class LightPath(Expression):
     """1 for rays of one kind, else 0.
 
+    Light sampling evaluates emission for no kind at all, as Cycles does. So emission for diffuse rays, say, is found
+    only by the share of diffuse rays that multiple importance sampling leaves to rays that meet the surface.
+
     Attributes
     ----------
     kind

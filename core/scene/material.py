@@ -15,7 +15,12 @@ from ..expression.nodes import Expression, nodes_of
 
 # PRINCIPLED is Blender's Principled BSDF (4.2 to 5.2); most others are Blender's shader nodes of the same name.
 # DISNEY is the BSDF of Burley 2012 as in Mitsuba 3's `principled`, for comparisons with Mitsuba.
-KINDS = ("PRINCIPLED", "DIFFUSE", "GLOSSY", "GLASS", "REFRACTION", "TRANSPARENT", "TRANSLUCENT", "SHEEN", "DISNEY")
+KINDS = ("PRINCIPLED", "DIFFUSE", "GLOSSY", "GLASS", "REFRACTION", "TRANSPARENT", "TRANSLUCENT", "SHEEN", "DISNEY",
+         "VELVET")  # fmt: skip
+
+# Distributions of microfacet normals, and the kinds whose microfacets have one.
+DISTRIBUTIONS = ("GGX", "BECKMANN", "ASHIKHMIN_SHIRLEY")
+SHAPED = ("PRINCIPLED", "GLOSSY", "GLASS", "REFRACTION")
 
 NORMAL_SPACES = ("TANGENT", "WORLD")
 
@@ -70,8 +75,9 @@ class Material(Checked):
         (counter-clockwise) side.
     kind
         ``"PRINCIPLED"`` (Blender 4.2 to 5.2), ``"DIFFUSE"``, ``"GLOSSY"``, ``"GLASS"``, ``"REFRACTION"``,
-        ``"TRANSPARENT"``, ``"TRANSLUCENT"`` or ``"SHEEN"``, the Blender nodes of these names, or ``"DISNEY"``, the
-        BSDF of Burley 2012. Each reads the fields that its node has (DIFFUSE: its roughness is `diffuse_roughness`).
+        ``"TRANSPARENT"``, ``"TRANSLUCENT"`` or ``"SHEEN"``, the Blender nodes of these names, ``"VELVET"``, Blender's
+        Sheen with the distribution Ashikhmin, or ``"DISNEY"``, the BSDF of Burley 2012. Each reads the fields that
+        its node has (DIFFUSE: its roughness is `diffuse_roughness`).
     metallic, roughness, diffuse_roughness, specular_ior_level, specular_tint, ior, anisotropy,
     anisotropy_rotation, transmission, coat_weight, coat_roughness, coat_ior, coat_tint, sheen_weight,
     sheen_roughness, sheen_tint, alpha, subsurface_weight
@@ -80,7 +86,10 @@ class Material(Checked):
         approximated by its diffuse limit.
     multiscatter
         Whether rough reflection and refraction preserve the energy of multiple scattering between microfacets
-        (Blender's "Multiscatter GGX").
+        (Blender's "Multiscatter GGX"). Only for the distribution GGX.
+    distribution
+        Distribution of the microfacets of PRINCIPLED, GLOSSY, GLASS and REFRACTION: ``"GGX"``, ``"BECKMANN"``, or for
+        GLOSSY alone ``"ASHIKHMIN_SHIRLEY"``, the anisotropic Phong reflection. A Principled coat is always GGX.
     normal
         (3,) colour of the normal map; (0.5, 0.5, 1) is the unperturbed normal. Used only if `textures` has
         "normal".
@@ -122,6 +131,7 @@ class Material(Checked):
     alpha: float = 1.0
     subsurface_weight: float = 0.0
     multiscatter: bool = True
+    distribution: str = "GGX"
     normal: NDArray[np.float64] = field(default_factory=lambda: np.array([0.5, 0.5, 1.0]))
     normal_strength: float = 1.0
     normal_space: str = "TANGENT"
@@ -130,6 +140,7 @@ class Material(Checked):
 
     checks: ClassVar[Mapping[str, Check]] = {
         "kind": by(choice, KINDS),
+        "distribution": by(choice, DISTRIBUTIONS),
         "base_color": _color,
         **dict.fromkeys(("emission", "specular_tint", "coat_tint", "sheen_tint", "normal"), _tint),
         **dict.fromkeys(_FRACTIONS, by(number, least=0.0, greatest=1.0)),
@@ -148,6 +159,9 @@ class Material(Checked):
         """Raise ``ValueError`` with one sentence that names the material and the wrong field."""
         where = f"material '{name}'"
         self.check_fields(where)
+        if self.distribution == "ASHIKHMIN_SHIRLEY" and self.kind in SHAPED and self.kind != "GLOSSY":
+            raise ValueError(f"{where}: distribution 'ASHIKHMIN_SHIRLEY' is only for kind 'GLOSSY', not for "
+                             f"'{self.kind}'; use 'BECKMANN' or 'GGX'")
         for key in self.textures:
             if key not in TEXTURED:
                 raise ValueError(f"{where}: textures has '{key}', but must name one of {', '.join(TEXTURED)}"

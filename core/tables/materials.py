@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.material import KINDS, Material, Mixture
+from ..scene.material import KINDS, SHAPED, Material, Mixture
 from ..scene.scene import Scene
 
 # Field to (first place in the row, number of values).
@@ -40,10 +40,8 @@ COLUMNS = {
 WIDTH = 36
 
 # Bits of `MaterialTable.flags`: what may occur in a shader.
-DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC = (
-    1 << k for k in range(10)
-)
-NORMAL_IN_WORLD = 1 << 20
+(DIFFUSE, GLOSSY, TRANSPARENCY, EMISSION, NORMAL_MAP, MULTISCATTER, TWO_SIDED, REFRACTION, LAMBERTIAN, ANISOTROPIC,
+ BECKMANN, PHONG, NORMAL_IN_WORLD) = (1 << k for k in range(13))  # fmt: skip
 
 
 @dataclass
@@ -107,7 +105,7 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
     # A principled surface without specular level has no dielectric reflection; transmission keeps its own.
     dielectric = principled and (may("specular_ior_level") or may("transmission") or may("metallic"))
     coated = principled and (may("coat_weight") or may("sheen_weight"))
-    if dielectric or coated or m.kind in ("GLOSSY", "GLASS", "REFRACTION", "SHEEN", "DISNEY"):
+    if dielectric or coated or m.kind in ("GLOSSY", "GLASS", "REFRACTION", "SHEEN", "DISNEY", "VELVET"):
         out |= GLOSSY
     if principled or m.kind in ("DIFFUSE", "TRANSLUCENT", "DISNEY"):
         out |= DIFFUSE
@@ -121,8 +119,11 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
         out |= NORMAL_MAP
         if m.normal_space == "WORLD":
             out |= NORMAL_IN_WORLD
-    if m.multiscatter:
+    # The compensation's tables are those of GGX.
+    if m.multiscatter and m.distribution == "GGX":
         out |= MULTISCATTER
+    if m.kind in SHAPED:
+        out |= {"GGX": 0, "BECKMANN": BECKMANN, "ASHIKHMIN_SHIRLEY": PHONG}[m.distribution]
     if m.emission_two_sided:
         out |= TWO_SIDED
     if may("anisotropy"):

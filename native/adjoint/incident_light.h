@@ -108,7 +108,7 @@ inline Scattering light_sources(const SceneView& scene, const VertexMemory& memo
         const Triangle t = gather_triangle(scene, select(from_face, light_face, splat(0)));
         const Mask fixed = holds_direction(scene, from_face & may_fix, light_face, material);
         take(from_face, light_of_face(scene, from_face, t, light_face, load(v.light_b1), load(v.light_b2),
-                                      position, load(v.kind), light_motion(scene, v, from_face & ~fixed)));
+                                      position, light_motion(scene, v, from_face & ~fixed)));
     }
     if (any(from_row))
         take(from_row,

@@ -27,7 +27,7 @@ struct LightArrival {
 
 // Light of a face of a mesh.
 EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const Triangle& t, Int face,
-                                     Float b1, Float b2, Vec3 x, Int ray_kind, const FarMotion& motion) {
+                                     Float b1, Float b2, Vec3 x, const FarMotion& motion) {
     const Segment segment = segment_to(x, t, b1.value, b2.value, motion);
     LightArrival a;
     a.w = segment.w, a.measure = segment.measure;
@@ -41,7 +41,7 @@ EG_INLINE LightArrival light_of_face(const SceneView& scene, Mask active, const 
         return a;
     }
     const SurfacePoint s = surface_point(scene, active, face, b1, b2, a.w);
-    a.radiance = emitted_radiance(scene, s, texture_point(scene, s, -a.w, ray_kind));
+    a.radiance = emitted_radiance(scene, s, texture_point(scene, s, -a.w, splat(kNoRay)));
     return a;
 }
 

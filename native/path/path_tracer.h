@@ -219,7 +219,7 @@ EG_INLINE int scatter_at(const SceneView& scene, const ImageTask& task, Workspac
         if (rims) {
             if (any(rim.taken)) {
                 const Mask followed =
-                    surface.bsdf.any_lobe[kInterfaceLobe] ? surface.bsdf.glass.ggx.followed : splat(0);
+                    surface.bsdf.any_lobe[kInterfaceLobe] ? surface.bsdf.glass.facets.followed : splat(0);
                 alive = scatter_at_rim(scene, task, work, part, x, whole, rim, followed, alive, *vertex);
                 part.active &= ~rim.taken;
                 if (!any(part.active)) return alive;

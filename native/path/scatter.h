@@ -64,7 +64,7 @@ EG_OUTLINE void add_light(const SceneView& scene, Workspace& work, const PathPac
     Float u, v;
     sobol_pair(index.stream, index.sample, vertex_pair(p.vertex, kVertexLight), u, v);
     LightSample s = sample_light(scene, p.active, x, p.both_sides, u, v);
-    look_up_emission(scene, s, p.kind);
+    look_up_emission(scene, s);
     const BsdfValue f = scattered_light(scene, surface, s.visible_to, s.active, s.row >= 0, s.w);
     // Recorded light omits the radiance and the BSDF: factors that are zero may have derivatives.
     Vec3 light = s.radiance * f.value * s.geometry;

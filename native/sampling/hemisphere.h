@@ -17,6 +17,17 @@ EG_INLINE Vec3 cosine_direction(Vec3 n, Float u, Float v) {
     return a * (sine * c) + b * (sine * s) + n * cosine;
 }
 
+// Samples uniformly.
+constexpr float kUniformDensity = 0.159154943f;
+EG_INLINE Vec3 uniform_direction(Vec3 n, Float u, Float v) {
+    Vec3 a, b;
+    basis(n, a, b);
+    Float s, c;
+    sincos_turn(v, s, c);
+    const Float cosine = 1.0f - u, sine = sqrt(max(u * (2.0f - u), 0.0f));
+    return a * (sine * c) + b * (sine * s) + n * cosine;
+}
+
 // Samples half of the directions in proportion to the cosine, half uniformly.
 EG_INLINE Vec3 mixed_direction(Vec3 n, Float u, Float v) {
     Vec3 a, b;

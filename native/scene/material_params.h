@@ -16,7 +16,8 @@ enum ShaderKind : int32_t {
     kTransparent,
     kTranslucent,
     kSheen,
-    kDisney
+    kDisney,
+    kVelvet
 };
 
 enum MaterialParam : int32_t {
@@ -57,8 +58,9 @@ enum ClosureFlag : int32_t {
     kHasRefraction = 1 << 7,
     kLambertian = 1 << 8,  // nothing but a constant or textured diffuse colour and emission
     kAnisotropic = 1 << 9,
-    kNormalInWorld = 1
-        << 20  // the program computes the shading normal itself instead of a normal map's colour
+    kBeckmann = 1 << 10,      // distribution of microfacets, in place of GGX
+    kPhong = 1 << 11,         // the reflection of Ashikhmin and Shirley
+    kNormalInWorld = 1 << 12  // the program returns the shading normal instead of the colour of a normal map
 };
 
 // The gloss over a diffuse base is weak: following it pays only where its alpha is below this part of the

@@ -11,7 +11,7 @@ namespace edgegrad {
 // a gloss over a diffuse base the limit is kWeakGloss times that.
 inline bool has_sharp_lobe(const SceneTables& tables, size_t closure, float widest) {
     if (!(tables.closure_flags[closure] & (kHasGlossy | kHasRefraction)) ||
-        tables.closure_kind[closure] == kSheen)
+        tables.closure_kind[closure] == kSheen || tables.closure_kind[closure] == kVelvet)
         return false;
     const float* row = tables.closure_params.data() + kMaterialParams * closure;
     const bool principled =
@@ -36,8 +36,11 @@ inline bool may_be_specular(const SceneTables& tables, size_t closure, float fol
     // Its fourth power, alpha squared, is above the limit of smooth lobes (kSmoothAlpha2), also after
     // rounding.
     constexpr float kSmooth = 4e-3f;
+    // Phong lobes become mirrors earlier (kLeastPhongAlpha).
+    constexpr float kSmoothPhong = 1.01e-2f;
+    const float limit = tables.closure_flags[closure] & kPhong ? kSmoothPhong : kSmooth;
     const auto smooth = [&](int place) {
-        return row[place] < kSmooth || row[place] * row[place] <= followed ||
+        return row[place] < limit || row[place] * row[place] <= followed ||
                is_textured(tables, closure, place);
     };
     const bool coat = tables.closure_kind[closure] == kPrincipled &&

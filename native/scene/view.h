@@ -19,6 +19,10 @@ namespace edgegrad {
 // mesh's mask are the sets of blockers that lights may name.
 enum RayKind : int32_t { kCameraRay, kDiffuseRay, kGlossyRay, kTransmissionRay, kShadowRay, kFirstBlockers };
 
+// What textures get for the kind of an emitter sample. Emission that light sampling finds is that which a ray
+// of no kind sees, as in Cycles. Only rays that meet an emissive surface see it by their kind.
+constexpr int32_t kNoRay = -1;
+
 // Kinds of scattered rays.
 constexpr int32_t kScatteredRays = 1 << kDiffuseRay | 1 << kGlossyRay | 1 << kTransmissionRay;
 

@@ -13,7 +13,7 @@ struct TexturePoint {
     Vec3 normal;       // unit, smooth, on the viewer's side
     Vec3 view;         // unit, towards the ray's origin
     Mask backside;     // the viewer sees the clockwise side
-    Int ray_kind;      // 0 camera, 1 diffuse, 2 glossy, 3 transmission, 4 shadow
+    Int ray_kind;      // RayKind; kNoRay: an emitter sample
     Vec3 true_normal;  // unit, geometric, on the viewer's side
 };
 

@@ -95,6 +95,31 @@ def test_simple_shaders(shader: Any, kind: Any) -> None:
     assert bool(tree.made.report.lines) == (shader in ("Toon", "Hair"))
 
 
+@pytest.mark.parametrize(
+    ("shader", "distribution", "expected"),
+    [("Glossy", "BECKMANN", ("GLOSSY", "BECKMANN", False)), ("Glossy", "MULTI_GGX", ("GLOSSY", "GGX", True)),
+     ("Glossy", "ASHIKHMIN_SHIRLEY", ("GLOSSY", "ASHIKHMIN_SHIRLEY", False)),
+     ("Glass", "BECKMANN", ("GLASS", "BECKMANN", False)), ("Refraction", "BECKMANN", ("REFRACTION", "BECKMANN", False)),
+     ("Metallic", "BECKMANN", ("PRINCIPLED", "BECKMANN", False)), ("Sheen", "ASHIKHMIN", ("VELVET", "GGX", True)),
+     ("Sheen", "MICROFIBER", ("SHEEN", "GGX", True))],
+)  # fmt: skip
+def test_distributions(shader: str, distribution: str, expected: tuple[str, str, bool]) -> None:
+    tree = Tree("ShaderNodeBsdf" + shader)
+    tree.shader.distribution = distribution
+    m = tree.export()
+    assert (m.kind, m.distribution, m.multiscatter) == expected
+    assert not tree.made.report.lines
+
+
+@pytest.mark.parametrize(("output", "named"), [("Is Diffuse Ray", True), ("Is Camera Ray", False)])
+def test_emission_for_kinds_of_rays_that_depends_on_sampling_is_named(output: str, named: bool) -> None:
+    tree = Tree("ShaderNodeEmission")
+    path = tree.node("LightPath")
+    tree.link(path.outputs[output], tree.shader.inputs["Strength"])
+    tree.export()
+    assert any("depends on the sampling" in line for line in tree.made.report.lines) == named
+
+
 def test_mix_shaders_become_a_weighted_sum() -> None:
     tree = Tree()
     uv = tree.node("UVMap")

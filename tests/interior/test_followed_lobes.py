@@ -21,13 +21,14 @@ from tests.support.small_scenes import Make, along, box, camera, matte, need, re
 ROUGHNESS = 0.1
 
 
-def roughened(make: Make, roughness: float = ROUGHNESS) -> Make:
+def roughened(make: Make, roughness: float = ROUGHNESS, distribution: str = "GGX") -> Make:
     """The same scene with mirrors and glass that are nearly smooth."""
 
     def nearly(theta: float) -> edgegrad.Scene:
         made = make(theta)
-        rough = {name: replace(made.closures(name)[0], roughness=roughness) for name in ("mirror", "glass")
-                 if name in made.materials}
+        names = ("mirror",) if distribution == "ASHIKHMIN_SHIRLEY" else ("mirror", "glass")  # glass has no such lobe
+        rough = {name: replace(made.closures(name)[0], roughness=roughness, distribution=distribution)
+                 for name in names if name in made.materials}  # fmt: skip
         return replace(made, materials={**made.materials, **rough})
 
     return nearly
@@ -44,6 +45,20 @@ def test_edges_agree_with_differences(case: str) -> None:
     make, paths = mirrors_and_glass.CASES[case]
     options = {**mirrors_and_glass.OPTIONS, "spp": 128}
     check_agreement(along(roughened(make, 0.14), paths), **options)
+
+
+SHAPED = (*(f"{case}, {distribution}" for case in ("flat mirror: mirror moves", "round mirror: box moves")
+            for distribution in ("BECKMANN", "ASHIKHMIN_SHIRLEY")),
+          "glass: glass moves, BECKMANN", "glass: camera moves, BECKMANN")  # fmt: skip
+
+
+@pytest.mark.parametrize("name", slow_but(SHAPED, ("flat mirror: mirror moves, ASHIKHMIN_SHIRLEY",
+                                                   "glass: camera moves, BECKMANN")))  # fmt: skip
+def test_other_distributions_agree_with_differences(name: str) -> None:
+    need("native")
+    case, distribution = name.split(", ")
+    make, paths = mirrors_and_glass.CASES[case]
+    check_agreement(along(roughened(make, 0.14, distribution), paths), **{**mirrors_and_glass.OPTIONS, "spp": 128})
 
 
 SHADOWS = ("point: box moves", "rectangle: box moves", "mesh: box moves", "point: mirror moves", "sky: mirror moves",
@@ -96,6 +111,12 @@ def test_coats_leave_the_light_of_what_is_below(roughness: float, moving: str) -
 TRANSPOSED = {
     "mirror": (roughened(mirrors_and_glass.CASES["round mirror: mirror moves"][0]), ["meshes.ball.vertices"]),
     "glass": (roughened(mirrors_and_glass.CASES["glass: camera moves"][0]), ["camera.to_world"]),
+    "beckmann mirror": (roughened(mirrors_and_glass.CASES["round mirror: mirror moves"][0], 0.14, "BECKMANN"),
+                        ["meshes.ball.vertices"]),
+    "phong mirror": (roughened(mirrors_and_glass.CASES["flat mirror: mirror moves"][0], 0.14, "ASHIKHMIN_SHIRLEY"),
+                     mirrors_and_glass.CASES["flat mirror: mirror moves"][1]),
+    "beckmann glass": (roughened(mirrors_and_glass.CASES["glass: camera moves"][0], 0.14, "BECKMANN"),
+                       ["camera.to_world"]),
     "coat": (coated(0.1, "box"), ["meshes.box.vertices", "camera.to_world", "lights.lamp.position"]),
 }
 

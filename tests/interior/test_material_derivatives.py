@@ -36,6 +36,28 @@ def test_pictures_change_as_their_derivatives_say(field: str) -> None:
     check(mean_p_value(found - exact, 0.0, rounding=2e-3 * abs(found.mean())))
 
 
+COLOR = np.array([0.8, 0.5, 0.7])
+DISTRIBUTED = {
+    "beckmann": (Material(COLOR, kind="GLOSSY", roughness=0.5, anisotropy=0.3, distribution="BECKMANN"),
+                 ("roughness", "anisotropy", "base_color")),
+    "beckmann glass": (Material(COLOR, kind="GLASS", roughness=0.6, distribution="BECKMANN"), ("roughness", "ior")),
+    "phong": (Material(COLOR, kind="GLOSSY", roughness=0.5, anisotropy=0.3, distribution="ASHIKHMIN_SHIRLEY"),
+              ("roughness", "anisotropy", "base_color")),
+    "velvet": (Material(COLOR, kind="VELVET", roughness=0.5), ("roughness", "base_color")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "field"), [(name, field) for name, (_, fields) in DISTRIBUTED.items()
+                                             for field in fields])  # fmt: skip
+def test_distributions_change_as_their_derivatives_say(name: str, field: str) -> None:
+    need_every_table()
+    scene = ball(DISTRIBUTED[name][0])
+    path = f"materials.clay.{field}"
+    value = np.asarray(parameters.get(scene, path), np.float64)
+    found, exact = sums_of_differences(scene, path, 0.3 * value, 0.02, spp=256)
+    check(mean_p_value(found - exact, 0.0, rounding=4e-3 * abs(found.mean())))
+
+
 @pytest.mark.parametrize("field", ["metallic", "coat_weight", "sheen_weight", "transmission", "specular_ior_level",
                                    "diffuse_roughness", "emission", "base_color", "alpha"])  # fmt: skip
 def test_weights_at_the_end_of_their_range_have_one_sided_derivatives(field: str) -> None:

@@ -56,6 +56,18 @@ def test_a_sheet_under_the_sky(name: str) -> None:
     check_agreement(moving, **samples, max_depth=2)
 
 
+RIMLESS = ("GLASS-1.4-0.5-camera", "REFRACTION-1.1-0.9-ior", "REFRACTION-0.7-0.9-rotation", "GLASS-1.1-0.9-rotation")
+
+
+@pytest.mark.parametrize("name", slow_but(RIMLESS, ("REFRACTION-1.1-0.9-ior",)))
+def test_beckmann_glass_has_no_rim(name: str) -> None:
+    """Its light fades towards the directions at which it stops to transmit, so that nothing jumps there."""
+    kind, ior, roughness, what = name.split("-")
+    material = replace(glass(kind, float(ior), float(roughness)), distribution="BECKMANN")
+    moving = along(changing(lambda: under_sky(material), what), [PARAMETERS[what]])
+    check_agreement(moving, seeds=8, spp=64, reference_spp=512, max_depth=2)
+
+
 def lit(light: str, kind: str = "GLASS") -> edgegrad.Scene:
     """A sheet of rough glass before a light, or before what scatters the light of one."""
     scene = under_sky(glass(kind, 1.2, 0.9))

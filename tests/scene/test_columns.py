@@ -40,7 +40,7 @@ def test_flags_of_materials() -> None:
     names = {"kHasDiffuse": "DIFFUSE", "kHasGlossy": "GLOSSY", "kHasTransparency": "TRANSPARENCY",
              "kHasEmission": "EMISSION", "kHasNormalMap": "NORMAL_MAP", "kMultiscatter": "MULTISCATTER",
              "kEmissionTwoSided": "TWO_SIDED", "kHasRefraction": "REFRACTION", "kLambertian": "LAMBERTIAN",
-             "kAnisotropic": "ANISOTROPIC"}  # fmt: skip
+             "kAnisotropic": "ANISOTROPIC", "kBeckmann": "BECKMANN", "kPhong": "PHONG"}  # fmt: skip
     found = constants("material_params.h", "ClosureFlag")
     assert {name: getattr(materials, word) for name, word in names.items() if name in found} == found
 

@@ -37,6 +37,17 @@ CASES = {
     "translucent": simple("TRANSLUCENT"),
     "sheen": simple("SHEEN", roughness=0.5),
     "thin sheen": simple("SHEEN", roughness=0.2),
+    **{f"velvet {r}": simple("VELVET", roughness=r) for r in (0.15, 0.4, 1.0)},
+    **{f"Beckmann {r}": simple("GLOSSY", roughness=r, distribution="BECKMANN") for r in (0.1, 0.4, 0.7, 1.0)},
+    "Beckmann brushed": simple("GLOSSY", roughness=0.4, anisotropy=-0.6, anisotropy_rotation=0.1,
+                               distribution="BECKMANN"),
+    "Beckmann glass": simple("GLASS", roughness=0.4, distribution="BECKMANN"),
+    "rough Beckmann glass": simple("GLASS", roughness=0.9, ior=1.2, distribution="BECKMANN"),
+    "Beckmann refraction": simple("REFRACTION", roughness=0.5, distribution="BECKMANN"),
+    **{f"Ashikhmin-Shirley {r}": simple("GLOSSY", roughness=r, distribution="ASHIKHMIN_SHIRLEY")
+       for r in (0.1, 0.4, 0.7, 1.0)},
+    "Ashikhmin-Shirley brushed": simple("GLOSSY", roughness=0.4, anisotropy=0.7, anisotropy_rotation=0.1,
+                                        distribution="ASHIKHMIN_SHIRLEY"),
     "glass": simple("GLASS", roughness=0.4),
     "rough glass": simple("GLASS", roughness=0.8, ior=1.2),
     "refraction": simple("REFRACTION", roughness=0.5),
@@ -55,6 +66,9 @@ CASES = {
     "all": principled(sheen_weight=0.5, coat_weight=0.5, coat_roughness=0.4, metallic=0.3, transmission=0.4,
                       diffuse_roughness=0.5, roughness=0.35, anisotropy=0.4),
 }  # fmt: skip
+
+# Deviations of single pixels: their filter, though narrow, moves rays by a part of these lobes' width.
+SHARP = {"velvet 0.15": 0.01, "Beckmann 0.1": 0.08, "Ashikhmin-Shirley 0.1": 0.08, "Ashikhmin-Shirley brushed": 0.02}
 
 
 def difference(material: Material, wi: np.ndarray, inside: bool) -> tuple[float, float]:
@@ -75,10 +89,11 @@ def test_reflection_is_that_of_cycles(name: str) -> None:
     for wi in ABOVE:
         for inside in (False, True) if transparent else (False,):
             mean, rms = difference(CASES[name], wi, inside)
-            assert abs(mean - 1) < 1e-3 and rms < 5e-3, (wi, inside, mean, rms)
+            assert abs(mean - 1) < 1e-3 and rms < SHARP.get(name, 5e-3), (wi, inside, mean, rms)
 
 
-@pytest.mark.parametrize("name", ["glass", "rough glass", "refraction", "transmission", "translucent", "all"])
+@pytest.mark.parametrize("name", ["glass", "rough glass", "refraction", "transmission", "translucent", "all",
+                                  "Beckmann glass", "Beckmann refraction"])
 def test_transmission_is_that_of_cycles(name: str) -> None:
     """From outside. Cycles evaluates, though it never samples, refractions that no microfacet can give."""
     mean, rms = difference(CASES[name], UNDER, False)

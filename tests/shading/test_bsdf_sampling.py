@@ -22,11 +22,11 @@ SAMPLES = 100_000
 FAVOURED = 0b11100  # mirror, coat and interface (shading/bsdf/lobe.h)
 # Samples of the picture, and those of derivatives by the width of lobes, of all that have such.
 WAYS = [(name, favoured) for name in ROUGH for favoured in (0, FAVOURED)
-        if not favoured or name not in ("diffuse", "rough diffuse", "translucent", "sheen")]  # fmt: skip
+        if not favoured or name not in ("diffuse", "rough diffuse", "translucent", "sheen", "velvet")]  # fmt: skip
 
 
 def views(name: str) -> list[tuple[float, bool]]:
-    both = name in ("glass", "thin glass", "refraction", "mixed")
+    both = name == "mixed" or ROUGH[name].kind in ("GLASS", "REFRACTION")
     return [(0.8, False), (0.25, False)] + ([(0.7, True)] if both else [])
 
 
@@ -145,7 +145,7 @@ material_strategy = st.builds(
     specular_ior_level=share, specular_tint=color, ior=st.floats(0.3, 4) | st.just(1.0), anisotropy=st.floats(-1, 1),
     anisotropy_rotation=st.floats(-2, 2), transmission=share, coat_weight=share, coat_roughness=share,
     coat_ior=st.floats(1, 4), coat_tint=color, sheen_weight=share, sheen_roughness=share, sheen_tint=color,
-    multiscatter=st.booleans())  # fmt: skip
+    multiscatter=st.booleans(), distribution=st.sampled_from(("GGX", "GGX", "BECKMANN")))  # fmt: skip
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)

@@ -22,7 +22,8 @@ LAYERED = {
     "coat_weight": 0.4, "sheen_weight": 0.4, "metallic": 0.2, "transmission": 0.2, "specular_ior_level": 0.5,
     "coat_tint": np.array([0.4, 0.7, 0.9]), "coat_roughness": 0.2,
 }  # fmt: skip
-KINDS = ("PRINCIPLED", "DIFFUSE", "GLOSSY", "GLASS", "REFRACTION", "TRANSLUCENT", "TRANSPARENT", "SHEEN", "DISNEY")
+KINDS = ("PRINCIPLED", "DIFFUSE", "GLOSSY", "GLASS", "REFRACTION", "TRANSLUCENT", "TRANSPARENT", "SHEEN", "DISNEY",
+         "VELVET")  # fmt: skip
 
 
 @pytest.fixture(autouse=True)

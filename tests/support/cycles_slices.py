@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from edgegrad.images import read_image
-from edgegrad.scene.material import Material
+from edgegrad.scene.material import SHAPED, Material
 
 SIZE = 40
 # Camera above the plane z = 0; its rays meet it at cosines from about 0.03 to 0.95.
@@ -47,11 +47,13 @@ _SOCKETS = {
     "REFRACTION": {"base_color": "Color", "roughness": "Roughness", "ior": "IOR"},
     "TRANSLUCENT": {"base_color": "Color"},
     "SHEEN": {"base_color": "Color", "roughness": "Roughness"},
+    "VELVET": {"base_color": "Color", "roughness": "Roughness"},
 }  # fmt: skip
 _NODES = {
     "PRINCIPLED": "ShaderNodeBsdfPrincipled", "DIFFUSE": "ShaderNodeBsdfDiffuse", "GLOSSY": "ShaderNodeBsdfAnisotropic",
     "GLASS": "ShaderNodeBsdfGlass", "REFRACTION": "ShaderNodeBsdfRefraction",
     "TRANSLUCENT": "ShaderNodeBsdfTranslucent", "SHEEN": "ShaderNodeBsdfSheen",
+    "VELVET": "ShaderNodeBsdfSheen",
 }  # fmt: skip
 
 
@@ -60,10 +62,11 @@ def _shader(tree: Any, m: Material) -> None:
     node = tree.nodes.new(_NODES[m.kind])
     output = tree.nodes.new("ShaderNodeOutputMaterial")
     tree.links.new(node.outputs[0], output.inputs["Surface"])
-    if m.kind == "REFRACTION":
-        node.distribution = "GGX"
-    if m.kind in ("PRINCIPLED", "GLOSSY", "GLASS"):
-        node.distribution = "MULTI_GGX" if m.multiscatter else "GGX"
+    if m.kind in SHAPED:
+        many = m.multiscatter and m.kind != "REFRACTION" and m.distribution == "GGX"
+        node.distribution = "MULTI_GGX" if many else m.distribution
+    if m.kind in ("SHEEN", "VELVET"):
+        node.distribution = "MICROFIBER" if m.kind == "SHEEN" else "ASHIKHMIN"
     for field, socket in _SOCKETS[m.kind].items():
         value = getattr(m, field)
         node.inputs[socket].default_value = (*value, 1.0) if np.ndim(value) else float(value)

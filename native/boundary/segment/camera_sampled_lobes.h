@@ -17,8 +17,9 @@ EG_INLINE Int camera_sampled_kinds(const Shader& shader, float camera_sampled_al
     const Float widest = select(weak, splat(kWeakGloss * camera_sampled_alpha), camera_sampled_alpha);
     const auto sharp = [&](int place) { return shader.row[place] * shader.row[place] <= widest; };
     const Mask coated = principled & (shader.row[kCoatWeight] > 0.0f) & sharp(kCoatRoughness);
-    return select(has(shader, kHasGlossy | kHasRefraction) & ~is(kSheen) & (coated | sharp(kRoughness)),
-                  splat(kScatteredRays & ~(1 << kDiffuseRay)), splat(0));
+    return select(
+        has(shader, kHasGlossy | kHasRefraction) & ~(is(kSheen) | is(kVelvet)) & (coated | sharp(kRoughness)),
+        splat(kScatteredRays & ~(1 << kDiffuseRay)), splat(0));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

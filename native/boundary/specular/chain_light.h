@@ -116,10 +116,9 @@ EG_INLINE ChainLightRay see_chain_light(const SceneView& scene, Mask active, con
     return seen;
 }
 
-// The radiance towards x on `mesh`, seen by rays of `kind`. It is 1 for surfaces that scatter; their radiance
-// is estimated by paths.
+// The radiance towards x on `mesh`. It is 1 for surfaces that scatter; their radiance is estimated by paths.
 EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight& light,
-                           const ChainLightRay& seen, Int mesh, Int kind) {
+                           const ChainLightRay& seen, Int mesh) {
     Vec3 radiance = select(active & light.scatters, gray(splat(1.0f)), zero3());
     const Mask environment = active & light.environment();
     if (any(environment)) radiance = select(environment, environment_radiance(scene, seen.w), radiance);
@@ -140,7 +139,7 @@ EG_INLINE Vec3 radiance_of(const SceneView& scene, Mask active, const ChainLight
     s.face = light.face, s.b1 = light.b1, s.b2 = light.b2;
     s.w = seen.w;
     s.radiance = gather3(scene.emission, material);
-    look_up_emission(scene, s, kind);
+    look_up_emission(scene, s);
     return select(s.active, s.radiance, radiance);
 }
 

@@ -71,10 +71,10 @@ EG_INLINE void light_blocks(Mode& mode, const SceneView& scene, const Derivative
 }
 
 // Computes the jump at lit crossings from `at` on, without the throughput of their chains and without the
-// radiance of surfaces that scatter. `scatters` is x, met by rays of `kind`. Sets `by_x` to -dg/dx. Returns
-// the lanes that have a jump.
+// radiance of surfaces that scatter. `scatters` is x. Sets `by_x` to -dg/dx. Returns the lanes that have a
+// jump.
 EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int at, EdgeSample s,
-                            const ScatteringPoint& scatters, Int kind, Vec3& jump, Vec3& by_x) {
+                            const ScatteringPoint& scatters, Vec3& jump, Vec3& by_x) {
     const SurfacePoint& x = scatters.x;
     Mask lit = s.active & x.active;
     const ChainLight light = load_light(c, at, lit);
@@ -98,7 +98,7 @@ EG_OUTLINE Mask shadow_jump(const SceneView& scene, const ChainCrossings& c, int
     const Mask without = scene.followed_alpha > 0.0f ? light.row < 0 : splat(0);
     // Evaluate the light that the edge may occlude
     Vec3 value = scatters.evaluate(scene, lit, w, light.visible_to, without) *
-                 radiance_of(scene, lit, light, way.light, x.mesh, kind) *
+                 radiance_of(scene, lit, light, way.light, x.mesh) *
                  (sigma * way.light.measure / light.density);
     lit &= largest_component(value) > 0.0f;
     if (!any(lit)) return lit;

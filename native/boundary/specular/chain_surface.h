@@ -49,20 +49,21 @@ EG_INLINE void perfect_values(const Bsdf& f, Mask active, PerfectLobes& lobes) {
         lobes.value[k] = select(active & m, average(v), splat(0.0f));
     };
     if (f.any_lobe[kMirrorLobe])
-        put(0, (f.probability[kMirrorLobe] > 0.0f) & is_smooth(f.mirror.ggx), reflectance(f.mirror, cosine));
+        put(0, (f.probability[kMirrorLobe] > 0.0f) & is_smooth(f.mirror.facets),
+            reflectance(f.mirror, cosine));
     if (f.any_lobe[kCoatLobe])
-        put(1, (f.probability[kCoatLobe] > 0.0f) & is_smooth(f.coat.ggx), reflectance(f.coat, cosine));
+        put(1, (f.probability[kCoatLobe] > 0.0f) & is_smooth(f.coat.facets), reflectance(f.coat, cosine));
     if (f.any_lobe[kInterfaceLobe]) {
         const Mask has = f.probability[kInterfaceLobe] > 0.0f;
         const Split s = split_light(f.glass, cosine);
-        put(2, has & is_smooth(f.glass.ggx), s.reflected);
+        put(2, has & is_smooth(f.glass.facets), s.reflected);
         put(3, has & refracts_smoothly(f.glass), s.transmitted);
     }
 }
 
 // Adds followed lobes. The random numbers u and v sample their microfacet normals.
 EG_OUTLINE void followed_values(const Bsdf& f, Mask active, Float u, Float v, PerfectLobes& lobes) {
-    const auto put = [&](int k, const Ggx& g, Vec3 view, bool transmits) {
+    const auto put = [&](int k, const Microfacets& g, Vec3 view, bool transmits) {
         Mask m = active & g.followed;
         if (transmits) m &= ~refracts_smoothly(f.glass);
         if (!any(m)) return;
@@ -76,9 +77,10 @@ EG_OUTLINE void followed_values(const Bsdf& f, Mask active, Float u, Float v, Pe
         lobes.half[k] = select(there, h, lobes.half[k]);
         lobes.followed[k] |= there;
     };
-    if (f.any_lobe[kMirrorLobe]) put(0, f.mirror.ggx, f.turned_view, false);
-    if (f.any_lobe[kCoatLobe]) put(1, f.coat.ggx, f.view, false);
-    if (f.any_lobe[kInterfaceLobe]) put(2, f.glass.ggx, f.view, false), put(3, f.glass.ggx, f.view, true);
+    if (f.any_lobe[kMirrorLobe]) put(0, f.mirror.facets, f.turned_view, false);
+    if (f.any_lobe[kCoatLobe]) put(1, f.coat.facets, f.view, false);
+    if (f.any_lobe[kInterfaceLobe])
+        put(2, f.glass.facets, f.view, false), put(3, f.glass.facets, f.view, true);
 }
 
 // A surface of a chain, with one closure of its material.
@@ -166,9 +168,9 @@ EG_INLINE Mask has_wide_lobes(const Bsdf& f, Mask active) {
     Mask wide = splat(0);
     for (int k = 0; k < kLobes; ++k) {
         if (!f.any_lobe[k]) continue;
-        const Mask perfect = k == kMirrorLobe      ? is_perfect(f.mirror.ggx)
-                             : k == kCoatLobe      ? is_perfect(f.coat.ggx)
-                             : k == kInterfaceLobe ? is_perfect(f.glass.ggx)
+        const Mask perfect = k == kMirrorLobe      ? is_perfect(f.mirror.facets)
+                             : k == kCoatLobe      ? is_perfect(f.coat.facets)
+                             : k == kInterfaceLobe ? is_perfect(f.glass.facets)
                                                    : splat(0);
         wide |= active & (f.probability[k] > 0.0f) & ~perfect;
     }

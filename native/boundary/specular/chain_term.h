@@ -216,7 +216,7 @@ EG_OUTLINE Mask lit_sides(const SceneView& scene, const BoundaryTask& task, Chai
     s.random = path_index(side_paths(task), lane_index() + at);
     s.active &= lit;
     Vec3 jump = zero3(), by_x = zero3();
-    Mask seen = shadow_jump(scene, c, at, s, end, ray.kind, jump, by_x);
+    Mask seen = shadow_jump(scene, c, at, s, end, jump, by_x);
     const Mask surfaces = seen & load(c.light_scatters + at);
     if (any(surfaces))
         seen &= ~surfaces | append_surfaces(scene, task, c, at, surfaces, s, end, p, work, queued);

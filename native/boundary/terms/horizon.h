@@ -169,7 +169,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
         brought_at_horizon(scene, s, cut.active, side, light.w, kinds, p.throughput, followed, light.row < 0);
     cut.active &= size_of(f) > 0.0f;
     light.active = cut.active;
-    look_up_emission(scene, light, p.kind);
+    look_up_emission(scene, light);
     cut.color = f * light.radiance * light.geometry;
     cut.active &= size_of(cut.color) > 0.0f;
     if (!any(cut.active)) return;

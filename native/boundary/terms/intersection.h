@@ -127,8 +127,8 @@ EG_INLINE Vec3 light_of_intersection(const SceneView& scene, const IntersectingP
     if (any(on_face)) {
         const SurfacePoint y = surface_point(scene, on_face, select(on_face, pair.face, splat(0)), s.y.b1,
                                              s.y.b2, -w, select(on_face, pair.instance, splat(-1)));
-        const Int kind = splat(static_cast<int>(kCameraRay));
-        light = select(on_face, emitted_radiance(scene, y, texture_point(scene, y, w, kind)), light);
+        const TexturePoint point = texture_point(scene, y, w, splat(kNoRay));
+        light = select(on_face, emitted_radiance(scene, y, point), light);
     }
     return light;
 }

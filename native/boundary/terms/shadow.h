@@ -114,12 +114,11 @@ EG_INLINE Vec3 light_at_edge(const SceneView& scene, const BoundaryTask& task, c
                              ShadowLight& light) {
     PassingRays rays{light.blockers};
     rays.ignored = {s.edge, s.instance};
-    const Int camera_ray = splat(static_cast<int>(kCameraRay));
     if (task.kind == kEnvironmentShadow)
         return environment_radiance(scene, s.towards) * light.geometry *
                transmittance(scene, s.active, s.point, s.towards, splat(__builtin_inff()), rays);
     light.sample.active = s.active;
-    look_up_emission(scene, light.sample, camera_ray);
+    look_up_emission(scene, light.sample);
     const Mask near = s.distance < __builtin_inff(), on_surface = light.sample.face >= 0;
     const Vec3 end =
         select(on_surface, light.sample.end - s.point, s.towards * select(near, s.distance, 1.0f));

@@ -39,7 +39,8 @@ std::vector<int32_t> camera_sampled(const SceneView& scene, const SceneTables& t
         const bool glossy = tables.closure_flags[closure] & (kHasGlossy | kHasRefraction);
         const bool textured = scene.textures.closure_program && scene.textures.closure_program[closure] >= 0;
         return has_sharp_lobe(tables, closure, alpha) ||
-               (alpha > 0.0f && glossy && textured && tables.closure_kind[closure] != kSheen);
+               (alpha > 0.0f && glossy && textured && tables.closure_kind[closure] != kSheen &&
+                tables.closure_kind[closure] != kVelvet);
     });
 }
 

@@ -61,9 +61,9 @@ EG_INLINE Bsdf make_bsdf(Mask active, Int kind, Int flags, const MaterialValues&
         const Mask anisotropic = active & has_flag(flags, kAnisotropic);
         make_frame(f, anisotropic, tangent, v.anisotropy_rotation);
         f.mirror = no_reflection();
-        f.mirror.ggx = make_ggx(splat(1.0f), splat(1.0f), f.view);
+        f.mirror.facets = make_facets(splat(1.0f), splat(1.0f), f.view);
         f.glass = no_interface();
-        f.glass.ggx = f.mirror.ggx;
+        f.glass.facets = f.mirror.facets;
         const Mask principled = active & is_kind(kind, kPrincipled);
         if (any(principled)) add_principled(f, principled, v, flags, from_inside);
         const Mask glossy = active & is_kind(kind, kGlossy);
@@ -71,9 +71,11 @@ EG_INLINE Bsdf make_bsdf(Mask active, Int kind, Int flags, const MaterialValues&
         const Mask glass = active & is_kind(kind, kGlass);
         if (any(glass)) add_glass(f, glass, v, flags, from_inside);
         const Mask refraction = active & is_kind(kind, kRefraction);
-        if (any(refraction)) add_refraction(f, refraction, v, from_inside);
+        if (any(refraction)) add_refraction(f, refraction, v, flags, from_inside);
         const Mask sheen = active & is_kind(kind, kSheen);
         if (any(sheen)) add_sheen(f, sheen, v);
+        const Mask velvet = active & is_kind(kind, kVelvet);
+        if (any(velvet)) add_velvet(f, velvet, v);
         const Mask disney = active & is_kind(kind, kDisney);
         if (any(disney)) add_disney(f, disney, v);
     } else {
@@ -108,6 +110,13 @@ EG_INLINE void add(BsdfValue& sum, Mask m, const Scattered& s, Float probability
     sum.pdf = sum.pdf + select(m, s.pdf * probability, splat(0.0f));
 }
 
+EG_OUTLINE void replace_by_velvet(const Bsdf& f, Vec3 wi, Scattered& s) {
+    const Mask m = f.sheen.velvet;
+    const Float value = velvet_value(f.sheen.sigma, f.normal, f.wo, f.cosine, wi);
+    s.value = select(m, f.sheen.weight * value, s.value);
+    s.pdf = select(m, select(dot(f.normal, wi) > 0.0f, splat(kUniformDensity), 0.0f), s.pdf);
+}
+
 EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
     BsdfValue sum = {zero3(), splat(0.0f)};
     // Add the lobes that are defined by the shading normal
@@ -124,7 +133,9 @@ EG_INLINE BsdfValue evaluate(const Bsdf& f, Mask active, Vec3 wi) {
     }
     if (f.any_lobe[kSheenLobe]) {
         const Float density = sheen_density(f.sheen, f.normal, wi);
-        add(sum, above, {f.sheen.weight * density, detach(density)}, f.probability[kSheenLobe]);
+        Scattered s = {f.sheen.weight * density, detach(density)};
+        if (f.sheen.any_velvet) replace_by_velvet(f, wi, s);
+        add(sum, above, s, f.probability[kSheenLobe]);
     }
     if (!(f.any_lobe[kMirrorLobe] | f.any_lobe[kCoatLobe] | f.any_lobe[kInterfaceLobe])) return sum;
     // Add the reflection of mirrors and interfaces
@@ -169,8 +180,8 @@ struct Direction {
 
 // Completes the samples of followed lobes. `h` is the microfacet normal in the lobe's frame, `value` its
 // reflectance or transmittance divided by the probability of that choice.
-EG_INLINE void follow_sample(const Ggx& g, Mask m, Vec3 view, Float bound, Vec3 w, Vec3 h, Float cosine,
-                             Vec3 value, Direction& d) {
+EG_INLINE void follow_sample(const Microfacets& g, Mask m, Vec3 view, Float bound, Vec3 w, Vec3 h,
+                             Float cosine, Vec3 value, Direction& d) {
     if (!any(m)) return;
     const Float density = followed_density(g, view, bound, cosine);
     d.value = select(m, value * (followed_light(g, view, w, d.transmitted, cosine) / max(density, 1e-20f)),
@@ -186,14 +197,14 @@ EG_INLINE void sample_mirror(const Bsdf& f, const Reflection& r, bool coat, Mask
     const Vec3 view = coat ? f.view : f.turned_view;
     const Vec3 h = sample_reflection(r, view, u, v);
     const Float cosine = dot(h, view);
-    const Mask smooth = picked & is_smooth(r.ggx);
+    const Mask smooth = picked & is_smooth(r.facets);
     const Vec3 w = h * (2.0f * cosine) - view;
     d.wi = select(picked, to_world(f, coat ? w : turned_back(f, w)), d.wi);
-    d.perfect |= picked & is_perfect(r.ggx);
+    d.perfect |= picked & is_perfect(r.facets);
     if (any(smooth)) d.value = select(smooth, reflectance(r, cosine), d.value);
-    const Mask followed = picked & r.ggx.followed;
+    const Mask followed = picked & r.facets.followed;
     if (any(followed))
-        follow_sample(r.ggx, followed, view, r.ggx.bound, w, h, cosine, reflectance(r, cosine), d);
+        follow_sample(r.facets, followed, view, r.facets.bound, w, h, cosine, reflectance(r, cosine), d);
     d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
 }
 
@@ -243,6 +254,8 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
                 break;
             case kSheenLobe:
                 d.wi = select(picked, sample_sheen(f.sheen, f.normal, u, v), d.wi);
+                if (f.sheen.any_velvet)
+                    d.wi = select(picked & f.sheen.velvet, uniform_direction(f.normal, u, v), d.wi);
                 break;
             case kInterfaceLobe: {
                 const InterfaceSample s = sample_interface(f.glass, f.view, choice, u, v);
@@ -253,9 +266,9 @@ EG_INLINE BsdfSample sample(const Bsdf& f, Mask active, Float choice, Float u_al
                 d.value = select(picked & s.perfect, s.value, d.value);
                 d.probability = select(picked, s.probability, d.probability);
                 const Mask followed =
-                    picked & f.glass.ggx.followed & ~(s.refracted & refracts_smoothly(f.glass));
-                follow_sample(f.glass.ggx, followed, f.view, splat(1.0f), s.w, s.h, dot(s.h, f.view), s.value,
-                              d);
+                    picked & f.glass.facets.followed & ~(s.refracted & refracts_smoothly(f.glass));
+                follow_sample(f.glass.facets, followed, f.view, splat(1.0f), s.w, s.h, dot(s.h, f.view),
+                              s.value, d);
                 d.ray_kind = select(picked, splat(static_cast<int>(kGlossyRay)), d.ray_kind);
                 break;
             }

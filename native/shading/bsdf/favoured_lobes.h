@@ -21,8 +21,9 @@ EG_INLINE void favour(Bsdf& f, Mask m, int32_t lobes, Mask last) {
     for (int k = 0; k < kLobes; ++k) {
         favoured[k] = splat(0);
         if (!f.any_lobe[k] || !(lobes >> k & 1)) continue;
-        Ggx& g = k == kMirrorLobe ? f.mirror.ggx : k == kCoatLobe ? f.coat.ggx : f.glass.ggx;
-        favoured[k] = g.by_score = m & ~is_smooth(g);
+        Microfacets& g = k == kMirrorLobe ? f.mirror.facets : k == kCoatLobe ? f.coat.facets : f.glass.facets;
+        favoured[k] = m & ~is_smooth(g);
+        g.by_score = favoured[k] & ~(g.beckmann | g.phong);  // the scores are those of GGX normals
         sum = sum + select(favoured[k], f.probability[k], splat(0.0f));
     }
     const Float share = max(sum, select(last, splat(kShareOfLast), splat(kShareOfOthers)));

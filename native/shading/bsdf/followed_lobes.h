@@ -6,7 +6,9 @@
 // view and frame. By h, the scattered light is
 //   int F(h.v) D(h) G2(v, w) (h.v)/v.z L(w(v, h)) dh
 // for reflection and refraction with the ray w(v, h). Nothing is divided by alpha (derivations, Q). Light and
-// density are both expressed by the measure D dh, because D itself is unbounded.
+// density are both expressed by the measure D dh, because D itself is unbounded. For Phong lobes
+// (shading/bsdf/phong_lobe.h), whose half vectors have the density p,
+//   int F(h.v) p(h) w.z / max(v.z, w.z) L(w(v, h)) dh.
 #pragma once
 
 #include "shading/bsdf/closures.h"
@@ -17,47 +19,57 @@ namespace edgegrad::EDGEGRAD_ISA {
 // closures are excluded: they stop transmitting at total reflection, which is a discontinuity at fixed h.
 EG_INLINE Int follow_lobes(Bsdf& f, Mask m, float widest) {
     Int bits = splat(0);
-    const auto follow = [&](Lobe k, Ggx& g, Mask may) {
+    const auto follow = [&](Lobe k, Microfacets& g, Mask may) {
         if (!f.any_lobe[k]) return;
         g.followed = m & may & (f.probability[k] > 0.0f) & ~is_smooth(g) & (max(g.ax, g.ay) <= widest);
         bits = bits | (g.followed & (1 << k));
     };
-    follow(kMirrorLobe, f.mirror.ggx, ~f.mirror.separable);
-    follow(kCoatLobe, f.coat.ggx, splat(-1));
-    follow(kInterfaceLobe, f.glass.ggx, ~f.glass.refracts_only);
+    follow(kMirrorLobe, f.mirror.facets, ~f.mirror.separable);
+    follow(kCoatLobe, f.coat.facets, splat(-1));
+    follow(kInterfaceLobe, f.glass.facets, ~f.glass.refracts_only);
     return bits;
 }
 
 // Makes the lobes in `bits` followed.
 EG_INLINE void follow_lobes(Bsdf& f, Int bits) {
-    const auto set = [&](Lobe k, Ggx& g) {
+    const auto set = [&](Lobe k, Microfacets& g) {
         if (f.any_lobe[k]) g.followed = (bits & (1 << k)) != 0;
     };
-    set(kMirrorLobe, f.mirror.ggx), set(kCoatLobe, f.coat.ggx), set(kInterfaceLobe, f.glass.ggx);
+    set(kMirrorLobe, f.mirror.facets), set(kCoatLobe, f.coat.facets), set(kInterfaceLobe, f.glass.facets);
 }
 
 // Makes no lobe followed in the mask's lanes.
 EG_INLINE void follow_none(Bsdf& f, Mask m) {
-    if (f.any_lobe[kMirrorLobe]) f.mirror.ggx.followed &= ~m;
-    if (f.any_lobe[kCoatLobe]) f.coat.ggx.followed &= ~m;
-    if (f.any_lobe[kInterfaceLobe]) f.glass.ggx.followed &= ~m;
+    if (f.any_lobe[kMirrorLobe]) f.mirror.facets.followed &= ~m;
+    if (f.any_lobe[kCoatLobe]) f.coat.facets.followed &= ~m;
+    if (f.any_lobe[kInterfaceLobe]) f.glass.facets.followed &= ~m;
 }
 
 // The light of h by the measure D(h) dh, without the Fresnel factor. `transmitted` says to which side it
 // goes.
-EG_INLINE Float followed_light(const Ggx& g, Vec3 view, Vec3 w, Mask transmitted, Float cosine) {
+template <bool kOthers>
+EG_INLINE Float followed_share(const Microfacets& g, Vec3 view, Vec3 w, Mask transmitted, Float cosine) {
     const Mask counts = (view.z > 0.0f) & (cosine > 0.0f) & select(transmitted, w.z < 0.0f, w.z > 0.0f);
-    return select(counts, cosine / (max(view.z, 1e-20f) * (1.0f + g.masking + ggx_lambda(g, w))), 0.0f);
+    const Float smith = cosine / (max(view.z, 1e-20f) * (1.0f + g.masking + smith_lambda<kOthers>(g, w)));
+    if constexpr (kOthers) return select(counts, select(g.phong, phong_masking(view.z, w.z), smith), 0.0f);
+    return select(counts, smith, 0.0f);
+}
+
+EG_INLINE Float followed_light(const Microfacets& g, Vec3 view, Vec3 w, Mask transmitted, Float cosine) {
+    return g.others ? followed_share<true>(g, view, w, transmitted, cosine)
+                    : followed_share<false>(g, view, w, transmitted, cosine);
 }
 
 // The density of `sample_normal` by the measure D(h) dh.
-EG_INLINE Float followed_density(const Ggx& g, Vec3 view, Float bound, Float cosine) {
-    return 2.0f * detach(cosine) / max(detach(bound) * detach(view.z) + detach(g.stretched), 1e-20f);
+EG_INLINE Float followed_density(const Microfacets& g, Vec3 view, Float bound, Float cosine) {
+    const Float visible =
+        2.0f * detach(cosine) / max(detach(bound) * detach(view.z) + detach(g.stretched), 1e-20f);
+    return g.others ? select(g.phong, splat(1.0f), visible) : visible;
 }
 
 // D(h) divided by its own value: 1, with the derivative by the lobe's width.
-EG_INLINE Float relative_density(const Ggx& g, Vec3 h) {
-    const Float d = ggx_density(g, h);
+EG_INLINE Float relative_density(const Microfacets& g, Vec3 h) {
+    const Float d = g.others ? normal_density<true>(g, h) : normal_density<false>(g, h);
     return d * (1.0f / max(detach(d), 1e-37f));
 }
 

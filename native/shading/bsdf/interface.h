@@ -7,7 +7,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 struct Interface {
-    Ggx ggx;
+    Microfacets facets;
     Vec3 reflection, transmission;  // weights, tints included
     Vec3 f0;
     Float eta;           // index of the other side divided by that of the viewer's side
@@ -26,8 +26,8 @@ EG_INLINE Interface no_interface() {
 
 // Light between equal indices continues straight.
 EG_INLINE Mask bends_nothing(Float eta) { return abs(eta - 1.0f) < 1e-4f; }
-EG_INLINE Mask refracts_smoothly(const Interface& g) { return is_smooth(g.ggx) | bends_nothing(g.eta); }
-EG_INLINE Mask refracts_perfectly(const Interface& g) { return refracts_smoothly(g) | g.ggx.followed; }
+EG_INLINE Mask refracts_smoothly(const Interface& g) { return is_smooth(g.facets) | bends_nothing(g.eta); }
+EG_INLINE Mask refracts_perfectly(const Interface& g) { return refracts_smoothly(g) | g.facets.followed; }
 
 struct Split {
     Vec3 reflected, transmitted;
@@ -49,21 +49,31 @@ EG_INLINE Split split_light(const Interface& g, Float cosine) {
     return s;
 }
 
-EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view, Vec3 w, Vec3 h,
-                                                  Float cosine) {
-    const Mask rough = ~is_perfect(g.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
+template <bool kOthers>
+EG_INLINE Scattered rough_interface_reflection(const Interface& g, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
+    const Mask rough = ~is_perfect(g.facets) & (view.z > 0.0f) & (w.z > 0.0f);
     const Split s = split_light(g, cosine);
-    const Float density = select(rough, ggx_density(g.ggx, h), 0.0f);
-    const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
+    const Float density = select(rough, normal_density<kOthers>(g.facets, h), 0.0f);
+    const Float both = 1.0f + g.facets.masking + smith_lambda<kOthers>(g.facets, w);
     return {s.reflected * (density / (4.0f * max(view.z, 1e-20f) * both)),
-            score_pdf(g.ggx, view, splat(1.0f), h,
+            score_pdf(g.facets, view, splat(1.0f), h,
                       s.reflect_probability * detach(density) /
-                          (2.0f * max(detach(view.z) + detach(g.ggx.stretched), 1e-20f)))};
+                          (2.0f * max(detach(view.z) + detach(g.facets.stretched), 1e-20f)))};
 }
 
-// `kOnRim`: w is on the lobe's rim (shading/bsdf/transmission_rim.h); returns the limit from inside the lobe.
-template <bool kOnRim = false>
-EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
+EG_OUTLINE Scattered interface_reflection_of_others(const Interface& g, Vec3 view, Vec3 w, Vec3 h,
+                                                    Float cosine) {
+    return rough_interface_reflection<true>(g, view, w, h, cosine);
+}
+
+EG_INLINE Scattered evaluate_interface_reflection(const Interface& g, Vec3 view, Vec3 w, Vec3 h,
+                                                  Float cosine) {
+    if (g.facets.others) return interface_reflection_of_others(g, view, w, h, cosine);
+    return rough_interface_reflection<false>(g, view, w, h, cosine);
+}
+
+template <bool kOnRim, bool kOthers>
+EG_INLINE Scattered rough_refraction(const Interface& g, Vec3 view, Vec3 w) {
     const Vec3 sum = view + w * g.eta;
     // The normal of refracting microfacets points from the denser medium to the other one. The sum is at
     // least |eta - 1| long, which is above 1e-4 where light refracts roughly. In the other lanes the square
@@ -78,13 +88,25 @@ EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
     // packets.
     const Split s = split_light(g, ho);
     const Float jacobian = g.eta * g.eta * inverse * inverse * abs(hi);
-    const Float density = select(rough, ggx_density(g.ggx, h), 0.0f) * jacobian * ho;
-    const Float both = 1.0f + g.ggx.masking + ggx_lambda(g.ggx, w);
+    const Float density = select(rough, normal_density<kOthers>(g.facets, h), 0.0f) * jacobian * ho;
+    const Float both = 1.0f + g.facets.masking + smith_lambda<kOthers>(g.facets, w);
     // The density of visible normals is 2 D (h.view) / (view.z + stretched).
     return {s.transmitted * (density / (max(view.z, 1e-20f) * both)),
-            score_pdf(g.ggx, view, splat(1.0f), h,
+            score_pdf(g.facets, view, splat(1.0f), h,
                       (1.0f - s.reflect_probability) * 2.0f * detach(density) /
-                          max(detach(view.z) + detach(g.ggx.stretched), 1e-20f))};
+                          max(detach(view.z) + detach(g.facets.stretched), 1e-20f))};
+}
+
+EG_OUTLINE Scattered refraction_of_others(const Interface& g, Vec3 view, Vec3 w) {
+    return rough_refraction<false, true>(g, view, w);
+}
+
+// `kOnRim`: w is on the lobe's rim (shading/bsdf/transmission_rim.h); returns the limit from inside the lobe.
+template <bool kOnRim = false>
+EG_INLINE Scattered evaluate_refraction(const Interface& g, Vec3 view, Vec3 w) {
+    if constexpr (!kOnRim)
+        if (g.facets.others) return refraction_of_others(g, view, w);
+    return rough_refraction<kOnRim, false>(g, view, w);
 }
 
 struct InterfaceSample {
@@ -112,19 +134,19 @@ EG_INLINE Float reflect_by_slope(Float picture, Float eta, Float cosine, Float r
 
 EG_INLINE InterfaceSample sample_interface(const Interface& g, Vec3 view, Float choice, Float u, Float v) {
     const Vec3 z = {splat(0.0f), splat(0.0f), splat(1.0f)};
-    const Mask smooth = is_smooth(g.ggx);
-    const Vec3 h = select(smooth, z, sample_normal(g.ggx, view, splat(1.0f), u, v));
+    const Mask smooth = is_smooth(g.facets);
+    const Vec3 h = select(smooth, z, sample_normal(g.facets, view, splat(1.0f), u, v));
     const Float cosine = dot(h, view);
     Split s = split_light(g, cosine);
     if (g.by_slope)
         s.reflect_probability =
-            select(is_perfect(g.ggx), reflect_by_slope(s.reflect_probability, g.eta, cosine, s.cosine),
+            select(is_perfect(g.facets), reflect_by_slope(s.reflect_probability, g.eta, cosine, s.cosine),
                    s.reflect_probability);
     InterfaceSample r;
     r.found = average(s.reflected + s.transmitted) > 0.0f;
     r.refracted = choice >= s.reflect_probability;
     r.h = h;
-    r.perfect = select(r.refracted, refracts_perfectly(g), is_perfect(g.ggx));
+    r.perfect = select(r.refracted, refracts_perfectly(g), is_perfect(g.facets));
     r.probability = select(r.refracted, 1.0f - s.reflect_probability, s.reflect_probability);
     const Vec3 through = h * (cosine / g.eta - s.cosine) - view * (1.0f / g.eta);
     r.w = select(r.refracted, through, h * (2.0f * cosine) - view);

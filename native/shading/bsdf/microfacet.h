@@ -2,8 +2,14 @@
 // height-correlated Smith masking (Heitz 2014). Visible normals are sampled after Dupuy and Benyoub 2023; for
 // reflection, most directions below the surface are excluded (Eto and Tokuyoshi 2023). Vectors are in the
 // local frame, whose z is the shading normal.
+//
+// Lanes may have another distribution: Beckmann's (shading/bsdf/beckmann.h), or the half vectors of Phong
+// lobes (shading/bsdf/phong_lobe.h). Functions of normals are templates: kOthers is false for packets of GGX
+// alone, which so pay nothing for the others.
 #pragma once
 
+#include "shading/bsdf/beckmann.h"
+#include "shading/bsdf/phong_lobe.h"
 #include "shading/bsdf/score_density.h"
 #include "simd/vector.h"
 
@@ -13,22 +19,24 @@ namespace edgegrad::EDGEGRAD_ISA {
 constexpr float kSmoothAlpha2 = 2e-10f;
 
 // A rough surface seen from `view`.
-struct Ggx {
+struct Microfacets {
     Float ax, ay;
-    Float stretched;  // |(ax x, ay y, z)| of the view
+    Float stretched;  // |(ax x, ay y, z)| of the view; z + stretched is twice the projected area it sees
     Float masking;    // Smith's lambda of the view
     Float bound;      // of the sampled range of reflections
     Mask by_score;    // sampled for the derivative by roughness (shading/bsdf/score_density.h)
     Mask followed;    // scatters at a fixed microfacet normal (shading/bsdf/followed_lobes.h)
+    bool others;      // whether any lane is not GGX
+    Mask beckmann, phong;
 };
 
-EG_INLINE Float ggx_lambda(const Ggx& g, Vec3 w) {
+EG_INLINE Float ggx_lambda(const Microfacets& g, Vec3 w) {
     const Float x = g.ax * w.x, y = g.ay * w.y;
     return 0.5f * (sqrt(1.0f + (x * x + y * y) / max(w.z * w.z, 1e-20f)) - 1.0f);
 }
 
-EG_INLINE Ggx make_ggx(Float ax, Float ay, Vec3 view) {
-    Ggx g;
+EG_INLINE Microfacets make_facets(Float ax, Float ay, Vec3 view) {
+    Microfacets g;
     g.ax = ax, g.ay = ay;
     const Float x = ax * view.x, y = ay * view.y;
     g.stretched = sqrt(x * x + y * y + view.z * view.z);
@@ -38,26 +46,59 @@ EG_INLINE Ggx make_ggx(Float ax, Float ay, Vec3 view) {
     const Float s = 1.0f + sqrt(v.x * v.x + v.y * v.y), s2 = s * s;
     g.bound = (1.0f - a2) * s2 / (s2 + a2 * v.z * v.z);
     g.by_score = g.followed = splat(0);
+    g.others = false;
+    g.beckmann = g.phong = splat(0);
     return g;
 }
 
-EG_INLINE Mask is_smooth(const Ggx& g) { return g.ax * g.ay <= kSmoothAlpha2; }
+// Replaces the distribution in the lanes of the two masks.
+EG_OUTLINE void set_other_distribution(Microfacets& g, Mask beckmann, Mask phong, Vec3 view) {
+    g.others = true;
+    g.beckmann = beckmann, g.phong = phong;
+    g.masking = select(beckmann, beckmann_lambda(g.ax, g.ay, view), g.masking);
+    g.stretched = select(beckmann, beckmann_stretched(g.ax, g.ay, view), g.stretched);
+    g.bound = select(beckmann, splat(1.0f), g.bound);
+    const Mask smooth = phong & (max(g.ax, g.ay) <= kLeastPhongAlpha);
+    const auto limited = [&](Float a) {
+        return select(smooth, splat(0.0f), select(phong, max(a, kLeastPhongAlpha), a));
+    };
+    g.ax = limited(g.ax), g.ay = limited(g.ay);
+}
+
+EG_INLINE Mask is_smooth(const Microfacets& g) { return g.ax * g.ay <= kSmoothAlpha2; }
 // Lanes whose scattered ray is a function of the view. Only such rays find light there.
-EG_INLINE Mask is_perfect(const Ggx& g) { return is_smooth(g) | g.followed; }
+EG_INLINE Mask is_perfect(const Microfacets& g) { return is_smooth(g) | g.followed; }
 
 // Density of normals. It uses sines rather than 1 - cos^2, which is inaccurate on nearly smooth surfaces.
-EG_INLINE Float ggx_density(const Ggx& g, Vec3 h) {
+EG_INLINE Float ggx_density(const Microfacets& g, Vec3 h) {
     const Float area = max(g.ax * g.ay, 1e-20f);
     const Float x = h.x / max(g.ax, 1e-10f), y = h.y / max(g.ay, 1e-10f);
     const Float r = x * x + y * y + h.z * h.z;
     return 0.318309886f / (area * r * r);
 }
 
-EG_OUTLINE Float score_places(const Ggx& g, Float u) { return select(g.by_score, score_place(u), u); }
+// Smith's lambda of a direction, and the density of normals (of half vectors for Phong lobes).
+template <bool kOthers>
+EG_INLINE Float smith_lambda(const Microfacets& g, Vec3 w) {
+    const Float lambda = ggx_lambda(g, w);
+    if constexpr (kOthers) return select(g.beckmann, beckmann_lambda(g.ax, g.ay, w), lambda);
+    return lambda;
+}
+template <bool kOthers>
+EG_INLINE Float normal_density(const Microfacets& g, Vec3 h) {
+    Float density = ggx_density(g, h);
+    if constexpr (kOthers) {
+        if (any(g.beckmann)) density = select(g.beckmann, beckmann_density(g.ax, g.ay, h), density);
+        if (any(g.phong)) density = select(g.phong, phong_density(g.ax, g.ay, h), density);
+    }
+    return density;
+}
 
-// Samples a visible normal. With `bound` 1 it may be any; with g.bound most normals that reflect below the
-// surface are excluded.
-EG_INLINE Vec3 sample_normal(const Ggx& g, Vec3 view, Float bound, Float u, Float v) {
+EG_OUTLINE Float score_places(const Microfacets& g, Float u) { return select(g.by_score, score_place(u), u); }
+
+// Samples a visible GGX normal. With `bound` 1 it may be any; with g.bound most normals that reflect below
+// the surface are excluded.
+EG_INLINE Vec3 sample_ggx(const Microfacets& g, Vec3 view, Float bound, Float u, Float v) {
     if (any(g.by_score)) u = score_places(g, u);
     const Float scale = 1.0f / max(g.stretched, 1e-20f);
     const Vec3 stretched = {g.ax * view.x * scale, g.ay * view.y * scale, view.z * scale};
@@ -72,15 +113,24 @@ EG_INLINE Vec3 sample_normal(const Ggx& g, Vec3 view, Float bound, Float u, Floa
                   Vec3{splat(0.0f), splat(0.0f), splat(1.0f)});
 }
 
+// Samples a normal of each lane's distribution.
+EG_INLINE Vec3 sample_normal(const Microfacets& g, Vec3 view, Float bound, Float u, Float v) {
+    Vec3 h = sample_ggx(g, view, bound, u, v);
+    if (!g.others) return h;
+    if (any(g.beckmann)) h = select(g.beckmann, sample_beckmann(g.ax, g.ay, view, u, v), h);
+    if (any(g.phong)) h = select(g.phong, sample_phong(g.ax, g.ay, u, v), h);
+    return h;
+}
+
 // Density of reflections at the normals of `sample_normal`: D / (2 (bound z + stretched)).
-EG_INLINE Float reflection_pdf(const Ggx& g, Vec3 view, Float density) {
+EG_INLINE Float reflection_pdf(const Microfacets& g, Vec3 view, Float density) {
     return detach(density) / (2.0f * max(g.bound * detach(view.z) + detach(g.stretched), 1e-20f));
 }
 
 // Density of the random number u that `sample_normal` maps to h. u is the height of the point on the sphere
 // to which the stretched h reflects the view. A separate function, so that the compiler cannot merge it with
 // the picture's computation and change the picture's bits.
-EG_OUTLINE Float score_factor(const Ggx& g, Vec3 view, Float bound, Vec3 h) {
+EG_OUTLINE Float score_factor(const Microfacets& g, Vec3 view, Float bound, Vec3 h) {
     const Vec3 n = detach(h), v = detach(view);
     const Float x = n.x / max(detach(g.ax), 1e-10f), y = n.y / max(detach(g.ay), 1e-10f);
     const Float scale = 1.0f / max(detach(g.stretched), 1e-20f), low = bound * v.z * scale;
@@ -89,7 +139,7 @@ EG_OUTLINE Float score_factor(const Ggx& g, Vec3 view, Float bound, Vec3 h) {
 }
 
 // The density of h from `sample_normal`, with the factor of score sampling.
-EG_INLINE Float score_pdf(const Ggx& g, Vec3 view, Float bound, Vec3 h, Float pdf) {
+EG_INLINE Float score_pdf(const Microfacets& g, Vec3 view, Float bound, Vec3 h, Float pdf) {
     return any(g.by_score) ? pdf * score_factor(g, view, bound, h) : pdf;
 }
 

@@ -21,7 +21,8 @@ EG_INLINE Float bending_cosine(const Interface& g, Float cosine) {
 // Light of followed lobes, for the microfacet normal h in the lobe's frame.
 EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 h, Vec3& w, Vec3& value) {
     const auto of = [&](Lobe k) { return lobe == splat(static_cast<int>(k)); };
-    const auto put = [&](const Ggx& g, Mask m, Vec3 view, Vec3 way, Mask through, Float cosine, Vec3 color) {
+    const auto put = [&](const Microfacets& g, Mask m, Vec3 view, Vec3 way, Mask through, Float cosine,
+                         Vec3 color) {
         value = select(m, color * (followed_light(g, view, way, through, cosine) * relative_density(g, h)),
                        value);
     };
@@ -29,21 +30,21 @@ EG_INLINE void scatter_followed(const Bsdf& f, Int lobe, Mask transmitted, Vec3 
         if (!any(m)) return;
         const Float cosine = dot(h, view);
         const Vec3 way = h * (2.0f * cosine) - view;
-        put(r.ggx, m, view, way, splat(0), cosine, reflectance(r, cosine));
+        put(r.facets, m, view, way, splat(0), cosine, reflectance(r, cosine));
         w = select(m, turns ? turned_back(f, way) : way, w);
     };
     if (f.any_lobe[kMirrorLobe])
-        mirror(f.mirror, of(kMirrorLobe) & f.mirror.ggx.followed, f.turned_view, true);
-    if (f.any_lobe[kCoatLobe]) mirror(f.coat, of(kCoatLobe) & f.coat.ggx.followed, f.view, false);
+        mirror(f.mirror, of(kMirrorLobe) & f.mirror.facets.followed, f.turned_view, true);
+    if (f.any_lobe[kCoatLobe]) mirror(f.coat, of(kCoatLobe) & f.coat.facets.followed, f.view, false);
     if (!f.any_lobe[kInterfaceLobe]) return;
     const Mask glass =
-        of(kInterfaceLobe) & f.glass.ggx.followed & ~(transmitted & refracts_smoothly(f.glass));
+        of(kInterfaceLobe) & f.glass.facets.followed & ~(transmitted & refracts_smoothly(f.glass));
     if (!any(glass)) return;
     const Float cosine = dot(h, f.view);
     const Split s = split_light(f.glass, cosine);
     const Vec3 through = h * (cosine / f.glass.eta - s.cosine) - f.view * (1.0f / f.glass.eta);
     const Vec3 way = select(transmitted, through, h * (2.0f * cosine) - f.view);
-    put(f.glass.ggx, glass, f.view, way, transmitted, cosine,
+    put(f.glass.facets, glass, f.view, way, transmitted, cosine,
         select(transmitted, s.transmitted, s.reflected));
     w = select(glass, way, w);
 }

@@ -120,7 +120,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         if (has.coat) {
             const Float coat_rough = saturate(v.coat_roughness), coat_alpha = coat_rough * coat_rough;
             f.coat = no_reflection();
-            f.coat.ggx = make_ggx(coat_alpha, coat_alpha, f.view);
+            f.coat.facets = make_facets(coat_alpha, coat_alpha, f.view);
             f.coat.dielectric = select(m, cover.coat, zero3());
             f.coat.eta = max(v.coat_ior, 1.0f);
             f.coat.f0 = splat3(f0_of_ior(f.coat.eta));
@@ -137,10 +137,11 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
     Albedo albedo{};
     if (mirrors) {
         const Float aspect = sqrt(1.0f - 0.9f * saturate(v.anisotropy));
-        const Ggx ggx = make_ggx(min(alpha / aspect, splat(1.0f)), alpha * aspect, f.turned_view);
-        f.mirror.ggx = select_ggx(m, ggx, f.mirror.ggx);
+        const Microfacets facets =
+            shaped_facets(m, min(alpha / aspect, splat(1.0f)), alpha * aspect, f.turned_view, flags);
+        f.mirror.facets = select_facets(m, facets, f.mirror.facets);
         // Like Cycles, look up the roughness of the clamped alphas.
-        albedo = reflection_albedo(sqrt(sqrt(ggx.ax * ggx.ay)), cosine);
+        albedo = reflection_albedo(sqrt(sqrt(facets.ax * facets.ay)), cosine);
         f.any_lobe[kMirrorLobe] = true;
     }
     // Add metal
@@ -168,7 +169,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         const Vec3 base = saturate(v.base_color);
         const Vec3 tint = {sqrt(base.x), sqrt(base.y), sqrt(base.z)};
         add_interface(f, m, alpha, rough, eta, saturate(v.specular_tint * f0_of_ior(ior)), white(), tint,
-                      weight * share, multiscatter);
+                      weight * share, flags);
         weight = weight * (1.0f - share);
     }
     // Add the dielectric mirror
@@ -182,7 +183,7 @@ EG_INLINE void add_principled(Bsdf& f, Mask m, const MaterialValues& v, Int flag
         const Vec3 reflected =
             darkened *
             mix(f0, white(),
-                reflection_fresnel(sqrt(sqrt(f.mirror.ggx.ax * f.mirror.ggx.ay)), cosine, level.eta));
+                reflection_fresnel(sqrt(sqrt(f.mirror.facets.ax * f.mirror.facets.ay)), cosine, level.eta));
         f.mirror.dielectric =
             select(there, darkened * select(multiscatter, more.scale, splat(1.0f)), zero3());
         f.mirror.f0 = f0;

@@ -8,7 +8,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 struct Reflection {
-    Ggx ggx;
+    Microfacets facets;
     Vec3 constant;            // weight
     Vec3 metal, metal_f0, b;  // weight, F82-tint
     Vec3 dielectric, f0;      // weight, reflectance at normal incidence
@@ -44,21 +44,38 @@ struct Scattered {
     Float pdf;
 };
 
+template <bool kOthers>
+EG_INLINE Scattered rough_reflection(const Reflection& r, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
+    const Mask rough = ~is_perfect(r.facets) & (view.z > 0.0f) & (w.z > 0.0f);
+    const Float density = select(rough, normal_density<kOthers>(r.facets, h), 0.0f);
+    const Float masking = smith_lambda<kOthers>(r.facets, w);
+    Float both = 1.0f + r.facets.masking + masking;
+    if (any(r.separable)) both = both + select(r.separable, r.facets.masking * masking, 0.0f);
+    Scattered s = {reflectance(r, cosine) * (density / (4.0f * max(view.z, 1e-20f) * both)),
+                   score_pdf(r.facets, view, r.facets.bound, h, reflection_pdf(r.facets, view, density))};
+    if constexpr (kOthers) {
+        const Float phong = density / (4.0f * max(cosine, 1e-6f));
+        s.value =
+            select(r.facets.phong, reflectance(r, cosine) * (phong * phong_masking(view.z, w.z)), s.value);
+        s.pdf = select(r.facets.phong, detach(phong), s.pdf);
+    }
+    return s;
+}
+
+EG_OUTLINE Scattered reflection_of_others(const Reflection& r, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
+    return rough_reflection<true>(r, view, w, h, cosine);
+}
+
 // Evaluates directions above the surface, in the local frame; 0 for perfect and followed mirrors.
 EG_INLINE Scattered evaluate_reflection(const Reflection& r, Vec3 view, Vec3 w, Vec3 h, Float cosine) {
-    const Mask rough = ~is_perfect(r.ggx) & (view.z > 0.0f) & (w.z > 0.0f);
-    const Float density = select(rough, ggx_density(r.ggx, h), 0.0f);
-    const Float masking = ggx_lambda(r.ggx, w);
-    Float both = 1.0f + r.ggx.masking + masking;
-    if (any(r.separable)) both = both + select(r.separable, r.ggx.masking * masking, 0.0f);
-    return {reflectance(r, cosine) * (density / (4.0f * max(view.z, 1e-20f) * both)),
-            score_pdf(r.ggx, view, r.ggx.bound, h, reflection_pdf(r.ggx, view, density))};
+    if (r.facets.others) return reflection_of_others(r, view, w, h, cosine);
+    return rough_reflection<false>(r, view, w, h, cosine);
 }
 
 // Samples the microfacet normal.
 EG_INLINE Vec3 sample_reflection(const Reflection& r, Vec3 view, Float u, Float v) {
-    const Vec3 h = sample_normal(r.ggx, view, r.ggx.bound, u, v);
-    return select(is_smooth(r.ggx), Vec3{splat(0.0f), splat(0.0f), splat(1.0f)}, h);
+    const Vec3 h = sample_normal(r.facets, view, r.facets.bound, u, v);
+    return select(is_smooth(r.facets), Vec3{splat(0.0f), splat(0.0f), splat(1.0f)}, h);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

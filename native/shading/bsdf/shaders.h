@@ -7,18 +7,31 @@
 
 namespace edgegrad::EDGEGRAD_ISA {
 
-EG_INLINE Ggx select_ggx(Mask m, const Ggx& a, const Ggx& b) {
-    return {select(m, a.ax, b.ax),
-            select(m, a.ay, b.ay),
-            select(m, a.stretched, b.stretched),
-            select(m, a.masking, b.masking),
-            select(m, a.bound, b.bound),
-            (a.by_score & m) | (b.by_score & ~m),
-            (a.followed & m) | (b.followed & ~m)};
+EG_INLINE Microfacets select_facets(Mask m, const Microfacets& a, const Microfacets& b) {
+    const auto either = [m](Mask one, Mask other) { return (one & m) | (other & ~m); };
+    return {select(m, a.ax, b.ax),           select(m, a.ay, b.ay),       select(m, a.stretched, b.stretched),
+            select(m, a.masking, b.masking), select(m, a.bound, b.bound), either(a.by_score, b.by_score),
+            either(a.followed, b.followed),  a.others || b.others,        either(a.beckmann, b.beckmann),
+            either(a.phong, b.phong)};
+}
+
+// Microfacets of the lanes' distributions.
+EG_INLINE Microfacets shaped_facets(Mask m, Float ax, Float ay, Vec3 view, Int flags) {
+    Microfacets g = make_facets(ax, ay, view);
+    const Mask other = m & has_flag(flags, kBeckmann | kPhong);
+    if (any(other))
+        set_other_distribution(g, other & has_flag(flags, kBeckmann), other & has_flag(flags, kPhong), view);
+    return g;
 }
 EG_INLINE Sheen select_sheen(Mask m, const Sheen& a, const Sheen& b) {
-    return {select(m, a.weight, b.weight), select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.a, b.a),
-            select(m, a.b, b.b)};
+    return {select(m, a.weight, b.weight),
+            select(m, a.x, b.x),
+            select(m, a.y, b.y),
+            select(m, a.a, b.a),
+            select(m, a.b, b.b),
+            a.any_velvet || b.any_velvet,
+            (a.velvet & m) | (b.velvet & ~m),
+            select(m, a.sigma, b.sigma)};
 }
 
 EG_INLINE OrenNayar select_oren_nayar(Mask m, const OrenNayar& a, const OrenNayar& b) {
@@ -55,13 +68,14 @@ EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
     const Float a = clamp(v.anisotropy, splat(-0.99f), splat(0.99f));
     const Float narrow = 1.0f - abs(a);
     const Float less = alpha * narrow, more = min(alpha / narrow, splat(1.0f));
-    const Ggx ggx = make_ggx(select(a < 0.0f, more, less), select(a < 0.0f, less, more), f.turned_view);
-    f.mirror.ggx = select_ggx(m, ggx, f.mirror.ggx);
+    const Microfacets facets =
+        shaped_facets(m, select(a < 0.0f, more, less), select(a < 0.0f, less, more), f.turned_view, flags);
+    f.mirror.facets = select_facets(m, facets, f.mirror.facets);
     Vec3 weight = v.base_color;
     const Mask multiscatter = m & has_flag(flags, kMultiscatter);
     if (any(multiscatter)) {
-        const Compensation c =
-            compensation(reflection_albedo(sqrt(sqrt(ggx.ax * ggx.ay)), f.view.z), saturate(v.base_color));
+        const Compensation c = compensation(reflection_albedo(sqrt(sqrt(facets.ax * facets.ay)), f.view.z),
+                                            saturate(v.base_color));
         weight = select(multiscatter, weight * c.darkening * c.scale, weight);
     }
     f.mirror.constant = select(m, weight, f.mirror.constant);
@@ -71,13 +85,14 @@ EG_INLINE void add_glossy(Bsdf& f, Mask m, const MaterialValues& v, Int flags) {
 
 // Adds an interface with the roughness `rough` = sqrt(alpha) and tints of reflection and transmission.
 EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float eta, Vec3 f0, Vec3 reflection,
-                             Vec3 transmission, Vec3 weight, Mask multiscatter) {
+                             Vec3 transmission, Vec3 weight, Int flags) {
     Interface& g = f.glass;
+    const Mask multiscatter = has_flag(flags, kMultiscatter);
     if (any(multiscatter)) {
         const Compensation c = compensation(interface_albedo(rough, f.view.z, eta), transmission);
         weight = select(multiscatter, weight * c.darkening * c.scale, weight);
     }
-    g.ggx = select_ggx(m, make_ggx(alpha, alpha, f.view), g.ggx);
+    g.facets = select_facets(m, shaped_facets(m, alpha, alpha, f.view, flags), g.facets);
     g.eta = select(m, eta, g.eta);
     g.f0 = select(m, f0, g.f0);
     g.reflection = select(m, weight * reflection, g.reflection);
@@ -94,14 +109,14 @@ EG_INLINE void add_interface(Bsdf& f, Mask m, Float alpha, Float rough, Float et
 EG_INLINE void add_glass(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
     const Float rough = saturate(v.roughness), ior = max(v.ior, 1e-5f);
     add_interface(f, m, rough * rough, rough, select(from_inside, 1.0f / ior, ior), splat3(f0_of_ior(ior)),
-                  v.base_color, v.base_color, white(), has_flag(flags, kMultiscatter));
+                  v.base_color, v.base_color, white(), flags);
 }
 
-EG_INLINE void add_refraction(Bsdf& f, Mask m, const MaterialValues& v, Mask from_inside) {
+EG_INLINE void add_refraction(Bsdf& f, Mask m, const MaterialValues& v, Int flags, Mask from_inside) {
     const Float rough = saturate(v.roughness), ior = max(v.ior, 1e-5f);
     f.glass.refracts_only |= m;
     add_interface(f, m, rough * rough, rough, select(from_inside, 1.0f / ior, ior), splat3(f0_of_ior(ior)),
-                  zero3(), v.base_color, white(), splat(0));
+                  zero3(), v.base_color, white(), flags & ~kMultiscatter);
 }
 
 EG_INLINE void add_sheen(Bsdf& f, Mask m, const MaterialValues& v) {
@@ -115,11 +130,21 @@ EG_INLINE void add_sheen(Bsdf& f, Mask m, const MaterialValues& v) {
     f.probability[kSheenLobe] = select(m, average(detach(s.weight)), f.probability[kSheenLobe]);
 }
 
+EG_INLINE void add_velvet(Bsdf& f, Mask m, const MaterialValues& v) {
+    if (!f.any_lobe[kSheenLobe]) f.sheen = no_sheen(f.normal);
+    f.sheen.any_velvet = true;
+    f.sheen.velvet = m;
+    f.sheen.sigma = max(saturate(v.roughness), kLeastVelvetSigma);
+    f.sheen.weight = select(m, v.base_color, f.sheen.weight);
+    f.any_lobe[kSheenLobe] = true;
+    f.probability[kSheenLobe] = select(m, average(detach(v.base_color)), f.probability[kSheenLobe]);
+}
+
 // Burley 2012 as in Mitsuba 3's `principled`, with the parameters base_color, roughness and metallic, and
 // with specular_ior_level in place of `specular`. The back is like the front.
 EG_INLINE void add_disney(Bsdf& f, Mask m, const MaterialValues& v) {
     const Float alpha = max(v.roughness * v.roughness, 1e-3f);
-    f.mirror.ggx = select_ggx(m, make_ggx(alpha, alpha, f.view), f.mirror.ggx);
+    f.mirror.facets = select_facets(m, make_facets(alpha, alpha, f.view), f.mirror.facets);
     const Float dielectric_share = 1.0f - v.metallic;
     const Float eta = 2.0f / (1.0f - sqrt(0.08f * max(v.specular_ior_level, 1e-3f))) - 1.0f;
     const Float f0 = f0_of_ior(eta);

@@ -1,11 +1,12 @@
 // A layer of fibres: Zeltner, Burley and Chiang 2022, "Practical Multiple-Scattering Sheen Using Linearly
-// Transformed Cosines".
+// Transformed Cosines". Some lanes may be velvet instead (shading/bsdf/velvet.h).
 #pragma once
 
 #include "sampling/hemisphere.h"
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/tables/albedo_tables.h"
 #include "shading/bsdf/tables/table_lookup.h"
+#include "shading/bsdf/velvet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 
@@ -13,12 +14,26 @@ struct Sheen {
     Vec3 weight;  // albedo included
     Vec3 x, y;    // x: the viewer's direction along the surface
     Float a, b;   // w' = (a x + b z, a y, z) is cosine-distributed
+    bool any_velvet;
+    Mask velvet;
+    Float sigma;  // of velvet
 };
+
+// The lobe of lanes that are no fibres.
+EG_INLINE Sheen no_sheen(Vec3 n) {
+    Sheen s;
+    s.weight = zero3();
+    basis(n, s.x, s.y);
+    s.a = splat(1.0f), s.b = splat(0.0f);
+    s.any_velvet = false, s.velvet = splat(0), s.sigma = splat(1.0f);
+    return s;
+}
 
 EG_INLINE Sheen make_sheen(Vec3 n, Vec3 wo, Float cosine, Float roughness) {
     const TablePlace x = table_place(cosine, kSheenTable),
                      y = table_place(max(roughness, 1e-3f), kSheenTable);
     Sheen s;
+    s.any_velvet = false, s.velvet = splat(0), s.sigma = splat(1.0f);
     s.a = max(table_plane(kSheenA, splat(0), x, y, kSheenTable), 1e-4f);
     s.b = table_plane(kSheenB, splat(0), x, y, kSheenTable);
     const Vec3 along = wo - n * dot(n, wo);

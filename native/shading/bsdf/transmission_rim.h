@@ -11,6 +11,7 @@
 // theorem; derivations, O)
 //   dL = sign(1 - eta) int dphi f |w.z| L(w) dg/eta,
 // where dg is taken along the w of the interior term's parametrisation: fixed direction or material form.
+// Beckmann's distribution is 0 at h.z = 0: f does not jump, and such lobes have no rim.
 #pragma once
 
 #include "shading/bsdf/interface.h"
@@ -19,8 +20,8 @@ namespace edgegrad::EDGEGRAD_ISA {
 
 // Returns whether the lobe has a rim. Seen steeply from the denser medium (v.z > eta) it has none.
 EG_INLINE Mask has_rim(const Interface& g, Vec3 view) {
-    return ~refracts_smoothly(g) & (largest_component(g.transmission) > 0.0f) & (view.z > 0.0f) &
-           (view.z < g.eta);
+    return ~refracts_smoothly(g) & ~g.facets.beckmann & (largest_component(g.transmission) > 0.0f) &
+           (view.z > 0.0f) & (view.z < g.eta);
 }
 
 struct RimSample {
@@ -58,7 +59,7 @@ EG_INLINE RimSample sample_rim(const Interface& g, Vec3 view, Float u) {
 
 // sign(1 - eta) f |w.z| g / eta for a direction on the rim. Only g has a derivative; the value is 0.
 EG_INLINE Vec3 rim_change(const Interface& g, Vec3 view, Vec3 w) {
-    const Vec3 f = detach(evaluate_refraction<true>(g, view, w).value);
+    const Vec3 f = select(g.facets.beckmann, zero3(), detach(evaluate_refraction<true>(g, view, w).value));
     const Float moved = view.z + g.eta * w.z, eta = detach(g.eta);
     return f * ((moved - detach(moved)) * select(eta > 1.0f, -1.0f / eta, 1.0f / eta));
 }

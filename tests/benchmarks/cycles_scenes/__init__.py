@@ -13,6 +13,7 @@ from . import (  # noqa: F401  (importing a family registers its cases)
     dielectric,
     diffuse,
     displacement,
+    distributions,
     emissive_meshes,
     evaluation,
     exterior,

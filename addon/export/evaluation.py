@@ -80,8 +80,8 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
     """
     if camera is None and scene.camera is None:
         raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
-    if bpy.app.is_job_running("RENDER"):
-        raise Problem(f"scene '{scene.name}': can't be read while a render runs; wait for it, or cancel it")
+    if any(bpy.app.is_job_running(job) for job in ("RENDER", "OBJECT_BAKE")):
+        raise Problem(f"scene '{scene.name}': can't be read while Blender renders or bakes; wait for it, or cancel it")
     bpy.ops.ed.flush_edits()
     layer, unread = _rendered_layers(scene)
     settings = _Settings(scene, layer)
@@ -96,15 +96,16 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
         except BaseException as error:
             errors.append(error)
 
+    reason = "Blender gives no reason"
     with _engine(scene, run), _kept_result(), _active_camera(scene, camera), settings.swapped():
         try:
             bpy.ops.render.render(scene=scene.name)
         except RuntimeError as error:
-            raise Problem(f"scene '{scene.name}': can't be evaluated for a render ({str(error).strip()})") from None
+            reason = str(error).strip()
     if errors:
         raise errors[0]
     if not results:
-        raise Problem(f"scene '{scene.name}': Blender did not evaluate it for a render")
+        raise Problem(f"scene '{scene.name}': can't be evaluated for a render ({reason})")
     return results[0]
 
 

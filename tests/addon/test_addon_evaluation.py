@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -265,6 +266,17 @@ def test_exceptions_come_out_as_they_were(error: BaseException) -> None:
     with pytest.raises(type(error)) as caught:
         evaluation.evaluate(scene, fail)
     assert caught.value is error
+    assert settings() == before
+
+
+def test_blenders_reason_is_told(monkeypatch: Any) -> None:
+    """A scene whose camera is gone when the render starts."""
+    scene = unusual_scene()
+    before = settings()
+    monkeypatch.setattr(evaluation, "_active_camera", lambda *_: nullcontext(setattr(scene, "camera", None)))
+    with pytest.raises(Problem, match=r"'Scene'.*no camera"):
+        evaluation.evaluate(scene, lambda _: None)
+    scene.camera = before["camera"]
     assert settings() == before
 
 

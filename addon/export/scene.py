@@ -71,13 +71,13 @@ class Export:
     """
 
     scene: edgegrad.Scene
-    views: list[edgegrad.Camera] = field(default_factory=list)
     settings: RenderSettings = field(default_factory=RenderSettings)
     meshes: dict[str, Source] = field(default_factory=dict)
     materials: dict[str, MaterialReading] = field(default_factory=dict)
     lights: dict[str, Source] = field(default_factory=dict)
     baked: dict[str, MaterialReading] = field(default_factory=dict)
     report: Report = field(default_factory=Report)
+    views: list[edgegrad.Camera] = field(default_factory=list)
 
 
 def export_scene(scene: Any, cameras: Sequence[Any] = (), bake: int = BAKE_RESOLUTION, coded: bool = True) -> Export:
@@ -110,7 +110,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     views = [export_camera(camera.evaluated_get(depsgraph), scene, report)
              for camera in (evaluation.camera, *more_cameras)]  # fmt: skip
     view = views[0]
-    out = Export(edgegrad.Scene(camera=view), views, read_settings(scene, report), report=report)
+    out = Export(edgegrad.Scene(camera=view), read_settings(scene, report), report=report, views=views)
     if evaluation.unread_layers:
         names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)
         report.warn(f"scene '{scene.name}'", f"renders several view layers; only '{depsgraph.view_layer.name}', whose "

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.scene.placement import is_tangent, places, stretches
 
+from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .baking import bake_materials
 from .camera import export_camera
 from .environment import bake_world
-from .evaluation import Evaluation, evaluate
 from .images import Images
 from .lights import export_light
 from .linking import linked, uses_linking

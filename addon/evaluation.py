@@ -15,8 +15,7 @@ from typing import Any, TypeVar
 
 import bpy
 
-from ..problem import Problem
-from .bake import temporary
+from .problem import Problem
 
 T = TypeVar("T")
 
@@ -111,14 +110,16 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
 
 def evaluate_alone(ob: Any, scene: Any, work: Callable[[Evaluation], T]) -> T:
     """Return `work(evaluation)` for one object of the scene; only what it depends on is evaluated with it."""
-    with temporary() as keep:
-        alone = keep(bpy.data.scenes.new("Edgegrad"))
+    lens, alone = bpy.data.cameras.new("Edgegrad"), bpy.data.scenes.new("Edgegrad")
+    camera = bpy.data.objects.new("Edgegrad", lens)
+    try:
         alone.frame_current, alone.frame_subframe = scene.frame_current, scene.frame_subframe
         for name in ("use_simplify", "simplify_subdivision_render"):
             setattr(alone.render, name, getattr(scene.render, name))
-        alone.camera = keep(bpy.data.objects.new("Edgegrad", keep(bpy.data.cameras.new("Edgegrad"))))
         alone.collection.objects.link(ob)
-        return evaluate(alone, work)
+        return evaluate(alone, work, camera)
+    finally:
+        bpy.data.batch_remove([alone, camera, lens])
 
 
 def _rendered_layers(scene: Any) -> tuple[Any, tuple[str, ...]]:
@@ -151,9 +152,12 @@ def _kept_result() -> Iterator[None]:
     """Keep the user's last render: the empty picture goes into a slot of its own, or is removed."""
     image = bpy.data.images.get(RESULT)
     if image is None:
-        with temporary() as keep:
-            keep.later(lambda: bpy.data.images.get(RESULT))
+        try:
             yield
+        finally:
+            made = bpy.data.images.get(RESULT)
+            if made is not None:
+                bpy.data.images.remove(made)
         return
     slots = image.render_slots
     shown = slots.active_index

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .export.evaluation import Evaluation, evaluate_alone
+from .evaluation import Evaluation, evaluate_alone
 from .export.lights import power_factor
 from .export.materials import MaterialReading
 from .export.mesh import corner_vertices, positions

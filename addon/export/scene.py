@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.scene.placement import is_tangent, places, stretches
 
+from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .baking import bake_materials
 from .camera import export_camera
@@ -24,7 +25,6 @@ from .coincident import warn_about_coincident
 from .displacement import displace, read_displacement, warn_about_adaptive
 from .effects import append_effects
 from .environment import bake_world
-from .evaluation import Evaluation, evaluate
 from .images import Images
 from .inventory.naming import name_scene, name_settings
 from .lights import export_light
@@ -82,13 +82,13 @@ class Export:
     """
 
     scene: edgegrad.Scene
-    views: list[edgegrad.Camera] = field(default_factory=list)
     settings: RenderSettings = field(default_factory=RenderSettings)
     meshes: dict[str, Source] = field(default_factory=dict)
     materials: dict[str, MaterialReading] = field(default_factory=dict)
     lights: dict[str, Source] = field(default_factory=dict)
     baked: dict[str, MaterialReading] = field(default_factory=dict)
     report: Report = field(default_factory=Report)
+    views: list[edgegrad.Camera] = field(default_factory=list)
 
 
 def export_scene(scene: Any, cameras: Sequence[Any] = (), bake: int = BAKE_RESOLUTION, coded: bool = True) -> Export:
@@ -121,7 +121,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
     views = [export_camera(camera.evaluated_get(depsgraph), scene, report)
              for camera in (evaluation.camera, *more_cameras)]  # fmt: skip
     view = views[0]
-    out = Export(edgegrad.Scene(camera=view), views, read_settings(scene), report=report)
+    out = Export(edgegrad.Scene(camera=view), read_settings(scene), report=report, views=views)
     if evaluation.unread_layers:
         names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)
         report.warn(f"scene '{scene.name}'", f"renders several view layers; only '{depsgraph.view_layer.name}', whose "

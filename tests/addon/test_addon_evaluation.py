@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,9 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 bmesh = pytest.importorskip("bmesh")
 
 from edgegrad import images
+from edgegrad_addon import evaluation
 from edgegrad_addon.derivative import derivative_picture
-from edgegrad_addon.export import evaluation, export_scene
+from edgegrad_addon.export import export_scene
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.problem import Problem
 from tests.support.scenes import blender_scenes as bs
@@ -265,6 +267,17 @@ def test_exceptions_come_out_as_they_were(error: BaseException) -> None:
     with pytest.raises(type(error)) as caught:
         evaluation.evaluate(scene, fail)
     assert caught.value is error
+    assert settings() == before
+
+
+def test_blenders_reason_is_told(monkeypatch: Any) -> None:
+    """A scene whose camera is gone when the render starts."""
+    scene = unusual_scene()
+    before = settings()
+    monkeypatch.setattr(evaluation, "_active_camera", lambda *_: nullcontext(setattr(scene, "camera", None)))
+    with pytest.raises(Problem, match=r"'Scene'.*no camera"):
+        evaluation.evaluate(scene, lambda _: None)
+    scene.camera = before["camera"]
     assert settings() == before
 
 

@@ -84,6 +84,37 @@ def modifier_switches() -> None:
     mirror.use_axis, mirror.use_bisect_axis, mirror.show_viewport = (False, False, True), (False, False, True), False
 
 
+@case("Helpers of modifiers: hidden cutters, a hidden path and empties; parents that are hidden or excluded", bounces=2)
+def hidden_helpers() -> None:
+    """Objects that are rendered depend on objects that are not."""
+    studio()
+    wall = stage.add("Wall", stage.cube("Wall", clay(), size=1.0), (-1.5, 0, 0.7), (0, 0, 0.3), (1.2, 0.4, 1.4))
+    cutter = stage.add("Cutter", stage.cylinder("Cutter", clay("Inside", (0.2, 0.5, 0.3)), radius=0.35, depth=3.0),
+                       (-1.5, 0, 0.8), (1.57, 0, 0.3))  # fmt: skip
+    cut = wall.modifiers.new("Boolean", "BOOLEAN")
+    cut.object, cut.operation, cut.solver = cutter, "DIFFERENCE", "EXACT"
+    cutter.hide_render, cutter.display_type = True, "WIRE"
+    cutter.hide_set(True)
+    path = bpy.data.curves.new("Path", "CURVE")
+    path.dimensions = "3D"
+    spline = path.splines.new("BEZIER")
+    spline.bezier_points.add(1)
+    for k, point in enumerate(spline.bezier_points):
+        point.co, point.handle_left_type, point.handle_right_type = (2.4 * k, 0.8 * k, 0.0), "AUTO", "AUTO"
+    rail = stage.add("Path", path, (-0.2, -0.4, 0.3))
+    bead = stage.add("Bead", stage.cube("Bead", clay("Bead", (0.3, 0.3, 0.6)), size=0.3), (-0.2, -0.4, 0.3))
+    array = bead.modifiers.new("Array", "ARRAY")
+    array.fit_type, array.curve, array.relative_offset_displace = "FIT_CURVE", rail, (1.3, 0, 0)
+    bend = bead.modifiers.new("Curve", "CURVE")
+    bend.object = rail
+    collection("Helpers", rail)
+    bpy.context.view_layer.layer_collection.children["Helpers"].exclude = True
+    parent = stage.add("Parent", None, (0.6, 1.2, 0.6), (0, 0, 0.6), 0.8)
+    parent.hide_render = parent.hide_viewport = True
+    child = stage.add("Child", stage.monkey("Child", clay()), scale=0.7)
+    child.parent = parent
+
+
 @case("Hidden in the viewport in every way, yet rendered: eye, monitor, collections, lamps", bounces=2)
 def hidden_in_viewport() -> None:
     """Six boxes and a lamp; what a render hides is hidden, too."""

@@ -15,8 +15,7 @@ from typing import Any, TypeVar
 
 import bpy
 
-from ..problem import Problem
-from .bake import temporary
+from .problem import Problem
 
 T = TypeVar("T")
 
@@ -80,8 +79,8 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
     """
     if camera is None and scene.camera is None:
         raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
-    if bpy.app.is_job_running("RENDER"):
-        raise Problem(f"scene '{scene.name}': can't be read while a render runs; wait for it, or cancel it")
+    if any(bpy.app.is_job_running(job) for job in ("RENDER", "OBJECT_BAKE")):
+        raise Problem(f"scene '{scene.name}': can't be read while Blender renders or bakes; wait for it, or cancel it")
     bpy.ops.ed.flush_edits()
     layer, unread = _rendered_layers(scene)
     settings = _Settings(scene, layer)
@@ -96,28 +95,31 @@ def evaluate(scene: Any, work: Callable[[Evaluation], T], camera: Any = None) ->
         except BaseException as error:
             errors.append(error)
 
+    reason = "Blender gives no reason"
     with _engine(scene, run), _kept_result(), _active_camera(scene, camera), settings.swapped():
         try:
             bpy.ops.render.render(scene=scene.name)
         except RuntimeError as error:
-            raise Problem(f"scene '{scene.name}': can't be evaluated for a render ({str(error).strip()})") from None
+            reason = str(error).strip()
     if errors:
         raise errors[0]
     if not results:
-        raise Problem(f"scene '{scene.name}': Blender did not evaluate it for a render")
+        raise Problem(f"scene '{scene.name}': can't be evaluated for a render ({reason})")
     return results[0]
 
 
 def evaluate_alone(ob: Any, scene: Any, work: Callable[[Evaluation], T]) -> T:
     """Return `work(evaluation)` for one object of the scene; only what it depends on is evaluated with it."""
-    with temporary() as keep:
-        alone = keep(bpy.data.scenes.new("Edgegrad"))
+    lens, alone = bpy.data.cameras.new("Edgegrad"), bpy.data.scenes.new("Edgegrad")
+    camera = bpy.data.objects.new("Edgegrad", lens)
+    try:
         alone.frame_current, alone.frame_subframe = scene.frame_current, scene.frame_subframe
         for name in ("use_simplify", "simplify_subdivision_render"):
             setattr(alone.render, name, getattr(scene.render, name))
-        alone.camera = keep(bpy.data.objects.new("Edgegrad", keep(bpy.data.cameras.new("Edgegrad"))))
         alone.collection.objects.link(ob)
-        return evaluate(alone, work)
+        return evaluate(alone, work, camera)
+    finally:
+        bpy.data.batch_remove([alone, camera, lens])
 
 
 def _rendered_layers(scene: Any) -> tuple[Any, tuple[str, ...]]:
@@ -150,9 +152,12 @@ def _kept_result() -> Iterator[None]:
     """Keep the user's last render: the empty picture goes into a slot of its own, or is removed."""
     image = bpy.data.images.get(RESULT)
     if image is None:
-        with temporary() as keep:
-            keep.later(lambda: bpy.data.images.get(RESULT))
+        try:
             yield
+        finally:
+            made = bpy.data.images.get(RESULT)
+            if made is not None:
+                bpy.data.images.remove(made)
         return
     slots = image.render_slots
     shown = slots.active_index

@@ -104,14 +104,14 @@ def _named(found: Triangles, pair: tuple[int, int]) -> Names:
 def _warn_about_pair(out: Export, names: Names, where: str) -> None:
     (mesh, material), (other, below) = names
     if names[0] == names[1]:
-        what = f"faces of material '{material}' lie twice at the same place {where}"
+        what = f"lie twice at the same place {where}"
     elif mesh == other:
-        what = f"faces of material '{material}' lie exactly on faces of material '{below}' {where}"
+        what = f"lie exactly on faces of material '{below}' {where}"
     else:
-        what = (f"faces of material '{material}' lie exactly on faces of object '{out.meshes[other].object}', material "
-                f"'{below}', {where}")  # fmt: skip
-    out.report.warn(f"object '{out.meshes[mesh].object}'", f"{what}; rounding decides which of them is seen and, in "
-                    "Cycles, whether they shadow each other; move or remove one of them")  # fmt: skip
+        what = f"lie exactly on faces of object '{out.meshes[other].object}', material '{below}', {where}"
+    out.report.warn(f"faces of object '{out.meshes[mesh].object}', material '{material}'",
+                    f"{what}; rounding decides which of them is seen and, in Cycles, whether they shadow each other; "
+                    "move or remove one of them")  # fmt: skip
 
 
 def _triangles(scene: edgegrad.Scene, names: list[str]) -> Triangles:

@@ -132,12 +132,3 @@ def test_settings_of_nodes_are_named(scene: Any) -> None:
     tree.links.new(uv.outputs[0], bs.shader(made).inputs["Color"])
     bs.add("Ball", bs.cube("Ball", made))
     assert any("'UV Map'" in line and "instancer" in line for line in bs.export().report.lines)
-
-
-def test_transparent_shadows_matter_to_transparent_materials_alone(scene: Any) -> None:
-    for name, node in (("Opaque", "ShaderNodeBsdfDiffuse"), ("Clear", "ShaderNodeBsdfTransparent")):
-        made = bs.material(name, node=node)
-        made.use_transparent_shadow = False
-        bs.add(name, bs.cube(name, made))
-    (line,) = bs.export().report.lines
-    assert line.startswith("material 'Clear'")

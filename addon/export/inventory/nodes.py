@@ -107,6 +107,10 @@ NODES: dict[str, Table] = {
     "TEX_IMAGE": Table("image texture_mapping projection interpolation projection_blend extension Vector",
                        named={"image_user": _FRAMES}),
     "CAMERA": Table(),
+    "DISPLACEMENT": Table("space Height Midlevel Scale Normal"),
+    "SCRIPT": Table("bytecode bytecode_hash filepath mode script use_auto_update"),
+    "VECTOR_DISPLACEMENT": Table("space Vector Midlevel Scale"),
+    "WIREFRAME": Table("use_pixel_size Size"),
     "HAIR_INFO": Table(),
     "POINT_INFO": Table(),
     "UVMAP": Table("uv_map", named={"from_instancer": _INSTANCER}),
@@ -116,8 +120,8 @@ NODES: dict[str, Table] = {
 FOLLOWED = frozenset(("GROUP", "ADD_SHADER", "MIX_SHADER", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT"))
 
 EVALUATED_BY_CYCLES = frozenset((
-    "AMBIENT_OCCLUSION", "CAMERA", "HAIR_INFO", "PARTICLE_INFO", "POINT_INFO", "SCRIPT", "SHADERTORGB", "SQUEEZE",
-    "TANGENT", "TEX_GABOR", "TEX_IES", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "WIREFRAME", "LIGHT_FALLOFF",
+    "AMBIENT_OCCLUSION", "PARTICLE_INFO", "SHADERTORGB", "SQUEEZE", "TANGENT", "TEX_GABOR", "TEX_IES", "TEX_SKY",
+    "ShaderNodeRadialTiling", "WAVELENGTH", "LIGHT_FALLOFF",
 ))  # fmt: skip
 
 # Reason -> types that change nothing in the picture, or whose effect is read or named where they are linked.
@@ -126,5 +130,4 @@ WITHOUT: dict[str, frozenset[str]] = {
     "only Freestyle uses it": frozenset(("OUTPUT_LINESTYLE", "UVALONGSTROKE")),
     VOLUMES: frozenset(("VOLUME_ABSORPTION", "VOLUME_COEFFICIENTS", "VOLUME_INFO", "VOLUME_SCATTER",
                         "PRINCIPLED_VOLUME")),
-    "displacement is read or named at the material's output": frozenset(("DISPLACEMENT", "VECTOR_DISPLACEMENT")),
 }  # fmt: skip

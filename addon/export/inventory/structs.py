@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ..nodes import by_identifier, reached
 from .integrator import INTEGRATOR
 from .render import RENDER
 from .table import (
@@ -31,16 +30,6 @@ def _limits(struct: object, scene: object) -> bool:
     return bool(struct.max_bounces < getattr(scene.cycles, "max_bounces", 1024))  # type: ignore[attr-defined]
 
 
-def _may_be_transparent(struct: object, scene: object) -> bool:
-    """Whether a material has a node that lets light through."""
-    tree = struct.node_tree  # type: ignore[attr-defined]
-    for node in reached(tree) if tree is not None else ():
-        alpha = by_identifier(node.inputs, "Alpha") if node.type == "BSDF_PRINCIPLED" else None
-        if node.type == "BSDF_TRANSPARENT" or (alpha is not None and (alpha.is_linked or alpha.default_value < 1.0)):
-            return True
-    return False
-
-
 _SHADOW_CAUSTICS = Named("its caustics are rendered by plain path tracing, without 'Shadow Caustics'")
 _LIT_BOUNCES = Named("illuminates paths of any number of bounces; Cycles limits it to {value}", 1024, _limits)
 
@@ -50,18 +39,14 @@ STRUCTS: dict[str, Table] = {
                                "is_editable tag is_library_indirect library library_weak_reference asset_data "
                                "override_library preview"}),
     "Material": Table(
-        read="node_tree use_nodes pass_index diffuse_color",
+        read="node_tree use_nodes pass_index diffuse_color displacement_method use_transparent_shadow",
         nested="cycles",
-        named={
-            "use_transparent_shadow": Named("its transparent parts let light through; 'Transparent Shadows' is off",
-                                           acts=_may_be_transparent),
-        },
         without={
             EEVEE: "surface_render_method blend_method shadow_method alpha_threshold use_transparency_overlap "
                    "show_transparent_back use_backface_culling* use_raytrace_refraction use_screen_refraction "
                    "use_sss_translucency refraction_depth thickness_mode use_thickness_from_shadow "
                    "volume_intersection_method specular_color roughness specular_intensity metallic lightprobe*",
-            DISPLACEMENT: "displacement_method max_vertex_displacement",
+            DISPLACEMENT: "max_vertex_displacement",
             DISPLAY: "preview_render_type use_preview_world",
             OTHER: "line_color line_priority grease_pencil is_grease_pencil lineart",
             DATA: "animation_data texture_paint_* paint_*",

@@ -1,6 +1,10 @@
-"""Distributions of microfacets other than GGX, velvet, and emission that depends on the kind of ray."""
+"""Distributions of microfacets other than GGX, velvet, bent normals, and emission that depends on the kind of ray."""
 
 from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
 
 from . import stage
 from .case import case
@@ -92,6 +96,33 @@ def velvet() -> None:
         return stage.node(tree, "ShaderNodeMixShader", {0: 0.5, 1: base, 2: fibres})
 
     stage.row([stage.material("Cloth", cloth), stage.diffuse("Chalk")], y=0.8, gap=1.6)
+
+
+@case("Strongly tilted normal maps on Principled: plastic, coat, metal, cloth", samples=96)
+def tilted_normals() -> None:
+    """Pyramids on tiles: the terminator of diffuse light is softened, that of gloss is not."""
+    stage.studio()
+    _small()
+    bump = np.zeros((8, 8, 3), np.float32)
+    bump[:4, :4], bump[:4, 4:], bump[4:, :4], bump[4:, 4:] = (
+        (0.9, 0.5, 0.75), (0.5, 0.9, 0.75), (0.15, 0.5, 0.75), (0.5, 0.15, 0.75))  # fmt: skip
+    made = stage.image("Pyramids", bump, "Non-Color")
+
+    def tile(name: str, **inputs: object) -> Any:
+        def shader(tree: object) -> object:
+            texture = stage.node(tree, "ShaderNodeTexImage", image=made, interpolation="Closest")
+            normal = stage.node(tree, "ShaderNodeNormalMap", {"Color": texture.outputs["Color"], "Strength": 1.0})
+            values = {key.replace("_", " "): value for key, value in inputs.items()}
+            return stage.node(tree, "ShaderNodeBsdfPrincipled", {
+                "Base Color": (0.6, 0.3, 0.2), "Normal": normal, **values,
+            })  # fmt: skip
+
+        return stage.material(name, shader)
+
+    tiles = [tile("Plastic", Roughness=0.5), tile("Coat", Roughness=0.7, Coat_Weight=1.0, Coat_Roughness=0.3),
+             tile("Metal", Roughness=0.4, Metallic=1.0), tile("Cloth", Roughness=0.9, Sheen_Weight=1.0)]  # fmt: skip
+    for k, one in enumerate(tiles):
+        stage.add(one.name, stage.plane(one.name, one, size=1.2), (1.4 * k - 2.1, 0.2, 0.7), (0.9, 0, 0.2 * k - 0.3))
 
 
 def _by_ray(name: str, output: str, strength: float, inverse: bool = False) -> object:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,14 +21,17 @@ PLACE = np.array([0.1, 0.2, 0.0])
 COLOR = np.array([0.8, 0.5, 0.2])
 
 
-def radiance(material: Material) -> np.ndarray:
-    """(3,) of the plane z = 0 with the tilted normal, towards the view, in sunlight from SUN of irradiance 1."""
+def sunlit(material: Material) -> edgegrad.Scene:
+    """A point of the plane z = 0 with the tilted normal, towards the view, in sunlight from SUN of irradiance 1."""
     material.textures = {"normal": edgegrad.expression.Combine(*(0.5 + 0.5 * TILTED))}
     plane = rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0), "bent")
     plane.attributes = {"UVMap": (plane.vertices[plane.faces][..., :2] + 1.0) / 2.0}
-    scene = edgegrad.Scene(pixel_at(PLACE + 5.0 * VIEW, PLACE, (0, 0, 1)), {"plane": plane}, {"bent": material},
-                           {"sun": edgegrad.SunLight(-SUN)})  # fmt: skip
-    return edgegrad.Renderer(scene).render(spp=16, max_depth=2, seed=1)[0, 0].astype(float)
+    return edgegrad.Scene(pixel_at(PLACE + 5.0 * VIEW, PLACE, (0, 0, 1)), {"plane": plane}, {"bent": material},
+                          {"sun": edgegrad.SunLight(-SUN)})  # fmt: skip
+
+
+def radiance(material: Material) -> np.ndarray:
+    return edgegrad.Renderer(sunlit(material)).render(spp=16, max_depth=2, seed=1)[0, 0].astype(float)
 
 
 def unsoftened(material: Material) -> np.ndarray:
@@ -55,6 +60,24 @@ def test_the_terminator_of_diffuse_lobes_is_softened(material: Material) -> None
 @pytest.mark.parametrize("material", GLOSSY, ids=lambda m: f"{m.kind} {m.metallic} {m.coat_weight}")
 def test_that_of_glossy_lobes_is_not(material: Material) -> None:
     np.testing.assert_allclose(radiance(material), unsoftened(material), rtol=2e-3)
+
+
+def layers() -> Material:
+    """Most lobes of Principled; the normal's z has a kink at the strength 1."""
+    return Material(COLOR, specular_ior_level=0.5, roughness=0.6, coat_weight=0.5, coat_roughness=0.5, sheen_weight=0.2,
+                    normal_strength=0.8)  # fmt: skip
+
+
+@pytest.mark.parametrize("field", ["normal_strength", "roughness", "coat_weight", "specular_ior_level"])
+def test_derivatives_are_differences(field: str) -> None:
+    material = layers()
+    value, step = getattr(material, field), 0.02
+    pictures = [radiance(replace(material, **{field: value + sign * step})) for sign in (1, -1)]
+    difference = (pictures[0] - pictures[1]) / (2 * step)
+    scene = sunlit(material)
+    found = edgegrad.Renderer(scene).render_forward(
+        {f"materials.bent.{field}": 1.0}, spp=16, max_depth=2, seed=1)[0, 0]  # fmt: skip
+    np.testing.assert_allclose(found, difference, rtol=5e-3, atol=2e-3 * np.abs(difference).max())
 
 
 def test_layers_have_their_own_factors() -> None:

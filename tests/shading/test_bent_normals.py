@@ -23,7 +23,7 @@ COLOR = np.array([0.8, 0.5, 0.2])
 
 def sunlit(material: Material) -> edgegrad.Scene:
     """A point of the plane z = 0 with the tilted normal, towards the view, in sunlight from SUN of irradiance 1."""
-    material.textures = {"normal": edgegrad.expression.Combine(*(0.5 + 0.5 * TILTED))}
+    material = replace(material, textures={"normal": edgegrad.expression.Combine(*(0.5 + 0.5 * TILTED))})
     plane = rectangle((0, 0, 0), (1, 0, 0), (0, 1, 0), "bent")
     plane.attributes = {"UVMap": (plane.vertices[plane.faces][..., :2] + 1.0) / 2.0}
     return edgegrad.Scene(pixel_at(PLACE + 5.0 * VIEW, PLACE, (0, 0, 1)), {"plane": plane}, {"bent": material},

@@ -76,9 +76,11 @@ def _principled(closure: Closure) -> None:
         closure.note("subsurface scattering is approximated by a diffuse surface")
     if _is_set(closure, "Thin Film Thickness"):
         closure.note("its thin film is left out")
-    coat = by_identifier(closure.node.inputs, "Coat Normal")
-    if coat is not None and feed(coat, closure.groups).output is not None and _is_set(closure, "Coat Weight"):
-        closure.note("its coat uses the normal of the base")
+    if _is_set(closure, "Coat Weight"):
+        # Cycles' coat has the smooth normal unless its own input is linked.
+        base, coat = (by_identifier(closure.node.inputs, name) for name in ("Normal", "Coat Normal"))
+        if coat is not None and feed(base, closure.groups).output != feed(coat, closure.groups).output:
+            closure.note("its coat uses the normal of the base, while Cycles' has a normal of its own")
     if _is_set(closure, "Thin Wall"):
         closure.note("its thin wall is left out")
 

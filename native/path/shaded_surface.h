@@ -11,24 +11,39 @@ struct ShadedSurface {
     Bsdf bsdf;
     Mask transmits;
     const Vec3* smooth;  // the smooth normal, if a normal map may have bent it; else null
-    Mask diffuse;        // closures whose terminator is softened for bent normals
+    // The terminator of bent normals is softened for all lobes of `diffuse` closures. In `layered` closures,
+    // which have lobes of both kinds, it is softened for diffuse lobes and sheen alone, as in Cycles.
+    Mask diffuse, layered;
 
     static constexpr bool kSmooth = false;  // mirrors find light that no emitter sample can
 
     EG_INLINE Mask both_sides() const { return transmits; }
     EG_INLINE BsdfValue evaluate(Mask active, Vec3 w) const {
         BsdfValue f = EDGEGRAD_ISA::evaluate(bsdf, active, w);
-        if (smooth) f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
+        if (!smooth) return f;
+        f.value = f.value * bump_shadowing(*smooth, normal, w, diffuse);
+        if (any(active & layered)) {
+            const Vec3 soft = of_wide_lobes(active, w);
+            f.value = select(layered, f.value + soft * softening(w), f.value);
+        }
         return f;
+    }
+    // The diffuse lobes and sheen alone, without the factors of bent normals.
+    EG_INLINE Vec3 of_wide_lobes(Mask active, Vec3 w) const {
+        Bsdf wide = bsdf;
+        wide.any_lobe[kMirrorLobe] = wide.any_lobe[kCoatLobe] = wide.any_lobe[kInterfaceLobe] = false;
+        return EDGEGRAD_ISA::evaluate(wide, active, w).value;
+    }
+    // What softening the terminator changes in the factor of bent normals.
+    EG_INLINE Float softening(Vec3 w) const {
+        return bump_shadowing(*smooth, normal, w, splat(-1)) - bump_shadowing(*smooth, normal, w, splat(0));
     }
     // The same for light that is visible only to rays of some kinds (bits 1 << RayKind): evaluates the lobes
     // that scatter those kinds.
     EG_INLINE BsdfValue evaluate_for(Int kinds, Mask active, Vec3 w) const {
         BsdfValue f = evaluate(active, w);
-        Bsdf wide = bsdf;
-        wide.any_lobe[kMirrorLobe] = wide.any_lobe[kCoatLobe] = wide.any_lobe[kInterfaceLobe] = false;
-        Vec3 soft = EDGEGRAD_ISA::evaluate(wide, active, w).value;
-        if (smooth) soft = soft * bump_shadowing(*smooth, normal, w, diffuse);
+        Vec3 soft = of_wide_lobes(active, w);
+        if (smooth) soft = soft * bump_shadowing(*smooth, normal, w, diffuse | layered);
         const auto seen = [&](RayKind kind) { return (kinds & (1 << kind)) != 0; };
         const Vec3 above =
             select(seen(kDiffuseRay), soft, zero3()) + select(seen(kGlossyRay), f.value - soft, zero3());
@@ -43,7 +58,13 @@ struct ShadedSurface {
     }
     EG_INLINE BsdfSample sample(Mask active, Float choice, Float u, Float v) const {
         BsdfSample s = EDGEGRAD_ISA::sample(bsdf, active, choice, u, v);
-        if (smooth) s.weight = s.weight * bump_shadowing(*smooth, normal, s.wi, diffuse);
+        if (!smooth) return s;
+        s.weight = s.weight * bump_shadowing(*smooth, normal, s.wi, diffuse);
+        const Mask mixed = s.active & layered & ~s.specular;
+        if (any(mixed)) {
+            const Vec3 soft = of_wide_lobes(mixed, s.wi) * (softening(s.wi) / max(s.pdf, 1e-30f));
+            s.weight = select(mixed, s.weight + soft, s.weight);
+        }
         return s;
     }
 };
@@ -58,15 +79,16 @@ EG_INLINE ShadedSurface shaded_surface(const SceneView& scene, Mask active, cons
     const Mask transmits = has(shader, kHasRefraction) | (shader.kind == static_cast<int>(kTranslucent)) |
                            (shader.kind == static_cast<int>(kDisney));
     const bool bent = scene.all_flags & kHasNormalMap;
-    // All lobes of a Principled BSDF share one factor: that of the diffuse lobe, where it is the larger part.
-    const Mask diffuse = (shader.kind == static_cast<int>(kDiffuse)) |
-                         (shader.kind == static_cast<int>(kTranslucent)) |
-                         ((shader.kind == static_cast<int>(kPrincipled)) &
-                          (shader.row[kMetallic] + shader.row[kTransmission] < 0.5f));
+    const Mask diffuse =
+        is_kind(shader.kind, kDiffuse) | is_kind(shader.kind, kTranslucent) | is_kind(shader.kind, kSheen);
+    const Mask layered = is_kind(shader.kind, kPrincipled);
     return {normal,
             make_bsdf(active, shader.kind, shader.flags, material_values(shader.row), normal, x.normal,
                       tangent, x.side < 0.0f, point.view),
-            transmits, bent ? &point.normal : nullptr, diffuse};
+            transmits,
+            bent ? &point.normal : nullptr,
+            diffuse,
+            layered};
 }
 
 // Light that a surface scatters from a sample of the lights. Rays of followed lobes cannot find the edges of

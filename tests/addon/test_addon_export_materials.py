@@ -111,6 +111,17 @@ def test_distributions(shader: str, distribution: str, expected: tuple[str, str,
     assert not tree.made.report.lines
 
 
+@pytest.mark.parametrize(("inputs", "named"), [((), False), (("Normal",), True), (("Coat Normal",), True),
+                                               (("Normal", "Coat Normal"), False)])  # fmt: skip
+def test_coats_with_a_normal_of_their_own_are_named(inputs: tuple[str, ...], named: bool) -> None:
+    tree = Tree(**{"Coat Weight": 1.0})
+    bent = tree.node("NormalMap")
+    for name in inputs:
+        tree.link(bent.outputs[0], tree.shader.inputs[name])
+    tree.export()
+    assert any("coat uses the normal of the base" in line for line in tree.made.report.lines) == named
+
+
 @pytest.mark.parametrize(("output", "named"), [("Is Diffuse Ray", True), ("Is Camera Ray", False)])
 def test_emission_for_kinds_of_rays_that_depends_on_sampling_is_named(output: str, named: bool) -> None:
     tree = Tree("ShaderNodeEmission")

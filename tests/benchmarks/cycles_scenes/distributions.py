@@ -1,6 +1,10 @@
-"""Distributions of microfacets other than GGX, velvet, and emission that depends on the kind of ray."""
+"""Distributions of microfacets other than GGX, velvet, bent normals, and emission that depends on the kind of ray."""
 
 from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
 
 from . import stage
 from .case import case
@@ -92,6 +96,45 @@ def velvet() -> None:
         return stage.node(tree, "ShaderNodeMixShader", {0: 0.5, 1: base, 2: fibres})
 
     stage.row([stage.material("Cloth", cloth), stage.diffuse("Chalk")], y=0.8, gap=1.6)
+
+
+def _tiles(*materials: tuple[str, dict[str, float]]) -> None:
+    """Principled tiles with pyramids by a normal map."""
+    stage.studio()
+    _small()
+    bump = np.zeros((8, 8, 3), np.float32)
+    bump[:4, :4], bump[:4, 4:], bump[4:, :4], bump[4:, 4:] = (
+        (0.9, 0.5, 0.75), (0.5, 0.9, 0.75), (0.15, 0.5, 0.75), (0.5, 0.15, 0.75))  # fmt: skip
+    made = stage.image("Pyramids", bump, "Non-Color")
+
+    def tile(name: str, inputs: dict[str, float]) -> Any:
+        def shader(tree: object) -> object:
+            texture = stage.node(tree, "ShaderNodeTexImage", image=made, interpolation="Closest")
+            normal = stage.node(tree, "ShaderNodeNormalMap", {"Color": texture.outputs["Color"], "Strength": 1.0})
+            return stage.node(tree, "ShaderNodeBsdfPrincipled", {
+                "Base Color": (0.6, 0.3, 0.2), "Normal": normal, **inputs,
+            })  # fmt: skip
+
+        return stage.material(name, shader)
+
+    for k, (name, inputs) in enumerate(materials):
+        made_of = stage.plane(name, tile(name, inputs), size=1.2)
+        stage.add(name, made_of, (1.4 * (k - 0.5 * (len(materials) - 1)), 0.2, 0.7), (0.9, 0, 0.2 * k - 0.3))
+
+
+@case("Strongly tilted normal maps on Principled: plastic, metal, cloth", samples=96)
+def tilted_normals() -> None:
+    """The terminator of diffuse light is softened, that of gloss is not."""
+    _tiles(("Plastic", {"Roughness": 0.5}), ("Sharp", {"Roughness": 0.2, "Specular IOR Level": 1.0}),
+           ("Metal", {"Roughness": 0.4, "Metallic": 1.0}),
+           ("Cloth", {"Roughness": 0.9, "Sheen Weight": 1.0}))  # fmt: skip
+
+
+@case("A coat over a strongly tilted normal map", samples=96, differs=(
+    "without a link to Coat Normal, Cycles' coat has the smooth normal; ours has that of the base",))
+def coat_over_tilted_normals() -> None:
+    """Lacquer over embossed tiles."""
+    _tiles(("Lacquer", {"Roughness": 0.7, "Coat Weight": 1.0}), ("Half", {"Roughness": 0.7, "Coat Weight": 0.4}))
 
 
 def _by_ray(name: str, output: str, strength: float, inverse: bool = False) -> object:

@@ -19,15 +19,15 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 from ..problem import Problem, Report
 from .baking import bake_materials
 from .camera import export_camera
-from .coincident import warn_about_coincident
-from .displacement import displace, read_displacement, warn_about_adaptive
 from .environment import bake_world
+from .geometry.coincident import warn_about_coincident
+from .geometry.displacement import displace, read_displacement, warn_about_adaptive
+from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
 from .images import Images
 from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
-from .object_types import RENDERED, OtherGeometry, warn_about_type
 from .settings import RenderSettings, read_settings
 from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers, warn_about_visibility
 from .world import read_world

@@ -214,7 +214,7 @@ class _Walk:
             if ob.type == "MESH" and _shows_itself(instance):
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
             if ob.type != "MESH" or instance.show_particles:
-                self.others.add(placed, needed)
+                self.others.add(placed, needed, out.materials)
         out.scene.lights = lights
         return self.meshes
 

@@ -167,6 +167,28 @@ def test_values_along_strands() -> None:
     assert np.allclose(mesh.attributes["(strand intercept)"][..., 0], height / height.max(), atol=0.05)
 
 
+def test_strands_that_let_light_through_are_ribbons() -> None:
+    ob = hairy(count=20, use_close_tip=False, tip_radius=1.0)
+    assert len(bs.export().scene.meshes["Head (hair Hair)"].faces) == 20 * 6
+    ob.data.materials[0] = bs.material("Clear", node="ShaderNodeBsdfTransparent")
+    assert len(bs.export().scene.meshes["Head (hair Hair)"].faces) == 20 * 2
+
+
+def test_ribbons_have_half_the_area_of_tubes() -> None:
+    tube = Strands(np.array([[0, 0, 0], [0, 0, 2.0]]), np.array([0.1, 0.1]), np.array([0, 2]))
+    assert area(prisms(tube, 2, smooth=False)[0]) == pytest.approx(np.pi * 0.1 * 2.0, rel=1e-6)
+
+
+def test_neighbouring_strands_are_turned_differently() -> None:
+    line = np.array([[0, 0, 0], [0, 0, 1.0]])
+    many = Strands(np.tile(line, (20, 1)), np.full(40, 0.1), 2 * np.arange(21))
+    arrays, _ = prisms(many, 2, smooth=False)
+    p = arrays.positions[arrays.faces[::2]]
+    normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
+    angle = np.sort(np.arctan2(normal[:, 1], normal[:, 0]) % np.pi)
+    assert np.diff(angle).max() < 0.4
+
+
 def test_too_many_strands_are_thinned_out_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hair, "MOST_TRIANGLES", 200)
     hairy(count=100)

@@ -29,12 +29,14 @@ from ..attributes import (
     is_of_object,
 )
 from ..mesh import MeshArrays
-from .strands import FEWEST_SIDES, Strands, lengths, prisms, resampled, sides_for, straight, usable
+from .strands import FEWEST_SIDES, RIBBON, Strands, lengths, prisms, resampled, sides_for, straight, triangles, usable
 
 F64 = NDArray[np.float64]
+Built = tuple[MeshArrays, dict[str, NDArray[np.float32]]]  # a mesh and its attributes
 
 # Triangles of all hair of a scene; more strands than they suffice for are thinned out.
-MOST_TRIANGLES = 4_000_000
+MOST_TRIANGLES = 6_000_000
+COARSE = 0.5  # pixels by which strands may be displaced before they are thinned out
 CURVES_RADIUS = 0.005  # of curves without radii in Cycles
 # Values of the Hair Info node that a strand itself has.
 OWN = (IS_STRAND, INTERCEPT, LENGTH, THICKNESS, RANDOM_STRAND)
@@ -127,9 +129,14 @@ class HairMeshes:
     report: Report
     strands: int
 
-    def build(self, hair: Hair, values: ObjectValues,
-              names: set[str]) -> tuple[MeshArrays, dict[str, NDArray[np.float32]]] | None:  # fmt: skip
-        """Return the mesh of some hair, and its attributes of these names; None: no strand can be seen."""
+    def build(self, hair: Hair, values: ObjectValues, names: set[str], translucent: bool) -> Built | None:
+        """Return the mesh of some hair, and its attributes of these names; None: no strand can be seen.
+
+        Parameters
+        ----------
+        translucent
+            Whether its material lets light through.
+        """
         strands = self._read(hair, names)
         strands = usable(strands)
         if not len(strands.points):
@@ -147,24 +154,29 @@ class HairMeshes:
         thickness = 2.0 * strands.radius * (1.0 if stretches(linear) else scale)
         strands.along |= {INTERCEPT: share[:, None], THICKNESS: thickness[:, None]}
         strands.each[LENGTH] = total[:, None]
-        sides, smooth = sides_for(2.0 * scale * float(np.quantile(strands.radius, 0.9)) / pixel)
+        sides, smooth = sides_for(2.0 * scale * float(np.quantile(strands.radius, 0.9)) / pixel, translucent)
+        if translucent and sides != RIBBON:
+            self.report.warn(hair.label, "light that passes through its wide strands meets their surface twice, not "
+                             "once as in Cycles")  # fmt: skip
         if self.linear:
             strands.smooth = False
         if smooth and not strands.smooth:
             strands = straight(strands)
-        strands = resampled(strands, pixel / scale)
-        strands, sides, smooth = self._limited(hair, strands, sides, smooth)
+        strands, sides, smooth = self._limited(hair, strands, sides, smooth, pixel / scale)
         arrays, point = prisms(strands, sides, smooth)
         return arrays, _attributes(strands, arrays, point, names, values)
 
-    def _limited(self, hair: Hair, strands: Strands, sides: int, smooth: bool) -> tuple[Strands, int, bool]:
-        """Reduce sides, and then strands, to the triangles that this hair may have."""
+    def _limited(self, hair: Hair, strands: Strands, sides: int, smooth: bool,
+                 pixel: float) -> tuple[Strands, int, bool]:  # fmt: skip
+        """Tessellate strands; reduce sides, sections, and then strands to the triangles that this hair may have."""
         allowed = MOST_TRIANGLES * hair.number / self.strands
-        sections = len(strands.points) - len(strands.counts)
-        if 2 * sides * sections <= allowed:
-            return strands, sides, smooth
-        sides, smooth = FEWEST_SIDES, False
-        share = allowed / (2 * sides * sections)
+        fine = resampled(strands, pixel)
+        if triangles(fine, sides) <= allowed:
+            return fine, sides, smooth
+        sides, smooth = min(sides, FEWEST_SIDES), False
+        if triangles(fine, sides) > allowed:
+            fine = resampled(strands, pixel, COARSE)
+        strands, share = fine, allowed / triangles(fine, sides)
         if share >= 1.0:
             return strands, sides, smooth
         order = np.arange(len(strands.counts))

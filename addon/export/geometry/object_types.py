@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -11,6 +11,7 @@ from edgegrad import Camera
 
 from ...problem import Report
 from ..attributes import ObjectValues
+from ..materials import MaterialReading
 from ..meshes import Placed, PlacedMeshes
 from .hair import Hair, HairMeshes, hair_of
 from .points import build_points
@@ -19,9 +20,17 @@ from .points import build_points
 RENDERED = ("MESH", "LIGHT", "CURVES", "POINTCLOUD")
 # Types that Cycles does not render either.
 INVISIBLE = ("CURVE", "SURFACE", "FONT", "META", "ARMATURE", "LATTICE", "EMPTY", "LIGHT_PROBE", "CAMERA", "SPEAKER")
+THROUGH = ("GLASS", "REFRACTION", "TRANSPARENT", "TRANSLUCENT")  # kinds of materials
 LEFT_OUT = {"VOLUME": "is a volume, which can't be rendered; it is left out",
             "GREASEPENCIL": "is a grease pencil drawing, which can't be rendered; it is left out",
             "GPENCIL": "is a grease pencil drawing, which can't be rendered; it is left out"}  # fmt: skip
+
+
+def _lets_light_through(reading: MaterialReading) -> bool:
+    """Whether light passes through surfaces of a material."""
+    return any(one.kind in THROUGH or one.alpha < 1.0 or one.transmission > 0.0
+               or not one.textures.keys().isdisjoint(("alpha", "transmission"))
+               for one in reading.shaders())  # fmt: skip
 
 
 def warn_about_type(ob: Any, report: Report) -> None:
@@ -59,17 +68,19 @@ class OtherGeometry:
         """Count strands; `add` needs the number of all strands of the scene."""
         self._strands += sum(one.number for one in hair)
 
-    def add(self, placed: Placed, needed: dict[str, set[str]]) -> None:
+    def add(self, placed: Placed, needed: dict[str, set[str]], materials: Mapping[str, MaterialReading]) -> None:
         """Add the hair or the points of an evaluated object; `needed` has the attributes that each material reads."""
+        through = {name for name in placed.slots if _lets_light_through(materials[name])}
         ob, slots = placed.object, placed.slots
         if ob.type == "POINTCLOUD":
             self._place(placed, "", slots[0], needed[slots[0]],
-                        partial(build_points, ob, self._camera, report=self._report))  # fmt: skip
+                        partial(build_points, ob, self._camera, report=self._report,
+                                translucent=slots[0] in through))  # fmt: skip
             return
         make = HairMeshes(self._camera, self._render, self._linear, self._report, self._strands)
         for hair in self.hair(ob):
             slot = slots[hair.slot(len(slots))]
-            self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair))
+            self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair, translucent=slot in through))
 
     def _place(self, placed: Placed, part: str, slot: str, names: set[str], build: Callable[..., Any]) -> None:
         values = ObjectValues(placed.object, placed.source.matrix, placed.random_id)

@@ -79,6 +79,21 @@ def grass() -> None:
     made.rendered_child_count = made.child_percent = 3
 
 
+@case("Hair that fades out: a Transparent shader mixed in by Hair Info's Intercept", bounces=2)
+def fading_hair() -> None:
+    """Rays pass a strand once."""
+    _set()
+
+    def fade(tree: Any) -> Any:
+        info = stage.node(tree, "ShaderNodeHairInfo")
+        body = stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": (0.4, 0.2, 0.1)})
+        return stage.node(tree, "ShaderNodeMixShader", {0: info.outputs["Intercept"], 1: body,
+                                                        2: stage.node(tree, "ShaderNodeBsdfTransparent")})  # fmt: skip
+
+    ob = stage.add("Head", stage.sphere("Head", stage.material("Fade", fade), radius=0.6, segments=32), (0, 0, 0.7))
+    _grow(ob, 400, 0.5, radius_scale=0.006, child_type="SIMPLE", rendered_child_count=12, tip_radius=0.3)
+
+
 def _curves(kind: str, radius: float, numbers: int, place: float, paint: Any) -> None:
     """A CURVES object whose curves have five points and a hidden root."""
     data = bpy.data.hair_curves.new(kind)

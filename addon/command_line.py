@@ -201,7 +201,8 @@ def _fit(arguments: argparse.Namespace) -> list[str]:
 def _render(arguments: argparse.Namespace) -> list[str]:
     check_outputs([arguments.out], images.WRITABLE)
     _open(arguments)
-    export = export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get(), _camera(arguments.camera))
+    camera = _camera(arguments.camera)
+    export = export_scene(bpy.context.scene, () if camera is None else (camera,))
     _print_warnings(export.report.lines)
     with ProgressBar("render") as bar:
         picture = render_export(export.scene, export.settings, arguments.samples, arguments.seed, _shown(bar))

@@ -36,8 +36,8 @@ def derivative_picture(context: Any, names: Names, direction: str, samples: int,
     The derivative (H, W, 3) float32, the export, and sentences that name terms of the derivative which were not
     computed although they may be non-zero.
     """
-    names.check_objects(context.evaluated_depsgraph_get(), in_place=True)
-    export = export_differentiable(context, camera)
+    names.check_objects(context.scene, in_place=True)
+    export = export_differentiable(context.scene, () if camera is None else (camera,))
     paths = names.paths(export)
     scene = export.scene
     tangent = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,23 +11,23 @@ from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.one_shot import CAUSTIC_SAMPLES
 from edgegrad.rendering.renderer import MAX_DERIVATIVE_DEPTH
 
-from .export import Export, export_camera, export_scene
+from .export import Export, export_scene
 
 # Resolution of baked images for the reference engine, which uses only the mean colours of textures.
 MEAN_RESOLUTION = 64
 
 
-def export_differentiable(context: Any, camera: Any = None) -> Export:
-    """Export the scene for derivatives, seen by `camera` (None: the active camera).
+def export_differentiable(scene: Any, cameras: Sequence[Any] = ()) -> Export:
+    """Export Blender's scene for derivatives, seen by each of the cameras (none: the active camera).
 
     If only the reference engine can be loaded, the scene is simplified to a flat-shaded, diffuse one, and the report
     names each simplification.
     """
-    scene, depsgraph = context.scene, context.evaluated_depsgraph_get()
-    if not _narrow():
-        return export_scene(scene, depsgraph, camera)
-    export = export_scene(scene, depsgraph, camera, bake=MEAN_RESOLUTION, coded=False)
+    if not engine_class("auto").narrow:
+        return export_scene(scene, cameras)
+    export = export_scene(scene, cameras, bake=MEAN_RESOLUTION, coded=False)
     export.scene, notes = edgegrad.differentiable(export.scene)
+    export.views = [edgegrad.differentiable(edgegrad.Scene(view))[0].camera for view in export.views]
     export.settings = replace(export.settings, max_depth=min(export.settings.max_depth, MAX_DERIVATIVE_DEPTH))
     for note in notes:
         where, _, what = note.partition(": ")
@@ -34,17 +35,7 @@ def export_differentiable(context: Any, camera: Any = None) -> Export:
     return export
 
 
-def export_view(camera: Any, context: Any, export: Export) -> edgegrad.Camera:
-    """Export another camera for an export of `export_differentiable`."""
-    view = export_camera(camera.evaluated_get(context.evaluated_depsgraph_get()), context.scene, export.report)
-    return edgegrad.differentiable(edgegrad.Scene(view))[0].camera if _narrow() else view
-
-
 def not_computed(export: Export, paths: list[str]) -> list[str]:
     """Sentences that name terms of the derivative which are not computed although they may be non-zero."""
     missing = edgegrad.plan(export.scene, paths, max_depth=export.settings.max_depth, measure=CAUSTIC_SAMPLES).missing
     return [f"not computed: {sentence}" for sentence in missing]
-
-
-def _narrow() -> bool:
-    return engine_class("auto").narrow

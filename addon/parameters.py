@@ -35,13 +35,13 @@ class Names:
     emission: tuple[str, ...] = ()
     power: tuple[str, ...] = ()
 
-    def check_objects(self, depsgraph: Any, in_place: bool) -> None:
-        """Raise `Problem` for objects whose vertices cannot be fitted. Call this before the export: it evaluates."""
+    def check_objects(self, scene: Any, in_place: bool) -> None:
+        """Raise `Problem` for objects whose vertices, in renders of the scene, cannot be fitted."""
         for name in dict.fromkeys(self.vertices):
             ob = bpy.data.objects.get(name)
             if ob is None:
                 raise Problem(f"object '{name}': there is no such object")
-            write_back.check_vertices(ob, depsgraph, in_place)
+            write_back.check_vertices(ob, scene, in_place)
 
     def paths(self, export: Export) -> list[str]:
         """Return the parameter paths in the exported scene.

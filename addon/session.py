@@ -16,7 +16,7 @@ from edgegrad import images
 from edgegrad.scene import parameters as values
 
 from . import parameters
-from .differentiable import export_differentiable, export_view, not_computed
+from .differentiable import export_differentiable, not_computed
 from .export import Export
 from .problem import Problem
 
@@ -95,13 +95,11 @@ class Session:
         if not request.pictures:
             raise Problem("there is no target; add a camera and its target picture")
         cameras = [find_camera(scene, picture.camera) for picture in request.pictures]
-        depsgraph = context.evaluated_depsgraph_get()
-        request.names.check_objects(depsgraph, request.in_place)
-        export = export_differentiable(context, cameras[0])
+        request.names.check_objects(scene, request.in_place)
+        export = export_differentiable(scene, cameras)
         wrt = request.names.paths(export)
         targets = []
-        for picture, camera in zip(request.pictures, cameras, strict=True):
-            view = export_view(camera, context, export)
+        for picture, camera, view in zip(request.pictures, cameras, export.views, strict=True):
             image = images.read_image(absolute(picture.image))
             _check_size(picture.image, image, view, camera.name)
             mask = None

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from .export.evaluation import Evaluation, evaluate_alone
 from .export.lights import power_factor
 from .export.materials import MaterialReading
 from .export.mesh import corner_vertices, positions
@@ -17,8 +18,8 @@ KEY_NAME = "Edgegrad"
 F64 = NDArray[np.float64]
 
 
-def check_vertices(ob: Any, depsgraph: Any, in_place: bool) -> None:
-    """Raise `Problem` unless the evaluated vertices of the object are those of its own mesh.
+def check_vertices(ob: Any, scene: Any, in_place: bool) -> None:
+    """Raise `Problem` unless the vertices of the object, in renders of the scene, are those of its own mesh.
 
     A fit moves the rendered vertices, and writes them into the mesh. Therefore a modifier that moves vertices or
     changes the topology is refused by name. Other modifiers are allowed.
@@ -44,35 +45,33 @@ def check_vertices(ob: Any, depsgraph: Any, in_place: bool) -> None:
         raise Problem(f"{where}: its shape keys are absolute, so no shape key can be added; write in place instead")
     if abs(np.linalg.det(np.array(ob.matrix_world, np.float64)[:3, :3])) < 1e-30:
         raise Problem(f"{where}: is scaled to zero, so its vertices can't be written back; apply or change its scale")
-    _check_modifiers(ob, depsgraph)
+    _check_modifiers(ob, scene)
 
 
-def _check_modifiers(ob: Any, depsgraph: Any) -> None:
+def _check_modifiers(ob: Any, scene: Any) -> None:
     """Refuse, by name, the first modifier that moves vertices or changes the topology."""
     where = f"object '{ob.name}'"
-    active = [modifier for modifier in ob.modifiers if modifier.show_viewport]
-    full = _evaluated(ob, depsgraph)
+    active = [modifier for modifier in ob.modifiers if modifier.show_render]
+    full = _rendered(ob, scene)
     if active:
-        switched = [(modifier, modifier.show_viewport) for modifier in active]
         try:
             for modifier in active:
-                modifier.show_viewport = False
-            before = plain = _evaluated(ob, depsgraph)
+                modifier.show_render = False
+            before = plain = _rendered(ob, scene)
             if not _same(plain, full):
                 for modifier in active:
-                    modifier.show_viewport = True
-                    after = _evaluated(ob, depsgraph)
+                    modifier.show_render = True
+                    after = _rendered(ob, scene)
                     if not np.array_equal(before[1], after[1]) or len(before[0]) != len(after[0]):
                         raise Problem(f"{where}: its modifier '{modifier.name}' changes the topology, so its vertices "
-                                      "can't be fitted; apply it, or switch it off in the viewport")  # fmt: skip
+                                      "can't be fitted; apply it, or switch it off in renders")  # fmt: skip
                     if not _same(before, after):
                         raise Problem(f"{where}: its modifier '{modifier.name}' moves vertices, so they can't be "
-                                      "fitted; apply it, or switch it off in the viewport")  # fmt: skip
+                                      "fitted; apply it, or switch it off in renders")  # fmt: skip
                     before = after
         finally:
-            for modifier, state in switched:
-                modifier.show_viewport = state
-            depsgraph.update()
+            for modifier in active:
+                modifier.show_render = True
     base = positions(ob.data), corner_vertices(ob.data)
     if len(full[0]) != len(base[0]) or not np.array_equal(full[1], base[1]):
         raise Problem(f"{where}: its evaluated mesh has another topology than the mesh '{ob.data.name}'")
@@ -81,10 +80,14 @@ def _check_modifiers(ob: Any, depsgraph: Any) -> None:
                       "so they can't be fitted")  # fmt: skip
 
 
-def _evaluated(ob: Any, depsgraph: Any) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    depsgraph.update()
-    mesh = ob.evaluated_get(depsgraph).data
-    return positions(mesh), corner_vertices(mesh)
+def _rendered(ob: Any, scene: Any) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Positions of the vertices in renders, and the vertex of each face corner."""
+
+    def read(evaluation: Evaluation) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        mesh = ob.evaluated_get(evaluation.depsgraph).data
+        return positions(mesh), corner_vertices(mesh)
+
+    return evaluate_alone(ob, scene, read)
 
 
 def _same(a: tuple[Any, Any], b: tuple[Any, Any]) -> bool:

@@ -11,7 +11,7 @@ from build_sculpt import SCULPT  # type: ignore[import-not-found]
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad_addon.export import export_camera, export_scene
+from edgegrad_addon.export import export_scene
 
 
 @dataclass
@@ -45,9 +45,8 @@ def _read(path: Path) -> tuple[edgegrad.Mesh, list[edgegrad.Camera]]:
     """The sculpt in world space, as it is evaluated, and all cameras."""
     bpy.ops.wm.open_mainfile(filepath=str(path))
     scene = bpy.context.scene
-    export = export_scene(scene, bpy.context.evaluated_depsgraph_get())
-    cameras = [export_camera(ob, scene, export.report) for ob in scene.objects if ob.type == "CAMERA"]
-    return export.scene.meshes[SCULPT], cameras
+    export = export_scene(scene, [ob for ob in scene.objects if ob.type == "CAMERA"])
+    return export.scene.meshes[SCULPT], export.views
 
 
 def _silhouette(mesh: edgegrad.Mesh, camera: edgegrad.Camera) -> NDArray[np.bool_]:

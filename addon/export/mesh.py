@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,6 +45,22 @@ class MeshArrays:
     smoothing: NDArray[np.int32] | None = None
     normals: NDArray[np.float32] | None = None
     exact: bool = True
+
+
+@contextmanager
+def evaluated_mesh(ob: Any) -> Iterator[Any]:
+    """Provide the mesh of an evaluated object.
+
+    In edit mode, Blender's evaluated mesh has no arrays, so they are made in a temporary copy, as Cycles does. (With
+    `preserve_all_data_layers`, Blender would also evaluate modifiers that are off in edit mode.)
+    """
+    if not ob.data.is_editmode:
+        yield ob.data
+        return
+    try:
+        yield ob.to_mesh()
+    finally:
+        ob.to_mesh_clear()
 
 
 def positions(mesh: Any) -> NDArray[np.float32]:

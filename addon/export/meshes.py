@@ -17,7 +17,7 @@ from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 
 from ..problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
-from .mesh import MeshArrays, read_mesh
+from .mesh import MeshArrays, evaluated_mesh, read_mesh
 from .normals import given_normals
 
 if TYPE_CHECKING:
@@ -83,8 +83,10 @@ class PlacedMeshes:
 
     def add(self, placed: Placed, names: set[str]) -> None:
         """Read the mesh of an object, with the attributes of these names."""
-        data = placed.object.data
-        pointer = data.as_pointer()
+        with evaluated_mesh(placed.object) as data:
+            self._add(placed, data, placed.object.data.as_pointer(), names)
+
+    def _add(self, placed: Placed, data: Any, pointer: int, names: set[str]) -> None:
         if pointer not in self._arrays:
             self._arrays[pointer] = read_mesh(data)
         arrays = self._arrays[pointer]

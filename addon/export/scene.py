@@ -6,6 +6,7 @@ meshes need. The second pass reads meshes and lights. Then materials and the wor
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,10 +17,11 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.scene.placement import is_tangent, places, stretches
 
-from ..problem import Problem, Report
+from ..problem import Report
 from .baking import bake_materials
 from .camera import export_camera
 from .environment import bake_world
+from .evaluation import Evaluation, evaluate
 from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
@@ -29,7 +31,7 @@ from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
 from .settings import RenderSettings, read_settings
-from .visibility import not_evaluated, rendered_objects, visible_to, warn_about_modifiers, warn_about_visibility
+from .visibility import visible_to, warn_about_layer, warn_about_visibility
 from .world import read_world
 
 NO_MATERIAL = "(no material)"
@@ -70,7 +72,10 @@ class Source:
 
 @dataclass
 class Export:
-    """An exported scene and the origin of its parts, by their names in the scene."""
+    """An exported scene and the origin of its parts, by their names in the scene.
+
+    `views` are all exported cameras; the scene is seen by the first of them.
+    """
 
     scene: edgegrad.Scene
     settings: RenderSettings = field(default_factory=RenderSettings)
@@ -79,20 +84,18 @@ class Export:
     lights: dict[str, Source] = field(default_factory=dict)
     baked: dict[str, MaterialReading] = field(default_factory=dict)
     report: Report = field(default_factory=Report)
+    views: list[edgegrad.Camera] = field(default_factory=list)
 
 
-def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAKE_RESOLUTION,
-                 coded: bool = True) -> Export:  # fmt: skip
-    """Export all objects that are rendered.
+def export_scene(scene: Any, cameras: Sequence[Any] = (), bake: int = BAKE_RESOLUTION, coded: bool = True) -> Export:
+    """Export all objects that a render of the current frame shows, with their settings for renders.
 
     Parameters
     ----------
     scene
         Blender's scene.
-    depsgraph
-        Evaluated dependency graph (``context.evaluated_depsgraph_get()``), with the viewport settings of modifiers.
-    camera
-        Camera object; None: the active camera of the scene.
+    cameras
+        Camera objects whose views are exported; empty: the active camera of the scene.
     bake
         Width and height, in pixels, of baked images (the image of an environment has half the height); 0: nothing is
         baked.
@@ -104,15 +107,23 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     Problem
         If there is no camera, or a camera of an unsupported type.
     """
-    camera = camera or scene.camera
-    if camera is None:
-        raise Problem(f"scene '{scene.name}': has no camera; add one and make it active")
+    camera = cameras[0] if cameras else None
+    return evaluate(scene, lambda evaluation: _export(evaluation, cameras[1:], bake, coded), camera)
+
+
+def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, coded: bool) -> Export:
+    scene, depsgraph = evaluation.scene, evaluation.depsgraph
     report = Report()
-    view = export_camera(camera.evaluated_get(depsgraph), scene, report)
-    out = Export(edgegrad.Scene(camera=view), read_settings(scene, report), report=report)
+    views = [export_camera(camera.evaluated_get(depsgraph), scene, report)
+             for camera in (evaluation.camera, *more_cameras)]  # fmt: skip
+    view = views[0]
+    out = Export(edgegrad.Scene(camera=view), read_settings(scene, report), report=report, views=views)
+    if evaluation.unread_layers:
+        names = ", ".join(f"'{name}'" for name in evaluation.unread_layers)
+        report.warn(f"scene '{scene.name}'", f"renders several view layers; only '{depsgraph.view_layer.name}', whose "
+                    f"picture Blender shows, is rendered, and not {names}")  # fmt: skip
     images = Images(coded=coded)
-    shown = rendered_objects(depsgraph.view_layer)
-    walk = _Walk(depsgraph, shown, out)
+    walk = _Walk(depsgraph, out)
     # Materials are read before meshes, which need the names of the attributes. They are read outside Blender's
     # iterator, since reading may create data and thus invalidate the iterator.
     materials = walk.materials()
@@ -128,8 +139,6 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     meshes = walk.meshes_and_lights({name: names | displacements[name].attributes() if name in displacements else names
                                      for name, names in needed.items()})  # fmt: skip
     displace(meshes.groups(), displacements, needed, report)
-    for name in not_evaluated(depsgraph, shown):
-        report.warn(f"object '{name}'", "is hidden in the viewport, so Blender does not evaluate it; it is left out")
     bake_materials(out, meshes, images, depsgraph, bake)
     if world.baked:
         bake_world(world, scene, images, bake, report)
@@ -160,9 +169,8 @@ def _key(material: Any) -> str:
 class _Walk:
     """The two passes over the evaluated instances: one for materials, one for meshes and lights."""
 
-    def __init__(self, depsgraph: Any, shown: set[str], out: Export) -> None:
+    def __init__(self, depsgraph: Any, out: Export) -> None:
         self.depsgraph = depsgraph
-        self.shown = shown
         self.out = out
         self.linking = uses_linking(depsgraph.view_layer)
         self.meshes = PlacedMeshes(out.report)
@@ -172,19 +180,14 @@ class _Walk:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
         for instance in self.depsgraph.object_instances:
             ob = instance.object
-            holder = instance.parent if instance.is_instance else ob
-            if holder.original.name_full not in self.shown or ob.hide_render:
-                continue
-            yield instance, ob, holder
+            yield instance, ob, instance.parent if instance.is_instance else ob
 
     def materials(self) -> list[Any]:
         """List all used original materials; None stands for faces without a material."""
         found: dict[str, Any] = {}
         for instance, ob, _ in self._instances():
             warn_about_type(ob, self.out.report)
-            hair = self.others.hair(ob)
-            self.others.count(hair)
-            if hair or (ob.type in ("MESH", "POINTCLOUD") and _shows_itself(instance)):
+            if self.others.shows(instance) or (ob.type == "MESH" and instance.show_self):
                 for material in _slots(ob):
                     found[_key(material)] = material
         return list(found.values())
@@ -194,36 +197,28 @@ class _Walk:
         out = self.out
         lights: dict[str, Any] = {}
         for instance, ob, holder in self._instances():
-            if ob.type not in RENDERED:
+            if ob.type not in RENDERED or not (instance.show_self or instance.show_particles):
                 continue
             matrix = np.array(instance.matrix_world, np.float64)
             source = Source(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
                             instance.is_instance, (ob.original.name,), holder.original.name_full)  # fmt: skip
-            visible = visible_to(ob, holder if instance.is_instance else None)
+            visible = visible_to(ob, holder, self.depsgraph.view_layer)
             if ob.type == "LIGHT":
-                light = export_light(ob, matrix, visible, out.report) if _shows_itself(instance) else None
+                light = export_light(ob, matrix, visible, out.report) if instance.show_self else None
                 if light is not None:
                     name = unused_name(source, holder.original.name, lights)
                     lights[name], out.lights[name] = light, source
                 continue
-            warn_about_modifiers(ob.original, out.report)
             warn_about_visibility(ob.original, out.report)
             warn_about_adaptive(ob.original, self.depsgraph.scene, out.report)
+            warn_about_layer(holder.original, self.depsgraph.view_layer, out.report)
             slots = tuple(_key(material) for material in _slots(ob))
             placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
-            if ob.type == "MESH" and _shows_itself(instance):
+            if ob.type == "MESH" and instance.show_self:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
-            if ob.type != "MESH" or instance.show_particles:
-                self.others.add(placed, needed, out.materials)
+            self.others.add(instance, placed, needed, out.materials)
         out.scene.lights = lights
         return self.meshes
-
-
-def _shows_itself(instance: Any) -> bool:
-    """Whether an instance's own object is rendered; instancers and emitters may show only instances and hair."""
-    ob = instance.object
-    shows_others = ob.is_instancer or len(ob.particle_systems) > 0
-    return bool(instance.is_instance or not shows_others or ob.show_instancer_for_render)
 
 
 def _slots(ob: Any) -> list[Any]:
@@ -251,9 +246,8 @@ def _warn_of_frames(out: Export) -> None:
     express such a scale exactly.
     """
     for name, mesh in out.scene.meshes.items():
-        uneven = any(stretches(place[:, :3]) for place in places(mesh))
         framed = any(is_tangent(key, values) for key, values in mesh.attributes.items())
-        if uneven and framed and out.scene.emits(name):
+        if framed and out.scene.emits(name) and any(stretches(place[:, :3]) for place in places(mesh)):
             out.report.warn(f"object '{out.meshes[name].object}'", "emits light and has a non-uniform scale, so its "
                             "normal maps and anisotropy are approximate; apply its scale")  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""Visibility of objects in renders and to kinds of rays, and differences between viewport and render."""
+"""Visibility of objects to kinds of rays, and settings of visibility that Edgegrad does not support."""
 
 from __future__ import annotations
 
@@ -9,10 +9,23 @@ from ..problem import Report
 RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 
 
-def visible_to(ob: Any, instancer: Any = None) -> frozenset[str]:
-    """Kinds of rays that see an object; for an instance, its instancer must be visible to them too."""
-    return frozenset(ray for ray in RAYS
-                     if all(getattr(one, f"visible_{ray}") for one in (ob, instancer) if one is not None))  # fmt: skip
+def visible_to(ob: Any, holder: Any, view_layer: Any) -> frozenset[str]:
+    """Kinds of rays that see an object.
+
+    Parameters
+    ----------
+    ob
+        The evaluated object.
+    holder
+        The object, or its instancer: both must be visible to the rays.
+    view_layer
+        Its collections may be visible to indirect rays only.
+    """
+    owner = holder.original
+    rays = {ray for ray in RAYS if getattr(ob, f"visible_{ray}") and getattr(holder, f"visible_{ray}")}
+    if owner.indirect_only_get(view_layer=view_layer) and not owner.holdout_get(view_layer=view_layer):
+        rays.discard("camera")
+    return frozenset(rays)
 
 
 def warn_about_visibility(ob: Any, report: Report) -> None:
@@ -24,35 +37,8 @@ def warn_about_visibility(ob: Any, report: Report) -> None:
         report.warn(where, "is a shadow catcher, which can't be rendered; it is rendered as an ordinary object")
 
 
-def rendered_objects(view_layer: Any) -> set[str]:
-    """Full names of the objects of a view layer that are not hidden in renders, by themselves or their collections."""
-    shown: set[str] = set()
-    pending = [view_layer.layer_collection]
-    while pending:
-        layer = pending.pop()
-        if layer.exclude or layer.collection.hide_render:
-            continue
-        shown.update(ob.name_full for ob in layer.collection.objects if not ob.hide_render)
-        pending += layer.children
-    return shown
-
-
-def not_evaluated(depsgraph: Any, shown: set[str]) -> list[str]:
-    """Names of meshes and lights that are visible in renders but hidden in the viewport."""
-    evaluated = {ob.original.name_full for ob in depsgraph.objects}
-    missing = [ob for ob in depsgraph.view_layer.objects
-               if ob.name_full in shown and ob.type in ("MESH", "CURVE", "SURFACE", "FONT", "META", "LIGHT")
-               and (ob.name_full not in evaluated or not ob.visible_get(view_layer=depsgraph.view_layer))]  # fmt: skip
-    return [ob.name for ob in missing]
-
-
-def warn_about_modifiers(ob: Any, report: Report) -> None:
-    """Warn of modifiers whose viewport settings, which are exported, differ from their render settings."""
-    for modifier in ob.modifiers:
-        where = f"object '{ob.name}', modifier '{modifier.name}'"
-        if modifier.show_viewport != modifier.show_render:
-            state = "on" if modifier.show_viewport else "off"
-            report.warn(where, f"differs between viewport and render; it is {state}, as in the viewport")
-        levels, render_levels = (getattr(modifier, name, 0) for name in ("levels", "render_levels"))
-        if modifier.show_viewport and modifier.show_render and levels != render_levels:
-            report.warn(where, f"its viewport level {levels} is used, not its render level {render_levels}")
+def warn_about_layer(ob: Any, view_layer: Any, report: Report) -> None:
+    """Warn of objects (or their instancers) that the view layer makes a holdout by their collection."""
+    if ob.holdout_get(view_layer=view_layer) and not ob.is_holdout:
+        report.warn(f"object '{ob.name}'", f"is a holdout by its collection in view layer '{view_layer.name}', which "
+                    "can't be rendered; it is rendered as an ordinary object")  # fmt: skip

@@ -20,7 +20,7 @@ class Render(bpy.types.Operator):
 
     def execute(self, context: Any) -> set[str]:
         try:
-            export = export_scene(context.scene, context.evaluated_depsgraph_get())
+            export = export_scene(context.scene)
             picture = render_export(export.scene, export.settings, self.samples)
         except _common.EXPECTED as error:
             return _common.refuse(self, error)

@@ -1,4 +1,4 @@
-"""Derivatives of small analytic functions to rounding, by complex steps."""
+"""Derivatives of small analytic functions by complex steps, exact up to rounding."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-# Its square vanishes beside 1, so that there is no truncation error; nothing is subtracted, so no rounding either.
+# The square of the step vanishes beside 1, so there is no truncation error. Nothing is subtracted, so no digits cancel.
 _STEP = 1e-30
 
 Held = TypeVar("Held")
@@ -24,10 +24,10 @@ def jacobian(row_of: Callable[[Held], NDArray[Any]], held: Held, field: str) -> 
     Parameters
     ----------
     row_of
-        Gives the row (n,). It must be analytic in the field, hence made of arithmetic and functions that numpy
-        has for complex numbers; what it decides, it decides by real parts.
+        Returns the row (n,). It must be an analytic function of the field: arithmetic, and numpy functions that accept
+        complex numbers. Its branches must depend on real parts only.
     held
-        The dataclass, which is not changed.
+        The dataclass; it is not changed.
     field
         Name of a number or array of the dataclass.
 

@@ -1,4 +1,4 @@
-"""What a derivative consists of, part by part, as an engine has decided it."""
+"""The parts of a derivative, and what an engine has decided about each of them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class EdgeCounts(NamedTuple):
-    """Edges that a search for candidates has met (native/boundary/curves/edge_counts.h)."""
+    """Numbers of edges that a search for candidate edges has found (native/boundary/curves/edge_counts.h)."""
 
     of: int = 0
     kept: int = 0
@@ -32,11 +32,11 @@ class Decision:
     edges
         Numbers of edges.
     meshes, lights, materials
-        What the part is about, as places in the scene's order.
+        Meshes, lights and materials that the part concerns, as indices in the order of the scene.
     pairs, pierced
-        Meshes that pass through each other; a light and the mesh that passes through it.
+        Pairs of meshes that intersect each other; pairs of a light and a mesh that intersects it.
     samples, seconds
-        Of a call: how many samples were taken, and the time of all threads together; 0 before.
+        Number of samples that the call took, and the seconds of all its threads together; 0 before a call.
     """
 
     part: str
@@ -62,7 +62,7 @@ Decisions = tuple[Decision, ...]
 
 
 def joined(calls: Iterable[Decisions]) -> Decisions:
-    """The decisions of calls that computed one derivative together: each part once, with its samples and seconds."""
+    """Join the decisions of calls that computed one derivative together; samples and seconds of a part are added."""
     parts: dict[str, Decision] = {}
     for decided in calls:
         for d in decided:

@@ -1,4 +1,4 @@
-"""How the tables depend on the pixels of images."""
+"""Derivatives of the tables with respect to the pixels of images."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from .linear_map import F64, Linear, Piece
 
 
 def pieces(scene: Scene, tables: Tables, name: str, _field: str) -> list[Piece]:
-    """Texels of all textures and of the environment that an image is.
+    """Return the texels, of textures and of the environment, that hold the pixels of an image.
 
-    An alpha that no texture reads, or that isn't stored because it is 1 everywhere (`table_derivatives.with_requested`
-    has it stored), has the derivative 0.
+    The derivative by an alpha channel that no texture reads is 0. So is that by an alpha channel that is not stored
+    because it is 1 everywhere; `table_derivatives.with_requested` makes tables in which it is stored.
     """
     pixels = scene.images[name].pixels
     out = []
@@ -29,7 +29,7 @@ def pieces(scene: Scene, tables: Tables, name: str, _field: str) -> list[Piece]:
 
 
 def _kept(shape: tuple[int, ...], channels: int) -> tuple[Linear, Linear]:
-    """The first channels of each pixel."""
+    """Map to the first channels of each pixel."""
     if channels == shape[2]:
         return lambda v: v.reshape(-1), lambda g: g.reshape(shape)
 
@@ -42,7 +42,7 @@ def _kept(shape: tuple[int, ...], channels: int) -> tuple[Linear, Linear]:
 
 
 def _multiplied(pixels: NDArray[np.float32]) -> tuple[Linear, Linear]:
-    """Colour times alpha, and alpha."""
+    """Map to colour times alpha, and alpha."""
     color, alpha = pixels[..., :3], pixels[..., 3:]
 
     def push(v: F64) -> F64:
@@ -51,7 +51,7 @@ def _multiplied(pixels: NDArray[np.float32]) -> tuple[Linear, Linear]:
     def pull(g: F64) -> F64:
         g = g.reshape(pixels.shape)
         out = np.empty(pixels.shape)
-        for row, of, p in zip(out, g, pixels, strict=True):  # an image may be very large: by row no copies are made
+        for row, of, p in zip(out, g, pixels, strict=True):  # row by row: copies of a large image are too large
             row[:, :3] = of[:, :3] * p[:, 3:]
             row[:, 3] = of[:, 3] + np.sum(of[:, :3] * p[:, :3], axis=1)
         return out
@@ -60,7 +60,7 @@ def _multiplied(pixels: NDArray[np.float32]) -> tuple[Linear, Linear]:
 
 
 def _colored(shape: tuple[int, ...]) -> tuple[Linear, Linear]:
-    """Three channels without alpha; grey is repeated."""
+    """Map to three channels without alpha; a single channel is repeated."""
     color = (*shape[:2], 3)
     if shape[2] == 1:
         return lambda v: np.broadcast_to(v, color), lambda g: g.sum(axis=2, keepdims=True)

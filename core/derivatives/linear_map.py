@@ -1,4 +1,4 @@
-"""The building block of all maps from a scene's parameters to its tables: rows that depend linearly on a tangent."""
+"""The derivative of some rows of a table with respect to one parameter: the element of which all such maps consist."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ class Piece:
     Attributes
     ----------
     table
-        Name in `table_derivatives.shapes`.
+        Name of the table (`table_derivatives.shapes`).
     first, last
-        The rows, `last` excluded.
+        First row, and the row after the last one.
     push
-        Tangent of the parameter, of its shape, to the tangent of the rows.
+        Maps a tangent of the parameter, which has its shape, to the tangent of the rows.
     pull
-        Gradient of the rows to that of the parameter.
+        Maps a gradient by the rows to the gradient by the parameter.
     """
 
     table: str
@@ -35,19 +35,19 @@ class Piece:
     pull: Linear
 
     def after(self, push: Linear, pull: Linear) -> Piece:
-        """The same rows as they depend on what this piece's parameter depends on."""
+        """Apply the chain rule: return the derivative by another parameter, on which this parameter depends."""
         return replace(self, push=lambda v: self.push(push(v)), pull=lambda g: pull(self.pull(g)))
 
 
 def same(table: str, first: int, last: int, shape: tuple[int, ...], parameter_shape: tuple[int, ...]) -> Piece:
-    """Rows, of the given shape, that are the parameter itself."""
+    """Return the identity: the rows, of the given shape, are the parameter itself."""
     return Piece(table, first, last, lambda v: v.reshape(shape), lambda g: g.reshape(parameter_shape))
 
 
 def by_matrix(table: str, first: int, matrix: F64) -> list[Piece]:
-    """Values from row `first` on, one a row, with the derivative (values, *parameter's shape); none if that is 0.
+    """Return the piece of rows from `first` on whose Jacobian is `matrix`, (rows, *shape of the parameter).
 
-    Those at the ends that don't depend on the parameter are left out.
+    Rows at both ends that do not depend on the parameter are left out; if none depends on it, there is no piece.
     """
     used = np.flatnonzero(matrix.reshape(len(matrix), -1).any(axis=1))
     if not len(used):

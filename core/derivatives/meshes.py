@@ -1,11 +1,12 @@
-"""How the tables depend on meshes: vertices, custom normals, layers, and the transforms that place them.
+"""Derivatives of the tables with respect to meshes: vertices, custom normals, attributes, transforms and instances.
 
-A mesh stands in the world, its copies one after the other, or it is instanced: then the tables have it in its own
-space and its places M_k (3, 4) as rows of `instance_to_world` (`placement.stands_in_world`). Of copy k
+The tables hold a mesh in one of two ways (`placement.stands_in_world`). Either its copies stand in world space, one
+after the other, or it is instanced: then its vertices are in its own space, and the transforms M_k (3, 4) of its
+instances are rows of `instance_to_world`. In world space, copy k has
 
-- vertices are M_k v,
-- custom normals N_k n / |N_k n| with N_k the inverse transpose of M_k's linear part,
-- tangents |t| N_k t / |N_k t|, other layers the values themselves.
+- the vertices M_k v,
+- the custom normals N_k n / |N_k n|, where N_k is the inverse transpose of the linear part of M_k,
+- the tangents |t| N_k t / |N_k t|; all other attributes are copied.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from .linear_map import F64, Linear, Piece, same
 
 
 def pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
-    """Rows of a mesh that depend on one of its fields."""
+    """Return the pieces of the tables that depend on one field of a mesh."""
     mesh = scene.meshes[name]
     k = tables.mesh_number[name]
     in_world = stands_in_world(scene, mesh)
@@ -61,7 +62,7 @@ def pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
             for first in _layer_places(tables, k, layer)]
 
 
-# ---- What the places depend on: tangents (k, 3, 4) ----
+# ---- Derivatives of the transforms of all copies, (k, 3, 4), by `transform` and by `instances` ----
 def _places_by_transform(mesh: Mesh) -> tuple[Linear, Linear]:
     inner = np.eye(3, 4)[None] if mesh.instances is None else mesh.instances[:, :3].copy()
 
@@ -85,9 +86,9 @@ def _places_by_instances(mesh: Mesh) -> tuple[Linear, Linear]:
     return lambda v: outer @ v[:, :3], pull
 
 
-# ---- What depends on the places ----
+# ---- Derivatives of tables by the transforms of all copies ----
 def _instance_piece(tables: Tables, k: int) -> Piece:
-    first, last = (int(row) for row in np.searchsorted(tables.instance_mesh, [k, k + 1]))  # meshes come in order
+    first, last = (int(row) for row in np.searchsorted(tables.instance_mesh, [k, k + 1]))  # sorted by mesh
     return same("instance_to_world", first, last, (last - first, 12), (last - first, 3, 4))
 
 
@@ -108,7 +109,7 @@ def _world_pieces(tables: Tables, mesh: Mesh, k: int) -> list[Piece]:
 
 
 def _moved_vertices(mesh: Mesh) -> tuple[Linear, Linear]:
-    vertices = mesh.vertices.copy()  # the scene may be changed before there are gradients
+    vertices = mesh.vertices.copy()  # the caller may change the scene before gradients are pulled back
 
     def push(v: F64) -> F64:
         return (np.einsum("kij,nj->kni", v[:, :, :3], vertices) + v[:, None, :, 3]).reshape(-1, 3)
@@ -133,7 +134,7 @@ def _turned_normals(place: F64, mesh: Mesh) -> tuple[Linear, Linear]:
 
 
 def _turned_tangents(place: F64, values: F64) -> tuple[Linear, Linear]:
-    """Of all copies' tangents and signs (k, m, 3, 4)."""
+    """Derivative of the tangents and signs of all copies, (k, m, 3, 4)."""
     tangent = values[..., :3].reshape(-1, 3)
     turn, turned, unit = _directions(place, tangent)
     length = np.linalg.norm(tangent, axis=1)[:, None]
@@ -151,7 +152,7 @@ def _turned_tangents(place: F64, values: F64) -> tuple[Linear, Linear]:
 
 
 def _turn_change(turn: F64, turned: F64, v: F64) -> F64:
-    """Tangent of N n (k, n, 3) along one of the places: d(M^-T) = -M^-T dM^T M^-T."""
+    """Tangent of N n, (k, n, 3), along a tangent of the transforms: d(M^-T) = -M^-T dM^T M^-T."""
     return np.asarray(-np.einsum("kij,klj,knl->kni", turn, v[:, :, :3], turned, optimize=True))
 
 
@@ -161,7 +162,7 @@ def _turn_change_back(turn: F64, turned: F64, g: F64) -> F64:
     return out
 
 
-# ---- Values of all copies as they depend on those of the mesh ----
+# ---- Derivatives of the values of all copies by those of the mesh ----
 def _placed_vertices(place: F64) -> tuple[Linear, Linear]:
     linear = place[:, :, :3]
     if np.array_equal(linear, np.eye(3)[None]):
@@ -190,7 +191,7 @@ def _placed_normals(place: F64, mesh: Mesh) -> tuple[Linear, Linear]:
 
 
 def _placed_tangents(place: F64, values: F64) -> tuple[Linear, Linear]:
-    """Tangents and signs (k, m, 3, 4) of all copies."""
+    """Derivative of the tangents and signs of all copies, (k, m, 3, 4), by those of the mesh."""
     tangent = values[..., :3].reshape(-1, 3)
     turn, turned, unit = _directions(place, tangent)
     length = np.linalg.norm(tangent, axis=1)[:, None]
@@ -215,7 +216,7 @@ def _placed_tangents(place: F64, values: F64) -> tuple[Linear, Linear]:
 
 
 def _turned_corners(place: F64, shape: tuple[int, ...]) -> tuple[Linear, Linear]:
-    """Corner values (k, m, 3, c) as a mirrored copy has them: the other way round."""
+    """Reverse the order of the corners, (k, m, 3, c), in mirrored copies: their faces have the opposite winding."""
     mirror = mirrored(place)
 
     def turn(v: F64) -> F64:
@@ -227,7 +228,7 @@ def _turned_corners(place: F64, shape: tuple[int, ...]) -> tuple[Linear, Linear]
 
 
 def _directions(place: F64, vectors: F64) -> tuple[F64, F64, Linear]:
-    """N (k, 3, 3), N n (k, n, 3), and the derivative of N n / |N n| by N n, which is symmetric."""
+    """Return N (k, 3, 3), N n (k, n, 3), and the derivative of N n / |N n| by N n, which is symmetric."""
     turn = cofactors(place)
     turned = np.einsum("kij,nj->kni", turn, vectors)
     length = _lengths(turned)
@@ -250,7 +251,7 @@ def _named_normals(mesh: Mesh) -> F64:
 
 
 def _layer_places(tables: Tables, k: int, layer: str) -> Iterator[int]:
-    """First float of a mesh's layer in the table: one, or none where no texture reads it."""
+    """Yield the index of the first float of an attribute of mesh k in the table; nothing if no texture reads it."""
     textures = tables.textures
     if textures is None or layer not in textures.attribute_names:
         return

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from ..scene import parameters
 
-# Fields of lights that change how much they shine and move nothing.
+# Fields of lights that change the radiance and move nothing.
 STRENGTH = ("power", "strength", "color")
 
 
 def may_move(path: str) -> bool:
-    """Whether a parameter may move anything: then edges sweep over the picture, or between surfaces and lights."""
+    """Whether a parameter may move anything, so that edges sweep over the picture or between surfaces and lights."""
     collection, _, field = parameters.split(path)
     return (
         field in ("vertices", "instances", "transform", "rotation")

@@ -1,11 +1,12 @@
-"""Derivatives of the tables that kernels read, from and to derivatives of the scene's parameters.
+"""The chain rule between the parameters of a scene and the tables that kernels read.
 
-`push_forward` carries a tangent of parameters to the tables (forward mode), `pull_back` carries gradients of the
-tables back to the parameters (reverse mode); the two are each other's transpose, and `requested_tables` says which rows
-they meet. Each parameter is a list of pieces (`table_map.Piece`), which its kind's module makes.
+`push_forward` maps a tangent of the parameters to a tangent of the tables (forward mode). `pull_back` maps gradients by
+the tables to gradients by the parameters (reverse mode). Each is the transpose of the other. `requested_tables` returns
+the rows that depend on the requested parameters. The derivative by one parameter is a list of pieces
+(`linear_map.Piece`), which the module of its kind makes.
 
-Values that a texture's program replaces (a base colour with an image, a mixture's textured weight) have the
-derivative 0: the picture doesn't depend on them.
+A value that a texture replaces (a base colour with an image, a textured weight of a mixture) has the derivative 0,
+since the picture does not depend on it.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ from . import meshes as mesh_map
 from . import values as value_map
 from .linear_map import Piece
 
-# Table name to a tangent of its values or a gradient with respect to them; shapes as `shapes` says.
+# Name of a table -> tangent of its values, or gradient by them, in the shape that `shapes` returns.
 TableDerivative = dict[str, NDArray[np.float64]]
-# Table name to the (n, 2) spans of rows [first, last) that derivatives are requested of.
+# Name of a table -> (n, 2) spans of rows [first, last) by which derivatives are requested.
 Requested = dict[str, NDArray[np.int64]]
 
 _PIECES = {
@@ -46,22 +47,22 @@ _PIECES = {
     "images": image_map.pieces,
 }
 _WITHOUT = {
-    ("meshes", "terminator_offset"): "it only moves where shadow rays start",
-    ("camera", "clip_start"): "clip distances only say what is seen at all",
-    ("camera", "clip_end"): "clip distances only say what is seen at all",
+    ("meshes", "terminator_offset"): "it only moves the origins of shadow rays",
+    ("camera", "clip_start"): "clip distances only decide what is visible",
+    ("camera", "clip_end"): "clip distances only decide what is visible",
     ("camera", "filter_width"): "pixels are weighted by a fixed filter",
 }
 
 
 def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
-    """Names and shapes of all differentiable tables of a scene.
+    """Return the names and shapes of all differentiable tables of a scene.
 
     ============================ ============ =====================================================================
     vertices                     (V, 3)       as `Tables.vertices`
-    normals                      (N, 3)       unit shading normals; the parameters' own are the custom ones, those
-                                              that follow the vertices are the engine's to chain on to `vertices`
+    normals                      (N, 3)       unit shading normals; only custom ones depend on parameters here, since
+                                              the engine itself maps normals of vertices to `vertices`
     instance_to_world            (I, 12)      rows of the transforms
-    closure_params                  (L * 36,)    rows of `material_table.COLUMNS`, one after the other
+    closure_params               (L * 36,)    rows of `material_table.COLUMNS`, one after the other
     texture_pixels               (n,)         `TextureTables.pixels`; absent like the next three without textures
     texture_attributes           (n,)         `TextureTables.attributes`
     texture_lookups              (n,)         `TextureTables.lookups`
@@ -92,7 +93,7 @@ def shapes(tables: Tables) -> dict[str, tuple[int, ...]]:
 
 
 def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
-    """How the tables depend on a parameter.
+    """Return the derivative of the tables with respect to one parameter.
 
     Raises
     ------
@@ -108,18 +109,18 @@ def pieces(scene: Scene, tables: Tables, path: str) -> list[Piece]:
 
 
 def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> TableDerivative:
-    """Tangent of the tables along a tangent of the scene's parameters.
+    """Map a tangent of the parameters to a tangent of the tables.
 
     Parameters
     ----------
     tables
-        From `with_requested`.
+        Result of `with_requested`.
     tangent
-        Parameter path to an array of the parameter's shape.
+        Parameter path -> array of the shape of the parameter.
 
     Returns
     -------
-    The tables that depend on the parameters; the others' tangents are zero.
+    The tangents of those tables that depend on the parameters; all other tangents are zero.
 
     Raises
     ------
@@ -140,18 +141,18 @@ def push_forward(scene: Scene, tables: Tables, tangent: Mapping[str, Any]) -> Ta
 def pull_back(
     scene: Scene, tables: Tables, gradients: Mapping[str, NDArray[np.float64]], wrt: Iterable[str]
 ) -> dict[str, NDArray[np.float64]]:
-    """Gradients of the requested parameters from gradients of the tables (the transpose of `push_forward`).
+    """Map gradients by the tables to gradients by the requested parameters (the transpose of `push_forward`).
 
     Parameters
     ----------
     tables
-        From `with_requested`.
+        Result of `with_requested`.
     gradients
-        Of all tables that `requested_tables` names.
+        Gradients by all tables that `requested_tables` names.
 
     Returns
     -------
-    Parameter path to an array of the parameter's shape.
+    Parameter path -> array of the parameter's shape.
     """
     return pull_back_of(scene, tables, wrt)(gradients)
 
@@ -159,13 +160,13 @@ def pull_back(
 def pull_back_of(
     scene: Scene, tables: Tables, wrt: Iterable[str]
 ) -> Callable[[Mapping[str, NDArray[np.float64]]], dict[str, NDArray[np.float64]]]:
-    """`pull_back` for the scene as it is now, whatever becomes of it before there are gradients."""
+    """Return `pull_back` as a function of the gradients; later changes of the scene do not affect it."""
     of = {path: (np.shape(parameters.get(scene, path)), pieces(scene, tables, path)) for path in wrt}
 
     def pull(gradients: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
         out = {}
         for path, (shape, found) in of.items():
-            # Most parameters are one piece, which is not copied: it may be a very large image.
+            # Most parameters are one piece. It is not copied, since it may be a very large image.
             total: NDArray[np.float64] | None = None
             for piece in found:
                 part = piece.pull(gradients[piece.table][piece.first : piece.last])
@@ -177,12 +178,12 @@ def pull_back_of(
 
 
 def requested_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Requested:
-    """Which rows of which tables depend on some parameters.
+    """Return the rows of the tables that depend on some parameters.
 
     Returns
     -------
-    Table name to (n, 2) spans of rows [first, last), sorted and apart; tables that don't depend on any
-    of the parameters are absent. Rows count along the first axis of `shapes`.
+    Name of a table -> (n, 2) spans of rows [first, last), sorted and disjoint. Tables that depend on none of the
+    parameters are absent. Rows count along the first axis of `shapes`.
     """
     spans: dict[str, list[tuple[int, int]]] = {}
     for path in wrt:
@@ -192,12 +193,12 @@ def requested_tables(scene: Scene, tables: Tables, wrt: Iterable[str]) -> Reques
 
 
 def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables:
-    """The tables with everything that derivatives with respect to `wrt` read; the same object if nothing is missing.
+    """Return the tables with everything that derivatives by `wrt` read; the same object if nothing is missing.
 
-    What is zero adds nothing to a picture and is left out of its tables, but its derivative is not zero. Closures
-    whose weights are requested count as present. Surfaces whose anisotropy is requested have the tangents that it is
-    about. The environment's image is there even if its colour is black. Requested numbers of expressions have places
-    of their own in the programs' constants, and requested images keep an alpha that is 1 everywhere.
+    Tables for pictures leave out whatever contributes nothing to the picture. Its derivative need not be zero, so these
+    tables keep it if it is requested: lobes of weight 0, the tangents of surfaces of anisotropy 0, the image of a black
+    environment, and an alpha channel that is 1 everywhere. Each requested number of an expression gets a place of its
+    own among the constants of the texture programs.
     """
     fields: dict[str, set[str]] = {}
     expressions, with_alpha = set(), set()
@@ -220,7 +221,7 @@ def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables
         tables = replace(tables, materials=replace(tables.materials, flags=flags))
     if tables.environment_pixels is None and shows_environment(scene, wrt):
         tables = replace(tables, environment_pixels=environment_pixels(scene))
-    # Materials whose anisotropy is not 0 have their tangents in any case.
+    # Tables for pictures already hold the tangents of materials whose anisotropy is not 0.
     with_tangents = {name for name, requested in fields.items()
                      if "anisotropy" in requested and getattr(scene.materials[name], "anisotropy", None) == 0.0}
     known = tables.textures
@@ -238,12 +239,12 @@ def with_requested(scene: Scene, tables: Tables, wrt: Collection[str]) -> Tables
 
 
 def shows_environment(scene: Scene, wrt: Collection[str]) -> bool:
-    """Whether derivatives with respect to `wrt` read the environment's image, whatever its colour."""
+    """Whether derivatives by `wrt` read the image of the environment even if its colour is black."""
     return scene.world.image is not None and not {"world.color", "world.strength"}.isdisjoint(wrt)
 
 
 def _loses_alpha(scene: Scene, tables: Tables, name: str) -> bool:
-    """Whether an image's alpha isn't stored because it is 1 everywhere, though some texture would read it."""
+    """Whether some texture reads the alpha channel of an image that is not stored, because it is 1 everywhere."""
     pixels = scene.images[name].pixels
     stored = tables.textures.stored_images if tables.textures is not None else ()
     return pixels.shape[2] == 4 and is_opaque(pixels) and any(image.name == name for image in stored)

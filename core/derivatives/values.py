@@ -1,4 +1,4 @@
-"""How the tables depend on materials, lights, the world and the camera: few numbers each."""
+"""Derivatives of the tables with respect to materials, lights, the world and the camera."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .linear_map import F64, Piece, by_matrix, same
 
 
 def material_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
-    """The rows of all closures that the material is, alone and in mixtures, or of a mixture's parts for its weights."""
+    """Return the derivative of all closures made from a material; of a mixture, that of its closures' weights."""
     material = scene.materials[name]
     if field.startswith(TEXTURES):
         return _number_pieces(tables, name, field[len(TEXTURES) :])
@@ -69,17 +69,17 @@ def _scattered(table: str, found: NumberPlaces, which: str) -> list[Piece]:
 
 
 def light_pieces(scene: Scene, tables: Tables, name: str, field: str) -> list[Piece]:
-    """The light's row.
+    """Return the derivative of the row of a light.
 
-    A light without size (radius, angle) is one of another kind, so the derivative of its size is 0 there, as is that
-    of a spread of 180 degrees.
+    A light of size 0 (radius, angle) is of another kind, so the derivative by its size is 0. So is that by a spread of
+    180 degrees.
     """
     matrix = jacobian(lambda light: light_row(light, tables.origin), scene.lights[name], field)
     return by_matrix("light_params", tables.lights.row_of[name] * light_table.WIDTH, matrix)
 
 
 def world_pieces(scene: Scene, _tables: Tables, _name: str, field: str) -> list[Piece]:
-    """Colour times strength, or the rotation."""
+    """Return the derivative of the environment's radiance, colour times strength, or that of its rotation."""
     world = scene.world
     if field == "rotation":
         return [same("environment_rotation", 0, 9, (9,), (3, 3))]
@@ -88,6 +88,6 @@ def world_pieces(scene: Scene, _tables: Tables, _name: str, field: str) -> list[
 
 
 def camera_pieces(scene: Scene, tables: Tables, _name: str, field: str) -> list[Piece]:
-    """The scene's camera; pictures of another one don't depend on it."""
+    """Return the derivative of the row of the scene's camera; pictures of other cameras do not depend on it."""
     matrix: F64 = jacobian(lambda camera: camera_row(camera, tables.origin), scene.camera, field)
     return by_matrix("camera", 0, matrix)

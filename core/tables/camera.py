@@ -1,7 +1,4 @@
-"""The camera as a row of floats: the one place that says where each of its values is.
-
-Kernels differentiate with respect to this row, `Tables.camera`.
-"""
+"""The camera as a row of floats, `Tables.camera`, by which kernels differentiate."""
 
 from __future__ import annotations
 
@@ -12,11 +9,11 @@ from numpy.typing import NDArray
 
 from ..scene.camera import Camera
 
-# Value to its places in the row.
+# Name of a value -> its positions in the row.
 PLACES = {
     "camera_position": slice(0, 3),  # relative to the tables' origin
-    "camera_axes": slice(3, 12),  # right X, up Y, backwards Z
-    "focal": slice(12, 13),  # pixels; orthographic: pixels per metre
+    "camera_axes": slice(3, 12),  # X to the right, Y up, Z backwards
+    "focal": slice(12, 13),  # pixels; of an orthographic camera: pixels per metre
     "pixel_aspect": slice(13, 14),
     "principal_point": slice(14, 16),  # pixels of the rendered window
     "panorama": slice(16, 20),  # longitude and latitude of the full picture's left, right, lower and upper edge
@@ -29,9 +26,9 @@ WIDTH = 24
 
 
 def camera_row(camera: Camera, origin: NDArray[np.float64]) -> NDArray[Any]:
-    """(WIDTH,) values of a camera at `PLACES`, its position relative to `origin` (3,).
+    """(WIDTH,) row of a camera; its position is relative to `origin` (3,).
 
-    An analytic function of the camera's numbers: complex ones give a complex row (`jacobian`).
+    The row is an analytic function of the numbers of the camera: complex numbers give a complex row (`jacobian`).
     """
     x0, y0, _, _ = camera.window
     return np.concatenate([

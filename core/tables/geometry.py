@@ -1,4 +1,4 @@
-"""Meshes and where they stand, as the arrays of `tables.Tables` that BVHs are built over."""
+"""Meshes and their transforms, as the arrays of `tables.Tables` from which BVHs are built."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ..scene.mesh import Mesh
 from ..scene.placement import smoothing_groups
 from ..scene.scene import Scene
 
-# An elliptic light is a polygon of this many sides with the ellipse's area.
+# An elliptic light is a polygon of this many sides that has the area of the ellipse.
 ELLIPSE_SIDES = 64
 # Kernels number corners in 32 bits.
 MAX_FACES = (1 << 31) // 3 - 1
-# In a mesh's mask, the bit of the first set of blockers (shadow linking); the kinds of rays come before.
+# Bit of the first set of blockers (shadow linking) in the mask of a mesh; the lower bits are kinds of rays.
 FIRST_BLOCKERS = len(RAYS)
 
 
 def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | None) -> dict[str, Any]:
-    """The fields of `Tables` that say where the meshes of `placement.placed_meshes` are."""
+    """Return the fields of `Tables` that describe the meshes of `placement.placed_meshes`."""
     material_index = {name: k for k, name in enumerate(scene.materials)}
     area_lights = [light for light in scene.lights.values() if isinstance(light, AreaLight)]
     meshes = list(placed)
@@ -50,7 +50,7 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
         origin = _centre(meshes)
     vertices = np.empty((int(first_vertex[-1]), 3), np.float32)
     for mesh, v in zip(meshes, first_vertex, strict=False):
-        # An instanced mesh stays in its own space.
+        # The vertices of an instanced mesh stay in its own space.
         vertices[v : v + len(mesh.vertices)] = mesh.vertices if mesh.instances is not None else mesh.vertices - origin
     return {
         "origin": origin,
@@ -69,14 +69,14 @@ def geometry(scene: Scene, placed: list[Mesh], origin: NDArray[np.float64] | Non
 
 
 def ray_bits(kinds: Iterable[str]) -> int:
-    """A set of kinds of rays as bits, 1 << place in `RAYS`."""
+    """Encode a set of kinds of rays as bits, 1 << index in `RAYS`."""
     return sum(1 << RAYS.index(kind) for kind in kinds)
 
 
 def link_sets(scene: Scene, field: str) -> list[tuple[str, ...]]:
-    """The different sets of meshes that lights name as their "receivers" or "blockers".
+    """Return the distinct sets of meshes that lights have as their "receivers" or "blockers".
 
-    Raises ``ValueError`` if there are more than the bits of a mask have room for.
+    Raises ``ValueError`` if there are more sets than bits in a mask.
     """
     found = dict.fromkeys(
         tuple(sorted(names)) for light in scene.lights.values() if (names := getattr(light, field)) is not None
@@ -103,7 +103,7 @@ def _masks(scene: Scene, meshes: list[Mesh]) -> dict[str, Any]:
 
 
 def _centre(meshes: list[Mesh]) -> NDArray[np.float64]:
-    """Centre of the bounding box of what stands in the world."""
+    """Centre of the bounding box of all meshes and of the origins of all instances."""
     if not meshes:
         return np.zeros(3)
     low, high = corners([mesh for mesh in meshes if mesh.instances is None])
@@ -145,12 +145,12 @@ def _instances(meshes: list[Mesh], origin: NDArray[np.float64]) -> dict[str, Any
 
 
 def area_light_mesh(light: AreaLight) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Vertices and faces of the flat emitter, facing along the light's -Z."""
+    """Return vertices and faces of an area light, which emits along the -Z axis of its transform."""
     if light.shape == "RECTANGLE":
         flat = np.array([[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.5], [0.5, -0.5]])  # clockwise seen from +Z
     else:
         angle = -2.0 * np.pi * np.arange(ELLIPSE_SIDES) / ELLIPSE_SIDES
-        # The polygon's area is n/2 sin(2 pi/n) r^2: this radius makes it that of the ellipse.
+        # The area of the polygon, n/2 sin(2 pi/n) r^2, equals that of the ellipse for this radius.
         radius = 0.5 * np.sqrt(np.pi / (0.5 * ELLIPSE_SIDES * np.sin(2.0 * np.pi / ELLIPSE_SIDES)))
         flat = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     local = np.concatenate([flat * light.size, np.zeros((len(flat), 1))], axis=1)

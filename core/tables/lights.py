@@ -1,6 +1,6 @@
-"""Lights that are no meshes as rows of floats (native/scene/lights/light_params.h has the same places).
+"""The table of lights that are not meshes; native/scene/lights/light_params.h has the same layout.
 
-Rows are analytic functions of the lights' numbers: complex ones give complex rows (`jacobian`).
+A row is an analytic function of the numbers of a light: complex numbers give complex rows (`jacobian`).
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from ..scene.light import AreaLight, Light, PointLight, SpotLight, SunLight
 from ..scene.scene import Scene
 from .geometry import link_sets, ray_bits
 
-# Kinds, as the natively named LightKind; emissive triangles come first and have no rows.
+# Kinds of lights, as the native LightKind; its kind 0, emissive triangles, has no rows here.
 POINT, SPHERE, DISK, RECTANGLE, ELLIPSE, DIRECTION, CONE = range(1, 8)
 # Bits of `flags`.
 SMOOTH_CONE, LINEAR_CONE, SPREAD, CASTS_SHADOW = 1, 2, 4, 8
 
-# Places of the fields in a row.
+# Positions of the fields in a row.
 RADIANCE = slice(0, 3)
 POSITION = slice(3, 6)
 AXIS_X = slice(6, 9)
@@ -31,32 +31,32 @@ SHINES_TO = slice(12, 15)
 EXTENT_X, EXTENT_Y, RADIUS, AREA, ONE_MINUS_COS, EDGE, EDGE_SCALE = range(15, 22)
 WIDTH = 24
 
-# Scale of edges that are steps; those of spots are if they blend over less than this share of their angle.
+# Scale of an edge that is a step. The edge of a spot light is a step if `blend` is less than LEAST_BLEND.
 _STEP = 1e12
 LEAST_BLEND = 1e-3
-# Sizes below these are none: their solid angles and areas would vanish in float32.
+# Smaller sizes count as 0, since their solid angles and areas would vanish in float32.
 _LEAST_SUN_ANGLE = 1e-5
 _LEAST_RADIUS = 1e-6
 
 
 @dataclass
 class LightTable:
-    """All point, spot, sun and area lights of a scene, in its order; L rows.
+    """All point, spot, sun and area lights of a scene, in the order of the scene; L rows.
 
     Attributes
     ----------
     params
-        (L, WIDTH) float32, the fields of each light at the places named above; positions relative to the
-        tables' origin.
+        (L, WIDTH) float32, the fields of each light at the positions above; world positions are relative to the
+        origin of the tables.
     kind, flags
         (L,) int32.
     visible_to
-        (L,) int32 bits 1 << place in `RAYS` of the rays that see it, and that it lights surfaces through.
+        (L,) int32 bits 1 << index in `RAYS` of the kinds of rays that see the light.
     receivers, blockers
-        (L,) int32 number of the set of meshes that it lights, or that cast its shadow (`geometry_table.link_sets`);
-        -1: all do.
+        (L,) int32 index of the set of meshes that the light illuminates, or that cast its shadow
+        (`geometry.link_sets`); -1: all meshes.
     row_of
-        Each light's row by its name.
+        Name of a light -> row.
     """
 
     params: NDArray[np.float32]
@@ -69,9 +69,9 @@ class LightTable:
 
 
 def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
-    """The table of a validated scene's lights, positions relative to `origin` (3,)."""
+    """Make the table of the lights of a validated scene; positions are relative to `origin` (3,)."""
     lights = list(scene.lights.values())
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # told of below
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # reported below
         rows = [_kind_flags_row(light, origin) for light in lights]
     for name, (_, _, row) in zip(scene.lights, rows, strict=True):
         derived(f"light '{name}'", "the radiance that its strength, color and size make", row)
@@ -88,14 +88,14 @@ def light_table(scene: Scene, origin: NDArray[np.float64]) -> LightTable:
 
 
 def _sets(scene: Scene, field: str) -> NDArray[np.int32]:
-    """By light, the number of the set of meshes that it names; -1: none."""
+    """Index of the set of meshes of each light; -1: it has none."""
     number = {names: k for k, names in enumerate(link_sets(scene, field))}
     named = [getattr(light, field) for light in scene.lights.values()]
     return np.array([-1 if names is None else number[tuple(sorted(names))] for names in named], np.int32)
 
 
 def light_row(light: Light, origin: NDArray[np.float64]) -> NDArray[Any]:
-    """(WIDTH,) values of a light, its position relative to `origin` (3,)."""
+    """(WIDTH,) row of a light; its position is relative to `origin` (3,)."""
     return _kind_flags_row(light, origin)[2]
 
 
@@ -115,7 +115,7 @@ def _is_complex(value: Any) -> bool:
 
 
 def _unit(vector: NDArray[Any]) -> NDArray[Any]:
-    # `np.linalg.norm` takes absolute values, which aren't analytic.
+    # `np.linalg.norm` takes absolute values, which are not analytic.
     return np.asarray(vector / np.sqrt(np.sum(vector * vector)))
 
 
@@ -137,7 +137,7 @@ def _point(light: PointLight | SpotLight, origin: NDArray[np.float64], row: NDAr
         row[RADIANCE] = intensity
         return POINT, flags
     row[RADIUS] = light.radius
-    # A sphere of radiance L has the intensity pi r^2 L towards every side, as has the disk that faces there.
+    # A sphere of radiance L has the intensity pi r^2 L in every direction. So has a disk that faces the receiver.
     row[RADIANCE] = intensity / (np.pi * light.radius**2)
     return (SPHERE if light.sphere else DISK), flags
 
@@ -150,7 +150,7 @@ def _sun(light: SunLight, row: NDArray[Any]) -> int:
         row[RADIANCE] = irradiance
         row[ONE_MINUS_COS] = 0.0
         return DIRECTION
-    # The cosine over the cone integrates to pi sin^2 of half its angle.
+    # The integral of the cosine over the cone is pi sin^2 of its half angle.
     row[RADIANCE] = irradiance / (np.pi * np.sin(half) ** 2)
     row[ONE_MINUS_COS] = 2.0 * np.sin(0.5 * half) ** 2
     row[AREA] = 2.0 * np.pi * row[ONE_MINUS_COS]
@@ -167,8 +167,8 @@ def _area(light: AreaLight, origin: NDArray[np.float64], row: NDArray[Any]) -> t
     row[AREA] = area
     flags = 0
     if light.spread.real < np.pi:
-        # A soft box's grid of slats lets the share 1 - tan(t)/tan(s) through, s half the spread; the power stays:
-        # 2 int_0^s cos t sin t (1 - tan t / tan s) dt = 1 - s / tan s.
+        # The grid of a soft box transmits the fraction 1 - tan(t)/tan(s) at the angle t, where s is half the spread.
+        # The scale keeps the power: 2 int_0^s cos t sin t (1 - tan t / tan s) dt = 1 - s / tan s.
         half = 0.5 * light.spread
         flags = SPREAD
         row[EDGE] = np.tan(half)

@@ -1,4 +1,4 @@
-"""Mean colours of images and expressions, for where one colour must stand for them."""
+"""Mean colours of images and expressions, for computations that need one colour."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..scene.scene import Scene
 
 
 def mean_color(image: Image, sphere: bool = False) -> NDArray[np.float64]:
-    """(3,) mean of an image, what is negative counted as black; `sphere`: of directions of an equirectangular one."""
+    """(3,) mean of an image; negative values count as 0. `sphere`: mean over directions of an equirectangular image."""
     pixels = image.pixels if image.pixels.min() >= 0.0 else np.maximum(image.pixels, 0.0)
     rows = pixels.mean(axis=1, dtype=np.float64)
     weights = np.ones(len(rows))
@@ -22,7 +22,7 @@ def mean_color(image: Image, sphere: bool = False) -> NDArray[np.float64]:
 
 
 def mean_expression(scene: Scene, expression: Expression) -> NDArray[np.float64]:
-    """(3,) mean of the images that an expression reads; a middle grey if it reads none."""
+    """(3,) mean of the images that an expression reads; 0.5 if it reads none."""
     names = sorted(images_of(expression))
     if not names:
         return np.full(3, 0.5)

@@ -1,4 +1,4 @@
-"""The scene as flat tables: what both engines read. `table_derivatives` maps derivatives of these to parameters."""
+"""The scene as flat tables, which both engines read; `table_derivatives` has their derivatives by the parameters."""
 
 from __future__ import annotations
 
@@ -29,23 +29,22 @@ from .textures.program import TextureTables, compile_textures
 
 F32 = NDArray[np.float32]
 
-# Fields of `Tables` that engines build in, besides the vertices.
+# Fields of `Tables`, besides the vertices, from which engines build their own structures.
 _BUILT_IN = (
     "faces", "face_material", "mesh_first_vertex", "mesh_first_face", "visible", "mesh_mask", "mesh_receivers",
     "mesh_terminator", "corner_normal", "mesh_first_normal", "mesh_custom", "custom_normals", "instance_mesh",
     "instance_to_world",
 )
 
-# Collections of parameters that aren't geometry.
+# Collections of parameters that are not geometry.
 _VALUED = ("materials", "lights", "world", "camera")
 
 
 @dataclass
 class Tables:
-    """A scene as arrays. V vertices, F faces, S meshes (area lights included, last), M materials.
+    """A scene as arrays: V vertices, F faces, S meshes (those of area lights come last), M materials.
 
-    World positions are relative to `origin`, so that float32 keeps its precision far from the
-    world's origin.
+    World positions are relative to `origin`, so that float32 keeps its precision far from the origin of the world.
     """
 
     origin: NDArray[np.float64]  # (3,)
@@ -54,61 +53,61 @@ class Tables:
     face_material: NDArray[np.int32]  # (F,)
     mesh_first_vertex: NDArray[np.int64]  # (S + 1,)
     mesh_first_face: NDArray[np.int64]  # (S + 1,)
-    mesh_names: tuple[str, ...]  # of the scene's meshes; the area lights' meshes have none
-    visible: NDArray[np.uint8]  # (S,) 1: rays hit it; 0: an area light, which only gives light
-    mesh_mask: NDArray[np.uint32]  # (S,) bits of what meets it: 1 << kind of ray, 1 << (FIRST_BLOCKERS + set)
-    mesh_receivers: NDArray[np.uint32]  # (S,) bits of the sets of receivers that it is in
+    mesh_names: tuple[str, ...]  # of the meshes of the scene; meshes of area lights have no name
+    visible: NDArray[np.uint8]  # (S,) 1: rays can hit it; 0: an area light, which rays pass through
+    mesh_mask: NDArray[np.uint32]  # (S,) bits of rays that hit it: 1 << kind of ray, 1 << (FIRST_BLOCKERS + set)
+    mesh_receivers: NDArray[np.uint32]  # (S,) bits of the sets of receivers that contain it
     mesh_terminator: F32  # (S,) Mesh.terminator_offset
-    corner_normal: NDArray[np.int32]  # (F, 3) into the shading normals, -1: flat; (0, 3): all is flat
-    mesh_first_normal: NDArray[np.int64]  # (S + 1,) each mesh's shading normals
-    mesh_custom: NDArray[np.uint8]  # (S,) 1: its shading normals are given, 0: they follow the vertices
-    custom_normals: F32  # (N, 3) the given ones, unit; (0, 3): none are
-    instance_mesh: NDArray[np.int32]  # (I,) the mesh that is placed
-    instance_to_world: F32  # (I, 3, 4) rows of its transform, relative to origin
-    materials: MaterialTable  # every shader of every material
-    lights: LightTable  # every light that is no mesh, for pictures
+    corner_normal: NDArray[np.int32]  # (F, 3) indices of shading normals, -1: flat; (0, 3): all faces are flat
+    mesh_first_normal: NDArray[np.int64]  # (S + 1,) first shading normal of each mesh
+    mesh_custom: NDArray[np.uint8]  # (S,) 1: custom shading normals, 0: computed from the vertices
+    custom_normals: F32  # (N, 3) custom normals, of unit length; (0, 3): there are none
+    instance_mesh: NDArray[np.int32]  # (I,) mesh of each instance
+    instance_to_world: F32  # (I, 3, 4) transforms, relative to origin
+    materials: MaterialTable  # all closures of all materials
+    lights: LightTable  # all lights that are not meshes
     environment_rotation: F32  # (3, 3) from world space to the image's
-    environment_mask: int  # bits of the kinds of rays that see it
-    emission: F32  # (M, 3) mean over textures and parts, by which lights are sampled
+    environment_mask: int  # bits of the kinds of rays that it is visible to
+    emission: F32  # (M, 3) mean over textures and closures, for the choice of lights
     environment: F32  # (3,) radiance
-    camera: F32  # (24,) the camera's floats in one row (`camera.PLACES`)
-    camera_kind: int  # place in camera.KINDS
+    camera: F32  # (24,) row of the camera (`camera.PLACES`)
+    camera_kind: int  # index in camera.KINDS
     aperture_blades: int
     full_size: NDArray[np.int32]  # (2,) width and height of the full picture
-    window: NDArray[np.int32]  # (2,) the rendered window's first pixel
-    filter_kind: int  # place in camera.FILTERS
+    window: NDArray[np.int32]  # (2,) first pixel of the rendered window
+    filter_kind: int  # index in camera.FILTERS
     filter_width: float  # pixels
     width: int  # of the rendered window
     height: int
     clip_start: float
     clip_end: float
     textures: TextureTables | None  # None: nothing in the scene is textured
-    environment_pixels: F32 | None  # (h, w, 3) of the environment's image, row 0 on top
+    environment_pixels: F32 | None  # (h, w, 3) image of the environment, row 0 on top
 
     @cached_property
     def mesh_number(self) -> dict[str, int]:
-        """By name, each mesh's place in `mesh_names`."""
+        """Name of a mesh -> index in `mesh_names`."""
         return {name: k for k, name in enumerate(self.mesh_names)}
 
     @property
     def emission_two_sided(self) -> NDArray[np.uint8]:
-        """(M,) 1: the backs of the material's faces emit, too."""
+        """(M,) 1: faces of the material emit from both sides."""
         return ((self.materials.flags[self.materials.first_closure[:-1]] & TWO_SIDED) != 0).astype(np.uint8)
 
     def same_geometry(self, other: Tables) -> bool:
-        """Whether meshes, their vertices and what engines build of them are the same as in other tables."""
+        """Whether the meshes and their vertices are the same as in other tables."""
         return self.same_but_vertices(other) and all(
             np.array_equal(getattr(self, name), getattr(other, name)) for name in ("origin", "vertices")
         )
 
     def same_but_vertices(self, other: Tables) -> bool:
-        """Whether all is the same as in other tables that engines build in, and don't take over by an update."""
+        """Whether an update from other tables needs no rebuild: all from which engines build structures is the same."""
         return self.mesh_names == other.mesh_names and all(
             np.array_equal(getattr(self, name), getattr(other, name)) for name in _BUILT_IN
         )
 
     def edges(self) -> topology.Edges:
-        """Edges of all meshes that rays can hit, area lights left out."""
+        """Return the edges of all meshes that rays can hit; area lights are left out."""
         parts, vertex_first, face_first = [], [], []
         counts = np.diff(self.mesh_first_vertex)
         for first, last in batches((counts + np.diff(self.mesh_first_face))[: len(self.mesh_names)]):
@@ -123,7 +122,7 @@ class Tables:
 
 
 def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]:
-    """The fields of `Tables` that depend on the camera."""
+    """Return the fields of `Tables` that depend on the camera."""
     x0, y0, _, _ = camera.window
     height, width = camera.size
     return {
@@ -144,9 +143,9 @@ def camera_fields(camera: Camera, origin: NDArray[np.float64]) -> dict[str, Any]
 def flatten(
     scene: Scene, origin: NDArray[np.float64] | None = None, earlier: TextureTables | None = None
 ) -> Tables:
-    """Tables of a scene, relative to `origin` (None: the centre of its bounding box).
+    """Make the tables of a scene, relative to `origin` (None: the centre of its bounding box).
 
-    `earlier` textures lend their arrays if images and attributes have not changed since (`compile_textures`).
+    The arrays of `earlier` textures are shared if images and attributes have not changed since (`compile_textures`).
     Raises ``ValueError`` as `Scene.validate` does.
     """
     validated(scene)
@@ -159,12 +158,12 @@ def flatten(
 
 
 def with_values(scene: Scene, tables: Tables, paths: Collection[str] | None = None) -> Tables:
-    """The same geometry and textures with the scene's other materials, lights, world and camera.
+    """Return tables with the same geometry and textures, and the present materials, lights, world and camera.
 
     Parameters
     ----------
     paths
-        Parameter paths of what has changed; nothing else is looked at. None: all may have.
+        Parameter paths of what has changed; nothing else is read. None: everything may have changed.
     """
     if paths is None:
         held = [("materials", name) for name in scene.materials] + [("lights", name) for name in scene.lights]
@@ -180,7 +179,7 @@ def with_values(scene: Scene, tables: Tables, paths: Collection[str] | None = No
 
 
 def shows_image(scene: Scene) -> bool:
-    """Whether the environment has an image, and isn't black."""
+    """Whether the environment has an image and is not black."""
     return scene.world.image is not None and bool(np.any(scene.world.color * scene.world.strength))
 
 
@@ -192,7 +191,7 @@ def _needs_textures(scene: Scene) -> bool:
 
 
 def environment_pixels(scene: Scene) -> F32 | None:
-    """The environment's image in colour."""
+    """Return the image of the environment with three channels; None if it has no image."""
     if scene.world.image is None:
         return None
     pixels = scene.images[scene.world.image].pixels
@@ -200,7 +199,7 @@ def environment_pixels(scene: Scene) -> F32 | None:
 
 
 def _values(scene: Scene, origin: NDArray[np.float64], collections: Collection[str] = _VALUED) -> dict[str, Any]:
-    """The fields of `Tables` that hold materials, lights, the environment and the camera."""
+    """Return the fields of `Tables` that hold materials, lights, the environment and the camera."""
     out: dict[str, Any] = {}
     if "materials" in collections:
         out |= _material_values(scene)
@@ -226,7 +225,7 @@ def _material_values(scene: Scene) -> dict[str, Any]:
 
 
 def mean_emission(scene: Scene, name: str) -> NDArray[np.float64]:
-    """(3,) emission of a material: of a mixture the weighted sum, of textures their mean."""
+    """(3,) mean emission of a material: the weighted sum over a mixture, and the mean of textures."""
     material = scene.materials[name]
     weights = material.weights if isinstance(material, Mixture) else np.ones(1)
     total = np.zeros(3)
@@ -238,17 +237,17 @@ def mean_emission(scene: Scene, name: str) -> NDArray[np.float64]:
 
 
 def _rows(rows: list[Any], dtype: Any = np.float32) -> NDArray[Any]:
-    """Rows of three stacked into one (n, 3) array, also when there are none."""
+    """Stack rows of three numbers into one (n, 3) array; n may be 0."""
     return np.ascontiguousarray(np.concatenate([np.reshape(r, (-1, 3)) for r in rows]) if rows
                                 else np.zeros((0, 3)), dtype)
 
 
 def area(light: AreaLight) -> float:
-    """Emitting area, m²."""
+    """Emitting area in m²."""
     full = float(light.size[0] * light.size[1])
     return full if light.shape == "RECTANGLE" else full * np.pi / 4.0
 
 
 def _area_radiance(light: AreaLight) -> NDArray[np.float64]:
-    """Radiance of a Lambertian one-sided emitter of this power: P / (pi A)."""
+    """Radiance of a one-sided Lambertian emitter of power P and area A: P / (pi A)."""
     return light.power * light.color / (np.pi * area(light))

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad_addon.export import export_scene
+from edgegrad_addon.export import Export, export_scene
 from tests.benchmarks import agreement, cycles_peer, side_by_side
 from tests.benchmarks.cycles_scenes import CASES, Case, stage
 from tests.benchmarks.versus_mitsuba import processor
@@ -85,9 +85,14 @@ def by_cycles(case: Case, output: Path, samples: int, seeds: int) -> tuple[NDArr
     return known
 
 
+def exported() -> Export:
+    """The open scene as the add-on exports it."""
+    return export_scene(bpy.context.scene)
+
+
 def by_edgegrad(samples: int, seeds: int) -> tuple[NDArray[np.float32], float, list[str]]:
     """(seeds, H, W, 3) pictures of the open scene, the median of their seconds, and the export's lines."""
-    export = export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
+    export = exported()
     renderer, limits = edgegrad.Renderer(export.scene), export.settings
     pictures, seconds = [], []
     for seed in range(seeds):

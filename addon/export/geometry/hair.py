@@ -77,15 +77,15 @@ class Hair:
             np.clip(self.modifier.particle_system.settings.material - 1, 0, count - 1))  # fmt: skip
 
 
-def hair_of(ob: Any, render: bool, report: Report) -> Iterator[Hair]:
-    """Yield the hair of an evaluated object; `render` tells whether it was evaluated for a render."""
+def hair_of(ob: Any, report: Report) -> Iterator[Hair]:
+    """Yield the hair of an object that was evaluated for a render."""
     if ob.type == "CURVES":
         yield Hair(ob, None, len(ob.data.curves))
         return
     if ob.type != "MESH" or not ob.particle_systems:
         return
     for modifier in ob.modifiers:
-        if modifier.type != "PARTICLE_SYSTEM" or not (modifier.show_render if render else modifier.show_viewport):
+        if modifier.type != "PARTICLE_SYSTEM" or not modifier.show_render:
             continue
         system, settings = modifier.particle_system, modifier.particle_system.settings
         if settings.type != "HAIR" or settings.render_type != "PATH":
@@ -94,9 +94,6 @@ def hair_of(ob: Any, render: bool, report: Report) -> Iterator[Hair]:
         if ob.original.mode in ("EDIT", "PARTICLE_EDIT"):
             report.warn(found.label, "its hair is left out, as in Cycles, while the object is being edited")
             continue
-        if not render and (settings.display_step != settings.render_step or settings.display_percentage != 100
-                           or settings.child_percent != settings.rendered_child_count):  # fmt: skip
-            report.warn(found.label, f"has {found.number} strands, as in the viewport, not those of a render")
         yield found
 
 
@@ -115,8 +112,6 @@ class HairMeshes:
     ----------
     camera
         Decides how finely strands are tessellated.
-    render
-        Whether Blender evaluated the scene for a render.
     linear
         Whether Cycles draws all strands as straight tubes between their points.
     strands
@@ -124,7 +119,6 @@ class HairMeshes:
     """
 
     camera: Camera
-    render: bool
     linear: bool
     report: Report
     strands: int
@@ -199,7 +193,7 @@ class HairMeshes:
         ob, modifier = hair.object, hair.modifier
         system, settings = modifier.particle_system, modifier.particle_system.settings
         numbers = _numbers(system)
-        keys = 2 ** (settings.render_step if self.render else settings.display_step) + 1
+        keys = 2**settings.render_step + 1
         if settings.kink == "SPIRAL":
             keys += settings.kink_extra_steps
         read = system.co_hair

@@ -132,7 +132,7 @@ def world(color: Any, strength: float = 1.0) -> None:
 
 def export(bake: int = 64) -> Export:
     """The current scene, exported."""
-    return export_scene(bpy.context.scene, bpy.context.evaluated_depsgraph_get(), bake=bake)
+    return export_scene(bpy.context.scene, bake=bake)
 
 
 def cycles(folder: Path) -> NDArray[np.float32]:

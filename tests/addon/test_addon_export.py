@@ -109,8 +109,8 @@ def test_text_comes_once() -> None:
 
 def test_objects_hidden_in_renders_are_left_out() -> None:
     bs.light("POINT")
-    for name in ("Shown", "Render", "Viewport", "Eye", "Collection", "Excluded"):
-        bs.add(name, bs.cube(name))
+    for k, name in enumerate(("Shown", "Render", "Viewport", "Eye", "Collection", "Excluded")):
+        bs.add(name, bs.cube(name), (3 * k, 0, 0))
     objects = bpy.data.objects
     objects["Render"].hide_render = True
     objects["Viewport"].hide_viewport = True

@@ -161,9 +161,10 @@ def read_material(material: Any, images: Images, report: Report, world_to_camera
         report.warn(where, "has no active output; it is rendered black")
         return reading
     for name in ("Volume", "Displacement"):
-        moved = name == "Displacement" and material.displacement_method == "DISPLACEMENT"
-        if not moved and name in output.inputs and nodes.source(output.inputs[name]) is not None:
-            report.warn(where, f"the node that is linked to '{name}' of its output is ignored")
+        method = material.displacement_method if name == "Displacement" else ""
+        if method != "DISPLACEMENT" and name in output.inputs and nodes.source(output.inputs[name]) is not None:
+            what = "displaces vertices, but its bump is left out" if method == "BOTH" else "is ignored"
+            report.warn(where, f"the node that is linked to '{name}' of its output {what}")
     _Reading(material, images, world_to_camera, reading).read(output, report)
     return reading
 

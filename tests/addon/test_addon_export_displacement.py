@@ -135,6 +135,21 @@ def test_bump_alone_moves_nothing() -> None:
     assert np.allclose(bs.export().scene.meshes["Body"].vertices, vertices())
 
 
+def test_displacement_and_bump_keeps_the_normals() -> None:
+    made, move = displaced(method="BOTH")
+    where = made.node_tree.nodes.new("ShaderNodeTexCoord")
+    apart = made.node_tree.nodes.new("ShaderNodeSeparateXYZ")
+    made.node_tree.links.new(where.outputs["Object"], apart.inputs[0])
+    made.node_tree.links.new(apart.outputs[0], move.inputs["Height"])
+    mesh = bs.mesh("Body", [(x, y, 0) for x in range(4) for y in range(2)],
+                   [(2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1) for k in range(3)], made)  # fmt: skip
+    mesh.shade_smooth()
+    bs.add("Body", mesh)
+    found = bs.export().scene.meshes["Body"]
+    assert np.allclose(found.vertices[:, 2], found.vertices[:, 0] - 0.5)
+    assert np.allclose(found.normals[found.smoothing], (0, 0, 1))  # the bump bends them
+
+
 def test_what_cannot_be_read_is_named() -> None:
     made, move = displaced()
     script = made.node_tree.nodes.new("ShaderNodeAmbientOcclusion")

@@ -178,6 +178,8 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
     of_corners = not (len(normals) == count and np.array_equal(smoothing, faces))
     if of_corners:
         recomputed = np.ones_like(recomputed)
+    elif not recomputed.any():
+        return normals
     out = normals.astype(np.float64)
     smooth = (smoothing >= 0) & recomputed[:, None]
     group, vertex = smoothing[smooth], faces[smooth]

@@ -111,7 +111,8 @@ class PlacedMeshes:
         ob = placed.object
         where = f"object '{placed.source.object}'"
         if not len(arrays.faces):
-            self._report.warn(where, "has no faces; it is left out")
+            if len(arrays.positions):  # else its modifiers make only instances, hair or points
+                self._report.warn(where, "has no faces; it is left out")
             return
         flat = abs(np.linalg.det(placed.source.matrix[:3, :3])) < 1e-30
         terminator = float(_terminator(ob))

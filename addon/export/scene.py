@@ -21,17 +21,17 @@ from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .baking import bake_materials
 from .camera import export_camera
-from .coincident import warn_about_coincident
-from .displacement import displace, read_displacement, warn_about_adaptive
 from .effects import append_effects
 from .environment import bake_world
+from .geometry.coincident import warn_about_coincident
+from .geometry.displacement import displace, read_displacement, warn_about_adaptive
+from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
 from .images import Images
 from .inventory.naming import name_scene, name_settings
 from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
 from .meshes import Placed, PlacedMeshes
-from .object_types import RENDERED, OtherGeometry, warn_about_type
 from .read_normals import pixel_size
 from .settings import RenderSettings, expose, read_settings
 from .visibility import visible_to, warn_about_layer, warn_about_visibility
@@ -39,7 +39,6 @@ from .world import read_world
 
 NO_MATERIAL = "(no material)"
 BAKE_RESOLUTION = 1024
-# Blender's types of objects that are exported; curves, texts and metaballs are meshes among the evaluated instances.
 
 
 @dataclass
@@ -191,18 +190,14 @@ class _Walk:
         """Yield (instance, object, object or instancer) for all rendered objects; each is valid until the next one."""
         for instance in self.depsgraph.object_instances:
             ob = instance.object
-            # An instancer or emitter may show only its instances or its hair.
-            if instance.show_self or instance.show_particles:
-                yield instance, ob, instance.parent if instance.is_instance else ob
+            yield instance, ob, instance.parent if instance.is_instance else ob
 
     def materials(self) -> list[Any]:
         """List all used original materials; None stands for faces without a material."""
         found: dict[str, Any] = {}
         for instance, ob, _ in self._instances():
             warn_about_type(ob, self.out.report)
-            hair = self.others.hair(ob)
-            self.others.count(hair)
-            if hair or (ob.type in ("MESH", "POINTCLOUD") and instance.show_self):
+            if self.others.shows(instance) or (ob.type == "MESH" and instance.show_self):
                 for material in self._slots(ob):
                     found[_key(material)] = material
         return list(found.values())
@@ -212,7 +207,7 @@ class _Walk:
         out = self.out
         lights: dict[str, Any] = {}
         for instance, ob, holder in self._instances():
-            if ob.type not in RENDERED:
+            if ob.type not in RENDERED or not (instance.show_self or instance.show_particles):
                 continue
             matrix = np.array(instance.matrix_world, np.float64)
             source = Source(ob.original.name, ob.original.data.name if ob.original.data else "", matrix,
@@ -232,8 +227,7 @@ class _Walk:
             placed = Placed(ob, source, holder.original.name, slots, visible, instance.random_id, self.linking)
             if ob.type == "MESH" and instance.show_self and self.depsgraph.view_layer.use_solid:
                 self.meshes.add(placed, set().union(*(needed[slot] for slot in slots)))
-            if ob.type != "MESH" or instance.show_particles:
-                self.others.add(placed, needed)
+            self.others.add(instance, placed, needed, out.materials)
         out.scene.lights = lights
         return self.meshes
 

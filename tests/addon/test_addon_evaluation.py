@@ -83,7 +83,7 @@ def test_levels_and_switches_are_those_of_renders() -> None:
 
 def test_every_way_of_hiding_in_the_viewport_is_ignored() -> None:
     for k, name in enumerate(("Eye", "Monitor", "Collection's eye", "Collection's monitor", "Excluded")):
-        bs.add(name, bs.cube(name)).location = (3.0 * k, 0.0, 0.0)
+        bs.add(name, bs.cube(name), (3 * k, 0, 0))
     objects = bpy.data.objects
     objects["Eye"].hide_set(True)
     objects["Monitor"].hide_viewport = True

@@ -110,7 +110,7 @@ def test_text_comes_once() -> None:
 def test_objects_hidden_in_renders_are_left_out() -> None:
     bs.light("POINT")
     for k, name in enumerate(("Shown", "Render", "Viewport", "Eye", "Collection", "Excluded")):
-        bs.add(name, bs.cube(name)).location = (3.0 * k, 0.0, 0.0)
+        bs.add(name, bs.cube(name), (3 * k, 0, 0))
     objects = bpy.data.objects
     objects["Render"].hide_render = True
     objects["Viewport"].hide_viewport = True

@@ -103,7 +103,17 @@ def vector_displacement() -> None:
         ob.data.polygons.foreach_set("use_smooth", np.ones(1600, bool))
 
 
-@case("Displacement and bump on a coarse mesh, a shared mesh that is placed three times", bounces=2)
+@case("Displacement and bump on a coarse mesh: fine noise that its vertices cannot show", bounces=2)
+def displacement_and_bump() -> None:
+    """The method "Displacement and Bump"."""
+    _set()
+    rough = _displaced("Rough", "BOTH", (0.5, 0.5, 0.45), lambda tree: stage.node(
+        tree, "ShaderNodeDisplacement", {"Height": _noise(tree, 4.0), "Scale": 0.3}))  # fmt: skip
+    ob = stage.add("Rough", stage.grid("Rough", rough, size=3.0, cells=24), (0, 0, 0.2), (0.3, 0, 0))
+    ob.data.polygons.foreach_set("use_smooth", np.ones(576, bool))
+
+
+@case("Displacement on a shared mesh that is placed three times", bounces=2)
 def displaced_instances() -> None:
     """The mesh moves once for all objects that share it."""
     _set()

@@ -79,6 +79,63 @@ def grass() -> None:
     made.rendered_child_count = made.child_percent = 3
 
 
+@case("Hair that fades out: a Transparent shader mixed in by Hair Info's Intercept", bounces=2)
+def fading_hair() -> None:
+    """Rays pass a strand once."""
+    _set()
+
+    def fade(tree: Any) -> Any:
+        info = stage.node(tree, "ShaderNodeHairInfo")
+        body = stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": (0.4, 0.2, 0.1)})
+        return stage.node(tree, "ShaderNodeMixShader", {0: info.outputs["Intercept"], 1: body,
+                                                        2: stage.node(tree, "ShaderNodeBsdfTransparent")})  # fmt: skip
+
+    ob = stage.add("Head", stage.sphere("Head", stage.material("Fade", fade), radius=0.6, segments=32), (0, 0, 0.7))
+    _grow(ob, 400, 0.5, radius_scale=0.006, child_type="SIMPLE", rendered_child_count=12, tip_radius=0.3)
+
+
+@case("Hair in a collection that is placed three times, once mirrored and once unevenly scaled; two systems", bounces=2)
+def instanced_hair() -> None:
+    """Instances share their strands."""
+    _set()
+    group = bpy.data.collections.new("Group")
+    ob = stage.add(
+        "Ball",
+        stage.sphere("Ball", stage.diffuse("Brown", (0.4, 0.25, 0.1)), stage.diffuse("Blue", (0.1, 0.2, 0.6)),
+                     radius=0.35, segments=24))  # fmt: skip
+    bpy.context.scene.collection.objects.unlink(ob)
+    group.objects.link(ob)
+    _grow(ob, 250, 0.15, radius_scale=0.01)
+    _grow(ob, 150, 0.3, radius_scale=0.01, material=2, child_type="INTERPOLATED", rendered_child_count=2)
+    for k, scale in enumerate(((1, 1, 1), (-1.2, 1.2, 1.2), (1.0, 1.0, 0.5))):
+        place = stage.add(f"Place {k}", None, (-1.2 + 1.2 * k, 0, 0.5), (0.2, 0.1 * k, 0.4), scale)
+        place.instance_type, place.instance_collection = "COLLECTION", group
+
+
+@case("Curves made by geometry nodes on meshes, which Cycles does not draw", bounces=2)
+def node_curves() -> None:
+    """Mesh to Curve with radii, and the same curves instanced on points: nothing but the floor is seen."""
+    _set()
+    paint = stage.principled("Wire", (0.7, 0.5, 0.1), Roughness=0.4)
+    for k in range(2):
+        tree = bpy.data.node_groups.new(f"Curves {k}", "GeometryNodeTree")
+        for way in ("INPUT", "OUTPUT"):
+            tree.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+        start = tree.nodes.new("NodeGroupInput")
+        curve = stage.node(tree, "GeometryNodeMeshToCurve", {"Mesh": start.outputs[0]})
+        wide = stage.node(tree, "GeometryNodeSetCurveRadius", {"Curve": curve, "Radius": 0.012})
+        made = stage.node(tree, "GeometryNodeSetMaterial", {"Geometry": wide})
+        made.inputs["Material"].default_value = paint
+        if k:
+            made = stage.node(tree, "GeometryNodeInstanceOnPoints",
+                              {"Points": stage.node(tree, "GeometryNodeMeshLine", {"Count": 4}), "Instance": made,
+                               "Scale": (0.5, 0.5, 0.8)})  # fmt: skip
+        stage.node(tree, "NodeGroupOutput", {0: made})
+        ob = stage.add(f"Wire {k}", stage.grid(f"Wire {k}", paint, size=1.0, cells=5), (-0.8 + 1.5 * k, 0, 0.6),
+                       (1.1, 0.2, 0.3), 0.8)
+        ob.modifiers.new("Curves", "NODES").node_group = tree
+
+
 def _curves(kind: str, radius: float, numbers: int, place: float, paint: Any) -> None:
     """A CURVES object whose curves have five points and a hidden root."""
     data = bpy.data.hair_curves.new(kind)

@@ -1,9 +1,12 @@
 """Strands of hair as triangles: curves with radii become prisms around them.
 
 Cycles draws a strand as a tube, or as a ribbon that faces every ray and has a tube's normals. A prism has the same mean
-width over all directions if its perimeter is that of the tube. Prisms of thin strands are flat shaded and turned at
-random around their strands: their faces then have the tube's normals, and receive light from the tube's hemispheres,
-in the mean over many strands. Prisms of wide strands have many sides and smooth normals.
+width over all directions if its perimeter is that of the tube. Prisms of thin strands are flat shaded and turned
+differently around their strands: their faces then have the tube's normals, and receive light from the tube's
+hemispheres, in the mean over many strands. Prisms of wide strands have many sides and smooth normals.
+
+In Cycles a ray that passes through a strand meets it once. So strands that let light through are prisms of two sides,
+which are one quad.
 """
 
 from __future__ import annotations
@@ -13,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .mesh import MeshArrays
+from ..mesh import MeshArrays
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -22,8 +25,10 @@ I64 = NDArray[np.int64]
 # Sides of the prisms of strands up to this width in pixels. Odd numbers have nearly the same width from everywhere.
 FEWEST_SIDES = 3
 SIDES = ((0.3, FEWEST_SIDES, False), (4.0, 5, False), (np.inf, 16, True))
+RIBBON, WIDEST_RIBBON = 2, 4.0  # sides of strands that let light through, and up to which width in pixels
 # Largest distance between a strand and its prism's axis, relative to the radius, and in pixels.
 TOLERANCE, PIXEL_TOLERANCE = 0.25, 0.1
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 MOST_SUBDIVISIONS = 4  # sections between two points of a strand, as Cycles has by default
 
 
@@ -115,14 +120,16 @@ def usable(strands: Strands) -> Strands:
     return out.select((lengths(out)[1] > 0.0) & thick)
 
 
-def sides_for(pixels: float) -> tuple[int, bool]:
+def sides_for(pixels: float, translucent: bool) -> tuple[int, bool]:
     """Return the number of a prism's sides, and whether it is smooth shaded, for a strand this many pixels wide."""
+    if translucent and pixels <= WIDEST_RIBBON:
+        return RIBBON, False
     return next((sides, smooth) for most, sides, smooth in SIDES if pixels <= most)
 
 
-def resampled(strands: Strands, pixel: float) -> Strands:
+def resampled(strands: Strands, pixel: float, tolerance: float = PIXEL_TOLERANCE) -> Strands:
     """Return the strands with as many points as their shape needs, if a pixel has this size (metres)."""
-    allowed = max(TOLERANCE * float(np.median(strands.radius)), PIXEL_TOLERANCE * pixel)
+    allowed = max(TOLERANCE * float(np.median(strands.radius)), tolerance * pixel)
     count = int(strands.counts[0])
     equal = bool((strands.counts == count).all())
     stride = 1
@@ -209,6 +216,11 @@ def subdivided(strands: Strands, sections: int) -> Strands:
                    {k: between(v, linear) for k, v in strands.along.items()}, strands.each, False)  # fmt: skip
 
 
+def triangles(strands: Strands, sides: int) -> int:
+    """Return the number of triangles of prisms around the strands."""
+    return (len(strands.points) - len(strands.counts)) * (2 if sides == RIBBON else 2 * sides)
+
+
 def prisms(strands: Strands, sides: int, smooth: bool) -> tuple[MeshArrays, I64]:
     """Return the strands as prisms, and the point of a strand that each vertex surrounds."""
     across = _frames(strands)
@@ -218,7 +230,7 @@ def prisms(strands: Strands, sides: int, smooth: bool) -> tuple[MeshArrays, I64]
     ring = np.cos(angle)[:, None] * across[:, None, 0] + np.sin(angle)[:, None] * across[:, None, 1]
     vertices = strands.points[:, None] + reach[:, None, None] * ring
     here = _neighbours(strands)[1][:, None] * sides
-    side = np.arange(sides)
+    side = np.arange(sides if sides > RIBBON else 1)
     turn = (side + 1) % sides
     quads = np.stack([here + side, here + turn, here + sides + turn, here + sides + side], axis=-1).reshape(-1, 4)
     faces = np.stack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]], axis=1)
@@ -244,7 +256,6 @@ def _frames(strands: Strands) -> F64:
     chord[start] = _unit(strands.points[end] - strands.points[start])
     along = chord[:-1].copy()
     along[end] += chord[start]
-    rng = np.random.default_rng(0)
     u = np.zeros_like(strands.points)
     for k in range(int(strands.counts.max(initial=0))):
         now = strands.first[:-1][strands.counts > k] + k
@@ -252,13 +263,21 @@ def _frames(strands: Strands) -> F64:
         degenerate = np.einsum("nk,nk->n", tangent, tangent) < 1e-12
         tangent[degenerate] = (0.0, 0.0, 1.0)
         along[now] = tangent = _unit(tangent)
-        ahead = rng.normal(size=(len(now), 3)) if k == 0 else u[now - 1]
+        ahead = _turned(tangent) if k == 0 else u[now - 1]
         u[now] = _unit(ahead - tangent * np.einsum("nk,nk->n", ahead, tangent)[:, None])
         lost = ~(np.abs(u[now]).max(axis=1, initial=0.0) > 0.0)
         if lost.any():
             other = np.roll(tangent[lost], 1, axis=1) + (0.1, 0.2, 0.3)
             u[now[lost]] = _unit(np.cross(tangent[lost], other))
     return np.stack([u, np.cross(along, u)], axis=1)
+
+
+def _turned(along: F64) -> F64:
+    """(n, 3) vectors across the unit vectors `along`; neighbours in this order are turned evenly around them."""
+    least = np.eye(3)[np.argmin(np.abs(along), axis=1)]
+    u = _unit(np.cross(along, least))
+    angle = 2.0 * np.pi * GOLDEN * np.arange(len(along))[:, None]
+    return np.asarray(np.cos(angle) * u + np.sin(angle) * np.cross(along, u))
 
 
 def _unit(v: F64) -> F64:

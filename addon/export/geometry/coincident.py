@@ -19,10 +19,10 @@ from edgegrad import _native
 from edgegrad.rendering.native_engine import embree_library
 from edgegrad.scene.placement import places
 
-from .normals import bits
+from ..normals import bits
 
 if TYPE_CHECKING:
-    from .scene import Export
+    from ..scene import Export
 
 F64 = NDArray[np.float64]
 I64 = NDArray[np.int64]

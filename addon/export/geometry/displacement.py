@@ -20,13 +20,13 @@ from edgegrad.expression import Expression, Operand, nodes_of
 from edgegrad.tables.materials import COLUMNS, WIDTH
 from edgegrad.tables.textures.program import compile_textures
 
-from ..problem import Report
-from .attributes import ACTIVE_UV, OBJECT, TANGENT, layer
-from .expressions import Reader, Unreadable, reads
-from .images import Images
-from .mesh import MeshArrays
-from .meshes import Group
-from .nodes import Groups, by_identifier, feed
+from ...problem import Report
+from ..attributes import ACTIVE_UV, OBJECT, TANGENT, layer
+from ..expressions import Reader, Unreadable, reads
+from ..images import Images
+from ..mesh import MeshArrays
+from ..meshes import Group
+from ..nodes import Groups, by_identifier, feed
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -178,6 +178,8 @@ def _moved_normals(positions: F32, arrays: MeshArrays, recomputed: NDArray[np.bo
     of_corners = not (len(normals) == count and np.array_equal(smoothing, faces))
     if of_corners:
         recomputed = np.ones_like(recomputed)
+    elif not recomputed.any():
+        return normals
     out = normals.astype(np.float64)
     smooth = (smoothing >= 0) & recomputed[:, None]
     group, vertex = smoothing[smooth], faces[smooth]

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from edgegrad import Camera
 from edgegrad.scene.placement import stretches
 
-from ..problem import Report
-from .attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, hash_words, is_of_object
+from ...problem import Report
+from ..attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, hash_words, is_of_object
+from ..mesh import MeshArrays
 from .hair import MOST_TRIANGLES, layer_values, pixel_size
-from .mesh import MeshArrays
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -25,7 +25,7 @@ POINT_SIZE = 0.01  # radius of points without radii in Cycles
 SUBDIVISIONS = ((2.0, 1, False), (12.0, 2, True), (60.0, 3, True), (np.inf, 4, True))
 
 
-def build_points(ob: Any, camera: Camera, values: ObjectValues, names: set[str],
+def build_points(ob: Any, camera: Camera, values: ObjectValues, names: set[str], translucent: bool,
                  report: Report) -> tuple[MeshArrays, dict[str, F32]] | None:  # fmt: skip
     """Return the spheres of an evaluated point cloud and their attributes of these names; None: there are none."""
     where = f"object '{ob.original.name}'"
@@ -48,6 +48,8 @@ def build_points(ob: Any, camera: Camera, values: ObjectValues, names: set[str],
     pixel = pixel_size(camera, centres[kept] @ linear.T + values.matrix[:3, 3])
     width = 2.0 * scale * float(np.quantile(radius[kept], 0.9)) / pixel if len(kept) else 0.0
     level, smooth = next((level, smooth) for most, level, smooth in SUBDIVISIONS if width <= most)
+    if translucent:
+        report.warn(where, "light that passes through its points meets their surface twice, not once as in Cycles")
     while level > 0 and len(kept) * 20 * 4**level > MOST_TRIANGLES:
         level -= 1
     if len(kept) * 20 > MOST_TRIANGLES:

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from edgegrad import Camera
 from edgegrad.scene.placement import stretches
 
-from ..problem import Report
-from .attributes import (
+from ...problem import Report
+from ..attributes import (
     ACTIVE_UV,
     GENERATED,
     INTERCEPT,
@@ -28,13 +28,15 @@ from .attributes import (
     hash_words,
     is_of_object,
 )
-from .mesh import MeshArrays
-from .strands import FEWEST_SIDES, Strands, lengths, prisms, resampled, sides_for, straight, usable
+from ..mesh import MeshArrays
+from .strands import FEWEST_SIDES, RIBBON, Strands, lengths, prisms, resampled, sides_for, straight, triangles, usable
 
 F64 = NDArray[np.float64]
+Built = tuple[MeshArrays, dict[str, NDArray[np.float32]]]  # a mesh and its attributes
 
 # Triangles of all hair of a scene; more strands than they suffice for are thinned out.
-MOST_TRIANGLES = 4_000_000
+MOST_TRIANGLES = 6_000_000
+COARSE = 0.5  # pixels by which strands may be displaced before they are thinned out
 CURVES_RADIUS = 0.005  # of curves without radii in Cycles
 # Values of the Hair Info node that a strand itself has.
 OWN = (IS_STRAND, INTERCEPT, LENGTH, THICKNESS, RANDOM_STRAND)
@@ -75,15 +77,15 @@ class Hair:
             np.clip(self.modifier.particle_system.settings.material - 1, 0, count - 1))  # fmt: skip
 
 
-def hair_of(ob: Any, render: bool, report: Report) -> Iterator[Hair]:
-    """Yield the hair of an evaluated object; `render` tells whether it was evaluated for a render."""
+def hair_of(ob: Any, report: Report) -> Iterator[Hair]:
+    """Yield the hair of an object that was evaluated for a render."""
     if ob.type == "CURVES":
         yield Hair(ob, None, len(ob.data.curves))
         return
     if ob.type != "MESH" or not ob.particle_systems:
         return
     for modifier in ob.modifiers:
-        if modifier.type != "PARTICLE_SYSTEM" or not (modifier.show_render if render else modifier.show_viewport):
+        if modifier.type != "PARTICLE_SYSTEM" or not modifier.show_render:
             continue
         system, settings = modifier.particle_system, modifier.particle_system.settings
         if settings.type != "HAIR" or settings.render_type != "PATH":
@@ -92,9 +94,6 @@ def hair_of(ob: Any, render: bool, report: Report) -> Iterator[Hair]:
         if ob.original.mode in ("EDIT", "PARTICLE_EDIT"):
             report.warn(found.label, "its hair is left out, as in Cycles, while the object is being edited")
             continue
-        if not render and (settings.display_step != settings.render_step or settings.display_percentage != 100
-                           or settings.child_percent != settings.rendered_child_count):  # fmt: skip
-            report.warn(found.label, f"has {found.number} strands, as in the viewport, not those of a render")
         yield found
 
 
@@ -113,8 +112,6 @@ class HairMeshes:
     ----------
     camera
         Decides how finely strands are tessellated.
-    render
-        Whether Blender evaluated the scene for a render.
     linear
         Whether Cycles draws all strands as straight tubes between their points.
     strands
@@ -122,14 +119,18 @@ class HairMeshes:
     """
 
     camera: Camera
-    render: bool
     linear: bool
     report: Report
     strands: int
 
-    def build(self, hair: Hair, values: ObjectValues,
-              names: set[str]) -> tuple[MeshArrays, dict[str, NDArray[np.float32]]] | None:  # fmt: skip
-        """Return the mesh of some hair, and its attributes of these names; None: no strand can be seen."""
+    def build(self, hair: Hair, values: ObjectValues, names: set[str], translucent: bool) -> Built | None:
+        """Return the mesh of some hair, and its attributes of these names; None: no strand can be seen.
+
+        Parameters
+        ----------
+        translucent
+            Whether its material lets light through.
+        """
         strands = self._read(hair, names)
         strands = usable(strands)
         if not len(strands.points):
@@ -147,24 +148,29 @@ class HairMeshes:
         thickness = 2.0 * strands.radius * (1.0 if stretches(linear) else scale)
         strands.along |= {INTERCEPT: share[:, None], THICKNESS: thickness[:, None]}
         strands.each[LENGTH] = total[:, None]
-        sides, smooth = sides_for(2.0 * scale * float(np.quantile(strands.radius, 0.9)) / pixel)
+        sides, smooth = sides_for(2.0 * scale * float(np.quantile(strands.radius, 0.9)) / pixel, translucent)
+        if translucent and sides != RIBBON:
+            self.report.warn(hair.label, "light that passes through its wide strands meets their surface twice, not "
+                             "once as in Cycles")  # fmt: skip
         if self.linear:
             strands.smooth = False
         if smooth and not strands.smooth:
             strands = straight(strands)
-        strands = resampled(strands, pixel / scale)
-        strands, sides, smooth = self._limited(hair, strands, sides, smooth)
+        strands, sides, smooth = self._limited(hair, strands, sides, smooth, pixel / scale)
         arrays, point = prisms(strands, sides, smooth)
         return arrays, _attributes(strands, arrays, point, names, values)
 
-    def _limited(self, hair: Hair, strands: Strands, sides: int, smooth: bool) -> tuple[Strands, int, bool]:
-        """Reduce sides, and then strands, to the triangles that this hair may have."""
+    def _limited(self, hair: Hair, strands: Strands, sides: int, smooth: bool,
+                 pixel: float) -> tuple[Strands, int, bool]:  # fmt: skip
+        """Tessellate strands; reduce sides, sections, and then strands to the triangles that this hair may have."""
         allowed = MOST_TRIANGLES * hair.number / self.strands
-        sections = len(strands.points) - len(strands.counts)
-        if 2 * sides * sections <= allowed:
-            return strands, sides, smooth
-        sides, smooth = FEWEST_SIDES, False
-        share = allowed / (2 * sides * sections)
+        fine = resampled(strands, pixel)
+        if triangles(fine, sides) <= allowed:
+            return fine, sides, smooth
+        sides, smooth = min(sides, FEWEST_SIDES), False
+        if triangles(fine, sides) > allowed:
+            fine = resampled(strands, pixel, COARSE)
+        strands, share = fine, allowed / triangles(fine, sides)
         if share >= 1.0:
             return strands, sides, smooth
         order = np.arange(len(strands.counts))
@@ -187,7 +193,7 @@ class HairMeshes:
         ob, modifier = hair.object, hair.modifier
         system, settings = modifier.particle_system, modifier.particle_system.settings
         numbers = _numbers(system)
-        keys = 2 ** (settings.render_step if self.render else settings.display_step) + 1
+        keys = 2**settings.render_step + 1
         if settings.kink == "SPIRAL":
             keys += settings.kink_extra_steps
         read = system.co_hair

@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from edgegrad import Camera
 
-from ..problem import Report
-from .attributes import ObjectValues
+from ...problem import Report
+from ..attributes import ObjectValues
+from ..materials import MaterialReading
+from ..meshes import Placed, PlacedMeshes
 from .hair import Hair, HairMeshes, hair_of
-from .meshes import Placed, PlacedMeshes
 from .points import build_points
 
 # Types of evaluated objects that are rendered. Curves, surfaces, text and metaballs are evaluated to meshes.
 RENDERED = ("MESH", "LIGHT", "CURVES", "POINTCLOUD")
 # Types that Cycles does not render either.
 INVISIBLE = ("CURVE", "SURFACE", "FONT", "META", "ARMATURE", "LATTICE", "EMPTY", "LIGHT_PROBE", "CAMERA", "SPEAKER")
+THROUGH = ("GLASS", "REFRACTION", "TRANSPARENT", "TRANSLUCENT")  # kinds of materials
 LEFT_OUT = {"VOLUME": "is a volume, which can't be rendered; it is left out",
             "GREASEPENCIL": "is a grease pencil drawing, which can't be rendered; it is left out",
             "GPENCIL": "is a grease pencil drawing, which can't be rendered; it is left out"}  # fmt: skip
+
+
+def _lets_light_through(reading: MaterialReading) -> bool:
+    """Whether light passes through surfaces of a material."""
+    return any(one.kind in THROUGH or one.alpha < 1.0 or one.transmission > 0.0
+               or not one.textures.keys().isdisjoint(("alpha", "transmission"))
+               for one in reading.shaders())  # fmt: skip
 
 
 def warn_about_type(ob: Any, report: Report) -> None:
@@ -44,32 +53,39 @@ class OtherGeometry:
         self._meshes = meshes
         self._camera = camera
         self._use_hair = bool(getattr(depsgraph.view_layer, "use_strand", True))
-        self._render = depsgraph.mode == "RENDER"
         shape = getattr(getattr(depsgraph.scene, "cycles_curves", None), "shape", "RIBBONS")
         self._linear = shape == "THICK_LINEAR"
         self._report = report
         self._strands = 0
         self._built: dict[Any, Any] = {}
 
-    def hair(self, ob: Any) -> list[Hair]:
-        """List the hair of an evaluated object."""
-        return list(hair_of(ob, self._render, self._report)) if self._use_hair else []
-
-    def count(self, hair: list[Hair]) -> None:
-        """Count strands; `add` needs the number of all strands of the scene."""
+    def shows(self, instance: Any) -> bool:
+        """Whether an instance shows hair or points; counts strands, whose number `add` needs."""
+        if instance.object.type == "POINTCLOUD":
+            return bool(instance.show_self)
+        hair = self._hair(instance)
         self._strands += sum(one.number for one in hair)
+        return bool(hair)
 
-    def add(self, placed: Placed, needed: dict[str, set[str]]) -> None:
-        """Add the hair or the points of an evaluated object; `needed` has the attributes that each material reads."""
+    def _hair(self, instance: Any) -> list[Hair]:
+        ob = instance.object
+        shown = instance.show_self if ob.type == "CURVES" else instance.show_particles
+        return list(hair_of(ob, self._report)) if shown and self._use_hair else []
+
+    def add(self, instance: Any, placed: Placed, needed: dict[str, set[str]],
+            materials: Mapping[str, MaterialReading]) -> None:  # fmt: skip
+        """Add the hair or the points of an instance; `needed` has the attributes that each material reads."""
+        through = {name for name in placed.slots if _lets_light_through(materials[name])}
         ob, slots = placed.object, placed.slots
-        if ob.type == "POINTCLOUD":
+        if ob.type == "POINTCLOUD" and instance.show_self:
             self._place(placed, "", slots[0], needed[slots[0]],
-                        partial(build_points, ob, self._camera, report=self._report))  # fmt: skip
+                        partial(build_points, ob, self._camera, report=self._report,
+                                translucent=slots[0] in through))  # fmt: skip
             return
-        make = HairMeshes(self._camera, self._render, self._linear, self._report, self._strands)
-        for hair in self.hair(ob):
+        make = HairMeshes(self._camera, self._linear, self._report, self._strands)
+        for hair in self._hair(instance):
             slot = slots[hair.slot(len(slots))]
-            self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair))
+            self._place(placed, hair.part, slot, needed[slot], partial(make.build, hair, translucent=slot in through))
 
     def _place(self, placed: Placed, part: str, slot: str, names: set[str], build: Callable[..., Any]) -> None:
         values = ObjectValues(placed.object, placed.source.matrix, placed.random_id)

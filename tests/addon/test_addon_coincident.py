@@ -1,0 +1,114 @@
+"""Faces and lights that lie exactly on faces are reported with their share of the picture."""
+
+# ruff: noqa: E402  (what is imported below needs bpy)
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
+
+from edgegrad_addon.export.geometry import coincident
+from tests.support.scenes import blender_scenes as bs
+
+
+@pytest.fixture(autouse=True)
+def _scene() -> None:
+    bs.empty()
+    bs.camera((0, 0, 5))
+    bs.light("POINT")
+
+
+def floor(*materials: Any) -> Any:
+    return bs.add("Floor", bs.plane("Floor", 20.0, *(materials or (bs.material("Grey"),))))
+
+
+def reported() -> list[str]:
+    return [line for line in bs.export().report.lines if "exactly" in line or "twice" in line]
+
+
+@pytest.mark.parametrize("turn", [0.0, np.pi, 0.4])
+def test_a_decal_is_named_with_its_share(turn: float) -> None:
+    floor()
+    # The picture shows a square of 3.6 metres.
+    width = 2.0 * 5.0 * np.tan(0.5 * bpy.context.scene.camera.data.angle)
+    bs.add("Decal", bs.plane("Decal", 0.5 * width, bs.material("Red")), (0, 0, 0), (turn if turn > 1 else 0, 0, turn))
+    (line,) = reported()
+    assert line.startswith("object 'Decal': faces of material 'Red' lie exactly on faces of object 'Floor', material "
+                           "'Grey', on 25.0% of the picture")  # fmt: skip
+
+
+def test_faces_that_are_near_or_hidden_are_not_named() -> None:
+    floor()
+    bs.add("Above", bs.plane("Above", 1.0, bs.material("Red")), (0, 0, 1e-4))
+    bs.add("Box", bs.cube("Box", bs.material("Blue")), (2.5, 0, 1.0))
+    assert not reported()
+
+
+def test_neighbours_in_one_plane_are_not_named() -> None:
+    for k in range(3):
+        bs.add(f"Tile {k}", bs.plane(f"Tile {k}", 1.0, bs.material(f"Tile {k}")), (k - 1.0, 0, 0))
+    assert not reported()
+
+
+def test_planes_far_from_the_origin() -> None:
+    bpy.context.scene.camera.location = (3000.0, 0, 5)
+    bs.add("Floor", bs.plane("Floor", 20.0, bs.material("Grey")), (3000.0, 0, 0))
+    bs.add("Decal", bs.plane("Decal", 1.0, bs.material("Red")), (3000.3, 0.1, 0), (0, 0, 0.3))
+    assert len(reported()) == 1
+
+
+def test_one_mesh_that_lies_on_itself() -> None:
+    points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    twice = bs.mesh("Twice", points * 2, [(0, 1, 2, 3), (4, 5, 6, 7)], bs.material("Red"), bs.material("Blue"))
+    bs.add("Twice", twice)
+    assert "faces of material 'Red' lie twice at the same place" in reported()[0]
+    twice.polygons[1].material_index = 1
+    assert "faces of material 'Blue' lie exactly on faces of material 'Red'" in reported()[0]
+
+
+def test_a_copy_that_was_left_in_place() -> None:
+    for k in range(2):
+        bs.add(f"Cube {k}", bs.cube(f"Cube {k}", bs.material("Red") if k == 0 else bpy.data.materials["Red"]))
+    assert len(reported()) == 1
+
+
+def test_emitters_are_named_where_nobody_sees_them() -> None:
+    bs.add("Ceiling", bs.plane("Ceiling", 4.0, bs.material("Grey")), (0, 0, 7))
+    bs.add("Panel", bs.plane("Panel", 1.0, bs.material("Panel", (1, 1, 1), "ShaderNodeEmission")), (0, 0, 7))
+    assert "where they emit light" in reported()[0]
+
+
+@pytest.mark.parametrize(("height", "found"), [(2.4, True), (2.3999, False)])
+def test_a_lamp_on_the_ceiling(height: float, found: bool) -> None:
+    bs.add("Ceiling", bs.plane("Ceiling", 4.0, bs.material("Grey")), (0, 0, 2.4))
+    bs.light("AREA", "Lamp", (0, 0, height), size=1.0)
+    lines = reported()
+    assert bool(lines) == found
+    if found:
+        assert lines[0].startswith("light 'Lamp': lies exactly on object 'Ceiling' with 100% of its area")
+
+
+def test_scenes_with_too_many_triangles_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(coincident, "MOST_TRIANGLES", 1)
+    floor()
+    assert any("aren't looked for" in line for line in bs.export().report.readings)
+
+
+def test_work_grows_as_the_number_of_planes_not_of_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared = []
+    contains = coincident._contains
+
+    def counted(corners: Any, *more: Any) -> Any:
+        compared.append(len(corners))
+        return contains(corners, *more)
+
+    monkeypatch.setattr(coincident, "_contains", counted)
+    paints = [bs.material(f"Paint {k}") for k in range(2)]
+    for k in range(100):
+        bs.add(f"Tile {k}", bs.plane(f"Tile {k}", 0.2, paints[k % 2]), (0.2 * (k % 10) - 0.9, 0.2 * (k // 10) - 0.9, 0))
+    assert not reported()
+    assert sum(compared) < 2000

@@ -35,6 +35,8 @@ class Decision:
         What the part is about, as places in the scene's order.
     pairs, pierced
         Meshes that pass through each other; a light and the mesh that passes through it.
+    limit
+        The number of faces or surfaces above which the part is missing; 0: it has none.
     samples, seconds
         Of a call: how many samples were taken, and the time of all threads together; 0 before.
     """
@@ -49,6 +51,7 @@ class Decision:
     materials: tuple[int, ...] = ()
     pairs: tuple[tuple[int, int], ...] = ()
     pierced: tuple[tuple[int, int], ...] = ()
+    limit: int = 0
     samples: float = 0.0
     seconds: float = 0.0
 

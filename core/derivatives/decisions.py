@@ -35,6 +35,8 @@ class Decision:
         Meshes, lights and materials that the part concerns, as indices in the order of the scene.
     pairs, pierced
         Pairs of meshes that intersect each other; pairs of a light and a mesh that intersects it.
+    limit
+        The number of faces or surfaces above which the part is missing; 0: it has none.
     samples, seconds
         Number of samples that the call took, and the seconds of all its threads together; 0 before a call.
     """
@@ -49,6 +51,7 @@ class Decision:
     materials: tuple[int, ...] = ()
     pairs: tuple[tuple[int, int], ...] = ()
     pierced: tuple[tuple[int, int], ...] = ()
+    limit: int = 0
     samples: float = 0.0
     seconds: float = 0.0
 

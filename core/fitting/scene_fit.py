@@ -189,8 +189,8 @@ def fit(
     steps = _checked_steps(paths, step_sizes)
     unknowns = [unknown(work, path, steps.get(path), smoothness, slide) for path in paths]
 
-    renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=paths)
-    renderer.watched = False  # no other code can change the copy
+    # No other code can change the copy
+    renderer = Renderer(work, threads=threads, engine=engine, learn=True, wrt=paths, watched=False)
     run = Run(
         work, renderer, seen, unknowns, loss,
         iterations=iterations, per_iteration=per_iteration, spp=spp, gradient_spp=samples,

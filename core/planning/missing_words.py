@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from .scene_words import SceneWords
 
-# Most surfaces that a chain of mirrors and glass meets (native/tasks/scan_task.h).
-_LONGEST = 16
-
-# By part: a sentence about its meshes, lights or materials.
+# By part: a sentence about its meshes, lights or materials, and its limit.
 _ABOUT_MESHES = {
-    "self intersections": "surfaces that pass through themselves: not looked for in {} of more than 50,000 faces, and "
-                          "left out",
+    "self intersections": "surfaces that pass through themselves: not looked for in {} of more than {limit:,} faces, "
+                          "and left out",
     "clip borders": "the borders that the camera's clip distances cut into {}: they are no edges",
     "texel borders": "borders inside of the faces of {} that an image without interpolation draws: they are no edges",
     "partly seen shadows": "shadows of {}, which only some kinds of rays meet: taken as those of shadow rays, or of "
@@ -44,7 +41,7 @@ def missing(words: SceneWords, share: float | None) -> list[str]:
         if decision.outcome != "missing":
             continue
         if part in _ABOUT_MESHES:
-            out.append(_ABOUT_MESHES[part].format(words.mesh_names(decision)))
+            out.append(_ABOUT_MESHES[part].format(words.mesh_names(decision), limit=decision.limit))
         elif part in _ABOUT_LIGHTS:
             out.append(_ABOUT_LIGHTS[part].format(words.light_names(decision)))
         elif part in _ABOUT_MATERIALS:
@@ -69,12 +66,12 @@ def _mirrored(words: SceneWords) -> list[str]:
         out.append(f"seen in lobes nearly as narrow as a mirror's ({words.material_names(followed)}): what is thinner "
                    "than a quarter of a pixel in the picture may be missed")
     if edges.materials:
+        longest = words.by_part.get("long chains")
         out.append("seen in mirrors and through smooth glass: what is thinner than a quarter of a pixel in the picture "
                    "may be missed; left out are lines where surfaces pass through each other or through lights, seams "
                    "of textures inside of smooth surfaces, borders of spots without blend, and where faces of "
                    "smooth-shaded meshes turn away from lights without size"
-                   + (f", and what chains of more than {_LONGEST} surfaces show" if "long chains" in words.by_part
-                      else ""))
+                   + (f", and what chains of more than {longest.limit} surfaces show" if longest else ""))
     return out
 
 

@@ -84,7 +84,8 @@ def plan(
 ) -> Plan:
     """Say what the picture, and its derivatives with respect to some parameters, need.
 
-    What the engine looks for to know that (its BVH, edges, intersections) is kept for the next derivative.
+    What the engine looks for to know that (edges, intersections) is kept for the next derivative. No ray is traced and
+    no BVH is built, unless caustics are measured.
 
     Parameters
     ----------
@@ -107,16 +108,16 @@ def plan(
     narrow = scene.narrow if isinstance(scene, Renderer) else engine_class("auto").narrow
     measure = whole("plan", "measure", measure, 0, 1 << 24)
     max_depth = whole("plan", "max_depth", max_depth, 1, MAX_DERIVATIVE_DEPTH if wrt and narrow else MAX_DEPTH)
-    given = scene.scene if isinstance(scene, Renderer) else validated(scene)
-    fixed = FixedScene.of(given)
-    picture = picture_plan(fixed, max_depth)
     if not wrt:
-        return Plan(picture, (), ())
+        given = scene.scene if isinstance(scene, Renderer) else validated(scene)
+        return Plan(picture_plan(FixedScene.of(given), max_depth), (), ())
     if narrow:
         diffuse_tables.check(wrt)
     with nullcontext(scene) if isinstance(scene, Renderer) else prepared(scene) as renderer:
+        given = renderer.scene
         decided = renderer.decide(wrt, max_depth=max_depth)
         tables = with_requested(given, renderer.tables, wrt)
+    fixed = FixedScene.of(given)
     words = SceneWords.of(fixed, decided)
     share = None
     if measure and "caustics" in words.by_part:
@@ -124,7 +125,7 @@ def plan(
     made = {"interior": interior(words, tables, wrt, max_depth), "primary": boundary_words.primary(words),
             "shadow": boundary_words.shadow(words), "indirect": boundary_words.indirect(words, max_depth)}
     left_out = _simplified(given, max_depth) if narrow else missing(words, share)
-    return Plan(picture, tuple(made[name] for name in TERMS), tuple(left_out), decided)
+    return Plan(picture_plan(fixed, max_depth), tuple(made[name] for name in TERMS), tuple(left_out), decided)
 
 
 def _simplified(scene: Scene, max_depth: int) -> list[str]:

@@ -22,7 +22,7 @@ from ..derivatives.table_derivatives import Requested, TableDerivative, shapes
 from ..geometry.topology import Edges
 from ..tables.tables import Tables
 from .call_lock import Turns
-from .non_finite import warn_of_samples
+from .non_finite import warn_of_light, warn_of_samples
 from .options import Progress, RenderOptions
 
 # The wheel's own copy of Embree, relative to the folder that holds the package.
@@ -160,8 +160,11 @@ class Engine:
     ) -> NDArray[np.float32]:
         """(H, W, 3) picture seen by the camera of `tables`, or the part of it that is caustics."""
         with self._turns.lock():
-            self._hold(tables)
-            return np.asarray(self._scene.render(options, progress))
+            self._hold_to_trace(tables)
+            image, dropped, pixel = self._scene.render(options, progress)
+        if dropped:
+            warn_of_light(dropped, *divmod(pixel, tables.width))
+        return np.asarray(image)
 
     def forward(
         self,
@@ -177,7 +180,7 @@ class Engine:
         floats = {name: np.ascontiguousarray(values, np.float64).ravel() for name, values in tangent.items()}
         spans = _float_spans(tables, wanted)
         with self._turns.lock():
-            self._hold(tables)
+            self._hold_to_trace(tables)
             image, dropped, decided = self._scene.forward(floats, spans, options, learned, progress)
             self.decided = _decisions(decided)
         warn_of_samples(tables, dropped)
@@ -196,7 +199,7 @@ class Engine:
         """Gradient of sum(adjoint * picture) with respect to the tables that `wanted` names."""
         spans = _float_spans(tables, wanted)
         with self._turns.lock():
-            self._hold(tables)
+            self._hold_to_trace(tables)
             found, dropped, decided = self._scene.backward(adjoint, spans, options, learned, progress)
             self.decided = _decisions(decided)
         warn_of_samples(tables, dropped)
@@ -220,6 +223,13 @@ class Engine:
         elif tables.materials is not held.materials:
             self._update_values(tables)
         self._scene.set_camera(tables)
+
+    def _hold_to_trace(self, tables: Tables) -> None:
+        """`_hold`, with the BVH, which decisions do not need."""
+        self._hold(tables)
+        if not self._scene.has_bvh:
+            with _building():
+                self._scene.build_bvh()
 
     def _update(self, tables: Tables) -> None:
         self._held = None

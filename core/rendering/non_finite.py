@@ -28,6 +28,12 @@ def warn_of_samples(tables: Tables, dropped: Iterable[Dropped]) -> None:
         _warn(f"derivative: the {term} term leaves out {samples} {where}, since the value is not finite")
 
 
+def warn_of_light(count: int, row: int, column: int) -> None:
+    """Issue a warning for light that a picture leaves out; `row` and `column` are its first pixel's."""
+    light = f"{count} contributions of light, the first" if count > 1 else "one contribution of light"
+    _warn(f"render: the picture leaves out {light} in row {row}, column {column}, since float32 cannot hold the value")
+
+
 def warn_of_picture(picture: NDArray[np.float32], what: str, terms: Iterable[str] = ()) -> None:
     """Warn if pixels are not finite.
 

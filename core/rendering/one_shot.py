@@ -64,9 +64,7 @@ def prepared(scene: Scene, engine: str = "auto", threads: int = 0) -> Iterator[R
 
 def _unwatched(scene: Scene, engine: str, threads: int) -> Renderer:
     """A renderer that has all of the scene anew in each call."""
-    renderer = Renderer(scene, threads=threads, engine=engine)
-    renderer.watched = False
-    return renderer
+    return Renderer(scene, threads=threads, engine=engine, watched=False)
 
 
 def render(

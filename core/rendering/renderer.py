@@ -92,6 +92,8 @@ class Renderer:
     wrt
         Parameters of later derivatives, as in a fit. Pictures then use the same tables as these derivatives, so that
         no call changes the engine's scene. Such a picture may differ by rounding errors from one without `wrt`.
+    watched
+        See the attribute of this name.
 
     Raises
     ------
@@ -100,7 +102,7 @@ class Renderer:
     """
 
     def __init__(self, scene: Scene, *, threads: int = 0, engine: str = "auto", learn: bool = False,
-                 wrt: Sequence[str] = ()) -> None:
+                 wrt: Sequence[str] = (), watched: bool = True) -> None:
         threads = whole("renderer", "threads", threads, 0, MOST_THREADS)
         learn = flag("renderer", "learn", learn)
         self.scene = scene
@@ -112,7 +114,7 @@ class Renderer:
         self._unfinished = False  # an update has failed half-way, so the engine's state is inconsistent
         self._engine_class, self._threads = engine_class(engine), threads
         self._engine = self._engine_class(self._tables, threads)
-        self._taken_over: TakenOver | None = TakenOver(scene)
+        self._taken_over = TakenOver(scene) if flag("renderer", "watched", watched) else None
         self._learning: Learning | None = None
         self.last_decisions: Decisions = ()
         if learn and not self._engine.narrow:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from .._check import LARGEST_LENGTH, RAYS, array, mapping, names, number, rays, within
 from .._fields import Check, Checked, by, optional
 
+_NO_TRANSFORM = np.eye(3, 4)
+
 
 def _attribute(where: str, name: str, value: Any) -> NDArray[np.float32]:
     out = array(where, name, value, (None, 3, None), np.float32)
@@ -113,6 +115,8 @@ class Mesh(Checked):
                 raise ValueError(f"{where}: instances is empty; leave the mesh out, or give at least one transform")
             if np.any(np.abs(np.linalg.det(self.instances[:, :3, :3])) < 1e-30):
                 raise ValueError(f"{where}: instances has a transform that flattens the mesh")
+        if self.instances is None and np.array_equal(self.transform[:3], _NO_TRANSFORM):
+            return
         if abs(np.linalg.det(self.transform[:3, :3])) < 1e-30:
             raise ValueError(f"{where}: transform flattens the mesh")
         self._check_reach(where)
@@ -123,8 +127,6 @@ class Mesh(Checked):
 
     def _check_reach(self, where: str) -> None:
         """Refuse a mesh whose transformed vertices are too far from the origin."""
-        if self.instances is None and np.array_equal(self.transform[:3], np.eye(3, 4)):
-            return
         placed = self.transform[None] if self.instances is None else self.transform @ self.instances
         corner = np.abs(self.vertices).max(axis=0)
         reach = float((np.abs(placed[:, :3, :3]) @ corner + np.abs(placed[:, :3, 3])).max())

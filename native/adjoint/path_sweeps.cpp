@@ -65,14 +65,8 @@ EG_OUTLINE void drop(const AdjointTask& task, Vertex& v, Mask lost, Int path) {
     store(v.lost, lost);
     store(v.active, load(v.active) & ~lost);
     forget_place(task, lost, path);
-    DroppedSamples& d = *task.dropped;
-    for (int i = 0; i < W; ++i) {
-        if (!lost[i]) continue;
-        ++d.count;
-        const int64_t pixel = task.image->first_pixel + path[i] / task.image->samples;
-        if (pixel >= d.first) continue;
-        d.first = pixel, d.place = v.face[i], d.instance = v.instance[i];
-    }
+    for (int i = 0; i < W; ++i)
+        if (lost[i]) task.dropped->add(task.image->pixel_of(path[i]), v.face[i], v.instance[i]);
 }
 
 // Number of floats from one packet's field to the same field of the next packet.

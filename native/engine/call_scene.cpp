@@ -52,7 +52,7 @@ void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMo
     view_.material_held = material_held_.data();
 }
 
-PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
+PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                              const RequestedMotion* motion, bool convex,
                              std::shared_ptr<const LightList> lights, float followed)
     : lights_(std::move(lights)),
@@ -64,7 +64,7 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh& bvh, const Scene
                       face_moving_.begin() + tables.mesh_first_face[m + 1], 1);
     view_.api = &api;
     view_.convex = convex;
-    view_.bvh = bvh.handle();
+    view_.bvh = bvh ? bvh->handle() : nullptr;
     view_.brute_triangles = brute_triangles_.data();
     view_.brute_count = static_cast<int32_t>(brute_triangles_.size());
     view_.vertices = rows_of(tables.vertices);

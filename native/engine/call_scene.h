@@ -12,8 +12,8 @@ namespace edgegrad {
 class PreparedScene {
  public:
     // With the picture's `lights`, and what estimators of `asked` derivatives have beside them (null: none),
-    // which follow lobes up to an alpha of `followed`.
-    PreparedScene(const embree::Api& api, const Bvh& bvh, const SceneTables& tables,
+    // which follow lobes up to an alpha of `followed`. Without a `bvh` (null) no ray can be traced.
+    PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                   const RequestedMotion* motion, bool convex, std::shared_ptr<const LightList> lights,
                   float followed = 0.0f);
 

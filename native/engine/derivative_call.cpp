@@ -82,7 +82,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       chains(moves_chains(e.tables_, requested)),
       geometry(requested.geometry() || chains),
       lights(e.lights_for(requested)),
-      prepared(e.api_, *e.bvh_, e.tables_, &motion, e.hides_no_light(), lights,
+      prepared(e.api_, decide_alone ? nullptr : &e.bvh(), e.tables_, &motion, e.hides_no_light(), lights,
                options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f),
       scene(prepared.view()),
       tables(differentiable_tables(scene, e.tables_)),

@@ -1,4 +1,4 @@
-// What all threads together leave out of a term of a derivative.
+// What all threads together leave out of a picture, or of a term of a derivative.
 #pragma once
 
 #include <mutex>

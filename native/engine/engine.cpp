@@ -7,6 +7,7 @@
 #include "boundary/curves/candidates.h"
 #include "boundary/meshes/convex_meshes.h"
 #include "engine/call_scene.h"
+#include "engine/drop_count.h"
 #include "engine/image_tasks.h"
 #include "engine/workspace.h"
 #include "film/pixel_filter.h"
@@ -45,8 +46,15 @@ Engine::Engine(const embree::Api& api, const KernelTable& kernels, SceneTables t
     tables_.filter = inverted_filter(static_cast<PixelFilter>(tables_.filter_kind), tables_.filter_width);
     tables_.material_used = materials_of_faces(tables_);
     update_shading_normals(tables_, threads_);
-    bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
-    built_vertices_ = tables_.vertices;
+}
+
+const Bvh& Engine::bvh() const {
+    const std::lock_guard<std::mutex> lock(made_lock_);
+    if (!bvh_) {
+        built_vertices_ = tables_.vertices;
+        bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
+    }
+    return *bvh_;
 }
 
 void Engine::set_edges(std::vector<uint32_t> vertices, std::vector<uint32_t> face_first,
@@ -70,15 +78,16 @@ void Engine::require_settled() const {
 void Engine::update(SceneTables next) {
     if (next.vertices.size() != tables_.vertices.size() || next.mesh_first_face != tables_.mesh_first_face)
         throw std::runtime_error("the scene's topology has changed; make a new renderer");
-    if (!settled_) bvh_ = nullptr;  // an update that failed has left it half-way
+    const bool failed = !settled_;
+    if (failed) bvh_ = nullptr;  // the last update has left it half-way
     settled_ = false;
     std::vector<int32_t> moved;
     bool far = false;
     for (int32_t m = 0; m < tables_.visible_meshes; ++m) {
         const auto first = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m]);
         const auto last = 3 * static_cast<ptrdiff_t>(tables_.mesh_first_vertex[m + 1]);
-        if (bvh_ && std::equal(next.vertices.begin() + first, next.vertices.begin() + last,
-                               tables_.vertices.begin() + first))
+        if (!failed && std::equal(next.vertices.begin() + first, next.vertices.begin() + last,
+                                  tables_.vertices.begin() + first))
             continue;
         moved.push_back(m);
         far = place_vertices(m, [&](size_t k, size_t) { return next.vertices[k]; }) || far;
@@ -140,7 +149,7 @@ bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
             for (size_t c = 0; c < 3; ++c) {
                 const size_t k = 3 * static_cast<size_t>(v) + c;
                 const float x = coordinate(k, c);
-                along[c].add({std::abs(x - built_vertices_[k]), x, x});
+                along[c].add({bvh_ ? std::abs(x - built_vertices_[k]) : 0.0f, x, x});
                 tables_.vertices[k] = x;
             }
         }
@@ -152,18 +161,16 @@ bool Engine::place_vertices(int32_t mesh, const F& coordinate) {
 }
 
 void Engine::moved_vertices(const std::vector<int32_t>& moved, bool far) {
-    if (moved.empty() && bvh_) return;
+    if (moved.empty()) return;
     lights_ = dark_lights_ = nullptr;
     bodies_ = nullptr;
     normals_ = nullptr;
     kept_.clear();
     forget_shapes();
-    if (far || !bvh_) built_vertices_ = tables_.vertices;
     update_shading_normals(tables_, threads_);
-    if (bvh_)
-        bvh_->update(tables_, moved, far);
-    else
-        bvh_ = std::make_unique<Bvh>(api_, tables_, threads_);
+    if (!bvh_) return;
+    if (far) built_vertices_ = tables_.vertices;
+    bvh_->update(tables_, moved, far);
 }
 
 std::shared_ptr<const std::vector<SolidBody>> Engine::bodies() const {
@@ -234,20 +241,26 @@ bool Engine::hides_no_surface() const {
     return *apart_;
 }
 
-void Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
+DroppedSamples Engine::render(const RenderOptions& options, const Progress& progress, float* image) const {
     require_settled();
     const bool convex = hides_no_light();
-    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, convex, lights());
+    const PreparedScene prepared(api_, &bvh(), tables_, nullptr, convex, lights());
     const SceneView& scene = prepared.view();
     const ImagePlan plan(scene.camera, options);
     std::fill_n(image, plan.pixels * 3, 0.0f);
     auto memory = thread_memory();
+    DropCount dropped;
     parallel_for(threads_, plan.chunks, progress, [&](int thread, int64_t chunk) {
-        plan.for_each_task(chunk, [&](const ImageTask& task) {
-            kernels_.radiance(scene, task, (*memory)[static_cast<size_t>(thread)].paths(), image);
-        });
+        Workspace& work = (*memory)[static_cast<size_t>(thread)].paths();
+        DroppedSamples lost;
+        work.dropped = &lost;
+        plan.for_each_task(chunk,
+                           [&](const ImageTask& task) { kernels_.radiance(scene, task, work, image); });
+        work.dropped = nullptr;
+        dropped.add(lost);
     });
     memory_pool_.give(std::move(memory));
+    return dropped.sum();
 }
 
 std::shared_ptr<std::vector<ThreadMemory>> Engine::thread_memory() const {
@@ -265,17 +278,17 @@ std::shared_ptr<const LightList> Engine::lights(bool dark_too) const {
 
 void Engine::probe_lights(const LightProbes& probes) const {
     require_settled();
-    kernels_.light_samples(PreparedScene(api_, *bvh_, tables_, nullptr, false, lights()).view(), probes);
+    kernels_.light_samples(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::probe_directions(const DirectionProbes& probes) const {
     require_settled();
-    kernels_.light_directions(PreparedScene(api_, *bvh_, tables_, nullptr, false, lights()).view(), probes);
+    kernels_.light_directions(PreparedScene(api_, &bvh(), tables_, nullptr, false, lights()).view(), probes);
 }
 
 void Engine::probe_environment(const EnvironmentProbes& probes) const {
     require_settled();
-    const PreparedScene prepared(api_, *bvh_, tables_, nullptr, false, lights());
+    const PreparedScene prepared(api_, &bvh(), tables_, nullptr, false, lights());
     if (!prepared.view().sky.pixels) throw std::invalid_argument("the environment has no image");
     kernels_.sky(prepared.view(), probes);
 }

@@ -15,6 +15,7 @@
 #include "engine/derivative_tables.h"
 #include "scene/lights/light_list.h"
 #include "scene/rays/bvh.h"
+#include "tasks/dropped_samples.h"
 #include "tasks/kernel_table.h"
 #include "tasks/render_options.h"
 #include "util/object_pool.h"
@@ -41,6 +42,9 @@ class Engine {
  public:
     Engine(const embree::Api& api, const KernelTable& kernels, SceneTables tables, int threads);
 
+    // Builds the BVH if there is none yet. Calls that trace rays do so too: decisions don't need it.
+    void build_bvh() const { bvh(); }
+    bool has_bvh() const { return bvh_ != nullptr; }
     // Takes new values for the same topology; the BVH is refitted where vertices moved. If this or
     // move_vertices fails, all other calls throw until an update has come to its end.
     void update(SceneTables tables);
@@ -57,8 +61,8 @@ class Engine {
     }
     const SceneTables& tables() const { return tables_; }
 
-    // Pictures are (height, width, 3).
-    void render(const RenderOptions& options, const Progress& progress, float* image) const;
+    // Pictures are (height, width, 3). Returns the light that they leave out.
+    DroppedSamples render(const RenderOptions& options, const Progress& progress, float* image) const;
     // Derivatives (engine/derivatives.cpp): of the picture along tangents of the tables, and gradients of the
     // wanted tables for an adjoint picture. What they leave out is told in `dropped`. `learned`, if not null,
     // is what earlier gradients have learned of the samples' worth: both take samples by it, and a gradient
@@ -84,6 +88,7 @@ class Engine {
     void moved_vertices(const std::vector<int32_t>& moved, bool far);
     void take_values(ValueTables values);
     void require_settled() const;
+    const Bvh& bvh() const;
     std::shared_ptr<const std::vector<SolidBody>> bodies() const;
     std::shared_ptr<const std::vector<float>> normals() const;
     void forget_shapes();
@@ -116,9 +121,9 @@ class Engine {
     mutable EdgeCache kept_;
     mutable ZeroedPool zeroed_pool_;
     mutable ObjectPool<std::vector<ThreadMemory>> memory_pool_;
-    std::unique_ptr<Bvh> bvh_;
-    bool settled_ = true;                // the BVH and what is kept are those of the vertices
-    std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
+    mutable std::unique_ptr<Bvh> bvh_;
+    bool settled_ = true;                        // the BVH and what is kept are those of the vertices
+    mutable std::vector<float> built_vertices_;  // where they were when the BVH was built from scratch
     // What the topology alone says, once the edges are known.
     std::vector<uint8_t> closed_;                         // by mesh
     mutable std::vector<std::optional<bool>> connected_;  // by mesh, once it is asked for

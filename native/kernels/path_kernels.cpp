@@ -10,7 +10,7 @@
 namespace edgegrad::EDGEGRAD_ISA {
 
 void run_paths(const SceneView& scene, const ImageTask& task, Workspace& work, int count) {
-    work.caustics_alone = task.caustics_alone;
+    work.task = &task;
     while (true) {
         count = shade_paths(scene, task, work, count);
         work.hits.edges = nullptr;

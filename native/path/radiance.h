@@ -18,7 +18,10 @@ static void accumulate(const ImageTask& task, const Workspace& work, float* imag
             double sum = 0.0;
             for (int k = 0; k < task.samples; ++k) sum += static_cast<double>(value[c][k]);
             value[c] += task.samples;
-            out[c] += static_cast<float>(sum) * task.weight;
+            const auto rounded = static_cast<float>(sum);
+            // The mean of the samples is finite where their sum may not be
+            out[c] += rounded - rounded == 0.0f ? rounded * task.weight
+                                                : static_cast<float>(sum * static_cast<double>(task.weight));
         }
     }
 }

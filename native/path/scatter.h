@@ -37,13 +37,20 @@ EG_INLINE Float power_heuristic(Float p, Float q) {
     return p2 / max(p2 + q * q, 1e-38f);
 }
 
+// Leaves out light that would make the path's sum infinite or not a number, as sweeps over recorded paths do
+// (adjoint/path_sweeps.cpp).
 EG_INLINE void add_radiance(Workspace& work, const PathPacket& p, Mask m, Vec3 value) {
-    if (work.caustics_alone) m &= p.caustic;
+    if (work.task->caustics_alone) m &= p.caustic;
     for (int i = 0; i < W; ++i) {
         if (!m[i]) continue;
-        work.radiance[0][p.path[i]] += value.x[i];
-        work.radiance[1][p.path[i]] += value.y[i];
-        work.radiance[2][p.path[i]] += value.z[i];
+        const int32_t path = p.path[i];
+        const float r = work.radiance[0][path] + value.x[i], g = work.radiance[1][path] + value.y[i],
+                    b = work.radiance[2][path] + value.z[i];
+        if ((r - r) + (g - g) + (b - b) != 0.0f) {
+            if (work.dropped) work.dropped->add(work.task->pixel_of(path));
+            continue;
+        }
+        work.radiance[0][path] = r, work.radiance[1][path] = g, work.radiance[2][path] = b;
     }
 }
 

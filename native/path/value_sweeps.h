@@ -112,14 +112,8 @@ EG_INLINE Mask finite(Vec3 a) {
 
 // Counts vertices that are dropped because their light is not finite.
 EG_OUTLINE void drop(const ValueTask& task, const Values& v, Mask lost, Int path) {
-    DroppedSamples& d = *task.dropped;
-    for (int i = 0; i < W; ++i) {
-        if (!lost[i]) continue;
-        ++d.count;
-        const int64_t pixel = task.image->first_pixel + path[i] / task.image->samples;
-        if (pixel >= d.first) continue;
-        d.first = pixel, d.place = v.face[i], d.instance = v.instance[i];
-    }
+    for (int i = 0; i < W; ++i)
+        if (lost[i]) task.dropped->add(task.image->pixel_of(path[i]), v.face[i], v.instance[i]);
 }
 
 // Visits all vertices from the ends of the paths: visit(packet, mask, path, light that a surface of albedo 1

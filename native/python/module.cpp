@@ -169,12 +169,13 @@ nb::list decision_list(const edgegrad::Decisions& decided) {
         const auto& d = decided.at(static_cast<edgegrad::Part>(k));
         if (!d) continue;
         const edgegrad::EdgeCounts& e = d->edges;
-        out.append(nb::make_tuple(
-            edgegrad::kPartTable[k].name, edgegrad::kTermNames[edgegrad::kPartTable[k].term],
-            kOutcomes[static_cast<size_t>(d->outcome)],
-            edgegrad::kReasonNames[static_cast<size_t>(d->reason)],
-            nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes), indices(d->lights),
-            indices(d->materials), index_pairs(d->pairs), index_pairs(d->pierced), d->samples, d->seconds));
+        out.append(nb::make_tuple(edgegrad::kPartTable[k].name,
+                                  edgegrad::kTermNames[edgegrad::kPartTable[k].term],
+                                  kOutcomes[static_cast<size_t>(d->outcome)],
+                                  edgegrad::kReasonNames[static_cast<size_t>(d->reason)],
+                                  nb::make_tuple(e.of, e.kept, e.flat, e.seams, e.still), indices(d->meshes),
+                                  indices(d->lights), indices(d->materials), index_pairs(d->pairs),
+                                  index_pairs(d->pierced), d->limit, d->samples, d->seconds));
     }
     return out;
 }
@@ -233,6 +234,12 @@ class Scene {
         engine_ = std::make_unique<Engine>(api, kernels_, std::move(s), threads);
     }
 
+    void build_bvh() {
+        const WithoutInterpreter without;
+        engine_->build_bvh();
+    }
+    bool has_bvh() const { return engine_->has_bvh(); }
+
     void set_edges(nb::handle edges) {
         std::vector<uint32_t> vertices = column<uint32_t>(edges, "vertices");
         std::vector<uint32_t> face_first = column<uint32_t>(edges, "face_first");
@@ -262,15 +269,16 @@ class Scene {
 
     void set_camera(nb::handle tables) { engine_->set_camera(read_camera(tables)); }
 
-    nb::object render(nb::handle given, nb::object progress) {
+    nb::tuple render(nb::handle given, nb::object progress) {
         const OutputArray<float> pixels = picture_array(engine_->tables().camera);
         const RenderOptions options = read_options(given);
         const Progress report = edgegrad::make_progress(std::move(progress));
+        edgegrad::DroppedSamples dropped;
         {
             const WithoutInterpreter without;
-            engine_->render(options, report, pixels.data());
+            dropped = engine_->render(options, report, pixels.data());
         }
-        return pixels.array();
+        return nb::make_tuple(pixels.array(), dropped.count, dropped.first);
     }
 
     nb::tuple forward(nb::dict tangent, nb::dict requested, nb::handle given,
@@ -387,6 +395,8 @@ NB_MODULE(_native, m) {
                       "A scene's tables with their BVH; see edgegrad.rendering.renderer.Renderer.")
         .def(nb::init<nb::handle, int, nb::handle, nb::handle>(), "tables"_a, "threads"_a,
              "instruction_set"_a, "embree"_a)
+        .def("build_bvh", &Scene::build_bvh)
+        .def_prop_ro("has_bvh", &Scene::has_bvh)
         .def("set_edges", &Scene::set_edges, "edges"_a)
         .def("update", &Scene::update, "tables"_a)
         .def("update_values", &Scene::update_values, "tables"_a)

@@ -28,6 +28,8 @@ struct ImageTask {
     // If not negative, pixels that are close together share a sequence (path/stream.h), and each takes so
     // many bits of its numbers.
     int32_t sample_bits = -1;
+
+    int64_t pixel_of(int32_t path) const { return first_pixel + path / samples; }
 };
 
 }  // namespace edgegrad

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "tasks/dropped_samples.h"
+#include "tasks/image_task.h"
 #include "tasks/value_record.h"
 #include "tasks/vertex_record.h"
 #include "util/tape_memory.h"
@@ -31,8 +33,10 @@ struct EdgeStarts {
 
 // Scratch memory of one thread.
 struct Workspace {
-    float* radiance[3];   // by path: L, or its derivative in forward mode
-    bool caustics_alone;  // of the task that runs
+    float* radiance[3];     // by path: L, or its derivative in forward mode
+    const ImageTask* task;  // the one that runs
+    // Light that pictures leave out because no float holds it; null: nobody counts it.
+    DroppedSamples* dropped;
     PathQueue paths;
     HitQueue hits;
     // Where vertices are recorded for derivatives, or what those by colours and strengths need; null: they

@@ -178,7 +178,11 @@ EG_INLINE Vec3 surface_tangent(const SceneView& scene, Mask active, Int closure,
     direction = normal_to_world(scene, point.instance, direction);
     Vec3 a, b;
     basis(n, a, b);
-    return normalized_or(direction - n * dot(n, direction), a);
+    // Of a direction along the normal only rounding is left, whose direction and derivative are noise
+    constexpr float kRounding = 1e-5f;
+    const Vec3 across = direction - n * dot(n, direction);
+    const Mask left = dot(across, across) > kRounding * kRounding * dot(direction, direction);
+    return select(left, normalized_or(across, a), a);
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

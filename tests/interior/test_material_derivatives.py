@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from edgegrad import Material, Scene
+from edgegrad import Material, Renderer, Scene
 from edgegrad.scene import parameters
 from tests.support import shapes
 from tests.support.block_statistics import check, mean_p_value
-from tests.support.picture_differences import need_every_table, sums_of_differences
+from tests.support.picture_differences import check_transpose, need_every_table, sums_of_differences
+from tests.support.rich_scene import turn
 
 LAYERED = {
     "specular_ior_level": 0.4, "sheen_weight": 0.4, "sheen_tint": np.array([0.9, 0.7, 0.3]), "sheen_roughness": 0.4,
@@ -73,3 +74,22 @@ def test_weights_at_the_end_of_their_range_have_one_sided_derivatives(field: str
     assert exact.mean() != 0.0
     # A one-sided difference is off by half the step times the curvature.
     check(mean_p_value(found - exact, 0.0, rounding=0.1 * abs(exact.mean())))
+
+
+def test_a_radial_tangent_along_the_normal_gives_no_noise() -> None:
+    """Without a UV map the tangent is about the mesh's z axis: on an upright sheet through it, along the normal."""
+    need_every_table()
+    vertices, faces = shapes.sheet(4)
+    upright = vertices[:, [0, 2, 1]] @ turn(0.0, 0.0, 0.25 * np.pi).T
+    scene = shapes.scene(upright, faces, world=1.0)
+    scene.camera.width, scene.camera.height = 16, 12
+    scene.materials["clay"] = Material(np.array([0.5, 0.2, 0.4]), kind="GLOSSY", roughness=0.4)
+    paths = ["meshes.object.vertices", "materials.clay.anisotropy"]
+    check_transpose(lambda theta: scene, paths, spp=4, terms=("interior",))
+    # Forward mode is linear
+    renderer, rng = Renderer(scene), np.random.default_rng(1)
+    parts = [rng.normal(size=upright.shape) for _ in range(2)]
+    none = np.zeros(())
+    one, other, both = (renderer.render_forward({paths[0]: t, paths[1]: none}, spp=4, terms=("interior",))
+                        for t in (*parts, parts[0] + parts[1]))
+    np.testing.assert_allclose(one + other, both, atol=1e-5 * float(np.abs(both).max()))

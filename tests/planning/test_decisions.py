@@ -148,3 +148,53 @@ def test_a_call_reports_samples_and_seconds() -> None:
         run()
         shading = {d.part: d for d in renderer.last_decisions}["shading"]
         assert shading.computed and shading.samples > 0.0 and shading.seconds > 0.0
+
+
+def rippled() -> Scene:
+    """A sheet that may shade itself."""
+    vertices, faces = shapes.sheet(6)
+    vertices[:, 2] = 0.2 * np.sin(4.0 * vertices[:, 0])
+    return shapes.scene(vertices, faces)
+
+
+def test_decisions_trace_no_ray() -> None:
+    """A plan of a scene builds no BVH; derivatives after it have the bits of others."""
+    need("native")
+    made = rippled()
+    renderer = Renderer(made, threads=1, engine="native")
+    wrt = ["meshes.object.vertices", "camera.to_world"]
+    assert any(decision.computed for decision in renderer.decide(wrt))
+    assert not renderer._engine._scene.has_bvh
+    vertices = made.meshes["object"].vertices
+    vertices += 0.01 * np.sin(7.0 * vertices[:, ::-1])
+    renderer.update(wrt)
+    assert not renderer._engine._scene.has_bvh
+    tangent = {wrt[0]: np.ones_like(vertices)}
+    derivative = renderer.render_forward(tangent, spp=2)
+    assert renderer._engine._scene.has_bvh
+    np.testing.assert_array_equal(derivative, Renderer(made, threads=1, engine="native").render_forward(tangent, spp=2))
+
+
+def test_a_plan_validates_the_scene_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    need("native")
+    made = rippled()
+    calls: list[str] = []
+    validate = Mesh.validate
+    monkeypatch.setattr(Mesh, "validate", lambda mesh, name: (calls.append(name), validate(mesh, name))[1])
+    made.meshes["other"] = replace(made.meshes["object"], vertices=made.meshes["object"].vertices + 3.0)
+    plan(made, ["meshes.object.vertices"])
+    assert sorted(calls) == ["object", "other"]
+
+
+def test_the_engine_tells_its_limits() -> None:
+    """Sentences name the numbers that come with the decisions."""
+    need("native")
+    if engine_class("native").narrow:
+        pytest.skip("this engine differentiates few tables")
+    made = rippled()
+    made.materials["clay"] = Material(kind="GLOSSY", roughness=0.0)
+    said = plan(made, ["meshes.object.vertices"], max_depth=40)
+    chains = next(decision for decision in said.decisions if decision.part == "long chains")
+    assert chains.limit > 2 and any(f"chains of more than {chains.limit} surfaces" in line for line in said.missing)
+    shorter = plan(made, ["meshes.object.vertices"], max_depth=chains.limit).decisions
+    assert shorter and "long chains" not in {decision.part for decision in shorter}

@@ -69,3 +69,17 @@ def test_light_of_a_tiny_lamp_is_that_of_a_small_one(shape: str) -> None:
         scene.lights = {"lamp": AreaLight(pose(np.eye(3), 0.5, -0.5, 3.0), np.full(2, size), shape, 100.0)}
         found.append(Renderer(scene).render(**OPTIONS))
     np.testing.assert_allclose(found[1], found[0], rtol=2e-3, atol=1e-4)
+
+
+def test_faces_that_meet_at_an_obtuse_angle_do_so_in_large_worlds() -> None:
+    """Where rays beside an edge start depends on the angle of its faces, a product of many lengths."""
+    need("native")
+    vertices, faces = shapes.sheet(4)
+    vertices[:, 2] = 0.1 * np.sin(4.0 * vertices[:, 0])
+    scene = shapes.scene(vertices, faces)
+    scene.materials["clay"] = Material(np.ones(3), np.ones(3), kind="GLOSSY", roughness=0.6, emission_two_sided=True)
+    path, factor = "meshes.object.vertices", 2.0**12
+    tangent = np.random.default_rng(0).normal(size=vertices.shape)
+    small = Renderer(scene).render_forward({path: tangent}, terms=["primary"], **OPTIONS)
+    large = Renderer(resized(scene, factor)).render_forward({path: factor * tangent}, terms=["primary"], **OPTIONS)
+    same(large, small)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -111,3 +112,12 @@ def test_weights_of_mixtures() -> None:
         pictures.append(picture(scene))
     assert pictures[0].min() >= 0.0
     np.testing.assert_array_equal(pictures[0], pictures[1])
+
+
+@pytest.mark.parametrize("made", [{"kind": "GLOSSY"}, {"kind": "GLASS"}, {"metallic": 1.0}, {"transmission": 1.0}])
+def test_colors_above_one_scatter_no_negative_light(made: dict[str, Any]) -> None:
+    """The sum of the reflections between microfacets diverges, and its closed form is negative."""
+    scene = textured("base_color", np.full((4, 4, 3), 10.0))
+    texture = scene.materials["layered"].textures  # type: ignore[union-attr]
+    scene.materials["layered"] = Material(roughness=1.0, textures=texture, **made)
+    assert picture(scene).min() >= 0.0

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import edgegrad
 from edgegrad import Renderer, Scene
+from edgegrad import expression as e
 from edgegrad.rendering.non_finite import warn_of_gradients, warn_of_picture, warn_of_samples
 from tests.stability.soups import paths_of
 from tests.support.picture_differences import need_every_table
@@ -75,6 +77,29 @@ def test_samples_of_shading_that_are_left_out_are_told() -> None:
     forward, backward = both_modes(scene, "meshes.floor.vertices", "interior")
     assert len(forward) == len(backward) == 1 and forward == backward
     assert "the interior term leaves out" in forward[0] and "in row" in forward[0] and "of mesh '" in forward[0]
+
+
+def test_pictures_are_finite_and_tell_what_they_leave_out() -> None:
+    """Light that no float holds is left out; the rest of its paths stays."""
+    need_every_table()
+    scene = lamps()
+    too_large = e.Math("EXPONENT", 1000.0)
+    scene.materials = {"clay": edgegrad.Material(textures={"base_color": too_large}),
+                       "lamp": edgegrad.Material(np.zeros(3), np.full(3, 10.0))}
+    pictures: list[NDArray[np.float32]] = []
+    for threads in (1, 3):
+        told = sentences(lambda n=threads: pictures.append(Renderer(scene, threads=n).render(spp=4)))
+        assert len(told) == 1 and "render: the picture leaves out" in told[0] and "the first in row" in told[0]
+    assert np.isfinite(pictures[0]).all() and pictures[0].max() == 10.0
+    assert pictures[0].tobytes() == pictures[1].tobytes()
+
+
+def test_the_mean_of_samples_is_finite_where_their_sum_is_not() -> None:
+    need_every_table()
+    scene = lamps()
+    scene.materials["lamp"] = edgegrad.Material(np.zeros(3), np.full(3, 3.0 * HUGE))
+    picture = Renderer(scene).render(spp=16, max_depth=1)
+    assert picture.max() == pytest.approx(3.0 * HUGE)
 
 
 def test_results_that_are_not_finite_are_told() -> None:

@@ -122,7 +122,9 @@ EG_INLINE Mask narrow_pair(const EdgeFace (&pair)[2], Vec3 t) {
         across[k] = select(dot(g, pair[k].way) < 0.0f, -g, g);
     }
     constexpr float kBlunt = -0.25f;
-    return dot(across[0], across[1]) >= kBlunt * sqrt(dot(across[0], across[0]) * dot(across[1], across[1]));
+    // The product of the squares, twelve lengths, would overflow in large worlds
+    const Float lengths = sqrt(dot(across[0], across[0])) * sqrt(dot(across[1], across[1]));
+    return dot(across[0], across[1]) >= kBlunt * lengths;
 }
 
 // Finds on each side the face nearest to the camera just beside the edge: the face of smallest depth slope

@@ -51,7 +51,8 @@ struct Decision {
     std::vector<int32_t> meshes, lights, materials;
     std::vector<std::array<int32_t, 2>> pairs;    // of meshes
     std::vector<std::array<int32_t, 2>> pierced;  // a light's row, and the mesh that passes through it
-    double samples = 0.0, seconds = 0.0;          // of a call: taken, and spent by all threads
+    int64_t limit = 0;  // the number (of faces, of surfaces) above which the part is missing; 0: it has none
+    double samples = 0.0, seconds = 0.0;  // of a call: taken, and spent by all threads
 };
 
 class Decisions {

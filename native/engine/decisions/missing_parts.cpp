@@ -67,7 +67,7 @@ class Search {
             large.insert(large.end(), others->begin(), others->end());
             std::sort(large.begin(), large.end());
         }
-        meshes(Part::kSelfIntersections, std::move(large));
+        meshes(Part::kSelfIntersections, std::move(large), kSelfIntersectionFaces);
         meshes(Part::kClipBorders, std::move(cut));
         meshes(Part::kTexelBorders, std::move(stepped));
         slid_textures();
@@ -97,7 +97,7 @@ class Search {
             materials(Part::kTotalReflection, used_materials(tables_, [&](size_t k) {
                           return tables_.closure_kind[k] == kRefraction && may_be_specular(tables_, k);
                       }));
-        if (f_.chains && f_.options.max_depth > kMostChain) materials(Part::kLongChains, smooth);
+        if (f_.chains && f_.options.max_depth > kMostChain) materials(Part::kLongChains, smooth, kMostChain);
         std::vector<int32_t> shown;
         for (const int32_t row : sized_lights(1 << kGlossyRay | 1 << kTransmissionRay))
             if (f_.chains || light_moves(row)) shown.push_back(row);
@@ -106,18 +106,19 @@ class Search {
     }
 
  private:
-    Decision& miss(Part part) {
+    Decision& miss(Part part, int64_t limit = 0) {
         decided_.decide(part, Reason::kNotEstimated);
+        decided_[part].limit = limit;
         return decided_[part];
     }
-    void meshes(Part part, std::vector<int32_t> found) {
-        if (!found.empty()) miss(part).meshes = std::move(found);
+    void meshes(Part part, std::vector<int32_t> found, int64_t limit = 0) {
+        if (!found.empty()) miss(part, limit).meshes = std::move(found);
     }
     void lights(Part part, std::vector<int32_t> found) {
         if (!found.empty()) miss(part).lights = std::move(found);
     }
-    void materials(Part part, std::vector<int32_t> found) {
-        if (!found.empty()) miss(part).materials = std::move(found);
+    void materials(Part part, std::vector<int32_t> found, int64_t limit = 0) {
+        if (!found.empty()) miss(part, limit).materials = std::move(found);
     }
 
     std::vector<int32_t> sized_lights(int32_t seen_by) const {

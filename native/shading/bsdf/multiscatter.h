@@ -54,7 +54,11 @@ struct Compensation {
 EG_INLINE Compensation compensation(Albedo a, Vec3 fresnel) {
     const Float missing = (1.0f - a.toward) / max(a.toward, 1e-4f);
     const Float scale = 1.0f + missing;
-    const Vec3 repeated = divide(fresnel * a.mean, white() - fresnel * (1.0f - a.mean));
+    // Colours above 1 reflect more than arrives. The sum of the repeated reflections then diverges, and
+    // beyond its pole the closed form is negative.
+    constexpr float kLeastLoss = 0.1f;
+    const auto loss = [&](Float f) { return max(1.0f - f * (1.0f - a.mean), kLeastLoss); };
+    const Vec3 repeated = divide(fresnel * a.mean, {loss(fresnel.x), loss(fresnel.y), loss(fresnel.z)});
     return {scale, (white() + repeated * missing) * (1.0f / scale)};
 }
 

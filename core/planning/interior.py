@@ -88,9 +88,9 @@ def _computed(words: SceneWords, wrt: Sequence[str]) -> list[str]:
                    "surfaces")
     concave = words.by_part.get("contact")
     if concave is not None and concave.materials:
-        out.append(f"noisy: where faces of {words.material_names(concave)} meet at concave corners, light between them "
-                   "has no finite variance, since these materials are transparent, mirror perfectly or have textures "
-                   "that jump")
+        out.append(f"noisy: where faces of {words.material_names(concave)} meet at concave corners or touch others, "
+                   "light between them has no finite variance, since these materials are transparent, mirror "
+                   "perfectly or have textures that jump")
     if all(path.startswith("materials.") and path.rpartition(".")[2] in _WIDTHS for path in wrt):
         out.append("only how wide lobes are is requested: these lobes get most of the samples, and more where the "
                    "derivative is large")

@@ -1,6 +1,7 @@
 #include "scene/contact_meshes.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "scene/closure_programs.h"
 #include "scene/face_vectors.h"
@@ -82,30 +83,76 @@ struct Box {
     float size() const { return high[longest_axis()] - low[longest_axis()]; }
 };
 
+constexpr float kFar = std::numeric_limits<float>::infinity();
+constexpr Box kEmptyBox{{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}};
+
 Box joined(Box a, const Box& b) {
     for (int k = 0; k < 3; ++k)
         a.low[k] = std::min(a.low[k], b.low[k]), a.high[k] = std::max(a.high[k], b.high[k]);
     return a;
 }
 
-// The box of a face, as placed by an instance (-1: none).
+void add(Box& box, const float (&at)[3]) {
+    for (int k = 0; k < 3; ++k)
+        box.low[k] = std::min(box.low[k], at[k]), box.high[k] = std::max(box.high[k], at[k]);
+}
+
+// A point of a mesh in the world, as placed by an instance (-1: none).
+void place(const SceneTables& tables, int32_t instance, Vector p, float (&at)[3]) {
+    const double own[3] = {p.x, p.y, p.z};
+    const float* m = instance < 0 ? nullptr : &tables.instance_to_world[12 * static_cast<size_t>(instance)];
+    for (int k = 0; k < 3; ++k)
+        at[k] = static_cast<float>(m ? m[4 * k] * p.x + m[4 * k + 1] * p.y + m[4 * k + 2] * p.z + m[4 * k + 3]
+                                     : own[k]);
+}
+
+// The box of a face, as placed by an instance.
 Box box_of(const SceneTables& tables, size_t face, int32_t instance) {
-    Box box;
+    Box box = kEmptyBox;
     for (size_t corner = 0; corner < 3; ++corner) {
-        const Vector p = face_corner(tables, face, corner);
-        float at[3] = {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-        if (instance >= 0) {
-            const float* m = &tables.instance_to_world[12 * static_cast<size_t>(instance)];
-            for (int k = 0; k < 3; ++k)
-                at[k] = static_cast<float>(m[4 * k] * p.x + m[4 * k + 1] * p.y + m[4 * k + 2] * p.z +
-                                           m[4 * k + 3]);
-        }
-        for (int k = 0; k < 3; ++k) {
-            box.low[k] = corner ? std::min(box.low[k], at[k]) : at[k];
-            box.high[k] = corner ? std::max(box.high[k], at[k]) : at[k];
-        }
+        float at[3];
+        place(tables, instance, face_corner(tables, face, corner), at);
+        add(box, at);
     }
     return box;
+}
+
+// The box of a box's corners, as placed by an instance.
+Box placed(const SceneTables& tables, const Box& box, int32_t instance) {
+    if (instance < 0) return box;
+    Box out = kEmptyBox;
+    for (int k = 0; k < 8; ++k) {
+        float at[3];
+        place(tables, instance,
+              {(k & 1 ? box.high : box.low)[0], (k & 2 ? box.high : box.low)[1],
+               (k & 4 ? box.high : box.low)[2]},
+              at);
+        add(out, at);
+    }
+    return out;
+}
+
+// The box of each visible mesh with all its copies; of copies, that of their corners' box.
+std::vector<Box> mesh_boxes(const SceneTables& tables) {
+    const auto instances = mesh_instances(tables);
+    std::vector<Box> out(instances.size(), kEmptyBox);
+    for (size_t mesh = 0; mesh < out.size(); ++mesh) {
+        Box own = kEmptyBox;
+        for (auto face = static_cast<size_t>(tables.mesh_first_face[mesh]);
+             face < static_cast<size_t>(tables.mesh_first_face[mesh + 1]); ++face)
+            own = joined(own, box_of(tables, face, -1));
+        for (int32_t instance : instances[mesh]) out[mesh] = joined(out[mesh], placed(tables, own, instance));
+    }
+    return out;
+}
+
+// Whether two boxes overlap or nearly touch.
+bool overlap(const Box& a, const Box& b) {
+    constexpr float kNear = 1e-3f;
+    const float slack = kNear * std::min(a.size(), b.size());
+    for (int k = 0; k < 3; ++k)
+        if (!(a.low[k] <= b.high[k] + slack && b.low[k] <= a.high[k] + slack)) return false;
+    return true;
 }
 
 }  // namespace
@@ -163,14 +210,23 @@ std::vector<int32_t> noisy_contact_materials(const SceneTables& tables, const Re
         constexpr double kSlope = 1e-3;
         concave[mesh] = dot(n, way) > kSlope * length(n) * length(way);
     }
-    // Collect their materials
+    // Collect their materials, and those of meshes that may touch others which move relative to them
+    const std::vector<Box> boxes = mesh_boxes(tables);
+    const auto touches = [&](size_t mesh) {
+        for (size_t k = 0; k < meshes; ++k)
+            if (k != mesh && (motion.camera || moves[mesh] || moves[k]) && overlap(boxes[mesh], boxes[k]))
+                return true;
+        return false;
+    };
     std::vector<uint8_t> named(excluded.size(), 0);
-    for (size_t mesh = 0; mesh < meshes; ++mesh)
-        for (auto face = static_cast<size_t>(tables.mesh_first_face[mesh]);
-             concave[mesh] && face < static_cast<size_t>(tables.mesh_first_face[mesh + 1]); ++face) {
-            const auto m = static_cast<size_t>(tables.face_material[face]);
-            named[m] = excluded[m];
-        }
+    for (size_t mesh = 0; mesh < meshes; ++mesh) {
+        const auto first = tables.face_material.begin() + tables.mesh_first_face[mesh],
+                   last = tables.face_material.begin() + tables.mesh_first_face[mesh + 1];
+        const auto is_excluded = [&](int32_t m) { return excluded[static_cast<size_t>(m)] != 0; };
+        if (std::none_of(first, last, is_excluded) || !(concave[mesh] || touches(mesh))) continue;
+        for (auto m = first; m != last; ++m)
+            if (is_excluded(*m)) named[static_cast<size_t>(*m)] = 1;
+    }
     std::vector<int32_t> out;
     for (size_t m = 0; m < named.size(); ++m)
         if (named[m]) out.push_back(static_cast<int32_t>(m));

@@ -16,8 +16,8 @@ std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& 
                                     const std::vector<int32_t>& materials);
 std::vector<int32_t> contact_materials(const SceneTables& tables);
 
-// Materials that keep a mesh with concave edges from having bits, where its points move relative to each
-// other. Light between the faces of such a mesh has samples without a finite variance.
+// Materials that keep meshes from having bits, of meshes that have concave edges or may touch others, and
+// whose points move relative to those. Light between such faces has samples without a finite variance.
 std::vector<int32_t> noisy_contact_materials(const SceneTables& tables, const RequestedMotion& motion,
                                              const std::vector<int32_t>& materials);
 

@@ -68,7 +68,7 @@ def bent(make: Callable[[], Scene]) -> Make:
 CASES: dict[str, tuple[Make, dict[str, Any]]] = {
     "metal corner": (shifted(lambda: lit(room_corner(), METAL)), {"max_depth": 3}),
     "glossy corner": (bent(lambda: lit(room_corner(), GLOSS)), {"max_depth": 4}),
-    "corner of a grid": (shifted(lambda: lit(room_corner(16))), {"max_depth": 4}),
+    "corner of a grid": (shifted(lambda: lit(room_corner(64))), {"max_depth": 3}),
     "corner of a grid, bent": (bent(lambda: lit(room_corner(4))), {"max_depth": 3}),
     "corner beside a leaf": (shifted(lambda: with_alpha(room_corner())), {"max_depth": 4}),
     "corner with a window": (bent(lambda: with_window(room_corner())), {"max_depth": 3}),
@@ -95,7 +95,7 @@ def test_reverse_mode_is_the_transpose(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["metal corner", "corner of a grid", "corner beside a leaf", "bowl", "bevel", "bowl under a bulb"])
+    "name", ["metal corner", "corner of a grid", "corner beside a leaf", "bowl", "bowl under a bulb"])
 def test_more_samples_bring_less_noise(name: str) -> None:
     """Rates of 1/r have no variance: their errors do not decrease with the number of samples."""
     need_every_table()
@@ -109,6 +109,7 @@ def test_more_samples_bring_less_noise(name: str) -> None:
             [renderer.render_forward(rate, spp=spp, seed=k, terms=("interior",), **options) for k in range(24)])
         return float(np.median(np.sum((pictures - np.median(pictures, axis=0)) ** 2, axis=(1, 2, 3)))) ** 0.5
 
+    # With a variance errors fall to a quarter, without one they stay: half is nearly in the middle.
     assert error(256) < 0.45 * error(16)
 
 

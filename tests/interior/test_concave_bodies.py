@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from edgegrad import Material, Mesh, PointLight, Renderer, Scene
+from edgegrad import Image, Material, Mesh, PointLight, Renderer, Scene
+from edgegrad import expression as e
 from tests.support.picture_differences import check_agreement, check_transpose, need_every_table
 from tests.support.scenes.concave_bodies import (
     GLOSS,
@@ -40,6 +41,18 @@ def under_a_bulb() -> Scene:
     return scene
 
 
+def with_roughness_map() -> Scene:
+    """A metal corner whose roughness is an image of values above zero."""
+    scene = lit(room_corner(), METAL)
+    body = scene.meshes["body"]
+    body.attributes["UVMap"] = (body.vertices @ [[1, 0], [0, 1], [1, 0]])[body.faces].astype(np.float32)
+    values = np.random.default_rng(5).uniform(0.4, 0.7, (6, 6, 1)).astype(np.float32)
+    scene.images["roughness"] = Image(values)
+    roughness = e.ImageTexture("roughness", e.Attribute("UVMap"))
+    scene.materials["body"] = Material(np.array([0.8, 0.7, 0.6]), metallic=1.0, textures={"roughness": roughness})
+    return scene
+
+
 def shifted(make: Callable[[], Scene]) -> Make:
     """The body moves as a whole."""
 
@@ -67,6 +80,7 @@ def bent(make: Callable[[], Scene]) -> Make:
 
 CASES: dict[str, tuple[Make, dict[str, Any]]] = {
     "metal corner": (shifted(lambda: lit(room_corner(), METAL)), {"max_depth": 3}),
+    "corner with a roughness map": (shifted(with_roughness_map), {"max_depth": 3}),
     "glossy corner": (bent(lambda: lit(room_corner(), GLOSS)), {"max_depth": 4}),
     "corner of a grid": (shifted(lambda: lit(room_corner(64))), {"max_depth": 3}),
     "corner of a grid, bent": (bent(lambda: lit(room_corner(4))), {"max_depth": 3}),
@@ -95,7 +109,8 @@ def test_reverse_mode_is_the_transpose(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["metal corner", "corner of a grid", "corner beside a leaf", "bowl", "bowl under a bulb"])
+    "name", ["metal corner", "corner with a roughness map", "corner of a grid", "corner beside a leaf", "bowl",
+             "bowl under a bulb"])
 def test_more_samples_bring_less_noise(name: str) -> None:
     """Rates of 1/r have no variance: their errors do not decrease with the number of samples."""
     need_every_table()

@@ -86,10 +86,11 @@ def _computed(words: SceneWords, wrt: Sequence[str]) -> list[str]:
     if shares is not None:
         out.append(f"what {words.material_names(shares)} let through changes, on the way to lights and between "
                    "surfaces")
-    contact = words.computed("contact")
-    if contact is not None and contact.pairs:
-        names = listed([f"'{words.meshes[a]}' and '{words.meshes[b]}'" for a, b in contact.pairs])
-        out.append(f"between {names} light keeps its direction where they nearly touch: noise stays finite there")
+    concave = words.by_part.get("contact")
+    if concave is not None and concave.materials:
+        out.append(f"noisy: where faces of {words.material_names(concave)} meet at concave corners or touch others, "
+                   "light between them has no finite variance, since these materials are transparent, mirror "
+                   "perfectly or have textures that jump")
     if all(path.startswith("materials.") and path.rpartition(".")[2] in _WIDTHS for path in wrt):
         out.append("only how wide lobes are is requested: these lobes get most of the samples, and more where the "
                    "derivative is large")

@@ -202,8 +202,14 @@ inline Leaving leave_vertex(const SceneView& scene, const VertexMemory& memory, 
     Vec3 view = -recorded;
     // Let the point move in screen form, material form or a blend of both
     if (geometry) {
-        raw::Float screen_form_weight = all_of(screen_form) + raw::load(v.held);
+        const raw::Float blend = raw::load(v.held);
+        raw::Float screen_form_weight = all_of(screen_form) + blend;
         Vec3 way = direction;
+        // Near contact the ray of the screen form must be the view direction up to rounding. Its part along
+        // the ray is large and cancels in the view's derivative, but the sampled direction starts beside the
+        // previous vertex.
+        if (scene.mesh_contact)
+            way = select(blend > 0.0f, constant3(values(x.position) - values(arrival.from)), way);
         if ((scene.all_flags & kHasTransparency) && scene.textures.closure_program) {
             const Mask through = hit & load(v.passes) & ~screen_form & (next >= 0);
             if (any(through)) {

@@ -1,5 +1,7 @@
 #include "engine/call_scene.h"
 
+#include "boundary/curves/edge_cache.h"
+#include "boundary/meshes/coplanar_polygons.h"
 #include "scene/contact_meshes.h"
 #include "scene/mesh_instances.h"
 #include "scene/sharp_lobes.h"
@@ -54,7 +56,7 @@ void PreparedScene::hold_directions(const SceneTables& tables, const RequestedMo
 
 PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const SceneTables& tables,
                              const RequestedMotion* motion, bool convex,
-                             std::shared_ptr<const LightList> lights, float followed)
+                             std::shared_ptr<const LightList> lights, float followed, EdgeCache* kept)
     : lights_(std::move(lights)),
       brute_triangles_(brute_triangles(tables)),
       face_moving_(tables.face_material.size(), 0) {
@@ -137,12 +139,28 @@ PreparedScene::PreparedScene(const embree::Api& api, const Bvh* bvh, const Scene
     if (!motion) return;
     view_.followed_alpha = followed;
     hold_directions(tables, *motion);
-    mesh_contact_ = contact_meshes(tables, view_, *motion);
+    if (kept) blend_near_contact(tables, *motion, *kept);
+}
+
+void PreparedScene::blend_near_contact(const SceneTables& tables, const RequestedMotion& motion,
+                                       EdgeCache& kept) {
+    if (!motion.camera && !motion.any_mesh_moves()) return;
+    const auto materials = kept.contact_materials.get(true, [&] { return contact_materials(tables); });
+    mesh_contact_ = contact_meshes(tables, view_, *materials);
     if (mesh_contact_.empty()) return;
     view_.mesh_contact = mesh_contact_.data();
     // Behind perfect lobes points ride.
     view_.fixed_direction_surfaces =
         may_be_specular(tables, view_.followed_alpha) ? 1 : kFixedDirectionSurfaces;
+    const auto regions = kept.regions.get(true, [&] { return surface_regions(tables); });
+    polygons_ = kept.polygons.get(true, [&] { return coplanar_polygons(tables, *regions); });
+    if (!polygons_->face.empty()) {
+        view_.face_polygon = polygons_->face.data();
+        view_.polygon_sides = polygons_->sides.data();
+    }
+    transparent_boxes_ = transparent_boxes(tables);
+    view_.transparent_boxes = transparent_boxes_.data();
+    view_.transparent_box_count = static_cast<int32_t>(transparent_boxes_.size() / 6);
 }
 
 }  // namespace edgegrad

@@ -10,6 +10,7 @@
 #include "engine/decisions/missing_parts.h"
 #include "engine/decisions/transparent_closures.h"
 #include "engine/terms/curve_terms.h"
+#include "scene/contact_meshes.h"
 #include "scene/sharp_lobes.h"
 #include "tasks/adjoint_task.h"
 #include "tasks/block_sizes.h"
@@ -83,7 +84,7 @@ Engine::DerivativeCall::DerivativeCall(const Engine& e, const RenderOptions& opt
       geometry(requested.geometry() || chains),
       lights(e.lights_for(requested)),
       prepared(e.api_, decide_alone ? nullptr : &e.bvh(), e.tables_, &motion, e.hides_no_light(), lights,
-               options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f),
+               options.max_depth > 1 ? e.follow(motion, sides, lights) : 0.0f, &e.kept_),
       scene(prepared.view()),
       tables(differentiable_tables(scene, e.tables_)),
       recording(path_recording(scene, e.tables_, requested, geometry)),
@@ -127,6 +128,9 @@ void Engine::DerivativeCall::begin_interior(const RenderOptions& options, const 
             used_materials(t, [&](size_t closure) { return may_refract_roughly(t, closure); });
     }
     decided.decide(Part::kContact, interior && scene.mesh_contact ? Reason::kNeeded : Reason::kNone);
+    if (interior && options.max_depth > 2)
+        decided[Part::kContact].materials = noisy_contact_materials(
+            t, motion, *engine.kept_.contact_materials.get(true, [&] { return contact_materials(t); }));
     const std::vector<int32_t>& passed = recording.passed;
     decided.decide(Part::kTransparency, interior && !passed.empty() ? Reason::kNeeded : Reason::kNone);
     if (!passed.empty())

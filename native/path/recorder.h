@@ -73,8 +73,8 @@ EG_INLINE void record_contact(const SceneView& scene, Vertex& v, const PathPacke
     if (!scene.mesh_contact) return;
     const Mask eligible =
         (p.segment >= 2) & (p.segment <= scene.fixed_direction_surfaces + 1) & (p.pdf > 0.0f);
-    const Contact c = contact(scene, x.active & eligible, p.from_mesh, p.from, p.from_normal, x.mesh,
-                              x.triangle, x.position);
+    const Contact c = contact(scene, x.active & eligible, p.from_mesh, p.from, p.from_normal, x.mesh, x.face,
+                              x.instance, x.triangle, x.position);
     set(v.held, x.active, c.share);
     set3(v.drift, x.active, c.drift);
 }

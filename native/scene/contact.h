@@ -12,10 +12,18 @@
 // sweep over segments that move with (1 - b) times y's motion and the rest of x's
 // (boundary/segment/segment.h).
 //
+// Triangles that form a convex polygon with their coplanar neighbours have the polygon's borders
+// (boundary/meshes/coplanar_polygons.h), because v is continuous over a polygon.
+//
 // Borders in x's own plane do not count: light from there arrives along x's horizon, where |n_x . w|
-// vanishes. (Where n_x is not the face's own normal it does not vanish. There such borders count, and the
-// horizon moves over y with the weight of the material form, boundary/terms/horizon.h.) With rho the distance
-// to the nearest border that counts,
+// vanishes. Where n_x is not the face's own normal, it does not vanish, and the horizon moves over y with the
+// weight of the material form (boundary/terms/horizon.h). There such borders still do not count if x and y
+// are on the same mesh, so that the horizon term alone has the flux across them. They count if y may emit
+// light: samples of lights in x's plane do not find a light that only touches it.
+//
+// Between x and y there must be no transparent surface, because its share of the light does not move with the
+// blend. Boxes around transparent faces therefore count as borders: a segment to y that is shorter than the
+// distance from y to a box does not meet it. With rho the distance to the nearest border that counts,
 //   b = 1 - s^2 (3 - 2 s),   s = min(r/(kReach rho), 1),
 // so that no border needs samples of its own. kReach trades the error near contact for noise from light of a
 // fixed direction where surfaces do not touch.
@@ -40,36 +48,87 @@ EG_INLINE Mask may_blend(const SceneView& scene, Mask active, Int from, Int to) 
     return active & ((receives & kContactFrom) != 0) & ((sends & kContactTo) != 0);
 }
 
-// The blend for light from the point y of a triangle of mesh `to` to x, on a face of mesh `from` with the
-// normal `normal`.
+// The nearest border that counts: its distance rho from y, and the gradient of rho.
+struct NearestBorder {
+    Float distance;
+    Vec3 inward;
+
+    EG_INLINE void add(Mask counts, Float other, Vec3 gradient) {
+        const Mask nearer = counts & (other < distance);
+        distance = select(nearer, other, distance);
+        inward = select(nearer, gradient, inward);
+    }
+};
+
+// Adds the boxes around transparent faces.
+EG_INLINE void add_transparent_boxes(const SceneView& scene, Mask active, Vec3 y, NearestBorder& border) {
+    for (int k = 0; k < scene.transparent_box_count; ++k) {
+        const float* box = scene.transparent_boxes + 6 * k;
+        const Vec3 nearest = {min(max(y.x, splat(box[0])), splat(box[3])),
+                              min(max(y.y, splat(box[1])), splat(box[4])),
+                              min(max(y.z, splat(box[2])), splat(box[5]))};
+        const Vec3 away = y - nearest;
+        const Float distance = sqrt(dot(away, away));
+        border.add(active, distance, away * (1.0f / max(distance, 1e-30f)));
+    }
+}
+
+// A vertex of a mesh, as placed by an instance.
+EG_INLINE Vec3 placed_vertex(const SceneView& scene, Int vertex, Int instance) {
+    const Vec3 p = gather3(scene.vertices, vertex);
+    const Mask placed = instance >= 0;
+    return any(placed) ? select(placed, place_point(gather_placement(scene, instance), p), p) : p;
+}
+
+// The blend for light from the point y of a triangle `t` of mesh `to`, which is `face` as placed by
+// `instance`, to x, on a face of mesh `from` with the normal `normal`.
 EG_OUTLINE Contact contact(const SceneView& scene, Mask active, Int from, Vec3 x, Vec3 normal, Int to,
-                           const Triangle& t, Vec3 y) {
+                           Int face, Int instance, const Triangle& t, Vec3 y) {
     constexpr float kReach = 1.0f, kSlack = 1e-5f, kRounding = 1e-6f;
     active = may_blend(scene, active, from, to);
     if (!any(active)) return no_contact();
-    const Mask bent = (gather(scene.mesh_contact, select(active, from, splat(0))) & kContactBent) != 0;
+    const Int receives = gather(scene.mesh_contact, select(active, from, splat(0)));
+    const Int sends = gather(scene.mesh_contact, select(active, to, splat(0)));
+    // Lanes in which borders in x's plane count
+    const Mask all_count = ((receives & kContactBent) != 0) & ((from != to) | ((sends & kContactEmits) != 0));
+    const Int polygon =
+        scene.face_polygon ? gather(scene.face_polygon, select(active, face, splat(0))) : splat(-1);
+    const Mask grouped = active & (polygon >= 0);
     const Vec3 way = y - x;
     const Vec3 side[3] = {t.p1 - t.p0, t.p2 - t.p1, t.p0 - t.p2};
     const Float square = dot(way, way);
-    // rho is at most the length of a side.
-    active &= square <
-              kReach * kReach * max(max(dot(side[0], side[0]), dot(side[1], side[1])), dot(side[2], side[2]));
+    // In a triangle, rho is at most the length of a side.
+    active &= grouped |
+              (square < kReach * kReach *
+                            max(max(dot(side[0], side[0]), dot(side[1], side[1])), dot(side[2], side[2])));
     if (!any(active)) return no_contact();
     const Vec3 m = area_normal(t);
     const Float twice_area = sqrt(dot(m, m)), r = sqrt(square);
     const Vec3 n = m * (1.0f / max(twice_area, 1e-37f)), w = way * (1.0f / max(r, 1e-30f));
     const Float in_plane = kSlack * sqrt(twice_area) + kRounding * largest_component(x);
     const Vec3 corner[3] = {t.p0, t.p1, t.p2};
-    Float rho = splat(__builtin_inff());
-    Vec3 inward = zero3();
-    for (int k = 0; k < 3; ++k) {
-        const Vec3 a = corner[k], e = side[k], across = cross(n, e);
+    NearestBorder border{splat(__builtin_inff()), zero3()};
+    const auto add_side = [&](Mask counts, Vec3 a, Vec3 e) {
+        const Vec3 across = cross(n, e);
         const Vec3 in = across * (1.0f / max(sqrt(dot(across, across)), 1e-37f));
-        const Float above = dot(normal, a - x), other = dot(normal, a + e - x), distance = dot(in, y - a);
-        const Mask nearer = (bent | (abs(above) > in_plane) | (abs(other) > in_plane)) & (distance < rho);
-        rho = select(nearer, distance, rho);
-        inward = select(nearer, in, inward);
+        const Float above = dot(normal, a - x), other = dot(normal, a + e - x);
+        border.add(counts & (all_count | (abs(above) > in_plane) | (abs(other) > in_plane)), dot(in, y - a),
+                   in);
+    };
+    const Mask alone = active & ~grouped;
+    for (int k = 0; k < 3 && any(alone); ++k) add_side(alone, corner[k], side[k]);
+    Mask more = active & grouped;
+    for (int k = 0; k < kPolygonSides && any(more); ++k) {
+        const Int at = select(more, polygon * (2 * kPolygonSides) + 2 * k, splat(0));
+        const Int first = gather(scene.polygon_sides, at), last = gather(scene.polygon_sides + 1, at);
+        more &= first >= 0;
+        const Int placed = select(more, instance, splat(-1));
+        const Vec3 a = placed_vertex(scene, select(more, first, splat(0)), placed);
+        add_side(more, a, placed_vertex(scene, select(more, last, splat(0)), placed) - a);
     }
+    add_transparent_boxes(scene, active, y, border);
+    const Float rho = border.distance;
+    const Vec3 inward = border.inward;
     const Float facing = dot(n, w), q = r / max(rho, 1e-30f), s = q * (1.0f / kReach);
     const Mask near = active & (r > 0.0f) & (facing != 0.0f) & (s < 1.0f) & (rho < __builtin_inff());
     if (!any(near)) return no_contact();
@@ -87,7 +146,8 @@ EG_INLINE Contact contact_with_face(const SceneView& scene, Mask active, const S
     active = may_blend(scene, active, x.mesh, to);
     if (!any(active)) return no_contact();
     const Triangle t = placed_triangle(scene, known, select(active, instance, splat(-1))).triangle;
-    return contact(scene, active, x.mesh, x.position, x.normal, to, t, interpolate(t, b1, b2));
+    return contact(scene, active, x.mesh, x.position, x.normal, to, known,
+                   select(active, instance, splat(-1)), t, interpolate(t, b1, b2));
 }
 
 }  // namespace edgegrad::EDGEGRAD_ISA

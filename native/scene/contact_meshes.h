@@ -8,12 +8,20 @@
 
 namespace edgegrad {
 
-// Bits (kContactFrom and others) by mesh. Empty if no surface moves relative to another, or if no light
-// qualifies. Emission and scattering at y must not jump within a face, as textures may do. Neither y nor x
-// may have a perfect lobe, because points behind those stay in material form. Scenes in which emissive meshes
-// have a fixed direction anyway (shading/lights/fixed_direction_light.h), and scenes with transparent
-// surfaces, get no bits.
+// Bits (kContactFrom and others) by mesh, from those by material. Empty if no light qualifies. Emission and
+// scattering at y must not jump within a face, as textures may do. Neither y nor x may be transparent or have
+// a perfect lobe, because points behind those stay in material form. Scenes in which emissive meshes have a
+// fixed direction anyway (shading/lights/fixed_direction_light.h) get no bits.
 std::vector<int32_t> contact_meshes(const SceneTables& tables, const SceneView& view,
-                                    const RequestedMotion& motion);
+                                    const std::vector<int32_t>& materials);
+std::vector<int32_t> contact_materials(const SceneTables& tables);
+
+// Materials that keep meshes from having bits, of meshes that have concave edges or may touch others, and
+// whose points move relative to those. Light between such faces has samples without a finite variance.
+std::vector<int32_t> noisy_contact_materials(const SceneTables& tables, const RequestedMotion& motion,
+                                             const std::vector<int32_t>& materials);
+
+// Boxes around the scene's transparent faces, at most kTransparentBoxes: (B, 2, 3) lower and upper corners.
+std::vector<float> transparent_boxes(const SceneTables& tables);
 
 }  // namespace edgegrad

@@ -71,8 +71,11 @@ class LineSurface {
 };
 
 // Bits by mesh (scene/contact.h): light that the mesh receives may have a fixed direction near contact; light
-// that it sends may; some of its shading normals differ from those of its faces.
-constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4;
+// that it sends may; some of its shading normals differ from those of its faces; it emits light.
+constexpr int32_t kContactFrom = 1, kContactTo = 2, kContactBent = 4, kContactEmits = 8;
+// The largest number of sides of a polygon that coplanar faces form (boundary/meshes/coplanar_polygons.h),
+// and of boxes around the scene's transparent faces (scene/contact_meshes.h).
+constexpr int32_t kPolygonSides = 8, kTransparentBoxes = 16;
 // Number of surfaces along a path, from the camera, to which this applies.
 constexpr int32_t kFixedDirectionSurfaces = 4;
 
@@ -93,6 +96,11 @@ struct SceneView {
     const int32_t* mesh_contact;     // (S) contact bits, or null: no surface moves, or no light qualifies
     // Number of surfaces, from the camera, that receive light of a fixed direction near contact.
     int32_t fixed_direction_surfaces;
+    // (F) the polygon that a face and its coplanar neighbours form, or -1; null: no such polygons. And by
+    // polygon (kPolygonSides, 2) the ends of its sides, counter-clockwise, with -1 after the last one.
+    const int32_t *face_polygon, *polygon_sides;
+    const float* transparent_boxes;  // (B, 2, 3) lower and upper corners in the world
+    int32_t transparent_box_count;
     // Lobes up to this alpha are followed, if the camera sees them by such lobes alone
     // (shading/bsdf/followed_lobes.h); 0: none.
     float followed_alpha;

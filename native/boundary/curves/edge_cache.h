@@ -17,6 +17,7 @@ namespace edgegrad {
 
 struct CandidateParts;
 struct Candidates;
+struct CoplanarPolygons;
 struct Intersections;
 struct MeshBoxes;
 class EdgeTree;
@@ -68,6 +69,8 @@ struct EdgeCache {
     Kept<Sides, Candidates> silhouettes;  // for the environment and for light between surfaces
     Kept<Sides, EdgeTree> tree;
     Kept<bool, SurfaceRegions> regions;
+    Kept<bool, CoplanarPolygons> polygons;
+    Kept<bool, std::vector<int32_t>> contact_materials;  // scene/contact_meshes.h
     Kept<bool, bool> cross;  // whether any surface intersects another surface or a light
     Kept<bool, MeshBoxes> boxes;
     // Of some closed meshes, those that are not certainly star-shaped (boundary/meshes/star_shaped.h).
@@ -85,7 +88,8 @@ struct EdgeCache {
     void clear_values() {
         spare_candidates.give(primary.clear());
         shadow.clear(), silhouettes.clear();
-        tree.clear(), regions.clear(), cross.clear();
+        tree.clear(), regions.clear(), polygons.clear(), cross.clear();
+        contact_materials.clear();
     }
 };
 

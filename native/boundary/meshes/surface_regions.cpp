@@ -11,8 +11,9 @@ namespace {
 // Faces whose normals differ by less than this sine lie in one plane.
 constexpr double kCoplanar = 1e-6;
 
-// Whether shading is continuous across an edge.
-bool joins(const SceneTables& t, size_t edge) {
+}  // namespace
+
+bool shading_continues(const SceneTables& t, size_t edge) {
     const uint32_t first = t.edge_face_first[edge];
     if (t.edge_face_first[edge + 1] - first != 2) return false;
     const uint32_t one = t.edge_faces[first], other = t.edge_faces[first + 1];
@@ -24,8 +25,6 @@ bool joins(const SceneTables& t, size_t edge) {
     }
     return !is_seam(t, static_cast<int64_t>(edge));
 }
-
-}  // namespace
 
 SurfaceRegions surface_regions(const SceneTables& t) {
     const size_t faces = t.faces.size() / 3, edges = t.edge_vertices.size() / 2;
@@ -49,7 +48,7 @@ SurfaceRegions surface_regions(const SceneTables& t) {
                 if (t.faces[3 * face + c] == static_cast<int32_t>(t.edge_opposite[k]))
                     out.face_edge[3 * face + c] = static_cast<int32_t>(e);
         }
-        if (joins(t, e)) {
+        if (shading_continues(t, e)) {
             const int32_t a = root(t.edge_faces[first]), b = root(t.edge_faces[first + 1]);
             out.region[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
         }

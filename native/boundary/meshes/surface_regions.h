@@ -19,4 +19,7 @@ struct SurfaceRegions {
 // plane, and the edge is no seam.
 SurfaceRegions surface_regions(const SceneTables& tables);
 
+// Whether shading is continuous across an edge.
+bool shading_continues(const SceneTables& tables, size_t edge);
+
 }  // namespace edgegrad

@@ -176,7 +176,7 @@ EG_OUTLINE void walk_camera_paths(const SceneView& scene, const ImageTask& task,
                       ignore_nothing(), embree::kIncoherent, ray_mask(p.kind));
         walking &= met.hit;
         if (fixed && scene.mesh_contact && any(walking & (fixed->length > 0))) {
-            // Contact requires an opaque scene, so all lanes have met the same number of surfaces.
+            // Segments through transparent surfaces have no blend, so the last surface before `next` will do.
             SurfacePoint next = surface_point(scene, walking, met.face, met.b1, met.b2, p.direction,
                                               select(walking, met.instance, splat(-1)));
             next.mesh = select(walking, met.mesh, splat(0));

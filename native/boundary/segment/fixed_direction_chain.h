@@ -31,9 +31,9 @@ struct FixedDirectionChain {
 // Sets surface number k (from 0) of the chain in some lanes. `next` is the next vertex towards x.
 EG_INLINE void set_chain_surface(const SceneView& scene, Mask active, Int k, const SurfacePoint& from,
                                  const SurfacePoint& next, FixedDirectionChain& chain) {
-    const Float blend =
-        contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.triangle, next.position)
-            .share;
+    const Float blend = contact(scene, active, from.mesh, from.position, from.normal, next.mesh, next.face,
+                                next.instance, next.triangle, next.position)
+                            .share;
     const Vec3 way = next.position - from.position;
     const Vec3 w = way * (1.0f / max(sqrt(dot(way, way)), 1e-30f));
     for (int i = 0; i < kFixedDirectionSurfaces; ++i) {

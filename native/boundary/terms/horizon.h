@@ -49,6 +49,9 @@ struct HorizonCut {
 
 struct HorizonSample {
     HorizonCut light, beyond;
+    // How x moves if earlier vertices of the path are near contact. Only lights that turn with x need it, and
+    // the first vertex' projection in light.view.
+    FixedDirectionChain fixed;
 };
 
 // The fraction of samples that go on to a later vertex of the path, if the picture's depth allows.
@@ -138,7 +141,8 @@ EG_INLINE void keep_finite(const HorizonTask& task, const PathPacket& p, Horizon
 // Samples the light of the scene's lights in F's plane.
 EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, const DerivativeView& motion,
                            const PathPacket& p, Vec3 followed, const ScatteringPoint& s,
-                           const HorizonSide& side, const PathIndex& random, HorizonCut& cut) {
+                           const HorizonSide& side, const PathIndex& random, Mask chained, Vec3 first,
+                           HorizonCut& cut) {
     // Sample an arc of a light
     Float u, unused;
     sobol_pair(random.stream, random.sample, kPairLight, u, unused);
@@ -160,6 +164,7 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
                  face_point_moves(scene, motion, cut.active & (cut.y.face >= 0), cut.y.face, cut.y.instance);
     if (motion.lights_requested) moves |= cut.active & (cut.y.row >= 0);
     if (motion.camera_requested) moves |= turns;
+    moves |= turns & chained;
     cut.active &= moves;
     if (!any(cut.active)) return;
 
@@ -179,9 +184,11 @@ EG_OUTLINE void cut_lights(const SceneView& scene, const HorizonTask& task, cons
     const Vec3 through =
         transmittance(scene, cut.active & light.casts_shadow, start, direction, far, {light.blockers});
     cut.color = select(light.casts_shadow, cut.color * through, cut.color);
-    if (any(turns & cut.active & (p.segment == 1))) {
-        cut.view = place_in_picture(scene, cut.active & turns, s.x.position, path_index(task.image, p.path));
-        cut.slides = cut.active & turns & (p.segment == 1) & cut.view.active;
+    const Mask seen = cut.active & turns & ((p.segment == 1) | chained);
+    if (any(seen)) {
+        cut.view = place_in_picture(scene, seen, select(chained, first, s.x.position),
+                                    path_index(task.image, p.path));
+        cut.slides = seen & ~chained & cut.view.active;
     }
 }
 
@@ -278,8 +285,17 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     out.light.active = out.beyond.active = splat(0);
     Float probability;
     const Int target = pick_vertex(random, task.image.max_depth - 1, probability);
-    Vec3 followed;
-    walk_camera_paths(scene, task.image, p, hit, target, 0.0f, nullptr, &followed);
+    Vec3 followed, first = zero3();
+    const bool chains =
+        scene.mesh_contact && task.lights && (scene.lights.kinds & kTurningLights) && any(target > 1);
+    if (scene.mesh_contact) begin_fixed_direction_chain(scene, p.active, target - 1, out.fixed);
+    if (chains) {
+        const Triangle t =
+            placed_triangle(scene, select(hit.hit, face, splat(0)), select(hit.hit, hit.instance, splat(-1)))
+                .triangle;
+        first = interpolate(t, hit.b1, hit.b2);
+    }
+    walk_camera_paths(scene, task.image, p, hit, target, 0.0f, chains ? &out.fixed : nullptr, &followed);
     if (!any(p.active)) return queued;
     // Keep surfaces whose shading normal differs from the face's
     const ScatteringPoint s = scattering_point(scene, task.image, p, p.active, hit);
@@ -292,7 +308,8 @@ EG_OUTLINE int sample_horizon(const SceneView& scene, const HorizonTask& task, c
     out.light = out.beyond = empty_cut(s.x);
     const HorizonSide side = pick_side(s, random);
     if (task.lights && scene.lights.count > 0)
-        cut_lights(scene, task, motion, p, followed, s, side, random, out.light);
+        cut_lights(scene, task, motion, p, followed, s, side, random,
+                   chains ? out.fixed.length > 0 : splat(0), first, out.light);
     queued = cut_beyond(scene, task, motion, p, followed, s, side, random, work, queued, out.beyond);
     if (any(out.light.active)) keep_finite(task, p, out.light);
     if (any(out.beyond.active)) keep_finite(task, p, out.beyond);
@@ -322,7 +339,7 @@ EG_OUTLINE HorizonSample* sample_horizons(const SceneView& scene, const HorizonT
 // Adds n . (dy - m_F(y))/r, times the color, for the requested parameters.
 template <typename Mode>
 EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const DerivativeView& motion,
-                              const HorizonCut& cut) {
+                              const HorizonCut& cut, const FixedDirectionChain& fixed) {
     if (!any(cut.active)) return;
     const Vec3 n = cut.normal;
     const Mask near = cut.distance < __builtin_inff();
@@ -344,8 +361,15 @@ EG_INLINE void horizon_blocks(Mode& mode, const SceneView& scene, const Derivati
     const Vec3 d = select(cut.slides, cut.view.across_of, n);
     const Float nd = dot(n, d);
     const Vec3 slide = n * (dot(from, d) / select(abs(nd) > 1e-12f, nd, 1e-12f));
-    face_point_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2,
-                      select(cut.slides, slide, from), cut.color);
+    Vec3 to_face = select(cut.slides, slide, from);
+    if (scene.mesh_contact && any(cut.active & (cut.y.row >= 0) & (fixed.length > 0))) {
+        SurfacePoint x{};
+        x.normal = n;
+        to_face = fixed_direction_blocks(mode, scene, motion, cut.active & (cut.y.row >= 0), fixed, x,
+                                         cut.view, from, to_face, cut.color);
+    }
+    face_point_blocks(mode, scene, motion, cut.active, cut.face, cut.instance, cut.b1, cut.b2, to_face,
+                      cut.color);
     const Mask seen = cut.active & cut.slides;
     if (motion.camera_requested && any(seen)) {
         Float row[kCameraFloats];
@@ -361,8 +385,8 @@ static void horizon_forward_kernel(const SceneView& scene, const HorizonTask& ta
     const int count = task.image.pixel_count * task.image.samples;
     for (int at = 0; at < count; at += W) {
         Forward mode{scene, tangent};
-        horizon_blocks(mode, scene, tangent, samples[at / W].light);
-        horizon_blocks(mode, scene, tangent, samples[at / W].beyond);
+        horizon_blocks(mode, scene, tangent, samples[at / W].light, samples[at / W].fixed);
+        horizon_blocks(mode, scene, tangent, samples[at / W].beyond, samples[at / W].fixed);
         store3(work.radiance, at, mode.value);
     }
 }
@@ -377,8 +401,8 @@ static void horizon_backward_kernel(const SceneView& scene, const HorizonTask& t
         const Int path = select(first_lanes(count - at), lane_index() + at, splat(0));
         const Int pixel = path_index(task.image, path).pixel + task.image.first_pixel;
         Backward mode{scene, gradient, gather3(adjoint, pixel) * splat(task.image.weight)};
-        horizon_blocks(mode, scene, gradient, s.light);
-        horizon_blocks(mode, scene, gradient, s.beyond);
+        horizon_blocks(mode, scene, gradient, s.light, s.fixed);
+        horizon_blocks(mode, scene, gradient, s.beyond, s.fixed);
     }
 }
 

@@ -69,6 +69,8 @@ class Reader:
         (4, 4) transform to Cycles' camera space, in which Z is the depth; None: there is no camera.
     notes
         One short text for each approximation.
+    owner
+        Blender's material.
     codes
         Whether environment textures may interpolate code values; False where an image itself is needed.
     """
@@ -78,6 +80,7 @@ class Reader:
     material_index: int = 0
     world_to_camera: NDArray[np.float64] | None = None
     notes: list[str] = field(default_factory=list)
+    owner: Any = None
     codes: bool = True
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 

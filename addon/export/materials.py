@@ -201,7 +201,7 @@ class _Reading:
     def __init__(self, material: Any, images: Images, world_to_camera: Any, reading: MaterialReading) -> None:
         self.material = material
         self.reading = reading
-        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera)
+        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, owner=material)
 
     def read(self, output: Any, report: Report) -> None:
         found = list(parts(self.reader, nodes.feed(output.inputs["Surface"])))

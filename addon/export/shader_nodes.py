@@ -12,6 +12,8 @@ from edgegrad import expression as e
 from .expressions import number, rgb
 from .nodes import by_identifier, feed
 from .shaders import Closure
+from .sizes import thinnest
+from .subsurface import diffusion_length, seen_albedo
 
 PRINCIPLED = {
     "base_color": "Base Color", "metallic": "Metallic", "roughness": "Roughness", "ior": "IOR", "alpha": "Alpha",
@@ -21,6 +23,9 @@ PRINCIPLED = {
     "coat_weight": "Coat Weight", "coat_roughness": "Coat Roughness", "coat_ior": "Coat IOR", "coat_tint": "Coat Tint",
     "sheen_weight": "Sheen Weight", "sheen_roughness": "Sheen Roughness", "sheen_tint": "Sheen Tint",
 }  # fmt: skip
+
+# Share of an object's size over which light may spread below its surface and still look as if it did not.
+SPREAD_UNSEEN = 0.003
 
 SHADERS: dict[str, Callable[[Closure], None]] = {}
 
@@ -74,7 +79,7 @@ def _principled(closure: Closure) -> None:
     closure.tangent()
     _microfacets(closure)
     if closure.material.subsurface_weight > 0.0 or "subsurface_weight" in closure.material.textures:
-        closure.note("subsurface scattering is approximated by a diffuse surface")
+        _principled_subsurface(closure)
     if _is_set(closure, "Thin Film Thickness"):
         closure.note("its thin film is left out")
     coat = by_identifier(closure.node.inputs, "Coat Normal")
@@ -179,9 +184,48 @@ def _emission(closure: Closure) -> None:
 @shader("SUBSURFACE_SCATTERING")
 def _subsurface(closure: Closure) -> None:
     closure.material.kind = "DIFFUSE"
-    closure.set("base_color", "Color")
+    method = closure.node.falloff
+    roughness, ior = (closure.constant(name, rest) for name, rest in (("Roughness", 1.0), ("IOR", 1.4)))
+    closure.put("base_color", seen_albedo(closure.read("Color"), method, roughness, ior), closure.own("Color"))
     closure.normal()
-    closure.note("subsurface scattering is approximated by a diffuse surface")
+    _note_spread(closure, "Color", "Radius", "Scale", method)
+
+
+def _principled_subsurface(closure: Closure) -> None:
+    """Mix the albedo of subsurface scattering into the base colour."""
+    material, method = closure.material, closure.node.subsurface_method
+    if any(getattr(material, field) != 0.0 or field in material.textures for field in ("metallic", "transmission")):
+        closure.note("its subsurface scattering has the albedo of a diffuse surface, since it is partly metal or glass")
+    else:
+        ior, level = closure.constant("IOR", 1.5), closure.constant("Specular IOR Level", 0.5)
+        # Cycles refracts by the index that has the reflectance which the level scales.
+        root = np.sqrt(min(2.0 * level * ((ior - 1.0) / (ior + 1.0)) ** 2, 0.99))
+        if method == "RANDOM_WALK_SKIN":
+            refracted = closure.constant("Subsurface IOR", 1.4)
+        else:
+            refracted = float((1.0 + root) / (1.0 - root))
+        color = closure.read("Base Color")
+        albedo = seen_albedo(color, method, closure.constant("Roughness", 0.5), refracted)
+        weight = material.textures.get("subsurface_weight", material.subsurface_weight)
+        if albedo is not color:
+            closure.put("base_color", e.Mix(weight, color, albedo), closure.own("Base Color"))
+    _note_spread(closure, "Base Color", "Subsurface Radius", "Subsurface Scale", method)
+
+
+def _note_spread(closure: Closure, color: str, radius: str, scale: str, method: str) -> None:
+    """Note how far light spreads below the surface, unless that is far less than the size of the objects."""
+    for name in ("Subsurface Anisotropy", "Anisotropy"):
+        if closure.has(name) and _is_set(closure, name):
+            closure.note(f"its '{name}' is left out; light scatters equally in all directions below its surface")
+    name, size = thinnest(closure.reader.owner)
+    color_, radius_, scale_ = (rgb(closure.own(one)) for one in (color, radius, scale))
+    assert color_ is not None and radius_ is not None and scale_ is not None
+    length = diffusion_length(color_, radius_ * scale_[0], method)
+    if name and length < SPREAD_UNSEEN * size:
+        return
+    of = f", {length / size:.1%} of the {size:.3g} m of object '{name}'," if name else ""
+    closure.note(f"its subsurface scattering does not spread light, which Cycles spreads over {length:.2g} m{of} "
+                 "so shadows are sharper and thin parts darker")  # fmt: skip
 
 
 @shader("BSDF_TOON")

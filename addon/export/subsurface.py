@@ -4,7 +4,9 @@ Cycles walks randomly through the object (Chiang et al. 2016): the ray enters al
 scatters isotropically with a single-scattering albedo that makes the albedo under diffuse light equal to the colour
 (Wrenninge et al. 2017), and leaves diffusely. Where the mean free path is short beside the object, it
 leaves where it entered, and the fraction that leaves is that of a half-space, 1 - sqrt(1 - alpha) H(mu) with
-Chandrasekhar's H function of the cosine mu of the entry (Chandrasekhar 1960).
+Chandrasekhar's H function of the cosine mu of the entry (Chandrasekhar 1960). Walks of more than `EVENTS` events are
+lost, which matters for bright colours: as a power series in alpha, the fraction has the coefficients
+H(mu) / (2 sqrt(pi)) n^(-3/2) at large n, with the H function of alpha = 1.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ F64 = NDArray[np.float64]
 COLORS = np.linspace(0.0, 1.0, 65) ** 2  # denser where albedos change fast
 COSINES = np.linspace(0.0, 1.0, 65)
 ROWS = 257
+EVENTS = 256  # at which Cycles ends a walk
 SAMPLES = 16  # directions of microfacets per dimension
 RADIUS_SCALE = 0.25 / np.pi  # from Cycles' radius to the mean free path
 
@@ -85,14 +88,25 @@ def _albedos(method: str, roughness: float, ior: float) -> F64:
     """(cosines, colours) albedo seen at each cosine."""
     half_space = _half_space()
     if method == "RANDOM_WALK_SKIN":  # half of the rays enter diffusely, half through facets of roughness 1
-        diffuse = np.average(half_space, axis=0, weights=COSINES)
+        diffuse = np.average(half_space, axis=0, weights=np.where(COSINES < 1.0, COSINES, 0.5))  # trapezoids
         return 0.5 * (diffuse + _refracted(half_space, 1.0, ior))
     return _refracted(half_space, roughness, ior)
 
 
 @cache
 def _half_space() -> F64:
-    """(cosines, colours) albedo of a half-space by the cosine of the entry."""
+    """(cosines, colours) albedo of a half-space by the cosine of the entry, with Cycles' limit of events."""
+    h, alpha = h_functions()
+    x, w = np.polynomial.legendre.leggauss(64)
+    u, first = 0.5 * (x + 1.0), EVENTS + 0.5
+    # The sum over n > EVENTS as an integral, with n = first / u^2.
+    lost = (0.5 * w) @ (2.0 / np.sqrt(first) * alpha ** (first / u[:, None] ** 2))
+    return np.maximum(1.0 - np.sqrt(1.0 - alpha) * h - h[:, -1:] / (2.0 * np.sqrt(np.pi)) * lost, 0.0)
+
+
+@cache
+def h_functions() -> tuple[F64, F64]:
+    """(cosines, colours) Chandrasekhar's H function, and the albedos of one event (colours,)."""
     x, w = np.polynomial.legendre.leggauss(32)
     x, w = 0.5 * (x + 1.0), 0.5 * w
     alpha = single_scattering_albedo(COLORS)
@@ -105,7 +119,7 @@ def _half_space() -> F64:
     h = np.ones((len(x), len(alpha)))
     for _ in range(300):
         h = 0.5 * (h + step(x, h))
-    return 1.0 - rest * step(COSINES, h)
+    return step(COSINES, h), alpha
 
 
 def _refracted(half_space: F64, roughness: float, ior: float) -> F64:

@@ -150,14 +150,14 @@ class Reader:
         for one, around in found:
             name = label(one.node, around)
             if one.node.type in OF_OTHER_OBJECTS and not getattr(one.node, "only_local", False):
-                self.note(f"node '{name}' ({one.node.bl_label}) is baked, where its object is alone")
+                self.note(f"node '{name}' ({one.node.bl_label}) is baked, where its object is alone and no particle")
             elif one.node.type in OF_VIEW or (one.node.type, one.identifier) in OF_VIEW:
                 self.note(f"node '{label(output.node, groups)}' is baked, so it does not vary with the ray as "
                           f"'{one.name}' of node '{name}' does")  # fmt: skip
 
 
 # Nodes that depend on other objects, and nodes or outputs that depend on the ray.
-OF_OTHER_OBJECTS = ("AMBIENT_OCCLUSION",)
+OF_OTHER_OBJECTS = ("AMBIENT_OCCLUSION", "PARTICLE_INFO")
 OF_VIEW = {"LIGHT_PATH", "FRESNEL", "LAYER_WEIGHT", "CAMERA", ("TEX_COORD", "Reflection"), ("TEX_COORD", "Camera"),
            ("NEW_GEOMETRY", "Incoming"), ("NEW_GEOMETRY", "Backfacing")}  # fmt: skip
 

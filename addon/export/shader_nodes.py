@@ -27,6 +27,9 @@ PRINCIPLED = {
 # Share of an object's size over which light may spread below its surface and still look as if it did not.
 SPREAD_UNSEEN = 0.003
 
+# Shaders of volumes and of EEVEE.
+BLACK_IN_CYCLES = ("PRINCIPLED_VOLUME", "VOLUME_ABSORPTION", "VOLUME_SCATTER", "VOLUME_COEFFICIENTS", "EEVEE_SPECULAR")
+
 SHADERS: dict[str, Callable[[Closure], None]] = {}
 
 
@@ -49,7 +52,8 @@ def read_shader(closure: Closure) -> edgegrad.Material:
         closure.emit(closure.output)
     elif read is None:
         name = closure.node.bl_label or closure.node.type
-        closure.note(f"{name} is not a surface shader that can be rendered; it is black")
+        closure.note(f"{name} is not a surface shader; it is black, as in Cycles" if closure.node.type in BLACK_IN_CYCLES
+                     else f"{name} can't be rendered; it is black")  # fmt: skip
         closure.material.kind = "DIFFUSE"
         closure.material.base_color = np.zeros(3)
     else:
@@ -252,23 +256,6 @@ def _principled_hair(closure: Closure) -> None:
     closure.material.kind = "DIFFUSE"
     closure.set("base_color", "Color")
     closure.note("a hair shader is approximated by a diffuse one")
-
-
-@shader("EEVEE_SPECULAR")
-def _specular(closure: Closure) -> None:
-    """Translate EEVEE's Specular BSDF, a diffuse base below a coloured reflection, which Cycles does not have."""
-    closure.material.kind = "PRINCIPLED"
-    closure.set_all({"base_color": "Base Color", "roughness": "Roughness", "coat_weight": "Clear Coat",
-                     "coat_roughness": "Clear Coat Roughness"})  # fmt: skip
-    # At IOR 1.5 the reflectance at normal incidence is 0.08 times the level.
-    value = rgb(closure.read("Specular"))
-    closure.material.specular_ior_level = 0.5 if value is None else float(np.mean(value)) / 0.08
-    transparency = closure.read("Transparency")
-    closure.put("alpha", e.Math("SUBTRACT", 1.0, transparency) if isinstance(transparency, e.Expression)
-                else 1.0 - (number(transparency) or 0.0), 1.0)  # fmt: skip
-    closure.put("emission", closure.read("Emissive Color"), closure.own("Emissive Color"))
-    closure.normal()
-    closure.note("EEVEE's specular shader is approximated by a principled one")
 
 
 @shader("HOLDOUT")

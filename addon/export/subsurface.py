@@ -70,7 +70,7 @@ def seen_albedo(color: Operand, method: str, roughness: float, ior: float) -> Op
     if fixed is not None:
         columns = [np.interp(places, COSINES, [np.interp(c, COLORS, row) for row in table])
                    for c in np.clip(fixed, 0.0, 1.0)]  # fmt: skip
-        return e.Ramp(facing, tuple((*map(float, row), 1.0) for row in np.stack(columns, axis=1)))
+        return e.Ramp(facing, tuple((float(r), float(g), float(b), 1.0) for r, g, b in np.stack(columns, axis=1)))
     # Three products of a function of the angle and one of the colour are enough.
     u, s, v = np.linalg.svd(table)
     terms: list[Expression] = []

@@ -52,8 +52,9 @@ def read_shader(closure: Closure) -> edgegrad.Material:
         closure.emit(closure.output)
     elif read is None:
         name = closure.node.bl_label or closure.node.type
-        closure.note(f"{name} is not a surface shader; it is black, as in Cycles" if closure.node.type in BLACK_IN_CYCLES
-                     else f"{name} can't be rendered; it is black")  # fmt: skip
+        known = closure.node.type in BLACK_IN_CYCLES
+        closure.note(f"{name} is no surface shader of Cycles; it is black, as there" if known else
+                     f"{name} can't be rendered; it is black")  # fmt: skip
         closure.material.kind = "DIFFUSE"
         closure.material.base_color = np.zeros(3)
     else:

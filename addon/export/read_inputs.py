@@ -35,6 +35,8 @@ def _own_output(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
 
 @reads("UVMAP")
 def _uv_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if node.from_instancer:
+        reader.note(f"node '{label(node, groups)}' uses the UV map of the object, not of its instancer")
     return attributes.layer(node.uv_map or attributes.ACTIVE_UV)
 
 
@@ -76,6 +78,8 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
     if node.attribute_type == "VIEW_LAYER":
         raise unreadable(node, groups, "attribute of the view layer", bakeable=False)
     of_object = node.attribute_type in ("OBJECT", "INSTANCER")
+    if node.attribute_type == "INSTANCER":
+        reader.note(f"node '{label(node, groups)}' uses the property of the object, not of its instancer")
     value = attributes.layer(attributes.PROPERTY + node.attribute_name if of_object else node.attribute_name)
     if output.identifier == "Fac":
         return e.Average(value)

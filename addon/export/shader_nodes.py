@@ -160,7 +160,9 @@ def _transparent(closure: Closure) -> None:
     closure.material.kind = "TRANSPARENT"
     closure.set("base_color", "Color")
     if closure.node.type == "BSDF_RAY_PORTAL":
-        closure.note("a ray portal is approximated by a transparent surface")
+        moved = [feed(by_identifier(closure.node.inputs, name), closure.groups) for name in ("Position", "Direction")]
+        if any(found.output is not None for found in moved):  # else rays go straight on
+            closure.note("a ray portal is approximated by a transparent surface")
 
 
 @shader("BSDF_TRANSLUCENT")

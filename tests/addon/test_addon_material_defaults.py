@@ -15,6 +15,8 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad_addon.export import attributes, subsurface
 from edgegrad_addon.export.expressions import Reader
+from edgegrad_addon.problem import Problem
+from edgegrad_addon.write_back import check_material
 from tests.support.scenes import blender_scenes as bs
 
 HIDDEN_VALUES = pytest.mark.skipif(bpy.app.version < (5, 0, 0), reason="groups keep their values before Blender 5.0")
@@ -190,6 +192,14 @@ def test_rays_that_have_no_expression_are_named() -> None:
         reader = Reader()
         reader.output(next(one for one in path.outputs if one.identifier == name), ())
         assert any(f"'{name}'" in note for note in reader.notes)
+
+
+def test_a_color_that_subsurface_scattering_scales_is_not_written_to() -> None:
+    tree = Tree()
+    tree.surface(tree.node("BsdfPrincipled", {"Subsurface Weight": 1.0}).outputs[0])
+    tree.export()
+    with pytest.raises(Problem, match="material 'M': its base colour is scaled by subsurface scattering"):
+        check_material(tree.made.materials["M"], "M", "base_color")
 
 
 def trapezoids() -> Any:

@@ -106,6 +106,39 @@ def test_a_shader_that_is_linked_to_a_color_leaves_the_value_of_the_socket() -> 
     assert tree.export().base_color == pytest.approx([0.1, 0.6, 0.2]) and not tree.made.report.lines
 
 
+def test_nodes_of_other_add_ons_leave_the_value_of_the_input() -> None:
+    class Odd(bpy.types.Node):  # type: ignore[name-defined, misc]
+        bl_idname, bl_label = "EdgegradTestNode", "Odd"
+
+        def init(self, context: Any) -> None:
+            self.outputs.new("NodeSocketColor", "Color")
+
+    tree = Tree()
+    diffuse = tree.node("BsdfDiffuse", {"Color": (0.1, 0.6, 0.2, 1.0)})
+    bpy.utils.register_class(Odd)
+    try:
+        tree.tree.links.new(tree.tree.nodes.new("EdgegradTestNode").outputs[0], diffuse.inputs["Color"])
+        tree.surface(diffuse.outputs[0])
+        assert tree.export().base_color == pytest.approx([0.1, 0.6, 0.2])
+    finally:
+        bpy.utils.unregister_class(Odd)
+    assert tree.export().base_color == pytest.approx([0.1, 0.6, 0.2])
+
+
+@HIDDEN_VALUES
+def test_a_menu_switch_gives_the_shader_that_its_menu_names() -> None:
+    tree = Tree()
+    switch = tree.tree.nodes.new("GeometryNodeMenuSwitch")
+    switch.data_type = "SHADER"
+    for name, color in (("A", 0.1), ("B", 0.7)):
+        shader = tree.node("BsdfDiffuse", {"Color": (color, color, color, 1.0)})
+        tree.tree.links.new(shader.outputs[0], switch.inputs[name])
+    tree.surface(switch.outputs[0])
+    for name, color in (("A", 0.1), ("B", 0.7)):
+        switch.inputs[0].default_value = name
+        assert tree.export().base_color == pytest.approx([color] * 3)
+
+
 @pytest.mark.parametrize("way", ["direct", "reroute", "muted"])
 def test_muted_nodes_without_a_source_leave_the_value_of_the_input(way: str) -> None:
     tree = Tree()

@@ -193,7 +193,9 @@ def _subsurface(closure: Closure) -> None:
     closure.material.kind = "DIFFUSE"
     method = closure.node.falloff
     roughness, ior = (closure.constant(name, rest) for name, rest in (("Roughness", 1.0), ("IOR", 1.4)))
-    closure.put("base_color", seen_albedo(closure.read("Color"), method, roughness, ior), closure.own("Color"))
+    color = closure.read("Color")
+    albedo = seen_albedo(color, method, roughness, ior) if _scatters(closure, "Radius", "Scale") else color
+    closure.put("base_color", albedo, closure.own("Color"))
     closure.normal()
     _note_spread(closure, "Color", "Radius", "Scale", method)
 
@@ -201,6 +203,8 @@ def _subsurface(closure: Closure) -> None:
 def _principled_subsurface(closure: Closure) -> None:
     """Mix the albedo of subsurface scattering into the base colour."""
     material, method = closure.material, closure.node.subsurface_method
+    if not _scatters(closure, "Subsurface Radius", "Subsurface Scale"):
+        return
     if any(getattr(material, field) != 0.0 or field in material.textures for field in ("metallic", "transmission")):
         closure.note("its subsurface scattering has the albedo of a diffuse surface, since it is partly metal or glass")
     else:
@@ -217,6 +221,11 @@ def _principled_subsurface(closure: Closure) -> None:
         if albedo is not color:
             closure.put("base_color", e.Mix(weight, color, albedo), closure.own("Base Color"))
     _note_spread(closure, "Base Color", "Subsurface Radius", "Subsurface Scale", method)
+
+
+def _scatters(closure: Closure, radius: str, scale: str) -> bool:
+    """Whether light enters the surface; without a radius, Cycles uses a diffuse surface."""
+    return all(found is None or found.any() for found in (rgb(closure.read(radius)), rgb(closure.read(scale))))
 
 
 def _note_spread(closure: Closure, color: str, radius: str, scale: str, method: str) -> None:

@@ -164,3 +164,16 @@ def simple_rare_shaders() -> None:
                                                        "Strength": 0.5})  # fmt: skip
 
     stage.row([stage.material("Bulb", lamp), stage.material("Hot", hot)], y=0.7)
+
+
+@case("Lamps coloured by a Blackbody node, the way before lamps had a temperature", bounces=2)
+def blackbody_lamps() -> None:
+    """A warm and a cold lamp."""
+    _small()
+    for name, kelvin in (("Key", 2700.0), ("Rim", 9000.0)):
+        data = bpy.data.objects[name].data
+        data.use_nodes = True
+        emission = next(node for node in data.node_tree.nodes if node.type == "EMISSION")
+        warm = stage.node(data.node_tree, "ShaderNodeBlackbody", {0: kelvin})
+        data.node_tree.links.new(warm.outputs[0], emission.inputs["Color"])
+    stage.row([stage.diffuse("Chalk"), stage.principled("Plastic", (0.3, 0.5, 0.7))])

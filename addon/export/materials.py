@@ -15,11 +15,11 @@ from edgegrad.expression import Expression, images_of, nodes_of
 
 from ..problem import Report
 from . import attributes, nodes
+from .approximated.volumes import describe_volume
 from .expressions import Reader, number
 from .images import Images
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, parts, product
-from .volumes import describe_volume
 
 PART = "/shader "  # separates the name of a mixture from that of its part
 # Inputs for (base colour, emission colour, emission strength) that a fit may write, by type of shader node.

@@ -9,11 +9,11 @@ import numpy as np
 import edgegrad
 from edgegrad import expression as e
 
+from .approximated.sizes import thinnest
+from .approximated.subsurface import diffusion_length, seen_albedo
 from .expressions import number, rgb
 from .nodes import by_identifier, feed
 from .shaders import Closure
-from .sizes import thinnest
-from .subsurface import diffusion_length, seen_albedo
 
 PRINCIPLED = {
     "base_color": "Base Color", "metallic": "Metallic", "roughness": "Roughness", "ior": "IOR", "alpha": "Alpha",

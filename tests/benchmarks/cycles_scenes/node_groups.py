@@ -167,8 +167,7 @@ def camera_nodes() -> None:
         ball.rotation_euler, ball.scale = (0.4, 0.3, 0.8), (1.0, 0.8, 1.1)
 
 
-@case("Light Path in materials: glass without shadows, lamps that only the camera sees, depths", bounces=3,
-      differs=("Depths and lengths of rays are approximated as the export names.",))  # fmt: skip
+@case("Light Path in materials: glass without shadows, lamps that only the camera sees, depths", bounces=3)
 def ray_nodes() -> None:
     """Tricks with Light Path."""
     _small()

@@ -162,6 +162,9 @@ def check_material(reading: MaterialReading, name: str, fieldname: str) -> Any:
     if fieldname in reading.fed:
         raise Problem(f"{where}: its {label} is fed by node '{reading.fed[fieldname]}', so it can't be written; "
                       "unlink it first")  # fmt: skip
+    if fieldname in reading.value.textures:
+        raise Problem(f"{where}: its {label} is scaled by subsurface scattering, which depends on the view, or is "
+                      "above 1, so it can't be written; set subsurface to 0 or the colour lower")  # fmt: skip
     return material
 
 

@@ -78,6 +78,8 @@ class Reader:
         The shading normal of a displaced surface; None: the smooth normal.
     notes
         One short text for each approximation.
+    owner
+        Blender's material.
     codes
         Whether environment textures may interpolate code values; False where an image itself is needed.
     """
@@ -89,6 +91,7 @@ class Reader:
     pixel_size: Operand = 1e-3
     normal: Expression | None = None
     notes: list[str] = field(default_factory=list)
+    owner: Any = None
     codes: bool = True
     _known: dict[tuple[Any, ...], Operand] = field(default_factory=dict, repr=False)
 
@@ -162,14 +165,14 @@ class Reader:
         for one, around in found:
             name = label(one.node, around)
             if one.node.type in OF_OTHER_OBJECTS and not getattr(one.node, "only_local", False):
-                self.note(f"node '{name}' ({one.node.bl_label}) is baked, where its object is alone")
+                self.note(f"node '{name}' ({one.node.bl_label}) is baked, where its object is alone and no particle")
             elif one.node.type in OF_VIEW or (one.node.type, one.identifier) in OF_VIEW:
                 self.note(f"node '{label(output.node, groups)}' is baked, so it does not vary with the ray as "
                           f"'{one.name}' of node '{name}' does")  # fmt: skip
 
 
 # Nodes that depend on other objects, and nodes or outputs that depend on the ray.
-OF_OTHER_OBJECTS = ("AMBIENT_OCCLUSION",)
+OF_OTHER_OBJECTS = ("AMBIENT_OCCLUSION", "PARTICLE_INFO")
 OF_VIEW = {"LIGHT_PATH", "FRESNEL", "LAYER_WEIGHT", "CAMERA", ("TEX_COORD", "Reflection"), ("TEX_COORD", "Camera"),
            ("NEW_GEOMETRY", "Incoming"), ("NEW_GEOMETRY", "Backfacing")}  # fmt: skip
 

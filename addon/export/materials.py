@@ -15,12 +15,12 @@ from edgegrad.expression import Expression, Operand, images_of, nodes_of
 
 from ..problem import Report
 from . import attributes, nodes
+from .approximated.volumes import describe_volume
 from .expressions import Reader, Unreadable, number
 from .images import Images
 from .read_normals import displaced_normal
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, parts, product
-from .volumes import describe_volume
 
 PART = "/shader "  # separates the name of a mixture from that of its part
 # Inputs for (base colour, emission colour, emission strength) that a fit may write, by type of shader node.
@@ -208,7 +208,7 @@ class _Reading:
                  reading: MaterialReading) -> None:  # fmt: skip
         self.material = material
         self.reading = reading
-        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, pixel_size)
+        self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, pixel_size, owner=material)
 
     def displace(self, output: Any) -> None:
         """Read the displacement of the material as bump, unless it only moves vertices (`displacement`)."""

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import bpy
 
-# Nodes that Cycles does not have. It ignores their links, so that a linked input keeps its own value.
-NOT_IN_CYCLES = ("SHADERTORGB", "UVALONGSTROKE", "SQUEEZE")
+# Nodes that Cycles does not have, among them those of add-ons. It ignores their links, so that a linked input keeps its
+# own value.
+NOT_IN_CYCLES = ("SHADERTORGB", "UVALONGSTROKE", "SQUEEZE", "CUSTOM", "UNDEFINED")
 PASSED_THROUGH = 256  # largest number of reroutes, muted nodes and groups that are followed
 
 Groups = tuple[Any, ...]  # group nodes around a node, outermost first
@@ -64,6 +65,9 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
         elif node.type == "GROUP_INPUT" and groups:
             inner = by_identifier(groups[-1].inputs, output.identifier)
             groups = groups[:-1]
+        elif node.type == "MENU_SWITCH" and output == node.outputs[0]:
+            chosen = getattr(feed(node.inputs[0], groups).input, "default_value", "")
+            inner = next((one for one in node.inputs[1:] if one.name == chosen), None)
         else:
             return Feed(output, None, groups, tuple(through))
         if inner is None:
@@ -76,7 +80,7 @@ def feed(socket: Any, groups: Groups = ()) -> Feed:
 
 def _is_used(link: Any) -> bool:
     """Whether Cycles follows a link. It ignores shaders that are linked to values, and sockets that a node hides."""
-    unknown = link.from_node.type in NOT_IN_CYCLES
+    unknown = link.from_node.type in NOT_IN_CYCLES or link.from_node.bl_idname == "NodeUndefined"
     mixed = link.from_socket.type == "SHADER" and link.to_socket.type != "SHADER"
     hidden = link.from_socket.is_unavailable or link.to_socket.is_unavailable
     return bool(link.is_valid and not link.is_muted and not unknown and not mixed and not hidden)

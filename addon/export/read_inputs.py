@@ -35,6 +35,8 @@ def _own_output(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
 
 @reads("UVMAP")
 def _uv_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    if node.from_instancer:
+        reader.note(f"node '{label(node, groups)}' uses the UV map of the object, not of its instancer")
     return attributes.layer(node.uv_map or attributes.ACTIVE_UV)
 
 
@@ -78,6 +80,8 @@ def _attribute(reader: Reader, node: Any, groups: Groups, output: Any) -> Operan
     if node.attribute_type == "VIEW_LAYER":
         raise unreadable(node, groups, "attribute of the view layer", bakeable=False)
     of_object = node.attribute_type in ("OBJECT", "INSTANCER")
+    if node.attribute_type == "INSTANCER":
+        reader.note(f"node '{label(node, groups)}' uses the property of the object, not of its instancer")
     value = attributes.layer(attributes.PROPERTY + node.attribute_name if of_object else node.attribute_name)
     if output.identifier == "Fac":
         return e.Average(value)
@@ -150,6 +154,12 @@ def _light_path(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
 
 def _camera_distance(world_to_camera: Any) -> Operand:
     return e.VectorMath("LENGTH", e.Transform(e.Coordinates("POSITION"), rows(world_to_camera)))
+
+
+@reads("HAIR_INFO", "POINT_INFO", "VOLUME_INFO")
+def _of_no_mesh(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
+    """Return what these nodes give on a mesh, which has neither strands, points nor voxels."""
+    return (0.0, 0.0, 0.0) if output.type in ("VECTOR", "RGBA") else 0.0
 
 
 @reads("SCRIPT")

@@ -9,6 +9,8 @@ import numpy as np
 import edgegrad
 from edgegrad import expression as e
 
+from .approximated.sizes import thinnest
+from .approximated.subsurface import diffusion_length, seen_albedo
 from .expressions import number, rgb
 from .inventory.naming import node_sentences
 from .nodes import by_identifier, feed
@@ -22,6 +24,12 @@ PRINCIPLED = {
     "coat_weight": "Coat Weight", "coat_roughness": "Coat Roughness", "coat_ior": "Coat IOR", "coat_tint": "Coat Tint",
     "sheen_weight": "Sheen Weight", "sheen_roughness": "Sheen Roughness", "sheen_tint": "Sheen Tint",
 }  # fmt: skip
+
+# Share of an object's size over which light may spread below its surface and still look as if it did not.
+SPREAD_UNSEEN = 0.003
+
+# Shaders of volumes and of EEVEE.
+BLACK_IN_CYCLES = ("PRINCIPLED_VOLUME", "VOLUME_ABSORPTION", "VOLUME_SCATTER", "VOLUME_COEFFICIENTS", "EEVEE_SPECULAR")
 
 SHADERS: dict[str, Callable[[Closure], None]] = {}
 
@@ -47,7 +55,9 @@ def read_shader(closure: Closure) -> edgegrad.Material:
         closure.emit(closure.output)
     elif read is None:
         name = closure.node.bl_label or closure.node.type
-        closure.note(f"{name} is not a surface shader that can be rendered; it is black")
+        known = closure.node.type in BLACK_IN_CYCLES
+        closure.note(f"{name} is no surface shader of Cycles; it is black, as there" if known else
+                     f"{name} can't be rendered; it is black")  # fmt: skip
         closure.material.kind = "DIFFUSE"
         closure.material.base_color = np.zeros(3)
     else:
@@ -73,7 +83,7 @@ def _principled(closure: Closure) -> None:
     closure.tangent()
     _microfacets(closure)
     if closure.material.subsurface_weight > 0.0 or "subsurface_weight" in closure.material.textures:
-        closure.note("subsurface scattering is approximated by a diffuse surface")
+        _principled_subsurface(closure)
     if _is_set(closure, "Thin Film Thickness"):
         closure.note("its thin film is left out")
     if _is_set(closure, "Coat Weight"):
@@ -151,7 +161,9 @@ def _transparent(closure: Closure) -> None:
     closure.material.kind = "TRANSPARENT"
     closure.set("base_color", "Color")
     if closure.node.type == "BSDF_RAY_PORTAL":
-        closure.note("a ray portal is approximated by a transparent surface")
+        moved = [feed(by_identifier(closure.node.inputs, name), closure.groups) for name in ("Position", "Direction")]
+        if any(found.output is not None for found in moved):  # else rays go straight on
+            closure.note("a ray portal is approximated by a transparent surface")
 
 
 @shader("BSDF_TRANSLUCENT")
@@ -178,9 +190,57 @@ def _emission(closure: Closure) -> None:
 @shader("SUBSURFACE_SCATTERING")
 def _subsurface(closure: Closure) -> None:
     closure.material.kind = "DIFFUSE"
-    closure.set("base_color", "Color")
+    method = closure.node.falloff
+    roughness, ior = (closure.constant(name, rest) for name, rest in (("Roughness", 1.0), ("IOR", 1.4)))
+    color = closure.read("Color")
+    albedo = seen_albedo(color, method, roughness, ior) if _scatters(closure, "Radius", "Scale") else color
+    closure.put("base_color", albedo, closure.own("Color"))
     closure.normal()
-    closure.note("subsurface scattering is approximated by a diffuse surface")
+    _note_spread(closure, "Color", "Radius", "Scale", method)
+
+
+def _principled_subsurface(closure: Closure) -> None:
+    """Mix the albedo of subsurface scattering into the base colour."""
+    material, method = closure.material, closure.node.subsurface_method
+    if not _scatters(closure, "Subsurface Radius", "Subsurface Scale"):
+        return
+    if any(getattr(material, field) != 0.0 or field in material.textures for field in ("metallic", "transmission")):
+        closure.note("its subsurface scattering has the albedo of a diffuse surface, since it is partly metal or glass")
+    else:
+        ior, level = closure.constant("IOR", 1.5), closure.constant("Specular IOR Level", 0.5)
+        # Cycles refracts by the index that has the reflectance which the level scales.
+        root = np.sqrt(min(2.0 * level * ((ior - 1.0) / (ior + 1.0)) ** 2, 0.99))
+        if method == "RANDOM_WALK_SKIN":
+            refracted = closure.constant("Subsurface IOR", 1.4)
+        else:
+            refracted = float((1.0 + root) / (1.0 - root))
+        color = closure.read("Base Color")
+        albedo = seen_albedo(color, method, closure.constant("Roughness", 0.5), refracted)
+        weight = material.textures.get("subsurface_weight", material.subsurface_weight)
+        if albedo is not color:
+            closure.put("base_color", e.Mix(weight, color, albedo), closure.own("Base Color"))
+    _note_spread(closure, "Base Color", "Subsurface Radius", "Subsurface Scale", method)
+
+
+def _scatters(closure: Closure, radius: str, scale: str) -> bool:
+    """Whether light enters the surface; without a radius, Cycles uses a diffuse surface."""
+    return all(found is None or found.any() for found in (rgb(closure.read(radius)), rgb(closure.read(scale))))
+
+
+def _note_spread(closure: Closure, color: str, radius: str, scale: str, method: str) -> None:
+    """Note how far light spreads below the surface, unless that is far less than the size of the objects."""
+    for name in ("Subsurface Anisotropy", "Anisotropy"):
+        if closure.has(name) and _is_set(closure, name):
+            closure.note(f"its '{name}' is left out; light scatters equally in all directions below its surface")
+    name, size = thinnest(closure.reader.owner)
+    color_, radius_, scale_ = (rgb(closure.own(one)) for one in (color, radius, scale))
+    assert color_ is not None and radius_ is not None and scale_ is not None
+    length = diffusion_length(color_, radius_ * scale_[0], method)
+    if name and length < SPREAD_UNSEEN * size:
+        return
+    of = f", {length / size:.1%} of the {size:.3g} m of object '{name}'," if name else ""
+    closure.note(f"its subsurface scattering does not spread light, which Cycles spreads over {length:.2g} m{of} "
+                 "so shadows are sharper and thin parts darker")  # fmt: skip
 
 
 @shader("BSDF_TOON")
@@ -207,23 +267,6 @@ def _principled_hair(closure: Closure) -> None:
     closure.material.kind = "DIFFUSE"
     closure.set("base_color", "Color")
     closure.note("a hair shader is approximated by a diffuse one")
-
-
-@shader("EEVEE_SPECULAR")
-def _specular(closure: Closure) -> None:
-    """Translate EEVEE's Specular BSDF, a diffuse base below a coloured reflection, which Cycles does not have."""
-    closure.material.kind = "PRINCIPLED"
-    closure.set_all({"base_color": "Base Color", "roughness": "Roughness", "coat_weight": "Clear Coat",
-                     "coat_roughness": "Clear Coat Roughness"})  # fmt: skip
-    # At IOR 1.5 the reflectance at normal incidence is 0.08 times the level.
-    value = rgb(closure.read("Specular"))
-    closure.material.specular_ior_level = 0.5 if value is None else float(np.mean(value)) / 0.08
-    transparency = closure.read("Transparency")
-    closure.put("alpha", e.Math("SUBTRACT", 1.0, transparency) if isinstance(transparency, e.Expression)
-                else 1.0 - (number(transparency) or 0.0), 1.0)  # fmt: skip
-    closure.put("emission", closure.read("Emissive Color"), closure.own("Emissive Color"))
-    closure.normal()
-    closure.note("EEVEE's specular shader is approximated by a principled one")
 
 
 @shader("HOLDOUT")

@@ -115,6 +115,16 @@ class Closure:
             self.note(f"'{name}' is its socket's value, since {error} can't be read")
             return own_value_of(socket)
 
+    def constant(self, name: str, rest: float) -> float:
+        """Read an input that must not vary: its own value if it does, `rest` if the node does not have it."""
+        if not self.has(name):
+            return rest
+        found = number(self.read(name))
+        if found is None:
+            self.note(f"'{name}' varies; subsurface scattering uses its socket's value")
+            found = number(self.own(name))
+        return rest if found is None else found
+
     def own(self, name: str) -> Operand:
         """Return the value that is set at an input, even if it is linked."""
         return own_value_of(by_identifier(self.node.inputs, name))

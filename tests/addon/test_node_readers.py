@@ -22,7 +22,8 @@ from tests.support.scenes import blender_scenes as bs
 # Nodes whose values come from the mesh, an image, the ray or the camera; scenes beside Cycles test them.
 OF_SURFACE = {
     "TexImage", "TexEnvironment", "Attribute", "VertexColor", "UVMap", "TexCoord", "NewGeometry", "ObjectInfo",
-    "LightPath", "CameraData", "VectorTransform", "Fresnel", "LayerWeight", "Bump", "NormalMap", "Bevel", "Tangent",
+    "LightPath", "CameraData", "VectorTransform", "Wireframe", "Script", "HairInfo", "PointInfo", "VolumeInfo",
+    "Fresnel", "LayerWeight", "Bump", "NormalMap", "Bevel", "Tangent",
 }  # fmt: skip
 # Inputs whose value must not vary.
 CONSTANT = {"Location": (0.3, -0.7, 1.1), "Rotation": (0.4, -0.8, 1.3), "Center": (0.2, 0.1, -0.3),

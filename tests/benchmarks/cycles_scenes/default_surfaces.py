@@ -90,7 +90,8 @@ def volume_only() -> None:
     """The surface around a volume is transparent."""
     _small()
     thin = {"Density": 0.002}
-    fogs = [_volume("Absorbing", "ShaderNodeVolumeAbsorption", **thin), _volume("Mist", "ShaderNodeVolumeScatter", **thin),
+    fogs = [_volume("Absorbing", "ShaderNodeVolumeAbsorption", **thin),
+            _volume("Mist", "ShaderNodeVolumeScatter", **thin),
             _volume("Principled", "ShaderNodeVolumePrincipled", **thin)]  # fmt: skip
     for k, fog in enumerate(fogs):
         stage.add(fog.name, stage.cube(fog.name, fog, size=1.3), (1.6 * (k - 1), 0.0, 0.7), (0, 0, 0.2 * k))
@@ -98,7 +99,8 @@ def volume_only() -> None:
 
 
 @case("Ink: glass with an absorbing volume, and a cube of smoke", bounces=4, samples=64,
-      differs=("Volumes are left out; the export names the nodes and how much light they would let through.",))  # fmt: skip
+      differs=(
+          "Volumes are left out; the export names the nodes and how much light they would let through.",))  # fmt: skip
 def volume_beside_surface() -> None:
     """What is left out is named."""
     _small()

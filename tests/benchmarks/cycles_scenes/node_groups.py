@@ -92,7 +92,8 @@ def group_vectors() -> None:
             tree, "ShaderNodeBsdfDiffuse", {"Color": _use(tree, group)}))  # fmt: skip
 
     kinds: list[tuple[str, Any, dict[str, Any]]] = [
-        ("ShaderNodeTexImage", 0, {"image": picture}), ("ShaderNodeTexChecker", 0, {}), ("ShaderNodeTexNoise", "Color", {}),
+        ("ShaderNodeTexImage", 0, {"image": picture}), ("ShaderNodeTexChecker", 0, {}),
+        ("ShaderNodeTexNoise", "Color", {}),
         ("ShaderNodeTexEnvironment", 0, {"image": picture}),
     ]  # fmt: skip
     stage.row([textured(kind, output, True, **given) for kind, output, given in kinds], y=-0.7)
@@ -117,7 +118,8 @@ def muted_nodes() -> None:
     def noise(name: Any) -> Any:
         return lambda tree: {name: stage.node(tree, "ShaderNodeTexNoise", {"Scale": 4.0}).outputs["Color"]}
 
-    stage.row([muted("ShaderNodeNormalMap", noise("Color"), "Normal"), muted("ShaderNodeBump", noise("Height"), "Normal"),
+    stage.row([muted("ShaderNodeNormalMap", noise("Color"), "Normal"),
+               muted("ShaderNodeBump", noise("Height"), "Normal"),
                muted("ShaderNodeGamma", noise("Color"), "Base Color"),
                muted("ShaderNodeRGB", lambda tree: {}, "Base Color")], y=-0.7)  # fmt: skip
 
@@ -165,8 +167,7 @@ def camera_nodes() -> None:
         ball.rotation_euler, ball.scale = (0.4, 0.3, 0.8), (1.0, 0.8, 1.1)
 
 
-@case("Light Path in materials: glass without shadows, lamps that only the camera sees, depths", bounces=3,
-      differs=("Depths and lengths of rays are approximated as the export names.",))  # fmt: skip
+@case("Light Path in materials: glass without shadows, lamps that only the camera sees, depths", bounces=3)
 def ray_nodes() -> None:
     """Tricks with Light Path."""
     _small()

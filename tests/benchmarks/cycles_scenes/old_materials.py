@@ -46,7 +46,8 @@ def old_mix_nodes() -> None:
     def swapped(tree: Any) -> Any:
         parts = stage.node(tree, "ShaderNodeSeparateColor", {0: stage.node(
             tree, "ShaderNodeTexNoise", {"Scale": 3.0}).outputs["Color"]}, mode="HSV")  # fmt: skip
-        color = stage.node(tree, "ShaderNodeCombineColor", {0: parts.outputs[2], 1: 0.8, 2: parts.outputs[0]}, mode="HSL")
+        color = stage.node(tree, "ShaderNodeCombineColor", {0: parts.outputs[2], 1: 0.8, 2: parts.outputs[0]},
+                           mode="HSL")  # fmt: skip
         return stage.node(tree, "ShaderNodeBsdfPrincipled", {"Base Color": color})
 
     stage.row([stage.material("Mapped", mapped), stage.material("Swapped", swapped)], y=0.7)
@@ -109,7 +110,8 @@ def leaves() -> None:
     made = stage.material("Leaf", card)
     for k in range(9):
         stage.add(f"Leaf {k}", stage.plane(f"Leaf {k}", made, size=1.3),
-                  (1.1 * (k % 3 - 1), 0.6 * (k // 3 - 1), 0.5 + 0.3 * (k // 3)), (1.1 + 0.1 * k, 0.1 * k, 0.4 * k))  # fmt: skip
+                  (1.1 * (k % 3 - 1), 0.6 * (k // 3 - 1), 0.5 + 0.3 * (k // 3)),
+                  (1.1 + 0.1 * k, 0.1 * k, 0.4 * k))  # fmt: skip
 
 
 @case("Subsurface scattering of small radius: Principled and the node, three methods", samples=64)
@@ -156,8 +158,22 @@ def simple_rare_shaders() -> None:
 
     def hot(tree: Any) -> Any:
         place = stage.node(tree, "ShaderNodeSeparateXYZ", {0: stage.node(tree, "ShaderNodeTexCoord").outputs[0]})
-        kelvin = stage.node(tree, "ShaderNodeMath", {0: place.outputs[2], 1: 5000.0, 2: 1200.0}, operation="MULTIPLY_ADD")
+        kelvin = stage.node(tree, "ShaderNodeMath", {0: place.outputs[2], 1: 5000.0, 2: 1200.0},
+                            operation="MULTIPLY_ADD")  # fmt: skip
         return stage.node(tree, "ShaderNodeEmission", {"Color": stage.node(tree, "ShaderNodeBlackbody", {0: kelvin}),
                                                        "Strength": 0.5})  # fmt: skip
 
     stage.row([stage.material("Bulb", lamp), stage.material("Hot", hot)], y=0.7)
+
+
+@case("Lamps coloured by a Blackbody node, the way before lamps had a temperature", bounces=2)
+def blackbody_lamps() -> None:
+    """A warm and a cold lamp."""
+    _small()
+    for name, kelvin in (("Key", 2700.0), ("Rim", 9000.0)):
+        data = bpy.data.objects[name].data
+        data.use_nodes = True
+        emission = next(node for node in data.node_tree.nodes if node.type == "EMISSION")
+        warm = stage.node(data.node_tree, "ShaderNodeBlackbody", {0: kelvin})
+        data.node_tree.links.new(warm.outputs[0], emission.inputs["Color"])
+    stage.row([stage.diffuse("Chalk"), stage.principled("Plastic", (0.3, 0.5, 0.7))])

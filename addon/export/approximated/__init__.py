@@ -1,0 +1,1 @@
+"""What is rendered in place of subsurface scattering and volumes, and how much that leaves out."""

@@ -19,6 +19,7 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 from ..problem import Problem, Report
 from .baking import bake_materials
 from .camera import export_camera
+from .caustics import drop_caustics
 from .effects import append_effects
 from .environment import bake_world
 from .images import Images
@@ -130,6 +131,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
         out.scene.materials |= reading.parts
     out.scene.images = images.found
     expose(out.scene, out.settings.exposure)
+    drop_caustics(out.scene, out.settings, report)
     _warn_of_frames(out)
     append_effects(out)
     return out

@@ -15,6 +15,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 import edgegrad
 from edgegrad_addon import parameters
 from edgegrad_addon.export.effects import first_surfaces
+from edgegrad_addon.problem import Problem
 from tests.support.scenes import blender_scenes as bs
 
 
@@ -155,6 +156,42 @@ def test_the_film_exposure_multiplies_the_picture(scene: Any) -> None:
         parameters.write(made, path, value, 2.0 * np.asarray(value), in_place=True)
     assert bpy.data.lights["Light"].energy == pytest.approx(100.0) and bpy.data.lights["Sun"].energy == pytest.approx(1)
     assert bs.shader(lamp).inputs["Color"].default_value[:3] == pytest.approx([1.0] * 3)
+
+
+@pytest.mark.parametrize(
+    ("node", "inputs", "switch"),
+    [("ShaderNodeBsdfAnisotropic", {"Roughness": 0.3}, "caustics_reflective"),
+     ("ShaderNodeBsdfPrincipled", {"Metallic": 1.0}, "caustics_reflective"),
+     ("ShaderNodeBsdfRefraction", {"Roughness": 0.3}, "caustics_refractive")],
+)  # fmt: skip
+def test_without_caustics_rough_surfaces_see_no_gloss(node: str, inputs: Any, switch: str, scene: Any) -> None:
+    """The floor beside a wall is as bright as beside a black one; the camera does not see the wall."""
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = 2
+    scene.cycles.transmission_bounces = 2
+    ground()
+    bs.world((1.0, 1.0, 1.0))
+    wall = bs.material("Wall", (0.9, 0.8, 0.7), node, **inputs)
+    bs.shader(wall).distribution = "GGX"
+    bs.add("Wall", bs.plane("Wall", 20.0, wall), (-2.2, 0, 0), (0, np.pi / 2, 0))
+    lit = mean(bs.export())
+    setattr(scene.cycles, switch, False)
+    made = bs.export()
+    assert made.report.lines == []
+    without = mean(made)
+    bpy.data.objects["Wall"].data.materials[0] = bs.material("Black", (0.0, 0.0, 0.0))
+    assert without == pytest.approx(mean(bs.export()), rel=2e-3)
+    assert lit.mean() > 1.05 * without.mean()
+
+
+def test_colours_that_caustics_change_are_not_fitted(scene: Any) -> None:
+    bs.world((1.0, 1.0, 1.0))
+    scene.cycles.caustics_reflective = False
+    for name, metallic in (("Metal", 1.0), ("Plastic", 0.0)):
+        bs.add(name, bs.cube(name, bs.material(name, node="ShaderNodeBsdfPrincipled", Metallic=metallic)))
+    made = bs.export()
+    assert parameters.Names(base_color=("Plastic",)).paths(made) == ["materials.Plastic.base_color"]
+    with pytest.raises(Problem, match=r"material 'Metal': its base color .* caustics are off"):
+        parameters.Names(base_color=("Metal",)).paths(made)
 
 
 def test_quadratic_falloff_is_that_of_lights() -> None:

@@ -19,10 +19,8 @@ _CULLED = Named("objects far from the camera's view are rendered, although culli
 
 INTEGRATOR = Table(
     read="max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces pixel_filter_type "
-         "filter_width film_exposure",
+         "filter_width film_exposure caustics_reflective caustics_refractive",
     named={
-        "caustics_reflective": Named("reflective caustics are rendered, although they are off"),
-        "caustics_refractive": Named("refractive caustics are rendered, although they are off"),
         "use_fast_gi": Named("indirect light is computed; fast global illumination, which approximates "
                              "it, is not used"),
         "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import edgegrad
+from edgegrad.rendering.engine import engine_class
 
 if TYPE_CHECKING:
     from .scene import Export
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 PIXELS = 4096
 LIGHT_PIXELS, LIGHT_SAMPLES, LIGHT_DEPTH = 768, 8, 4
 # Building the BVH of more faces would take longer than the sentences are worth.
-MOST_FACES = 1_000_000
+MOST_FACES = 500_000
 # Surfaces are told apart by two channels of their colour, relative to the third.
 CODES = 1000
 
@@ -29,7 +30,7 @@ CODES = 1000
 def append_effects(out: Export) -> None:
     """Append the estimated effect to each warning about an object, material, light or world that is exported."""
     subjects = set(out.report.subjects())
-    if not subjects or sum(len(mesh.faces) for mesh in out.scene.meshes.values()) > MOST_FACES:
+    if not subjects or engine_class("auto").narrow or sum(len(mesh.faces) for mesh in out.scene.meshes.values()) > MOST_FACES:
         return
     effects: dict[tuple[str, str], str] = {}
     if any(kind in ("object", "material") for kind, _ in subjects):

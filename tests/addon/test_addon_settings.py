@@ -139,6 +139,20 @@ def test_two_images_for_two_kinds_of_rays_are_named() -> None:
     assert line.startswith("world 'World': camera rays see it as diffuse rays do")
 
 
+def test_edges_before_what_only_the_camera_sees_have_derivatives() -> None:
+    """The border of a board moves over the backdrop: the finite difference of the mean is that of two areas."""
+    bs.add("Board", bs.mesh("Board", [(-9, -9, 0), (0.1, -9, 0), (0.1, 9, 0), (-9, 9, 0)], [(0, 1, 2, 3)],
+                            bs.material("Grey")))  # fmt: skip
+    mixed_world("Is Camera Ray")
+    scene = bs.export().scene
+    moves = np.zeros_like(scene.meshes["Board"].vertices)
+    moves[scene.meshes["Board"].vertices[:, 0] > 0.0, 0] = 1.0
+    found = edgegrad.render_forward(scene, {"meshes.Board.vertices": moves}, spp=64, max_depth=2).mean(axis=(0, 1))
+    board, backdrop = 0.5 * np.array([0.2, 0.4, 0.6]), np.array([0.9, 0.3, 0.1])
+    width = 2.0 * 5.0 * np.tan(0.5 * scene.camera.fov_x)
+    assert found == pytest.approx((board - backdrop) / width, rel=1e-2)
+
+
 def test_the_film_exposure_multiplies_the_picture(scene: Any) -> None:
     ground()
     bs.world((0.2, 0.4, 0.6))

@@ -41,7 +41,13 @@ def _may_be_transparent(struct: object, scene: object) -> bool:
     return False
 
 
-_SHADOW_CAUSTICS = Named("its caustics are rendered by plain path tracing, without 'Shadow Caustics'")
+def _has_caster(struct: object, scene: object) -> bool:
+    """Whether an object casts caustics of lights that are made for them."""
+    return any(ob.cycles.is_caustics_caster for ob in scene.objects)  # type: ignore[attr-defined]
+
+
+_SHADOW_CAUSTICS = Named("its caustics are rendered by plain path tracing, without 'Shadow Caustics'",
+                         acts=_has_caster)  # fmt: skip
 _LIT_BOUNCES = Named("illuminates paths of any number of bounces; Cycles limits it to {value}", 1024, _limits)
 
 STRUCTS: dict[str, Table] = {

@@ -109,8 +109,9 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
     walk = _Walk(depsgraph, shown, out)
     # Materials are read before meshes, which need the names of the attributes. They are read outside Blender's
     # iterator, since reading may create data and thus invalidate the iterator.
+    to_camera = _world_to_camera(view)
     for material in walk.materials():
-        out.materials[_key(material)] = read_material(material, images, report, _world_to_camera(view))
+        out.materials[_key(material)] = read_material(material, images, report, to_camera)
         if material is not None:
             name_settings(material, f"material '{material.name}'", scene, report)
     world = read_world(scene, depsgraph.view_layer, images, report)

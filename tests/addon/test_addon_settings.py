@@ -242,7 +242,9 @@ def test_warnings_tell_how_much_of_the_picture_they_concern() -> None:
     away = bs.add("Away", bs.plane("Away", 1.0, bs.material("Away")), (0, 0, 9))
     bs.add("Behind", bs.plane("Behind", 20.0, bs.material("Right")), (0, 0, -1))
     made = bs.export()
-    shares = first_surfaces(made)
+    kinds = [("object", name) for name in ("Half", "Away", "Behind")] + [("material", "Left"), ("material", "None")]
+    shares = first_surfaces(made, kinds)
+    assert set(shares) == set(kinds[:-1])
     assert shares[("object", "Half")] == pytest.approx(0.5, abs=0.02) == shares[("material", "Left")]
     assert shares[("object", "Behind")] == pytest.approx(0.5, abs=0.02) and shares[("object", "Away")] == 0.0
     for ob in (half, away):

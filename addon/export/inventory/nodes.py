@@ -107,8 +107,18 @@ NODES: dict[str, Table] = {
     "TEX_IMAGE": Table("image texture_mapping projection interpolation projection_blend extension Vector",
                        named={"image_user": _FRAMES}),
     "CAMERA": Table(),
+    # Until Blender 4.x:
+    "COMBHSV": Table("H S V"),
+    "COMBRGB": Table("R G B"),
+    "SEPHSV": Table("Color"),
+    "SEPRGB": Table("Image"),
     "HAIR_INFO": Table(),
     "POINT_INFO": Table(),
+    "VOLUME_INFO": Table(),
+    "WIREFRAME": Table("use_pixel_size Size"),
+    "SCRIPT": Table("script filepath mode use_auto_update bytecode bytecode_hash"),
+    "DISPLACEMENT": Table("space Height Midlevel Scale Normal"),
+    "VECTOR_DISPLACEMENT": Table("space Vector Midlevel Scale"),
     "UVMAP": Table("uv_map", named={"from_instancer": _INSTANCER}),
 }  # fmt: skip
 
@@ -116,8 +126,9 @@ NODES: dict[str, Table] = {
 FOLLOWED = frozenset(("GROUP", "ADD_SHADER", "MIX_SHADER", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT"))
 
 EVALUATED_BY_CYCLES = frozenset((
-    "AMBIENT_OCCLUSION", "CAMERA", "HAIR_INFO", "PARTICLE_INFO", "POINT_INFO", "SCRIPT", "SHADERTORGB", "SQUEEZE",
-    "TANGENT", "TEX_GABOR", "TEX_IES", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "WIREFRAME", "LIGHT_FALLOFF",
+    "AMBIENT_OCCLUSION", "CAMERA", "HAIR_INFO", "PARTICLE_INFO", "POINT_INFO", "SCRIPT", "SHADERTORGB",
+    "SQUEEZE", "TANGENT", "TEX_GABOR", "TEX_IES", "TEX_POINTDENSITY", "TEX_SKY", "ShaderNodeRadialTiling",
+    "WAVELENGTH", "WIREFRAME", "LIGHT_FALLOFF",
 ))  # fmt: skip
 
 # Reason -> types that change nothing in the picture, or whose effect is read or named where they are linked.

@@ -41,6 +41,14 @@ def _may_be_transparent(struct: object, scene: object) -> bool:
     return False
 
 
+def _is_of_cycles(struct: object, scene: object) -> bool:
+    """Whether shadow terminators are settings of Cycles, as until Blender 4.5, and not of the object."""
+    return not hasattr(struct.id_data, "shadow_terminator_shading_offset")  # type: ignore[attr-defined]
+
+
+_TERMINATOR = "its shading at shadow terminators is not offset by {value}"
+
+
 def _has_caster(struct: object, scene: object) -> bool:
     """Whether an object casts caustics of lights that are made for them."""
     return any(ob.cycles.is_caustics_caster for ob in scene.objects)  # type: ignore[attr-defined]
@@ -121,7 +129,7 @@ STRUCTS: dict[str, Table] = {
              "visible_transmission visible_shadow shadow_terminator_geometry_offset",
         nested="cycles",
         named={
-            "shadow_terminator_shading_offset": Named("its shading at shadow terminators is not offset by {value}"),
+            "shadow_terminator_shading_offset": Named(_TERMINATOR),
         },
         without={
             EVALUATED: "mode parent* use_parent_final_indices location rotation_* scale dimensions delta_* lock_* "
@@ -135,16 +143,18 @@ STRUCTS: dict[str, Table] = {
             EEVEE: "hide_probe_* shadow_terminator_normal_offset use_shadow_*",
             VOLUMES: "visible_volume_scatter",
             PASSES: "lightgroup",
-            OTHER: "shader_effects use_grease_pencil_lights use_dynamic_topology_sculpting lineart",
+            OTHER: "shader_effects grease_pencil_modifiers use_grease_pencil_lights lineart "
+                   "use_dynamic_topology_sculpting",
             DATA: "animation_data",
         },
     ),
     "CyclesObjectSettings": Table(
+        read="shadow_terminator_geometry_offset",
+        named={"shadow_terminator_offset": Named(_TERMINATOR, acts=_is_of_cycles)},
         without={
             MOTION: "use_motion_blur use_deform_motion motion_steps",
             "culling is named at the scene": "use_camera_cull use_distance_cull",
             EVALUATED: "use_adaptive_subdivision dicing_rate",
-            "it is a copy of a setting of the object": "shadow_terminator_*",
             FAST_GI: "ao_distance",
             "shadow caustics are named at the lights that cast them": "is_caustics_*",
             DATA: "name",

@@ -24,6 +24,7 @@ from .effects import append_effects
 from .environment import bake_world
 from .images import Images
 from .inventory.naming import name_scene, name_settings
+from .lamp_bake import bake_lamps
 from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
@@ -124,6 +125,7 @@ def export_scene(scene: Any, depsgraph: Any, camera: Any = None, bake: int = BAK
         bake_world(world, images, bake, report)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
+    bake_lamps(out, bake)
     out.scene.world = world.value
     out.scene.lights = {**out.scene.lights, **world.suns}
     out.scene.materials = {}

@@ -225,6 +225,44 @@ def test_quadratic_falloff_is_that_of_lights() -> None:
     assert any("'Smooth' of node 'Light Falloff'" in line for line in bs.export().report.lines)
 
 
+def varying(kind: str, **settings: Any) -> Any:
+    """A light of nodes that vary with position or direction."""
+    data = bs.light(kind, energy=7.0, color=(0.3, 0.6, 0.9), **settings).data
+    data.use_nodes = True
+    tree = data.node_tree
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    emission.inputs["Strength"].default_value = 3.0
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    # Both parts of a mix are the same, so the mean is known though the node varies.
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    second = tree.nodes.new("ShaderNodeEmission")
+    second.inputs["Strength"].default_value = 3.0
+    for one in (emission, second):
+        one.inputs["Color"].default_value = (0.5, 0.25, 1.0, 1.0)
+    tree.links.new(noise.outputs["Color"], mix.inputs[0])
+    tree.links.new(emission.outputs[0], mix.inputs[1])
+    tree.links.new(second.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.get_output_node("CYCLES").inputs["Surface"])
+    return data
+
+
+@pytest.mark.parametrize(
+    ("kind", "settings"),
+    [("POINT", {"shadow_soft_size": 0.3}), ("SPOT", {"spot_size": 0.4}),
+     ("AREA", {"shape": "ELLIPSE", "size": 2.0, "size_y": 0.5, "spread": 1.0})],
+)  # fmt: skip
+def test_lights_of_varying_nodes_emit_their_mean(kind: str, settings: Any) -> None:
+    varying(kind, **settings)
+    kinds = ("scenes", "lights", "cameras", "materials", "meshes", "objects", "images", "node_groups")
+    before = [len(getattr(bpy.data, name)) for name in kinds]
+    made = bs.export()
+    assert [len(getattr(bpy.data, name)) for name in kinds] == before
+    assert made.scene.lights["Light"].color == pytest.approx(3.0 * np.array([0.15, 0.15, 0.9]), rel=0.02)
+    assert any("emits the mean of its nodes" in line for line in made.report.lines)
+    unbaked = bs.export(bake=0)
+    assert any("its nodes are left out" in line for line in unbaked.report.lines)
+
+
 def test_lights_that_only_kinds_of_rays_see_are_dark() -> None:
     """Cycles evaluates lights where it samples them, by rays of no kind."""
     data = bs.light("POINT", energy=20.0).data

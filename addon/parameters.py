@@ -58,6 +58,10 @@ class Names:
                     problem = _among("no object that is rendered uses it", export.materials)
                     raise Problem(f"material '{name}': {problem}")
                 write_back.check_material(export.materials[name], name, fieldname)
+                # `caustics.drop_caustics` replaces the colours of metal and glass by expressions.
+                if fieldname in getattr(export.scene.materials[name], "textures", ()):
+                    raise Problem(f"material '{name}': its {fieldname.replace('_', ' ')} is not one value in the "
+                                  "picture while caustics are off; switch them on in the render settings")
                 out.append(f"materials.{name}.{fieldname}")
         for name in self.power:
             light = export.scene.lights.get(name)

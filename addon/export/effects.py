@@ -7,12 +7,14 @@ share of the picture's light that is missing without them. Both are measured in 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 import edgegrad
+from edgegrad.rendering.engine import engine_class
 
 if TYPE_CHECKING:
     from .scene import Export
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 PIXELS = 4096
 LIGHT_PIXELS, LIGHT_SAMPLES, LIGHT_DEPTH = 768, 8, 4
 # Building the BVH of more faces would take longer than the sentences are worth.
-MOST_FACES = 1_000_000
+MOST_FACES = 500_000
 # Surfaces are told apart by two channels of their colour, relative to the third.
 CODES = 1000
 
@@ -29,12 +31,13 @@ CODES = 1000
 def append_effects(out: Export) -> None:
     """Append the estimated effect to each warning about an object, material, light or world that is exported."""
     subjects = set(out.report.subjects())
-    if not subjects or sum(len(mesh.faces) for mesh in out.scene.meshes.values()) > MOST_FACES:
+    faces = sum(len(mesh.faces) for mesh in out.scene.meshes.values())
+    if not subjects or faces > MOST_FACES or engine_class("auto").narrow:
         return
     effects: dict[tuple[str, str], str] = {}
     if any(kind in ("object", "material") for kind, _ in subjects):
         effects |= {subject: f"{_percent(share)} of the picture's pixels"
-                    for subject, share in first_surfaces(out).items()}  # fmt: skip
+                    for subject, share in first_surfaces(out, subjects).items()}  # fmt: skip
     lit = [subject for subject in subjects if subject[0] in ("light", "world") and _paths(out, subject)]
     effects |= {subject: f"{_percent(share)} of the picture's light"
                 for subject, share in _shares_of_light(out, lit).items()}  # fmt: skip
@@ -45,19 +48,21 @@ def _percent(share: float) -> str:
     return f"{share:.0%}".replace("%", " %") if share >= 0.01 or share == 0.0 else "under 1 %"
 
 
-def first_surfaces(out: Export) -> dict[tuple[str, str], float]:
-    """Share of pixels in which each object and material is the first surface, by ("object", name)."""
+def first_surfaces(out: Export, subjects: Collection[tuple[str, str]]) -> dict[tuple[str, str], float]:
+    """Share of pixels in which each of these exported objects and materials is the first surface."""
     scene = out.scene
-    surfaces: list[tuple[str, str]] = []
+    about: list[set[tuple[str, str]]] = [set()]  # what each code stands for; the first one: nothing of interest
     meshes = {}
     for name, mesh in scene.meshes.items():
-        keys = tuple(str(len(surfaces) + k) for k in range(len(mesh.materials)))
-        surfaces += [(name, slot) for slot in mesh.materials]
+        objects = {("object", one) for one in out.meshes[name].objects}.intersection(subjects)
+        found = [objects | _material(out, slot).intersection(subjects) for slot in mesh.materials]
+        keys = tuple(str(len(about) + k) if one else "0" for k, one in enumerate(found))
+        about += found
         meshes[name] = replace(mesh, materials=keys, smoothing=None, normals=None, attributes={})
-    if not surfaces:
+    if len(meshes) == 0 or not any(about):
         return {}
     materials = {str(k): edgegrad.Material(np.array([k % CODES + 1, k // CODES + 1, CODES]) / CODES, kind="DIFFUSE")
-                 for k in range(len(surfaces))}  # fmt: skip
+                 for k, one in enumerate(about) if one or k == 0}  # fmt: skip
     camera = _small(scene.camera, PIXELS)
     # A lamp at the camera, whose light nothing blocks, lights each surface that the camera sees.
     position, view = camera.to_world[:3, 3], -camera.to_world[:3, 2]
@@ -68,16 +73,15 @@ def first_surfaces(out: Export) -> dict[tuple[str, str], float]:
     hit = codes[codes[:, 2] > 0.0]
     low, high = np.rint(CODES * hit[:, :2] / hit[:, 2:]).astype(int).T - 1
     counts: Counter[tuple[str, str]] = Counter()
-    for surface, count in zip(*np.unique(high * CODES + low, return_counts=True), strict=True):
-        mesh_name, slot = surfaces[int(surface)]
-        counts.update({("object", name): int(count) for name in out.meshes[mesh_name].objects})
-        reading = out.materials.get(slot)
-        if reading is not None and reading.material is not None:
-            counts[("material", reading.material)] += int(count)
-    present = {("object", name) for source in out.meshes.values() for name in source.objects}
-    present |= {("material", reading.material) for _, slot in surfaces
-                if (reading := out.materials.get(slot)) is not None and reading.material is not None}  # fmt: skip
-    return {subject: counts[subject] / len(codes) for subject in present}
+    for code, count in zip(*np.unique(high * CODES + low, return_counts=True), strict=True):
+        counts.update(dict.fromkeys(about[int(code)], int(count)))
+    return {subject: counts[subject] / len(codes) for subject in set().union(*about)}
+
+
+def _material(out: Export, slot: str) -> set[tuple[str, str]]:
+    """Return the subject of a material of the exported scene, if it is one of Blender's."""
+    reading = out.materials.get(slot)
+    return set() if reading is None or reading.material is None else {("material", reading.material)}
 
 
 def _shares_of_light(out: Export, subjects: list[tuple[str, str]]) -> dict[tuple[str, str], float]:

@@ -10,18 +10,13 @@ from __future__ import annotations
 
 from typing import Any, TypeAlias
 
-import bpy
 import numpy as np
 from numpy.typing import NDArray
 
 import edgegrad
-from edgegrad import expression as e
 
 from ..problem import Report
-from .expressions import Reader, Unreadable, folded, number, rgb
-from .nodes import Groups, feed, label
-from .ray_kinds import SAMPLED, RayReader
-from .shaders import Part, parts
+from .lamp_nodes import read_emission
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight
 F64 = NDArray[np.float64]
@@ -52,7 +47,7 @@ def export_light(light_object: Any, matrix: F64, visible: frozenset[str], report
     color = np.array(light.color, np.float64)
     if getattr(light, "use_temperature", False):
         color = color * np.array(light.temperature_color, np.float64)
-    color = color * _emission(light, where, report)
+    color = color * read_emission(light).factor
     power = float(light.energy) * power_factor(light)
     if power < 0.0 or color.min() < 0.0:
         report.warn(where, "negative light can't be rendered; it is left out")
@@ -115,53 +110,3 @@ def _area_light(light: Any, matrix: F64, where: str, power: float, report: Repor
     # The largest value in Blender is 180 degrees, rounded to float32.
     spread = min(float(light.spread), float(np.pi))
     return edgegrad.AreaLight(to_world, size, shape, power, spread if spread < np.pi - 1e-6 else float(np.pi))
-
-
-def _emission(light: Any, where: str, report: Report) -> F64:
-    """(3,) factor of the power from the nodes of the light; only constant emission is supported."""
-    tree = light.node_tree
-    # From 5.1 on, lights always have nodes, and `use_nodes` is deprecated.
-    if tree is None or (bpy.app.version < (5, 1, 0) and not light.use_nodes):
-        return np.ones(3)
-    output = tree.get_output_node("CYCLES")
-    if output is None:
-        return np.zeros(3)
-    reader = _LampReader(None, SAMPLED)
-    out = np.zeros(3)
-    for part in parts(reader, feed(output.inputs["Surface"])):
-        weight = number(part.weight)
-        if weight is None:
-            report.warn(where, f"its shader node '{label(part.node, part.groups)}' has a weight that varies; it is "
-                        "left out")  # fmt: skip
-        elif part.node.type in ("EMISSION", "BACKGROUND"):
-            color, strength = (_constant(reader, part, name, where, report) for name in ("Color", "Strength"))
-            out += weight * color * strength[0]
-        else:
-            report.warn(where, f"its shader node '{label(part.node, part.groups)}' can't be read; it is left out")
-    for text in (*reader.approximations, *reader.notes):
-        report.warn(where, text)
-    return out
-
-
-def _constant(reader: Reader, part: Part, name: str, where: str, report: Report) -> F64:
-    """(3,) value of an input of an Emission node; 1 if it varies or can't be read."""
-    try:
-        value = rgb(folded(reader.value(part.node.inputs[name], part.groups)))
-    except Unreadable as error:
-        report.warn(where, f"its {name.lower()} is 1 in its nodes, since {error} can't be read")
-        return np.ones(3)
-    if value is None:
-        report.warn(where, f"its shader nodes vary with position or direction; its {name.lower()} is 1 in its nodes")
-    return np.ones(3) if value is None else value
-
-
-class _LampReader(RayReader):
-    """Translates the nodes of a light; quadratic falloff without smoothing is that of physical lights."""
-
-    def _read(self, output: Any, groups: Groups) -> e.Operand:
-        node = output.node
-        if node.type == "LIGHT_FALLOFF" and output.identifier == "Quadratic":
-            if number(self.get(node, "Smooth", groups)) != 0.0:
-                raise Unreadable(f"'Smooth' of node '{label(node, groups)}'")
-            return self.get(node, "Strength", groups)
-        return super()._read(output, groups)

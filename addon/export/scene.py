@@ -21,6 +21,7 @@ from ..evaluation import Evaluation, evaluate
 from ..problem import Report
 from .baking import bake_materials
 from .camera import export_camera
+from .caustics import drop_caustics
 from .effects import append_effects
 from .environment import bake_world
 from .geometry.coincident import warn_about_coincident
@@ -28,6 +29,7 @@ from .geometry.displacement import displace, read_displacement, warn_about_adapt
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
 from .images import Images
 from .inventory.naming import name_scene, name_settings
+from .lamp_bake import bake_lamps
 from .lights import export_light
 from .linking import linked, uses_linking
 from .materials import MaterialReading, read_material
@@ -151,6 +153,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
         bake_world(world, images, bake, report)
     out.scene.meshes = meshes.build(out.meshes)
     _link_lights(out)
+    bake_lamps(out, bake)
     out.scene.world = world.value
     out.scene.lights = {**out.scene.lights, **world.suns}
     out.scene.materials = {}
@@ -159,6 +162,7 @@ def _export(evaluation: Evaluation, more_cameras: Sequence[Any], bake: int, code
         out.scene.materials |= reading.parts
     out.scene.images = images.found
     expose(out.scene, out.settings.exposure)
+    drop_caustics(out.scene, out.settings, report)
     _warn_of_frames(out)
     warn_about_coincident(out)
     append_effects(out)

@@ -28,11 +28,15 @@ class RenderSettings:
         Bounce limits by kind of scattering event.
     exposure
         Factor of the picture (Blender's film exposure), by which all light of the exported scene is multiplied.
+    reflective_caustics, refractive_caustics
+        Cycles' switches of caustics, which the exported materials contain.
     """
 
     max_depth: int = 2
     bounces: edgegrad.Bounces = field(default_factory=edgegrad.Bounces)
     exposure: float = 1.0
+    reflective_caustics: bool = True
+    refractive_caustics: bool = True
 
 
 def render_export(scene: edgegrad.Scene, settings: RenderSettings, samples: int, seed: int = 0,
@@ -63,6 +67,8 @@ def read_settings(scene: Any) -> RenderSettings:
             transparent=limit("transparent_max_bounces", 8),
         ),
         exposure=max(float(getattr(cycles, "film_exposure", 1.0)), 0.0),
+        reflective_caustics=bool(getattr(cycles, "caustics_reflective", True)),
+        refractive_caustics=bool(getattr(cycles, "caustics_refractive", True)),
     )
 
 

@@ -49,7 +49,8 @@ def read_world(scene: Any, view_layer: Any, images: Images, report: Report) -> W
     world = getattr(view_layer, "world_override", None) or scene.world
     if world is None or not view_layer.use_sky:
         return WorldReading(edgegrad.World())
-    kinds = frozenset(ray for ray in RAYS if ray == "shadow" or getattr(world.cycles_visibility, ray, True))
+    flags = getattr(world, "cycles_visibility", None)
+    kinds = frozenset(ray for ray in RAYS if ray == "shadow" or getattr(flags, ray, True))
     if scene.render.film_transparent:
         kinds -= {"camera"}
     tree = world.node_tree

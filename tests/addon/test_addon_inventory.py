@@ -113,12 +113,12 @@ def test_settings_are_named_where_they_act(scene: Any) -> None:
     assert bs.export().report.lines == []
     lamp.data.cycles.max_bounces = 1
     scene.render.film_transparent = True
-    scene.cycles.caustics_refractive = False
+    scene.cycles.use_fast_gi = True
     scene.render.use_motion_blur = True
     ball = bs.add("Ball", bs.cube("Ball", bs.material("Grey")))
-    ball.shadow_terminator_shading_offset = 0.5
+    bs.offset_shading(ball, 0.5)
     named = bs.export().report.lines
-    for words in (("light 'Light'", "limits it to 1"), ("scene 'Scene'", "glass"), ("scene 'Scene'", "caustics"),
+    for words in (("light 'Light'", "limits it to 1"), ("scene 'Scene'", "glass"), ("scene 'Scene'", "fast global"),
                   ("scene 'Scene'", "motion blur"), ("object 'Ball'", "not offset by 0.5")):  # fmt: skip
         assert any(all(word in line for word in words) for line in named), words
     assert len(named) == 5

@@ -15,6 +15,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 import edgegrad
 from edgegrad_addon import parameters
 from edgegrad_addon.export.effects import first_surfaces
+from edgegrad_addon.problem import Problem
 from tests.support.scenes import blender_scenes as bs
 
 
@@ -71,9 +72,11 @@ def test_a_layer_overrides_materials_and_world(scene: Any) -> None:
     made = bs.export()
     assert list(made.materials) == ["Clay"]
     assert {name for mesh in made.scene.meshes.values() for name in mesh.used_materials} == {"Clay"}
-    if hasattr(layer, "world_override"):  # from Blender 5.0 on
-        layer.world_override = bpy.data.worlds.new("Other")
-        layer.world_override.node_tree.nodes["Background"].inputs["Color"].default_value = (0.1, 0.1, 0.3, 1.0)
+    if hasattr(layer, "world_override"):
+        other = layer.world_override = bpy.data.worlds.new("Other")
+        if other.node_tree is None:
+            other.use_nodes = True
+        other.node_tree.nodes["Background"].inputs["Color"].default_value = (0.1, 0.1, 0.3, 1.0)
         assert bs.export().scene.world.color == pytest.approx([0.1, 0.1, 0.3])
 
 
@@ -138,6 +141,20 @@ def test_two_images_for_two_kinds_of_rays_are_named() -> None:
     assert line.startswith("world 'World': camera rays see it as diffuse rays do")
 
 
+def test_edges_before_what_only_the_camera_sees_have_derivatives() -> None:
+    """The border of a board moves over the backdrop: the finite difference of the mean is that of two areas."""
+    bs.add("Board", bs.mesh("Board", [(-9, -9, 0), (0.1, -9, 0), (0.1, 9, 0), (-9, 9, 0)], [(0, 1, 2, 3)],
+                            bs.material("Grey")))  # fmt: skip
+    mixed_world("Is Camera Ray")
+    scene = bs.export().scene
+    moves = np.zeros_like(scene.meshes["Board"].vertices)
+    moves[scene.meshes["Board"].vertices[:, 0] > 0.0, 0] = 1.0
+    found = edgegrad.render_forward(scene, {"meshes.Board.vertices": moves}, spp=64, max_depth=2).mean(axis=(0, 1))
+    board, backdrop = 0.5 * np.array([0.2, 0.4, 0.6]), np.array([0.9, 0.3, 0.1])
+    width = 2.0 * 5.0 * np.tan(0.5 * scene.camera.fov_x)
+    assert found == pytest.approx((board - backdrop) / width, rel=1e-2)
+
+
 def test_the_film_exposure_multiplies_the_picture(scene: Any) -> None:
     ground()
     bs.world((0.2, 0.4, 0.6))
@@ -157,6 +174,42 @@ def test_the_film_exposure_multiplies_the_picture(scene: Any) -> None:
     assert bs.shader(lamp).inputs["Color"].default_value[:3] == pytest.approx([1.0] * 3)
 
 
+@pytest.mark.parametrize(
+    ("node", "inputs", "switch"),
+    [("ShaderNodeBsdfAnisotropic", {"Roughness": 0.3}, "caustics_reflective"),
+     ("ShaderNodeBsdfPrincipled", {"Metallic": 1.0}, "caustics_reflective"),
+     ("ShaderNodeBsdfRefraction", {"Roughness": 0.3}, "caustics_refractive")],
+)  # fmt: skip
+def test_without_caustics_rough_surfaces_see_no_gloss(node: str, inputs: Any, switch: str, scene: Any) -> None:
+    """The floor beside a wall is as bright as beside a black one; the camera does not see the wall."""
+    scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = 2
+    scene.cycles.transmission_bounces = 2
+    ground()
+    bs.world((1.0, 1.0, 1.0))
+    wall = bs.material("Wall", (0.9, 0.8, 0.7), node, **inputs)
+    bs.shader(wall).distribution = "GGX"
+    bs.add("Wall", bs.plane("Wall", 20.0, wall), (-2.2, 0, 0), (0, np.pi / 2, 0))
+    lit = mean(bs.export())
+    setattr(scene.cycles, switch, False)
+    made = bs.export()
+    assert made.report.lines == []
+    without = mean(made)
+    bpy.data.objects["Wall"].data.materials[0] = bs.material("Black", (0.0, 0.0, 0.0))
+    assert without == pytest.approx(mean(bs.export()), rel=2e-3)
+    assert lit.mean() > 1.05 * without.mean()
+
+
+def test_colours_that_caustics_change_are_not_fitted(scene: Any) -> None:
+    bs.world((1.0, 1.0, 1.0))
+    scene.cycles.caustics_reflective = False
+    for name, metallic in (("Metal", 1.0), ("Plastic", 0.0)):
+        bs.add(name, bs.cube(name, bs.material(name, node="ShaderNodeBsdfPrincipled", Metallic=metallic)))
+    made = bs.export()
+    assert parameters.Names(base_color=("Plastic",)).paths(made) == ["materials.Plastic.base_color"]
+    with pytest.raises(Problem, match=r"material 'Metal': its base color .* caustics are off"):
+        parameters.Names(base_color=("Metal",)).paths(made)
+
+
 def test_quadratic_falloff_is_that_of_lights() -> None:
     data = bs.light("POINT", energy=20.0).data
     data.use_nodes = True
@@ -170,6 +223,44 @@ def test_quadratic_falloff_is_that_of_lights() -> None:
     assert light.power * light.color == pytest.approx([60.0] * 3) and made.report.lines == []
     falloff.inputs["Smooth"].default_value = 1.0
     assert any("'Smooth' of node 'Light Falloff'" in line for line in bs.export().report.lines)
+
+
+def varying(kind: str, **settings: Any) -> Any:
+    """A light of nodes that vary with position or direction."""
+    data = bs.light(kind, energy=7.0, color=(0.3, 0.6, 0.9), **settings).data
+    data.use_nodes = True
+    tree = data.node_tree
+    emission = next(node for node in tree.nodes if node.type == "EMISSION")
+    emission.inputs["Strength"].default_value = 3.0
+    noise = tree.nodes.new("ShaderNodeTexNoise")
+    # Both parts of a mix are the same, so the mean is known though the node varies.
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    second = tree.nodes.new("ShaderNodeEmission")
+    second.inputs["Strength"].default_value = 3.0
+    for one in (emission, second):
+        one.inputs["Color"].default_value = (0.5, 0.25, 1.0, 1.0)
+    tree.links.new(noise.outputs["Color"], mix.inputs[0])
+    tree.links.new(emission.outputs[0], mix.inputs[1])
+    tree.links.new(second.outputs[0], mix.inputs[2])
+    tree.links.new(mix.outputs[0], tree.get_output_node("CYCLES").inputs["Surface"])
+    return data
+
+
+@pytest.mark.parametrize(
+    ("kind", "settings"),
+    [("POINT", {"shadow_soft_size": 0.3}), ("SPOT", {"spot_size": 0.4}),
+     ("AREA", {"shape": "ELLIPSE", "size": 2.0, "size_y": 0.5, "spread": 1.0})],
+)  # fmt: skip
+def test_lights_of_varying_nodes_emit_their_mean(kind: str, settings: Any) -> None:
+    varying(kind, **settings)
+    kinds = ("scenes", "lights", "cameras", "materials", "meshes", "objects", "images", "node_groups")
+    before = [len(getattr(bpy.data, name)) for name in kinds]
+    made = bs.export()
+    assert [len(getattr(bpy.data, name)) for name in kinds] == before
+    assert made.scene.lights["Light"].color == pytest.approx(3.0 * np.array([0.15, 0.15, 0.9]), rel=0.02)
+    assert any("emits the mean of its nodes" in line for line in made.report.lines)
+    unbaked = bs.export(bake=0)
+    assert any("its nodes are left out" in line for line in unbaked.report.lines)
 
 
 def test_lights_that_only_kinds_of_rays_see_are_dark() -> None:
@@ -191,11 +282,13 @@ def test_warnings_tell_how_much_of_the_picture_they_concern() -> None:
     away = bs.add("Away", bs.plane("Away", 1.0, bs.material("Away")), (0, 0, 9))
     bs.add("Behind", bs.plane("Behind", 20.0, bs.material("Right")), (0, 0, -1))
     made = bs.export()
-    shares = first_surfaces(made)
+    kinds = [("object", name) for name in ("Half", "Away", "Behind")] + [("material", "Left"), ("material", "None")]
+    shares = first_surfaces(made, kinds)
+    assert set(shares) == set(kinds[:-1])
     assert shares[("object", "Half")] == pytest.approx(0.5, abs=0.02) == shares[("material", "Left")]
     assert shares[("object", "Behind")] == pytest.approx(0.5, abs=0.02) and shares[("object", "Away")] == 0.0
     for ob in (half, away):
-        ob.shadow_terminator_shading_offset = 0.5
+        bs.offset_shading(ob, 0.5)
     lines = bs.export().report.lines
     assert any(line.startswith("object 'Half'") and line.endswith("(50 % of the picture's pixels)") for line in lines)
     assert any(line.startswith("object 'Away'") and line.endswith("(0 % of the picture's pixels)") for line in lines)

@@ -2,35 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from .table import BAKING, DATA, DISPLAY, EVALUATED, MOTION, NOISE, VOLUMES, Named, Table
 
 
-def _culls(struct: Any, scene: Any) -> bool:
+def _simplifies(struct: Any, scene: Any) -> bool:
     return bool(scene.render.use_simplify)
+
+
+def _culls(switch: str) -> Callable[[Any, Any], bool]:
+    """Whether objects are culled: the same switch is on for an object."""
+    return lambda _, scene: scene.render.use_simplify and any(getattr(ob.cycles, switch) for ob in scene.objects)
 
 
 def _transparent(struct: Any, scene: Any) -> bool:
     return bool(scene.render.film_transparent)
 
 
-_CULLED = Named("objects far from the camera's view are rendered, although culling is on", acts=_culls)
+_CULLED = "objects far from the camera's view are rendered, although culling is on"
 
 INTEGRATOR = Table(
     read="max_bounces diffuse_bounces glossy_bounces transmission_bounces transparent_max_bounces pixel_filter_type "
-         "filter_width film_exposure",
+         "filter_width film_exposure caustics_reflective caustics_refractive",
     named={
-        "caustics_reflective": Named("reflective caustics are rendered, although they are off"),
-        "caustics_refractive": Named("refractive caustics are rendered, although they are off"),
         "use_fast_gi": Named("indirect light is computed; fast global illumination, which approximates "
                              "it, is not used"),
         "film_transparent_glass": Named("the world is seen through glass, although 'Transparent Glass' is on",
                                         acts=_transparent),
-        "use_camera_cull": _CULLED,
-        "use_distance_cull": _CULLED,
+        "use_camera_cull": Named(_CULLED, acts=_culls("use_camera_cull")),
+        "use_distance_cull": Named(_CULLED, acts=_culls("use_distance_cull")),
         "texture_limit_render": Named("images are read in full size; Cycles limits them to {value} pixels",
-                                      acts=_culls),
+                                      acts=_simplifies),
         # Their defaults make Cycles' pictures biased.
         "sample_clamp_direct": Named("direct light is not clamped; Cycles clamps it to {value}", 0.0, warns=False),
         "sample_clamp_indirect": Named("indirect light is not clamped; Cycles clamps it to {value}", 0.0,

@@ -107,12 +107,18 @@ NODES: dict[str, Table] = {
     "TEX_IMAGE": Table("image texture_mapping projection interpolation projection_blend extension Vector",
                        named={"image_user": _FRAMES}),
     "CAMERA": Table(),
-    "DISPLACEMENT": Table("space Height Midlevel Scale Normal"),
-    "SCRIPT": Table("bytecode bytecode_hash filepath mode script use_auto_update"),
-    "VECTOR_DISPLACEMENT": Table("space Vector Midlevel Scale"),
-    "WIREFRAME": Table("use_pixel_size Size"),
+    # Until Blender 4.x:
+    "COMBHSV": Table("H S V"),
+    "COMBRGB": Table("R G B"),
+    "SEPHSV": Table("Color"),
+    "SEPRGB": Table("Image"),
     "HAIR_INFO": Table(),
     "POINT_INFO": Table(),
+    "VOLUME_INFO": Table(),
+    "WIREFRAME": Table("use_pixel_size Size"),
+    "SCRIPT": Table("script filepath mode use_auto_update bytecode bytecode_hash"),
+    "DISPLACEMENT": Table("space Height Midlevel Scale Normal"),
+    "VECTOR_DISPLACEMENT": Table("space Vector Midlevel Scale"),
     "UVMAP": Table("uv_map", named={"from_instancer": _INSTANCER}),
 }  # fmt: skip
 
@@ -120,8 +126,8 @@ NODES: dict[str, Table] = {
 FOLLOWED = frozenset(("GROUP", "ADD_SHADER", "MIX_SHADER", "OUTPUT_MATERIAL", "OUTPUT_WORLD", "OUTPUT_LIGHT"))
 
 EVALUATED_BY_CYCLES = frozenset((
-    "AMBIENT_OCCLUSION", "PARTICLE_INFO", "SHADERTORGB", "SQUEEZE", "TANGENT", "TEX_GABOR", "TEX_IES", "TEX_SKY",
-    "ShaderNodeRadialTiling", "WAVELENGTH", "LIGHT_FALLOFF",
+    "AMBIENT_OCCLUSION", "PARTICLE_INFO", "SHADERTORGB", "SQUEEZE", "TANGENT", "TEX_GABOR", "TEX_IES",
+    "TEX_POINTDENSITY", "TEX_SKY", "ShaderNodeRadialTiling", "WAVELENGTH", "LIGHT_FALLOFF",
 ))  # fmt: skip
 
 # Reason -> types that change nothing in the picture, or whose effect is read or named where they are linked.

@@ -30,7 +30,21 @@ def _limits(struct: object, scene: object) -> bool:
     return bool(struct.max_bounces < getattr(scene.cycles, "max_bounces", 1024))  # type: ignore[attr-defined]
 
 
-_SHADOW_CAUSTICS = Named("its caustics are rendered by plain path tracing, without 'Shadow Caustics'")
+def _is_of_cycles(struct: object, scene: object) -> bool:
+    """Whether shadow terminators are settings of Cycles, as until Blender 4.5, and not of the object."""
+    return not hasattr(struct.id_data, "shadow_terminator_shading_offset")  # type: ignore[attr-defined]
+
+
+_TERMINATOR = "its shading at shadow terminators is not offset by {value}"
+
+
+def _has_caster(struct: object, scene: object) -> bool:
+    """Whether an object casts caustics of lights that are made for them."""
+    return any(ob.cycles.is_caustics_caster for ob in scene.objects)  # type: ignore[attr-defined]
+
+
+_SHADOW_CAUSTICS = Named("its caustics are rendered by plain path tracing, without 'Shadow Caustics'",
+                         acts=_has_caster)  # fmt: skip
 _LIT_BOUNCES = Named("illuminates paths of any number of bounces; Cycles limits it to {value}", 1024, _limits)
 
 STRUCTS: dict[str, Table] = {
@@ -100,7 +114,7 @@ STRUCTS: dict[str, Table] = {
              "visible_transmission visible_shadow shadow_terminator_geometry_offset",
         nested="cycles",
         named={
-            "shadow_terminator_shading_offset": Named("its shading at shadow terminators is not offset by {value}"),
+            "shadow_terminator_shading_offset": Named(_TERMINATOR),
         },
         without={
             EVALUATED: "mode parent* use_parent_final_indices location rotation_* scale dimensions delta_* lock_* "
@@ -114,16 +128,18 @@ STRUCTS: dict[str, Table] = {
             EEVEE: "hide_probe_* shadow_terminator_normal_offset use_shadow_*",
             VOLUMES: "visible_volume_scatter",
             PASSES: "lightgroup",
-            OTHER: "shader_effects use_grease_pencil_lights use_dynamic_topology_sculpting lineart",
+            OTHER: "shader_effects grease_pencil_modifiers use_grease_pencil_lights lineart "
+                   "use_dynamic_topology_sculpting",
             DATA: "animation_data",
         },
     ),
     "CyclesObjectSettings": Table(
+        read="shadow_terminator_geometry_offset",
+        named={"shadow_terminator_offset": Named(_TERMINATOR, acts=_is_of_cycles)},
         without={
             MOTION: "use_motion_blur use_deform_motion motion_steps",
             "culling is named at the scene": "use_camera_cull use_distance_cull",
             EVALUATED: "use_adaptive_subdivision dicing_rate",
-            "it is a copy of a setting of the object": "shadow_terminator_*",
             FAST_GI: "ao_distance",
             "shadow caustics are named at the lights that cast them": "is_caustics_*",
             DATA: "name",

@@ -110,10 +110,9 @@ def constant_falloff() -> None:
     tree.links.new(falloff.outputs["Constant"], emission.inputs["Strength"])
 
 
-@case("A panel with a texture in its nodes", differs=[
-    "a lamp's light is the same everywhere on it, which the export says"])  # fmt: skip
+@case("A panel with a texture in its nodes")
 def textured_lamp() -> None:
-    """A checkered area light."""
+    """A checkered area light, which the export replaces by its mean."""
     _things()
     panel = stage.lamp("AREA", "Checks", 150.0, (1.5, -1.0, 3.0), (0, 0, 0.5), size=1.5)
     tree, emission = _nodes(panel)
@@ -121,3 +120,26 @@ def textured_lamp() -> None:
     checks = stage.node(tree, "ShaderNodeTexChecker", {
         "Vector": where, "Scale": 4.0, "Color1": (1, 0.5, 0.2), "Color2": (0.0, 0.1, 0.3)})  # fmt: skip
     tree.links.new(checks.outputs["Color"], emission.inputs["Color"])
+
+
+IES = """IESNA:LM-63-2002
+TILT=NONE
+1 -1 1.0 5 1 1 2 0 0 0
+1.0 1.0 0.0
+0 22.5 45 67.5 90
+0
+400 350 150 30 0
+"""
+
+
+@case("A point lamp with an IES texture", differs=[
+    "a lamp's light is the mean of its nodes in all directions, which the export says"])  # fmt: skip
+def ies_lamp() -> None:
+    """A downlight."""
+    _things()
+    bulb = stage.lamp("POINT", "Downlight", 5.0, (0.5, -1.5, 2.5), shadow_soft_size=0.05)
+    tree, emission = _nodes(bulb)
+    text = bpy.data.texts.new("Downlight")
+    text.write(IES)
+    profile = stage.node(tree, "ShaderNodeTexIES", {"Strength": 1.0}, mode="INTERNAL", ies=text)
+    tree.links.new(profile.outputs[0], emission.inputs["Strength"])

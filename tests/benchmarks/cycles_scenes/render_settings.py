@@ -60,8 +60,7 @@ def mixed_limits() -> None:
     _room()
 
 
-@case("Settings that change no expected picture: dither, passes, light groups, threshold, culling without Simplify",
-      bounces=3, light_sampling_threshold=0.01)  # fmt: skip
+@case("Settings that change no expected picture: dither, passes, light groups, culling without Simplify", bounces=3)
 def idle_settings() -> None:
     """Everything off its default that has no effect."""
     scene = _room()
@@ -92,11 +91,21 @@ def orthographic_focus() -> None:
     lens.dof.use_dof, lens.dof.focus_distance, lens.dof.aperture_fstop = True, 9.0, 2.0
 
 
-@case("Caustics switched off", bounces=5, caustics_reflective=False, caustics_refractive=False, differs=[
-    "caustics are rendered, although they are off, which the export says"])  # fmt: skip
+@case("Caustics switched off", bounces=5, caustics_reflective=False, caustics_refractive=False)
 def without_caustics() -> None:
     """Light through the glass ball is missing in Cycles."""
     _room()
+
+
+@case("Reflective caustics switched off; coats, metal and glossy floor", bounces=5, caustics_reflective=False)
+def without_reflected_caustics() -> None:
+    """Partly metallic, tinted coat, Glossy shader."""
+    _room()
+    materials = [stage.principled("Half", (0.9, 0.6, 0.3), Metallic=0.5, Roughness=0.3),
+                 stage.principled("Coated", (0.8, 0.8, 0.8), Coat_Weight=1.0, Coat_Tint=(0.6, 0.3, 0.3, 1.0)),
+                 stage.simple("Glossy", "ShaderNodeBsdfAnisotropic", {"Roughness": 0.4})]  # fmt: skip
+    for name, one in zip(("Plastic", "Glass", "Metal"), materials, strict=True):
+        bpy.data.objects[name].data.materials[0] = one
 
 
 @case("Fast global illumination", bounces=5, use_fast_gi=True, differs=[

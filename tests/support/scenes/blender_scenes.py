@@ -40,6 +40,14 @@ def add(name: str, data: Any, location: Any = (0, 0, 0), rotation: Any = (0, 0, 
     return ob
 
 
+def offset_shading(ob: Any, offset: float) -> None:
+    """Set an object's shadow terminator shading offset: a setting of Cycles until Blender 4.5."""
+    if hasattr(ob, "shadow_terminator_shading_offset"):
+        ob.shadow_terminator_shading_offset = offset
+    else:
+        ob.cycles.shadow_terminator_offset = offset
+
+
 def camera(location: Any = (0, 0, 5), rotation: Any = (0, 0, 0), name: str = "Camera") -> Any:
     """A camera, made the active one; without rotation it looks down."""
     ob = add(name, bpy.data.cameras.new(name), location, rotation)

@@ -1,0 +1,134 @@
+"""The mean of what the nodes of lights emit, where it varies with position or direction (textures, IES, falloff).
+
+Edgegrad's lights emit the same everywhere and in all directions. Cycles renders a copy of the light in a scene of its
+own: an area light is seen from the front, other lights light the inside of a sphere. Their mean replaces the nodes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import bmesh
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .bake import Temporary, temporary
+from .bake_scene import BakeScene, own_groups, show_to
+from .lamp_nodes import read_emission
+from .ray_kinds import SAMPLED
+
+if TYPE_CHECKING:
+    from .scene import Export
+
+PIXELS = 64
+ALBEDO = 0.8  # of the sphere, which is lit directly only
+
+
+def bake_lamps(out: Export, resolution: int) -> None:
+    """Replace nodes of lights that vary by their mean, unless nothing is to be baked; report both."""
+    for name, source in out.lights.items():
+        ob = bpy.data.objects.get(source.object)
+        if ob is None or ob.type != "LIGHT":
+            continue
+        light, where = ob.data, f"light '{ob.name}'"
+        emission = read_emission(light)
+        for note in emission.notes:
+            out.report.warn(where, note)
+        if not emission.varying:
+            continue
+        mean = mean_emission(light, _reach(out, source.matrix[:3, 3])) if resolution > 0 else None
+        why = "; ".join(dict.fromkeys(emission.varying))
+        if mean is None:
+            out.report.warn(where, f"its nodes are left out, since {why}")
+            continue
+        # The colour of the light without its nodes
+        tint = np.array(light.color, np.float64)
+        if getattr(light, "use_temperature", False):
+            tint = tint * np.array(light.temperature_color, np.float64)
+        out.scene.lights[name].color = np.maximum(tint * mean, 0.0)
+        out.report.warn(where, f"it emits the mean of its nodes, since {why}")
+
+
+def _reach(out: Export, position: NDArray[np.float64]) -> float:
+    """Typical distance of the surfaces that a light illuminates, for light that does not fall with its square."""
+    distances = []
+    for mesh in out.scene.meshes.values():
+        if mesh.instances is None and len(mesh.vertices):
+            points = mesh.vertices @ mesh.transform[:3, :3].T + mesh.transform[:3, 3]
+            nearest = np.clip(position, points.min(axis=0), points.max(axis=0))
+            distances.append(float(np.linalg.norm(position - nearest)))
+    away = [distance for distance in distances if distance > 0.0]
+    return float(np.median(away)) if away else 1.0
+
+
+def mean_emission(light: Any, reach: float = 1.0) -> NDArray[np.float64] | None:
+    """(3,) mean factor of the power that the nodes of a light apply at a distance; None if Cycles can't tell."""
+    if light.type == "SUN":
+        return None
+    try:
+        with temporary() as keep:
+            return _area(keep, light) if light.type == "AREA" else _point(keep, light, reach)
+    except RuntimeError:
+        return None
+
+
+def _copy(keep: Temporary, light: Any, **settings: Any) -> Any:
+    """Copy a light with white light of 1 W, whose nodes are evaluated as where Cycles samples lights."""
+    made = keep(light.copy())
+    own_groups(made.node_tree, keep)
+    show_to(made.node_tree, SAMPLED)
+    made.energy, made.color = 1.0, (1.0, 1.0, 1.0)
+    for name, value in ({"exposure": 0.0, "use_temperature": False, "normalize": True} | settings).items():
+        if hasattr(made, name):
+            setattr(made, name, value)
+    return made
+
+
+def _area(keep: Temporary, light: Any) -> NDArray[np.float64]:
+    small = BakeScene(keep, f"light '{light.name}'")
+    made = _copy(keep, light, spread=np.pi)
+    ob = keep(bpy.data.objects.new("Edgegrad bake", made))
+    ob.visible_camera = True
+    small.scene.collection.objects.link(ob)
+    # The light shines along its -Z, towards the camera.
+    small.camera.location, small.camera.rotation_euler = (0.0, 0.0, -1.0), (np.pi, 0.0, 0.0)
+    width = max(light.size, light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else 0.0)
+    small.lens.type, small.lens.ortho_scale = "ORTHO", 1.05 * width
+    radiance = small.picture(PIXELS, PIXELS).astype(np.float64)
+    # A Lambertian emitter of radiance L emits the power pi L per area.
+    return np.asarray(np.pi * radiance.mean(axis=(0, 1)) * (1.05 * width) ** 2)
+
+
+def _point(keep: Temporary, light: Any, reach: float) -> NDArray[np.float64]:
+    """Measure the mean intensity of a point light in all directions, or of a spot in its cone."""
+    small = BakeScene(keep, f"light '{light.name}'")
+    made = _copy(keep, light, shadow_soft_size=0.0)
+    if made.type == "SPOT":
+        made.type = "POINT"
+    ob = keep(bpy.data.objects.new("Edgegrad bake", made))
+    small.scene.collection.objects.link(ob)
+    white = keep(bpy.data.materials.new("Edgegrad bake"))
+    if white.node_tree is None:
+        white.use_nodes = True
+    tree = white.node_tree
+    tree.nodes.clear()
+    diffuse, output = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeOutputMaterial")
+    diffuse.inputs["Color"].default_value = (ALBEDO, ALBEDO, ALBEDO, 1.0)
+    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    mesh = keep(bpy.data.meshes.new("Edgegrad bake"))
+    body = bmesh.new()
+    bmesh.ops.create_icosphere(body, subdivisions=5, radius=reach)
+    body.to_mesh(mesh)
+    body.free()
+    mesh.materials.append(white)
+    small.scene.collection.objects.link(keep(bpy.data.objects.new("Edgegrad bake", mesh)))
+    small.scene.cycles.max_bounces = 0
+    picture = small.panorama(PIXELS).astype(np.float64)
+    from_axis = np.pi * (1.0 - (np.arange(len(picture)) + 0.5) / len(picture))  # a spot shines along its -Z
+    rows = np.sin(from_axis)
+    if light.type == "SPOT":
+        rows = np.where(from_axis <= max(0.5 * light.spot_size, from_axis.min()), rows, 0.0)
+    radiance = np.average(picture.mean(axis=1), axis=0, weights=rows)
+    # The irradiance at the sphere is P / (4 pi reach^2); its radiance is albedo / pi times that.
+    return np.asarray(radiance * np.pi / ALBEDO * 4.0 * np.pi * reach**2)

@@ -1,0 +1,90 @@
+"""Reading of the nodes of lights: the factor that they apply to the power of the light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from edgegrad import expression as e
+
+from .expressions import Reader, Unreadable, folded, number, rgb
+from .nodes import Groups, feed, label
+from .ray_kinds import SAMPLED, RayReader
+from .shaders import Part, parts
+
+F64 = NDArray[np.float64]
+
+
+@dataclass
+class LampEmission:
+    """What the nodes of a light say.
+
+    Attributes
+    ----------
+    factor
+        (3,) factor of the power. What varies or can't be read counts as 1.
+    varying
+        One sentence for each part that varies with position or direction, or can't be read.
+    notes
+        One sentence for each other approximation.
+    """
+
+    factor: F64
+    varying: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def has_nodes(light: Any) -> bool:
+    """Whether the nodes of a light are used; from 5.1 on, they always are, and `use_nodes` is deprecated."""
+    return light.node_tree is not None and (bpy.app.version >= (5, 1, 0) or bool(light.use_nodes))
+
+
+def read_emission(light: Any) -> LampEmission:
+    """Read the nodes of a light (its data)."""
+    if not has_nodes(light):
+        return LampEmission(np.ones(3))
+    output = light.node_tree.get_output_node("CYCLES")
+    out = LampEmission(np.zeros(3))
+    if output is None:
+        return out
+    reader = _LampReader(None, SAMPLED)
+    for part in parts(reader, feed(output.inputs["Surface"])):
+        weight = number(part.weight)
+        name = label(part.node, part.groups)
+        if weight is None:
+            out.varying.append(f"the weight of its shader node '{name}' varies")
+        elif part.node.type in ("EMISSION", "BACKGROUND"):
+            color, strength = (_constant(reader, part, name, out) for name in ("Color", "Strength"))
+            out.factor += weight * color * strength[0]
+        else:
+            out.varying.append(f"its shader node '{name}' can't be read")
+    out.notes += [*reader.approximations, *reader.notes]
+    return out
+
+
+def _constant(reader: Reader, part: Part, name: str, out: LampEmission) -> F64:
+    """(3,) value of an input of an Emission node; 1 if it varies or can't be read."""
+    try:
+        value = rgb(folded(reader.value(part.node.inputs[name], part.groups)))
+    except Unreadable as error:
+        out.varying.append(f"{error} can't be read")
+        return np.ones(3)
+    if value is None:
+        out.varying.append(f"its {name.lower()} varies with position or direction")
+    return np.ones(3) if value is None else value
+
+
+class _LampReader(RayReader):
+    """Translates the nodes of a light; quadratic falloff without smoothing is that of physical lights."""
+
+    def _read(self, output: Any, groups: Groups) -> e.Operand:
+        node = output.node
+        if node.type == "LIGHT_FALLOFF" and output.identifier == "Quadratic":
+            if number(self.get(node, "Smooth", groups)) != 0.0:
+                raise Unreadable(f"'Smooth' of node '{label(node, groups)}'")
+            return self.get(node, "Strength", groups)
+        return super()._read(output, groups)

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.images import srgb_to_linear
 
+from .image_cache import keep, kept, key_of
+
 DATA_SPACES = ("Non-Color", "Raw", "Generic Data")
 # Linear Rec.709 is Blender's working space unless the file says otherwise.
 LINEAR_SPACES = ("Linear Rec.709", "Linear")
@@ -91,28 +93,35 @@ def _pixels(image: Any, codes: bool) -> NDArray[np.float32]:
     width, height = image.size
     if width * height == 0 or not len(image.pixels):
         raise UnreadableImage("has no pixels")
-    channels = image.channels
-    flat = np.empty(width * height * channels, np.float32)
-    image.pixels.foreach_get(flat)
-    pixels = flat.reshape(height, width, channels)[::-1]
     space = image.colorspace_settings.name
-    if channels == 2:  # grey with alpha
-        pixels = pixels[..., [0, 0, 0, 1]]
-    pixels = pixels.copy()
+    if not (image.is_float or codes or space == "sRGB" or space in (*DATA_SPACES, *LINEAR_SPACES)):
+        raise UnreadableImage(f"is in the colour space {space}")
+    key = key_of(image, codes)
+    known = kept(key)
+    if known is None:
+        known = _decoded(image, codes, space)
+        keep(key, known)
+    return known
+
+
+def _decoded(image: Any, codes: bool, space: str) -> NDArray[np.float32]:
+    width, height = image.size
+    stored = np.empty((height, width, image.channels), np.float32)
+    image.pixels.foreach_get(stored.ravel())
+    stored = stored[::-1]
+    if image.channels == 2:  # grey with alpha
+        stored = stored[..., [0, 0, 0, 1]]
+    opaque = stored.shape[2] == 4 and bool(np.all(stored[..., 3] == 1.0))
+    # A copy of what is used: large arrays are copied once.
+    pixels = np.ascontiguousarray(stored[..., :3] if opaque else stored)
     if image.is_float:
         # Blender stores float images in its working space, with premultiplied alpha.
         if pixels.shape[2] == 4 and space not in DATA_SPACES and image.alpha_mode not in ("CHANNEL_PACKED", "NONE"):
             alpha = pixels[..., 3:]
             pixels[..., :3] /= np.where(alpha > 0.0, alpha, 1.0)
-    elif codes:
-        pass
-    elif space == "sRGB":
+        if not np.isfinite(pixels).all():
+            pixels = np.nan_to_num(pixels, posinf=0.0, neginf=0.0)
+    elif not codes and space == "sRGB":
         color = pixels[..., :3]
         pixels[..., :3] = FROM_SRGB[np.clip(np.rint(color * 255.0), 0, 255).astype(np.uint8)]
-    elif space not in (*DATA_SPACES, *LINEAR_SPACES):
-        raise UnreadableImage(f"is in the colour space {space}")
-    if pixels.shape[2] == 4 and bool(np.all(pixels[..., 3] == 1.0)):
-        pixels = pixels[..., :3]
-    if not np.isfinite(pixels).all():
-        pixels = np.nan_to_num(pixels, posinf=0.0, neginf=0.0)
-    return np.ascontiguousarray(pixels)
+    return pixels

@@ -12,6 +12,7 @@ import numpy as np
 import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand, images_of, nodes_of
+from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ..problem import Report
 from . import attributes, nodes
@@ -198,6 +199,7 @@ class _Reading:
                  reading: MaterialReading) -> None:  # fmt: skip
         self.material = material
         self.reading = reading
+        self.normal: Expression | None = None  # of the displaced surface
         self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, pixel_size)
 
     def displace(self, output: Any) -> None:
@@ -206,11 +208,11 @@ class _Reading:
             return
         found = nodes.feed(output.inputs["Displacement"])
         try:
-            self.reader.normal = displaced_normal(self.reader, found)
+            self.normal = displaced_normal(self.reader, found)
         except Unreadable as error:
             self.reader.note(f"its displacement is left out, since {error} can't be read")
             return
-        if self.reader.normal is not None and self.material.displacement_method != "BUMP":
+        if self.normal is not None and getattr(self.material, "displacement_method", "BUMP") != "BUMP":
             self.reader.note("its displacement is rendered as bump; its vertices stay where they are")
 
     def read(self, output: Any, report: Report) -> None:
@@ -235,7 +237,9 @@ class _Reading:
         report.tell(where, self._summary([part for part, _ in merged]))
 
     def _closure(self, part: Part) -> edgegrad.Material:
-        return read_shader(Closure(self.reader, part.node, part.groups, edgegrad.Material(), self._bake_normal))
+        textures = {} if self.normal is None else {SMOOTH_NORMAL: self.normal}
+        material = edgegrad.Material(textures=textures)
+        return read_shader(Closure(self.reader, part.node, part.groups, material, self._bake_normal))
 
     def _bake(self, output: Any, groups: nodes.Groups, normal: bool = False) -> Expression | None:
         if output.type not in ("VALUE", "INT", "BOOLEAN", "VECTOR", "RGBA"):

@@ -17,6 +17,7 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 from edgegrad import expression as e
 from edgegrad.expression import nodes_of
 from edgegrad_addon.export import attributes, image_cache
+from edgegrad_addon.export.bake import ObjectBaker
 from edgegrad_addon.export.unwrap import THIN, islands, widened
 from tests.support.scenes import blender_scenes as bs
 
@@ -268,3 +269,57 @@ def test_few_pixels_are_kept(monkeypatch: Any) -> None:
     for k in range(4):
         image_cache.keep(("key", k), np.zeros((4, 4, 1), np.float32))
     assert image_cache.kept(("key", 3)) is not None and image_cache.kept(("key", 0)) is None
+
+
+def test_bakes_are_kept_until_something_changes(monkeypatch: Any) -> None:
+    made = material()
+    unreadable(made)
+    cube = bs.add("Cube", bs.cube("Cube", made))
+    count = 0
+    bake = ObjectBaker.bake
+
+    def counted(*given: Any) -> Any:
+        nonlocal count
+        count += 1
+        return bake(*given)
+
+    monkeypatch.setattr(ObjectBaker, "bake", counted)
+    wave = next(one for one in made.node_tree.nodes if one.type == "WAVELENGTH")
+
+    def bakes() -> int:
+        before = count
+        bpy.context.view_layer.update()
+        bs.export(bake=16)
+        return count - before
+
+    assert (bakes(), bakes()) == (1, 0)
+    wave.inputs[0].default_value = 500.0
+    assert (bakes(), bakes()) == (1, 0)
+    cube.location.x = 1.0
+    assert (bakes(), bakes()) == (1, 0)
+    cube.data.vertices[0].co.x += 0.1
+    cube.data.update()
+    assert (bakes(), bakes()) == (1, 0)
+    ramp = node(made.node_tree, "ValToRGB")
+    made.node_tree.links.new(wave.outputs[0], ramp.inputs[0])
+    made.node_tree.links.new(ramp.outputs[0], bs.shader(made).inputs["Base Color"])
+    assert bakes() == 1  # the ramp reads what is baked
+    # What is painted in Blender may change unnoticed.
+    bpy.data.images.new("Painted", 4, 4)
+    node(made.node_tree, "TexImage", image=bpy.data.images["Painted"])
+    assert (bakes(), bakes()) == (1, 1)
+
+
+def test_bakes_are_as_fine_as_the_picture() -> None:
+    made = material()
+    unreadable(made)
+    bs.add("Cube", bs.cube("Cube", made))
+    sizes = []
+    for pixels, largest in ((64, 4096), (256, 4096), (256, 100)):
+        bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = pixels
+        export = bs.export(bake=largest)
+        sizes.append(len(next(iter(export.scene.images.values())).pixels))
+        # A face of the cube, two metres wide, lies seven metres away.
+        covered = 0.4 * sizes[-1] ** 2 / 6.0
+        assert largest == 100 or covered > 2.0 * (2.0 / 7.0 * export.scene.camera.focal) ** 2
+    assert sizes[1] == 4 * sizes[0] and sizes[2] == 100

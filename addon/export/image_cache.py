@@ -18,6 +18,7 @@ Key = tuple[Any, ...]
 LARGEST = 4 << 30  # bytes of all kept pixels
 
 _kept: OrderedDict[Key, F32] = OrderedDict()
+_floats: dict[Key, bool] = {}
 # Blender keeps the pixels that it has read until the user reloads the image. Files that have changed since the start
 # may differ from them, so their pixels are not kept.
 _start = time.time_ns()
@@ -39,8 +40,23 @@ def key_of(image: Any, *more: object) -> Key | None:
         if max(found.st_mtime_ns, found.st_ctime_ns) >= _start:
             return None
         content = (str(path), found.st_mtime_ns, found.st_size)
-    return (*content, image.colorspace_settings.name, image.alpha_mode, image.is_float, image.channels,
-            tuple(image.size), *more)  # fmt: skip
+    # Sizes and types of pixels follow from the content; asking Blender for them would decode the file.
+    return (*content, image.colorspace_settings.name, image.alpha_mode, *more)
+
+
+def is_float(image: Any) -> bool:
+    """Whether an image has pixels of floats."""
+    key = key_of(image)
+    if key is None:
+        return bool(image.is_float)
+    if key not in _floats:
+        _floats[key] = bool(image.is_float)
+    return _floats[key]
+
+
+def was_readable(image: Any) -> bool:
+    """Whether the file of an image has been decoded."""
+    return kept(key_of(image, False)) is not None or kept(key_of(image, True)) is not None
 
 
 def kept(key: Key | None) -> F32 | None:

@@ -9,11 +9,11 @@ import numpy as np
 
 import edgegrad
 
-from . import bake_cache
 from .attributes import BAKED_UV, TANGENT, tangents
 from .bake import BakeError, CopiedObject, ObjectBaker, Temporary, temporary
-from .bake_cache import KeptBake
-from .bake_size import bake_size
+from .bakes import cache
+from .bakes.cache import KeptBake
+from .bakes.size import bake_size
 from .images import Images
 from .materials import MaterialReading
 from .meshes import Group, PlacedMeshes
@@ -96,8 +96,8 @@ def _kept_or_baked(group: Group, needed: dict[str, MaterialReading], depsgraph: 
         copied = _copied(keep, source, depsgraph)
         if len(copied.mesh.loops) != group.corner_count:
             raise BakeError("its mesh differs from the rendered one")
-        key = bake_cache.key_of_bake(copied, group.slots, materials, outputs, resolution)
-        known = bake_cache.kept(key)
+        key = cache.key_of_bake(copied, group.slots, materials, outputs, resolution)
+        known = cache.kept(key)
         if known is not None:
             return known
         baker = ObjectBaker(keep, copied, group.slots, needed, resolution)
@@ -108,7 +108,7 @@ def _kept_or_baked(group: Group, needed: dict[str, MaterialReading], depsgraph: 
             except BakeError as error:
                 _failed(out, name, source.object, error, baked.node)
     if len(made.images) == len(outputs):
-        bake_cache.keep(key, made)
+        cache.keep(key, made)
     return made
 
 

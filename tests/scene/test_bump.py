@@ -87,7 +87,7 @@ def tile(normal: e.Expression, material: Material | None = None, **images: Image
     clay = replace(base, textures={**base.textures, "normal": normal}, normal_space="WORLD")
     mesh = Mesh(vertices, faces, ("clay",), attributes={"uv": uv, "place": vertices[faces].astype(np.float32)})
     sun = SunLight(direction=np.array([0.4, 0.3, -0.9]), strength=2.0, angle=0.2)
-    return Scene(Camera(to_world, fov_x=0.45, width=12, height=12), {"tile": mesh}, {"clay": clay}, {"sun": sun},
+    return Scene(Camera(to_world, fov_x=0.38, width=12, height=12), {"tile": mesh}, {"clay": clay}, {"sun": sun},
                  World(np.full(3, 0.3)), images)  # fmt: skip
 
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from .bake import CopiedObject
+from ..bake import CopiedObject
+from ..materials import BakedOutput
 from .content import UnknownContent, material_content, mesh_content
-from .materials import BakedOutput
 
 LARGEST = 2 << 30  # bytes of all kept images
 

@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING, Any
 import bpy
 import numpy as np
 
+import edgegrad
+
 from .attributes import BAKED_UV, TANGENT, tangents
 from .bake import BakeError, CopiedObject, ObjectBaker, Temporary, temporary
+from .bakes import cache
+from .bakes.cache import KeptBake
+from .bakes.size import bake_size
 from .images import Images
 from .materials import MaterialReading
 from .meshes import Group, PlacedMeshes
@@ -26,7 +31,7 @@ def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph:
     Parameters
     ----------
     resolution
-        Width and height of the images, pixels; 0: nothing is baked.
+        Largest width and height of the images, pixels; 0: nothing is baked.
     """
     taken: set[str] = set()
     for group in meshes.groups():
@@ -34,7 +39,8 @@ def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph:
         needed = {name: out.materials[name] for name in used if out.materials[name].baked}
         if not needed or resolution <= 0:
             continue
-        found = _bake_on(group, needed, images, depsgraph, resolution, out)
+        size = bake_size(group, set(needed), out.scene.camera, resolution)
+        found = _bake_on(group, needed, images, depsgraph, size, out)
         for name, pictures in found.items():
             new = name if name not in taken else f"{name} ({group.sources[0].object})"
             number = 1
@@ -59,28 +65,51 @@ def _bake_on(group: Group, needed: dict[str, MaterialReading], images: Images, d
     source = group.sources[0]
     found: dict[str, dict[str, str]] = {name: {} for name in needed}
     try:
-        with temporary() as keep:
-            baker = ObjectBaker(keep, _copied(keep, source, depsgraph), group.slots, needed, resolution)
-            if len(baker.uv) != group.corner_count:
-                raise BakeError("its mesh differs from the rendered one")
-            uv = np.ascontiguousarray(baker.uv[group.arrays.corners])
-            group.attributes[BAKED_UV] = uv
-            for name, reading in needed.items():
-                for baked in reading.baked:
-                    stand_in = reading.stand_in(baked)
-                    picture = f"{stand_in} on {source.object}"
-                    try:
-                        images.found[picture] = baker.bake(_material(name), baked)
-                    except BakeError as error:
-                        _failed(out, name, source.object, error, baked.node)
-                        continue
-                    found[name][stand_in] = picture
-                    if baked.normal:
-                        group.attributes[BAKED_UV + TANGENT] = tangents(group.arrays, uv)
-    except (BakeError, KeyError, RuntimeError) as error:
+        bake = _kept_or_baked(group, needed, depsgraph, resolution, out)
+    except (BakeError, RuntimeError) as error:
         for name in needed:
             _failed(out, name, source.object, error)
+        return found
+    uv = np.ascontiguousarray(bake.uv[group.arrays.corners])
+    group.attributes[BAKED_UV] = uv
+    for (name, baked), image in bake.images.items():
+        stand_in = needed[name].stand_in(baked)
+        picture = f"{stand_in} on {source.object}"
+        number = 1
+        while picture in images.found:  # of another mesh of the same object
+            number += 1
+            picture = f"{stand_in} on {source.object} {number}"
+        images.found[picture] = edgegrad.Image(image.pixels)
+        found[name][stand_in] = picture
+        if baked.normal:
+            group.attributes[BAKED_UV + TANGENT] = tangents(group.arrays, uv)
     return found
+
+
+def _kept_or_baked(group: Group, needed: dict[str, MaterialReading], depsgraph: Any, resolution: int,
+                   out: Export) -> KeptBake:  # fmt: skip
+    """Bake these materials on a mesh, unless nothing has changed since the last time."""
+    source = group.sources[0]
+    outputs = [(name, baked) for name, reading in needed.items() for baked in reading.baked]
+    materials = {name: _material(name) for name in needed}
+    with temporary() as keep:
+        copied = _copied(keep, source, depsgraph)
+        if len(copied.mesh.loops) != group.corner_count:
+            raise BakeError("its mesh differs from the rendered one")
+        key = cache.key_of_bake(copied, group.slots, materials, outputs, resolution)
+        known = cache.kept(key)
+        if known is not None:
+            return known
+        baker = ObjectBaker(keep, copied, group.slots, needed, resolution)
+        made = KeptBake(baker.uv, {})
+        for name, baked in outputs:
+            try:
+                made.images[name, baked] = baker.bake(materials[name], baked)
+            except BakeError as error:
+                _failed(out, name, source.object, error, baked.node)
+    if len(made.images) == len(outputs):
+        cache.keep(key, made)
+    return made
 
 
 def _copied(keep: Temporary, source: Source, depsgraph: Any) -> CopiedObject:

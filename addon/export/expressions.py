@@ -74,8 +74,6 @@ class Reader:
         (4, 4) transform to Cycles' camera space, in which Z is the depth; None: there is no camera.
     pixel_size
         Size of the camera's pixels at the hit point, metres (`read_normals.pixel_size`).
-    normal
-        The shading normal of a displaced surface; None: the smooth normal.
     notes
         One short text for each approximation.
     owner
@@ -89,7 +87,6 @@ class Reader:
     material_index: int = 0
     world_to_camera: NDArray[np.float64] | None = None
     pixel_size: Operand = 1e-3
-    normal: Expression | None = None
     notes: list[str] = field(default_factory=list)
     owner: Any = None
     codes: bool = True

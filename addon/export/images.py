@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.images import srgb_to_linear
 
+from .bakes.image_cache import is_float, keep, kept, key_of, was_readable
+
 DATA_SPACES = ("Non-Color", "Raw", "Generic Data")
 # Linear Rec.709 is Blender's working space unless the file says otherwise.
 LINEAR_SPACES = ("Linear Rec.709", "Linear")
@@ -41,10 +43,11 @@ class Images:
 
     found: dict[str, edgegrad.Image] = field(default_factory=dict)
     coded: bool = True
+    _scratch: list[NDArray[np.float32]] = field(default_factory=list, repr=False)
 
     def interpolates_codes(self, image: Any) -> bool:
         """Whether Cycles interpolates the code values of an image instead of its linear colours."""
-        return self.coded and not image.is_float and image.colorspace_settings.name == "sRGB"
+        return self.coded and not is_float(image) and image.colorspace_settings.name == "sRGB"
 
     def read(self, image: Any, codes: bool = False) -> str:
         """Read Blender's image, as linear light or as code values, and return its name in the scene.
@@ -57,7 +60,7 @@ class Images:
         # An image may be used both as linear light and as code values; these are two images in the scene.
         name = f"{image.name_full} (sRGB codes)" if codes else image.name_full
         if name not in self.found:
-            self.found[name] = edgegrad.Image(_pixels(image, codes))
+            self.found[name] = edgegrad.Image(_pixels(image, codes, self._scratch))
         return name
 
 
@@ -66,7 +69,7 @@ def is_missing(image: Any) -> bool:
     if image is None:
         return True
     if image.source == "FILE":
-        return image.size[0] * image.size[1] == 0 or not len(image.pixels)
+        return not was_readable(image) and (image.size[0] * image.size[1] == 0 or not len(image.pixels))
     if image.source not in ("SEQUENCE", "MOVIE") or image.packed_file is not None:
         return False
     path = Path(bpy.path.abspath(image.filepath, library=image.library))
@@ -84,35 +87,45 @@ def alpha_mode(image: Any, alpha_is_used: bool) -> str:
     return "STRAIGHT" if alpha_is_used else "PREMULTIPLIED"
 
 
-def _pixels(image: Any, codes: bool) -> NDArray[np.float32]:
+def _pixels(image: Any, codes: bool, scratch: list[NDArray[np.float32]]) -> NDArray[np.float32]:
     """(H, W, c) linear light or code values, with straight alpha and row 0 on top."""
     if image.source not in ("FILE", "GENERATED"):
         raise UnreadableImage(f"is a {image.source.lower()}")
-    width, height = image.size
-    if width * height == 0 or not len(image.pixels):
+    key = key_of(image, codes)
+    known = kept(key)
+    if known is not None:
+        return known
+    if image.size[0] * image.size[1] == 0 or not len(image.pixels):
         raise UnreadableImage("has no pixels")
-    channels = image.channels
-    flat = np.empty(width * height * channels, np.float32)
-    image.pixels.foreach_get(flat)
-    pixels = flat.reshape(height, width, channels)[::-1]
     space = image.colorspace_settings.name
-    if channels == 2:  # grey with alpha
-        pixels = pixels[..., [0, 0, 0, 1]]
-    pixels = pixels.copy()
+    if not (image.is_float or codes or space == "sRGB" or space in (*DATA_SPACES, *LINEAR_SPACES)):
+        raise UnreadableImage(f"is in the colour space {space}")
+    pixels = _decoded(image, codes, space, scratch)
+    keep(key, pixels)
+    return pixels
+
+
+def _decoded(image: Any, codes: bool, space: str, scratch: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    width, height = image.size
+    count = height * width * image.channels
+    # Large memory that has just been allocated is slow, so that one array is used for all images.
+    if not scratch or len(scratch[0]) < count:
+        scratch[:] = [np.empty(count, np.float32)]
+    flat = scratch[0][:count]
+    image.pixels.foreach_get(flat)
+    stored = flat.reshape(height, width, image.channels)[::-1]
+    if image.channels == 2:  # grey with alpha
+        stored = stored[..., [0, 0, 0, 1]]
+    opaque = stored.shape[2] == 4 and bool(np.all(stored[..., 3] == 1.0))
+    pixels = np.array(stored[..., :3] if opaque else stored, order="C")
     if image.is_float:
         # Blender stores float images in its working space, with premultiplied alpha.
         if pixels.shape[2] == 4 and space not in DATA_SPACES and image.alpha_mode not in ("CHANNEL_PACKED", "NONE"):
             alpha = pixels[..., 3:]
             pixels[..., :3] /= np.where(alpha > 0.0, alpha, 1.0)
-    elif codes:
-        pass
-    elif space == "sRGB":
+        if not np.isfinite(pixels).all():
+            pixels = np.nan_to_num(pixels, posinf=0.0, neginf=0.0)
+    elif not codes and space == "sRGB":
         color = pixels[..., :3]
         pixels[..., :3] = FROM_SRGB[np.clip(np.rint(color * 255.0), 0, 255).astype(np.uint8)]
-    elif space not in (*DATA_SPACES, *LINEAR_SPACES):
-        raise UnreadableImage(f"is in the colour space {space}")
-    if pixels.shape[2] == 4 and bool(np.all(pixels[..., 3] == 1.0)):
-        pixels = pixels[..., :3]
-    if not np.isfinite(pixels).all():
-        pixels = np.nan_to_num(pixels, posinf=0.0, neginf=0.0)
-    return np.ascontiguousarray(pixels)
+    return pixels

@@ -12,6 +12,7 @@ import numpy as np
 import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand, images_of, nodes_of
+from edgegrad.scene.material import SMOOTH_NORMAL
 
 from ..problem import Report
 from . import attributes, nodes
@@ -208,6 +209,7 @@ class _Reading:
                  reading: MaterialReading) -> None:  # fmt: skip
         self.material = material
         self.reading = reading
+        self.normal: Expression | None = None  # of the displaced surface
         self.reader = Reader(images, self._bake, material.pass_index, world_to_camera, pixel_size, owner=material)
 
     def displace(self, output: Any) -> None:
@@ -215,7 +217,7 @@ class _Reading:
         if self.material.displacement_method == "DISPLACEMENT":
             return
         try:
-            self.reader.normal = displaced_normal(self.reader, nodes.feed(output.inputs["Displacement"]))
+            self.normal = displaced_normal(self.reader, nodes.feed(output.inputs["Displacement"]))
         except Unreadable as error:
             self.reader.note(f"the bump of its displacement is left out, since {error} can't be read")
 
@@ -246,7 +248,9 @@ class _Reading:
         report.tell(where, self._summary([part for part, _ in merged]))
 
     def _closure(self, part: Part) -> edgegrad.Material:
-        return read_shader(Closure(self.reader, part.node, part.groups, edgegrad.Material(), part.output,
+        textures = {} if self.normal is None else {SMOOTH_NORMAL: self.normal}
+        material = edgegrad.Material(textures=textures)
+        return read_shader(Closure(self.reader, part.node, part.groups, material, part.output,
                                    self._bake_normal))  # fmt: skip
 
     def _bake(self, output: Any, groups: nodes.Groups, normal: bool = False) -> Expression | None:

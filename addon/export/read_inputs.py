@@ -65,8 +65,6 @@ def _texture_coordinate(reader: Reader, node: Any, groups: Groups, output: Any) 
 
 @reads("NEW_GEOMETRY")
 def _geometry(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    if output.identifier == "Normal" and reader.normal is not None:
-        return reader.normal
     known = {"Position": "POSITION", "Normal": "NORMAL", "True Normal": "TRUE_NORMAL", "Incoming": "INCOMING"}
     if output.identifier in known:
         return e.Coordinates(known[output.identifier])
@@ -196,7 +194,7 @@ def _layer_weight(reader: Reader, node: Any, groups: Groups, output: Any) -> Ope
 
 def _normal(reader: Reader, node: Any, groups: Groups) -> Operand | None:
     try:
-        found: Operand | None = reader.get_or(node, "Normal", groups, reader.normal)
+        found: Operand | None = reader.get_or(node, "Normal", groups, None)
         return found
     except Unreadable as error:
         reader.note(f"node '{label(node, groups)}' uses the smooth normal, since {error} can't be read")

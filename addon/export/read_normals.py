@@ -51,8 +51,7 @@ def _step(reader: Reader, width: Operand) -> Operand:
 
 @reads("BUMP")
 def _bump(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    default = e.Coordinates("NORMAL") if reader.normal is None else reader.normal
-    normal = reader.get_or(node, "Normal", groups, default)
+    normal = reader.get_or(node, "Normal", groups, e.Coordinates("NORMAL"))
     if feed(by_identifier(node.inputs, "Height"), groups).output is None:
         return normal
     height, strength = reader.get(node, "Height", groups), reader.get(node, "Strength", groups)
@@ -74,9 +73,8 @@ def _normal_map(reader: Reader, node: Any, groups: Groups, output: Any) -> Opera
     flip = -1.0 if node.space == "BLENDER_WORLD" else 1.0
     given = e.VectorMath("MULTIPLY_ADD", color, (2.0, 2.0 * flip, 2.0 * flip), (-1.0, -flip, -flip))
     front = e.Math("MULTIPLY_ADD", e.Backfacing(), -2.0, 1.0)
-    smooth = e.Coordinates("NORMAL") if reader.normal is None else reader.normal
     facing = e.VectorMath("SCALE", e.VectorMath("NORMALIZE", given), scale=front)
-    mixed = e.Mix(e.Math("MAXIMUM", strength, 0.0), smooth, facing, clamp_factor=False)
+    mixed = e.Mix(e.Math("MAXIMUM", strength, 0.0), e.Coordinates("NORMAL"), facing, clamp_factor=False)
     return e.VectorMath("NORMALIZE", mixed)
 
 

@@ -192,8 +192,6 @@ class Closure:
         socket = by_identifier(self.node.inputs, name)
         found = None if socket is None else feed(socket, self.groups)
         if found is None or found.output is None:
-            if self.reader.normal is not None:
-                self._bend(self.reader.normal)
             return
         node = found.output.node
         if node.type == "NORMAL_MAP" and node.space == "TANGENT":

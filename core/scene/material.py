@@ -33,6 +33,8 @@ TEXTURED = (
     "base_color", "emission", *_FRACTIONS, "specular_ior_level", "specular_tint", "ior", "anisotropy",
     "anisotropy_rotation", "coat_ior", "coat_tint", "sheen_tint", "normal", "normal_strength",
 )
+# A key of `Material.textures` that is no field.
+SMOOTH_NORMAL = "smooth_normal"
 
 
 def _rgb(value: float) -> NDArray[np.float64]:
@@ -105,7 +107,10 @@ class Material(Checked):
     textures
         Maps a field name to an expression that replaces the field's value at each surface point. Values outside
         the field's range are clamped, and a clamped value has no derivative. As in Cycles, textured
-        `coat_weight`, `sheen_weight`, `specular_ior_level` and colours have no upper limit.
+        `coat_weight`, `sheen_weight`, `specular_ior_level` and colours have no upper limit. "smooth_normal" is no
+        field: its expression, a vector in world space on the viewer's side, replaces the smooth normal that all other
+        shading starts from, as where a surface's displacement is rendered as bump. Mixtures use that of their first
+        part.
     """
 
     base_color: NDArray[np.float64] = field(default_factory=lambda: _rgb(0.8))
@@ -163,9 +168,10 @@ class Material(Checked):
             raise ValueError(f"{where}: distribution 'ASHIKHMIN_SHIRLEY' is only for kind 'GLOSSY', not for "
                              f"'{self.kind}'; use 'BECKMANN' or 'GGX'")
         for key in self.textures:
-            if key not in TEXTURED:
-                raise ValueError(f"{where}: textures has '{key}', but must name one of {', '.join(TEXTURED)}"
-                                 f"{near(key, TEXTURED)}")
+            known = (*TEXTURED, SMOOTH_NORMAL)
+            if key not in known:
+                raise ValueError(f"{where}: textures has '{key}', but must name one of {', '.join(known)}"
+                                 f"{near(key, known)}")
 
 
 @dataclass

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.material import KINDS, SHAPED, Material, Mixture
+from ..scene.material import KINDS, SHAPED, SMOOTH_NORMAL, Material, Mixture
 from ..scene.scene import Scene
 
 # Field to (first place in the row, number of values).
@@ -115,9 +115,9 @@ def flags(m: Material, asked: Collection[str] = ()) -> int:
         out |= TRANSPARENCY
     if may("emission"):
         out |= EMISSION
-    if "normal" in m.textures:
+    if "normal" in m.textures or SMOOTH_NORMAL in m.textures:
         out |= NORMAL_MAP
-        if m.normal_space == "WORLD":
+        if "normal" in m.textures and m.normal_space == "WORLD":
             out |= NORMAL_IN_WORLD
     # The compensation's tables are those of GGX.
     if m.multiscatter and m.distribution == "GGX":

@@ -107,6 +107,10 @@ class Points {
                 b2.size() == n && position.size() == 3 * n && normal.size() == 3 * n &&
                 true_normal.size() == 3 * n && view.size() == 3 * n);
         for (int32_t p : program_) require(p < static_cast<int32_t>(textures.program_first.size()) - 1);
+        for (const TextureInstruction& step : textures.code)
+            if (step.op == static_cast<int32_t>(TextureOp::BARYCENTRICS) ||
+                step.op == static_cast<int32_t>(TextureOp::NORMAL_MAP))
+                throw std::invalid_argument("bumps of attributes and normal maps need the meshes of a scene");
     }
 
     size_t count() const { return program_.size(); }
@@ -202,6 +206,7 @@ TextureTables read_textures(nb::handle t, SharedColumns& columns) {
             std::is_sorted(s.program_first.begin(), s.program_first.end()));
     s.closure_program = column<int32_t>(t, "closure_program");
     s.closure_weight_program = column<int32_t>(t, "closure_weight_program");
+    s.closure_normal_program = column<int32_t>(t, "closure_normal_program");
     s.closure_uv = column<int32_t>(t, "closure_uv");
     s.closure_tangent = column<int32_t>(t, "closure_tangent");
     s.pixels = columns.pixels.read(t, "pixels");

@@ -8,11 +8,11 @@
 
 namespace edgegrad {
 
-// Returns whether `is` holds for any instruction of a closure's program or of its weight's program.
+// Returns whether `is` holds for any instruction of a closure's program, or of its weight's or normal's.
 template <typename Is>
 bool any_step(const SceneTables& tables, size_t closure, const Is& is) {
     const TextureTables& t = tables.textures;
-    for (const auto* programs : {&t.closure_program, &t.closure_weight_program}) {
+    for (const auto* programs : {&t.closure_program, &t.closure_weight_program, &t.closure_normal_program}) {
         const int32_t program = closure < programs->size() ? (*programs)[closure] : -1;
         if (program < 0) continue;
         const int32_t* range = t.program_first.data() + program;

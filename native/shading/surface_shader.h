@@ -28,9 +28,23 @@ EG_INLINE void load_row(const SceneView& scene, Shader& s, int place) {
     for (int k = 0; k < N; ++k) s.row[place + k] = values[k];
 }
 
+// The smooth normal of displaced surfaces: `point.normal`, bent by the material's own program.
+EG_OUTLINE Vec3 displaced_normal(const SceneView& scene, Mask active, Int material,
+                                 const TexturePoint& point) {
+    const Int closure = gather(scene.material_first_closure, material);
+    Float row[kMaterialParams];
+    row[kNormalMap] = point.normal.x, row[kNormalMap + 1] = point.normal.y,
+    row[kNormalMap + 2] = point.normal.z;
+    run_program(scene, active, gather(scene.textures.closure_normal_program, closure), point, row);
+    return {row[kNormalMap], row[kNormalMap + 1], row[kNormalMap + 2]};
+}
+
 EG_INLINE TexturePoint texture_point(const SceneView& scene, const SurfacePoint& x, Vec3 view, Int ray_kind) {
-    return {x.face, x.instance,    x.b1,     x.b2,    x.position, smooth_normal(scene, x),
-            view,   x.side < 0.0f, ray_kind, x.normal};
+    TexturePoint point = {x.face, x.instance,    x.b1,     x.b2,    x.position, smooth_normal(scene, x),
+                          view,   x.side < 0.0f, ray_kind, x.normal};
+    if (scene.textures.closure_normal_program)
+        point.normal = displaced_normal(scene, x.active, x.material, point);
+    return point;
 }
 
 // Weight of the closure in its mixture.

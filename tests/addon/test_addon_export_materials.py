@@ -249,9 +249,11 @@ def test_what_cannot_be_read_is_baked_and_nothing_else_changes() -> None:
     half.inputs[1].default_value, half.inputs[2].default_value = 0.0, 0.25
     tree.link(geometry.outputs["Pointiness"], half.inputs[0])
     tree.link(half.outputs[0], "Roughness")
-    bump, checker = tree.node("Bump"), tree.node("TexChecker")
+    # Rounded edges can't be read, nor what is bumped on them.
+    bevel, bump, checker = tree.node("Bevel"), tree.node("Bump"), tree.node("TexChecker")
     bump.inputs["Distance"].default_value = 0.1
     tree.link(checker.outputs["Fac"], bump.inputs["Height"])
+    tree.link(bevel.outputs["Normal"], bump.inputs["Normal"])
     tree.link(bump.outputs["Normal"], "Normal")
     other = bs.add("Other", bs.cube("Other", tree.material), (4, 0, 0))
     other.data.uv_layers.new(name="UVMap")
@@ -267,6 +269,7 @@ def test_what_cannot_be_read_is_baked_and_nothing_else_changes() -> None:
     assert pixels[..., 2].mean() > 0.7 and np.ptp(pixels[..., 0]) > 0.05
     uv = scene.meshes["Cube"].attributes[attributes.BAKED_UV]
     assert uv.min() >= 0.0 and uv.max() <= 1.0 and len(np.unique(uv.reshape(-1, 2), axis=0)) >= 14
+    assert m.normal_space == "TANGENT"
     assert any("baked" in line and "Bump" in line for line in tree.made.report.readings)
 
 

@@ -19,7 +19,7 @@ from ...expression.nodes import EXTENSIONS, INTERPOLATIONS, Expression
 from ...expression.numbers import numbers, with_numbers
 from ...scene.image import Image
 from ...scene.light import AreaLight
-from ...scene.material import Material, Mixture
+from ...scene.material import SMOOTH_NORMAL, Material, Mixture
 from ...scene.mesh import Mesh
 from ...scene.placement import has_uv_tangents
 from ...scene.scene import Scene
@@ -92,6 +92,7 @@ class TextureTables:
     constants: F32
     closure_program: I32  # (L) -1: none
     closure_weight_program: I32  # (L) -1: none
+    closure_normal_program: I32  # (L) of the material's displaced normal, -1: none
     closure_uv: I32  # (L) attribute that the normal map is relative to, -1: none
     closure_tangent: I32  # (L) attribute that has its tangents, -1: none
     image_offset: I64  # (I) first float in `pixels`
@@ -150,20 +151,23 @@ def compile_textures(
     scene, tracked = _tracked(scene, requested)
     resources = Resources(origin=(float(start[0]), float(start[1]), float(start[2])))
     programs = _Programs(resources)
-    closure_program, closure_weight_program, closure_uv, closure_tangent = [], [], [], []
+    closure_program, closure_weight_program, closure_normal_program = [], [], []
+    closure_uv, closure_tangent = [], []
     for name, material in scene.materials.items():
         for k, closure in enumerate(scene.closures(name)):
             part = material.parts[k] if isinstance(material, Mixture) else name
             closure_program.append(programs.of_closure(part, closure))
             weight = material.textures.get(str(k)) if isinstance(material, Mixture) else None
             closure_weight_program.append(-1 if weight is None else programs.of_weight(name, k, weight))
+            closure_normal_program.append(programs.of_normal(part, closure))
             has_tangents = part in with_tangents or has_uv_tangents(closure)
             uv, tangent = _tangent_attributes(closure, resources) if has_tangents else (-1, -1)
             closure_uv.append(uv)
             closure_tangent.append(tangent)
     for light in scene.lights.values():
         if isinstance(light, AreaLight):
-            for column in (closure_program, closure_weight_program, closure_uv, closure_tangent):
+            for column in (closure_program, closure_weight_program, closure_normal_program, closure_uv,
+                           closure_tangent):  # fmt: skip
                 column.append(-1)
     return TextureTables(
         code=np.array(programs.code, np.int32).reshape(-1, 2 + _OUTPUTS + _INPUTS),
@@ -171,6 +175,7 @@ def compile_textures(
         constants=np.array(list(programs.constants), np.float32),
         closure_program=np.array(closure_program, np.int32),
         closure_weight_program=np.array(closure_weight_program, np.int32),
+        closure_normal_program=np.array(closure_normal_program, np.int32),
         closure_uv=np.array(closure_uv, np.int32),
         closure_tangent=np.array(closure_tangent, np.int32),
         **_images(scene.images, resources, with_alpha, earlier),
@@ -220,18 +225,29 @@ class _Programs:
         self.first = [0]
         self.constants: dict[float, int] = {}
         self._of_closure: dict[int, int] = {}
+        self._of_normal: dict[int, int] = {}
 
     def of_closure(self, name: str, closure: Material) -> int:
         """Number of a closure's program, -1 if it has no textures."""
         if not closure.textures:
             return -1
         if id(closure) not in self._of_closure:
-            self._of_closure[id(closure)] = self._compile(f"material '{name}'", closure.textures)
+            fields = {key: value for key, value in closure.textures.items() if key in COLUMNS}
+            self._of_closure[id(closure)] = self._compile(f"material '{name}'", fields)
         return self._of_closure[id(closure)]
 
     def of_weight(self, name: str, part: int, weight: Expression) -> int:
         """Number of the program of a part's weight in a mixture."""
         return self._compile(f"material '{name}', part {part}", {"weight": weight})
+
+    def of_normal(self, name: str, closure: Material) -> int:
+        """Number of the program of a closure's displaced normal, -1 if it has none."""
+        normal = closure.textures.get(SMOOTH_NORMAL)
+        if normal is None:
+            return -1
+        if id(normal) not in self._of_normal:
+            self._of_normal[id(normal)] = self._compile(f"material '{name}', {SMOOTH_NORMAL}", {"normal": normal})
+        return self._of_normal[id(normal)]
 
     def _compile(self, where: str, textures: Mapping[str, Expression]) -> int:
         build = Builder()

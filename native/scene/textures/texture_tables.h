@@ -1,6 +1,7 @@
 // The textures' tables by value (core/tables/textures/program.py, TextureTables).
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct TextureTables {
     std::vector<TextureInstruction> code;
     std::vector<int32_t> program_first;
     std::vector<float> constants;
-    std::vector<int32_t> closure_program, closure_weight_program, closure_uv, closure_tangent;
+    std::vector<int32_t> closure_program, closure_weight_program, closure_normal_program, closure_uv,
+        closure_tangent;
     std::vector<TextureImage> images;
     Shared pixels;
     std::vector<TextureLookup> tables;
@@ -34,6 +36,9 @@ struct TextureTables {
         const bool any = program_first.size() > 1;
         v.closure_program = any ? closure_program.data() : nullptr;
         v.closure_weight_program = any ? closure_weight_program.data() : nullptr;
+        const bool displaced = std::any_of(closure_normal_program.begin(), closure_normal_program.end(),
+                                           [](int32_t program) { return program >= 0; });
+        v.closure_normal_program = displaced ? closure_normal_program.data() : nullptr;
         v.images = rows_of(images);
         v.pixels = rows_of(pixels);
         v.tables = rows_of(tables);

@@ -55,6 +55,9 @@ struct TextureView {
     // By closure: its program, and the program of its weight; -1: none. Null if no closure has one.
     const int32_t* closure_program;
     const int32_t* closure_weight_program;
+    // The program of a material's displaced normal, by its first closure; -1: none. Null if no material has
+    // one.
+    const int32_t* closure_normal_program;
     // By closure: the attributes of its normal map and anisotropy; -1: none.
     const int32_t* closure_uv;
     const int32_t* closure_tangent;

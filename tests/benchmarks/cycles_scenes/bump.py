@@ -259,3 +259,28 @@ def baked_instances() -> None:
     stage.node(group, "NodeGroupOutput", {0: painted})
     ob = stage.add("Instances", stage.plane("Instances", size=1.0), (0, 0, 0.4))
     ob.modifiers.new("Instances", "NODES").node_group = group
+
+
+@case("Textures that are baked, as fine as the camera sees them")
+def baked_textures() -> None:
+    """Balls with noise whose mapping is a setting of the node, and a normal in object space."""
+    _small()
+
+    def noise(tree: Any) -> Any:
+        made = stage.node(tree, "ShaderNodeTexNoise", {"Scale": 3.0, "Detail": 1.0})
+        made.texture_mapping.scale = (2.0, 1.0, 1.5)
+        return made
+
+    def colored(tree: Any) -> Any:
+        return stage.node(tree, "ShaderNodeBsdfDiffuse", {"Color": noise(tree).outputs["Color"]})
+
+    def bent(tree: Any) -> Any:
+        color = stage.node(tree, "ShaderNodeCombineColor", {0: 0.7, 1: 0.4, 2: 0.9})
+        normal = stage.node(tree, "ShaderNodeNormalMap", {"Strength": 0.5, "Color": color}, space="OBJECT")
+        return stage.node(tree, "ShaderNodeBsdfDiffuse", {"Normal": normal})
+
+    stage.row([
+        stage.material("Colored", colored),
+        _bumped("Bumped", lambda tree: noise(tree).outputs[0], distance=0.1, Specular_IOR_Level=0.0),
+        stage.material("Object space", bent),
+    ], y=-0.6)  # fmt: skip

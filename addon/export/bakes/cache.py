@@ -1,0 +1,77 @@
+"""Bakes, kept while the process runs under the hash of all that decides them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+import edgegrad
+
+from ..bake import CopiedObject
+from ..materials import BakedOutput
+from .content import UnknownContent, material_content, mesh_content
+
+LARGEST = 2 << 30  # bytes of all kept images
+
+
+@dataclass(frozen=True)
+class KeptBake:
+    """UV coordinates of corners, and the image of each material's output."""
+
+    uv: NDArray[np.float32]
+    images: dict[tuple[str, BakedOutput], edgegrad.Image]
+
+    def size(self) -> int:
+        """Bytes of the images."""
+        return sum(image.pixels.nbytes for image in self.images.values())
+
+
+_kept: OrderedDict[bytes, KeptBake] = OrderedDict()
+
+
+def key_of_bake(copied: CopiedObject, slots: tuple[str, ...], materials: dict[str, Any],
+                outputs: list[tuple[str, BakedOutput]], resolution: int) -> bytes | None:  # fmt: skip
+    """Hash of all that decides a bake; None if something may change unnoticed.
+
+    Parameters
+    ----------
+    copied, slots, resolution
+        As for `ObjectBaker`.
+    materials
+        Blender's materials by their full names.
+    outputs
+        The outputs to bake.
+    """
+    try:
+        contents = [(name, material_content(one)) for name, one in materials.items()]
+        mesh = mesh_content(copied.mesh)
+    except UnknownContent:
+        return None
+    frame = bpy.context.scene.frame_current_final
+    rest = (copied.matrix, copied.color, copied.index, slots, outputs, resolution, frame)
+    return hashlib.sha256(repr((mesh, contents, rest)).encode()).digest()
+
+
+def kept(key: bytes | None) -> KeptBake | None:
+    """The bake of a key; None if none is kept."""
+    if key is None or key not in _kept:
+        return None
+    _kept.move_to_end(key)
+    return _kept[key]
+
+
+def keep(key: bytes | None, bake: KeptBake) -> None:
+    """Keep a bake, and drop those that were used longest ago if they are too large."""
+    if key is None:
+        return
+    for image in bake.images.values():
+        image.pixels.flags.writeable = False  # scenes share them
+    _kept[key] = bake
+    while sum(one.size() for one in _kept.values()) > LARGEST:
+        _kept.popitem(last=False)

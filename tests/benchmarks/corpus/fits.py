@@ -1,6 +1,6 @@
 """Fits to pictures by Cycles, on the scenes of the comparison with Cycles: is what was changed found again?
 
-``python -m tests.benchmarks.cycles_fits`` opens each scene, exports it, changes the base colour of one object, or moves
+``python -m tests.benchmarks.corpus.fits`` opens each scene, exports it, changes the base colour of one object, or moves
 the object sideways, and fits colour or transform to Cycles' picture. The target holds all differences between the two
 renderers, so this measures fits as users see them. It writes a table (Markdown and JSON).
 """
@@ -20,7 +20,7 @@ import edgegrad
 from edgegrad.scene import parameters
 from edgegrad_addon.export import RenderSettings
 from tests.benchmarks import versus_cycles
-from tests.benchmarks.corpus_objects import Candidate, candidates, colored, sideways
+from tests.benchmarks.corpus.objects import Candidate, candidates, colored, sideways
 from tests.benchmarks.cycles_scenes import CASES
 
 ITERATIONS, SAMPLES = 50, 16

@@ -1,6 +1,6 @@
 """Noise and cost of derivatives on the scenes of the comparison with Cycles, at their own depths.
 
-``python -m tests.benchmarks.corpus_noise`` moves one object of each scene sideways, and writes a table (Markdown and
+``python -m tests.benchmarks.corpus.noise`` moves one object of each scene sideways, and writes a table (Markdown and
 JSON): the noise of the derivative picture relative to the derivative, by term, and the seconds of a gradient relative
 to those of a picture. A derivative picture of several seeds gives both numbers: the seeds' spread is the noise, and
 their mean, less what the noise adds to its square, is the derivative.
@@ -13,6 +13,7 @@ import json
 import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 import edgegrad
 from tests.benchmarks import versus_cycles
 from tests.benchmarks.agreement import BLOCK
-from tests.benchmarks.corpus_objects import candidates, sideways
+from tests.benchmarks.corpus.objects import candidates, sideways
 from tests.benchmarks.cycles_scenes import CASES
 from tests.support.block_statistics import block_sums
 
@@ -66,7 +67,7 @@ def measure(name: str, output: Path, samples: int) -> Noise | None:
     tangent = np.zeros((4, 4))
     tangent[:3, 3] = sideways(scene, one, SHIFT)
     renderer = edgegrad.Renderer(scene)
-    options = {"max_depth": limits.max_depth, "bounces": limits.bounces}
+    options: dict[str, Any] = {"max_depth": limits.max_depth, "bounces": limits.bounces}
     by_term = {term: np.stack([renderer.render_forward({path: tangent}, spp=samples, seed=seed, terms=[term], **options)
                                for seed in range(SEEDS)]).astype(np.float64)
                for term in edgegrad.TERMS}  # fmt: skip

@@ -1,0 +1,1 @@
+"""Benchmarks of derivatives and fits on the scenes of the comparison with Cycles."""

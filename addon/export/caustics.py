@@ -6,6 +6,7 @@ does a material whose closures are black for these rays.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,11 @@ def drop_caustics(scene: edgegrad.Scene, settings: RenderSettings, report: Repor
     """Apply the switches to all materials of an exported scene."""
     if settings.reflective_caustics and settings.refractive_caustics:
         return
-    for name, material in scene.materials.items():
-        if isinstance(material, edgegrad.Material) and _drop(material, settings):
+    for name, read in scene.materials.items():
+        if not isinstance(read, edgegrad.Material):
+            continue
+        material = scene.materials[name] = replace(read)  # what was read stays as it is
+        if _drop(material, settings):
             report.warn(f"material '{name}'", "is lit by caustics that are switched off for either reflection or "
                         "refraction alone; both are rendered")  # fmt: skip
 

@@ -154,9 +154,9 @@ def _camera_distance(world_to_camera: Any) -> Operand:
     return e.VectorMath("LENGTH", e.Transform(e.Coordinates("POSITION"), rows(world_to_camera)))
 
 
-@reads("HAIR_INFO", "POINT_INFO", "VOLUME_INFO")
+@reads("VOLUME_INFO")
 def _of_no_mesh(reader: Reader, node: Any, groups: Groups, output: Any) -> Operand:
-    """Return what these nodes give on a mesh, which has neither strands, points nor voxels."""
+    """Return what the node gives on a mesh, which has no voxels."""
     return (0.0, 0.0, 0.0) if output.type in ("VECTOR", "RGBA") else 0.0
 
 

@@ -37,7 +37,7 @@ def test_a_decal_is_named_with_its_share(turn: float) -> None:
     width = 2.0 * 5.0 * np.tan(0.5 * bpy.context.scene.camera.data.angle)
     bs.add("Decal", bs.plane("Decal", 0.5 * width, bs.material("Red")), (0, 0, 0), (turn if turn > 1 else 0, 0, turn))
     (line,) = reported()
-    assert line.startswith("object 'Decal': faces of material 'Red' lie exactly on faces of object 'Floor', material "
+    assert line.startswith("faces of object 'Decal', material 'Red': lie exactly on faces of object 'Floor', material "
                            "'Grey', on 25.0% of the picture")  # fmt: skip
 
 
@@ -65,7 +65,7 @@ def test_one_mesh_that_lies_on_itself() -> None:
     points = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
     twice = bs.mesh("Twice", points * 2, [(0, 1, 2, 3), (4, 5, 6, 7)], bs.material("Red"), bs.material("Blue"))
     bs.add("Twice", twice)
-    assert "faces of material 'Red' lie twice at the same place" in reported()[0]
+    assert "material 'Red': lie twice at the same place" in reported()[0]
     twice.polygons[1].material_index = 1
     assert "faces of material 'Blue' lie exactly on faces of material 'Red'" in reported()[0]
 

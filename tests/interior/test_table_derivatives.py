@@ -202,7 +202,7 @@ def test_asked_for_images_keep_their_alpha() -> None:
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("camera.clip_start", "parameter 'camera.clip_start' has no derivative: clip distances only say"),
+        ("camera.clip_start", "parameter 'camera.clip_start' has no derivative: clip distances only decide"),
         ("camera.filter_width", "parameter 'camera.filter_width' has no derivative: pixels are weighted"),
         ("meshes.still.terminator_offset", "parameter 'meshes.still.terminator_offset' has no derivative: it only"),
         ("lights.ball.sphere", "unknown parameter path 'lights.ball.sphere': 'sphere' is not one of the fields"),

@@ -40,7 +40,8 @@ def test_flags_of_materials() -> None:
     names = {"kHasDiffuse": "DIFFUSE", "kHasGlossy": "GLOSSY", "kHasTransparency": "TRANSPARENCY",
              "kHasEmission": "EMISSION", "kHasNormalMap": "NORMAL_MAP", "kMultiscatter": "MULTISCATTER",
              "kEmissionTwoSided": "TWO_SIDED", "kHasRefraction": "REFRACTION", "kLambertian": "LAMBERTIAN",
-             "kAnisotropic": "ANISOTROPIC", "kBeckmann": "BECKMANN", "kPhong": "PHONG"}  # fmt: skip
+             "kAnisotropic": "ANISOTROPIC", "kBeckmann": "BECKMANN", "kPhong": "PHONG",
+             "kNormalInWorld": "NORMAL_IN_WORLD"}  # fmt: skip
     found = constants("material_params.h", "ClosureFlag")
     assert {name: getattr(materials, word) for name, word in names.items() if name in found} == found
 

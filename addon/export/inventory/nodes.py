@@ -54,8 +54,6 @@ NODES: dict[str, Table] = {
     "CURVE_FLOAT": Table("mapping Factor Value"),
     "CURVE_RGB": Table("mapping Fac Color"),
     "CURVE_VEC": Table("mapping Fac Vector"),
-    "EEVEE_SPECULAR": Table("Base_Color Specular Roughness Emissive_Color Transparency Normal Clear_Coat "
-                            "Clear_Coat_Roughness Clear_Coat_Normal"),
     "EMISSION": Table("Color Strength"),
     "FRESNEL": Table("IOR Normal"),
     "GAMMA": Table("Color Gamma"),
@@ -133,6 +131,7 @@ EVALUATED_BY_CYCLES = frozenset((
 # Reason -> types that change nothing in the picture, or whose effect is read or named where they are linked.
 WITHOUT: dict[str, frozenset[str]] = {
     PASSES: frozenset(("OUTPUT_AOV",)),
+    "Cycles renders it black": frozenset(("EEVEE_SPECULAR",)),
     "only Freestyle uses it": frozenset(("OUTPUT_LINESTYLE", "UVALONGSTROKE")),
     VOLUMES: frozenset(("VOLUME_ABSORPTION", "VOLUME_COEFFICIENTS", "VOLUME_INFO", "VOLUME_SCATTER",
                         "PRINCIPLED_VOLUME")),

@@ -71,6 +71,8 @@ def _value(draw: Draw, kind: type[Expression], name: str, type_name: str, depth:
         return draw.one(kind.choices[name])
     if name == "name":
         return draw.one((*LAYERS, "absent"))
+    if name == "uv":
+        return draw.one(LAYERS)
     if name == "required":  # meshes lack attributes now and then
         return False
     if name == "image":

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .evaluation import Evaluation, evaluate_alone
-from .export.lights import power_factor
-from .export.materials import MaterialReading
-from .export.mesh import corner_vertices, positions
+from .export.geometry.mesh import corner_vertices, positions
+from .export.materials.material import MaterialReading
+from .export.surroundings.lights import power_factor
 from .problem import Problem
 
 KEY_NAME = "Edgegrad"

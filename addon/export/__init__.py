@@ -1,6 +1,6 @@
 """Export of what a render shows to an `edgegrad.Scene`, with the information to write results back."""
 
 from .scene import Export, export_scene
-from .settings import RenderSettings, render_export
+from .surroundings.settings import RenderSettings, render_export
 
 __all__ = ["Export", "RenderSettings", "export_scene", "render_export"]

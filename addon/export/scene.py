@@ -19,25 +19,25 @@ from edgegrad.scene.placement import is_tangent, places, stretches
 
 from ..evaluation import Evaluation, evaluate
 from ..problem import Report
-from .baking import bake_materials
-from .camera import export_camera
-from .caustics import drop_caustics
+from .bakes.baking import bake_materials
 from .effects import append_effects
-from .environment import bake_world
 from .geometry.coincident import warn_about_coincident
 from .geometry.displacement import displace, read_displacement, warn_about_adaptive
+from .geometry.linking import linked, uses_linking
+from .geometry.meshes import Placed, PlacedMeshes
 from .geometry.object_types import RENDERED, OtherGeometry, warn_about_type
-from .images import Images
+from .geometry.visibility import visible_to, warn_about_layer, warn_about_visibility
 from .inventory.naming import name_scene, name_settings
-from .lamp_bake import bake_lamps
-from .lights import export_light
-from .linking import linked, uses_linking
-from .materials import MaterialReading, read_material
-from .meshes import Placed, PlacedMeshes
-from .read_normals import pixel_size
-from .settings import RenderSettings, expose, read_settings
-from .visibility import visible_to, warn_about_layer, warn_about_visibility
-from .world import read_world
+from .materials.caustics import drop_caustics
+from .materials.material import MaterialReading, read_material
+from .nodes.images import Images
+from .nodes.read_normals import pixel_size
+from .surroundings.camera import export_camera
+from .surroundings.environment import bake_world
+from .surroundings.lamp_bake import bake_lamps
+from .surroundings.lights import export_light
+from .surroundings.settings import RenderSettings, expose, read_settings
+from .surroundings.world import read_world
 
 NO_MATERIAL = "(no material)"
 BAKE_RESOLUTION = 1024

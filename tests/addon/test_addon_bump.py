@@ -16,10 +16,10 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 from edgegrad import expression as e
 from edgegrad.expression import nodes_of
-from edgegrad_addon.export import attributes
-from edgegrad_addon.export.bake import ObjectBaker
 from edgegrad_addon.export.bakes import image_cache
+from edgegrad_addon.export.bakes.bake import ObjectBaker
 from edgegrad_addon.export.bakes.unwrap import THIN, islands, widened
+from edgegrad_addon.export.geometry import attributes
 from tests.support.scenes import blender_scenes as bs
 
 

@@ -67,7 +67,7 @@ def test_one_mesh_that_lies_on_itself() -> None:
     bs.add("Twice", twice)
     assert "material 'Red': lie twice at the same place" in reported()[0]
     twice.polygons[1].material_index = 1
-    assert "faces of material 'Blue' lie exactly on faces of material 'Red'" in reported()[0]
+    assert "material 'Blue': lie exactly on faces of material 'Red'" in reported()[0]
 
 
 def test_a_copy_that_was_left_in_place() -> None:

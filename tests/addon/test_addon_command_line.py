@@ -18,7 +18,7 @@ import edgegrad
 import edgegrad_addon
 from edgegrad import images, losses
 from edgegrad_addon import command_line
-from edgegrad_addon.export.mesh import positions
+from edgegrad_addon.export.geometry.mesh import positions
 from edgegrad_addon.operators.fit import Job
 from edgegrad_addon.parameters import Names
 from edgegrad_addon.session import Picture, Request, Session

@@ -11,9 +11,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
-from edgegrad_addon.export import attributes
-from edgegrad_addon.export.mesh import read_mesh
-from edgegrad_addon.export.normals import angle_weighted, corner_normals
+from edgegrad_addon.export.geometry import attributes
+from edgegrad_addon.export.geometry.mesh import read_mesh
+from edgegrad_addon.export.geometry.normals import angle_weighted, corner_normals
 from tests.support.scenes import blender_scenes as bs
 
 

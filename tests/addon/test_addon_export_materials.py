@@ -15,8 +15,8 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import procedural as p
 from edgegrad.images import srgb_to_linear
-from edgegrad_addon.export import attributes
-from edgegrad_addon.export.materials import PART
+from edgegrad_addon.export.geometry import attributes
+from edgegrad_addon.export.materials.material import PART
 from tests.support.scenes import blender_scenes as bs
 
 

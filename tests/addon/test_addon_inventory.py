@@ -11,11 +11,11 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
-from edgegrad_addon.export.expressions import READERS
 from edgegrad_addon.export.inventory import nodes as inventory
 from edgegrad_addon.export.inventory.naming import name_settings, tables
 from edgegrad_addon.export.inventory.structs import STRUCTS
-from edgegrad_addon.export.shader_nodes import SHADERS
+from edgegrad_addon.export.materials.shader_nodes import SHADERS
+from edgegrad_addon.export.nodes.expressions import READERS
 from edgegrad_addon.problem import Report
 from tests.support.scenes import blender_scenes as bs
 

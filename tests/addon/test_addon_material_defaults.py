@@ -13,9 +13,9 @@ bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed
 
 import edgegrad
 from edgegrad import expression as e
-from edgegrad_addon.export import attributes
 from edgegrad_addon.export.approximated import subsurface
-from edgegrad_addon.export.expressions import Reader
+from edgegrad_addon.export.geometry import attributes
+from edgegrad_addon.export.nodes.expressions import Reader
 from edgegrad_addon.problem import Problem
 from edgegrad_addon.write_back import check_material
 from tests.support.scenes import blender_scenes as bs

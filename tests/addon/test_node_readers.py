@@ -14,7 +14,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy", reason="Blender's Python module isn't installed")
 
-from edgegrad_addon.export.expressions import READERS, Reader
+from edgegrad_addon.export.nodes.expressions import READERS, Reader
 from tests.support.node_cases.blender_nodes import Nodes, render_nodes
 from tests.support.node_cases.texture_points import at_values
 from tests.support.scenes import blender_scenes as bs
@@ -23,7 +23,8 @@ from tests.support.scenes import blender_scenes as bs
 OF_SURFACE = {
     "TexImage", "TexEnvironment", "Attribute", "VertexColor", "UVMap", "TexCoord", "NewGeometry", "ObjectInfo",
     "LightPath", "CameraData", "VectorTransform", "Wireframe", "Script", "HairInfo", "PointInfo", "VolumeInfo",
-    "Fresnel", "LayerWeight", "Bump", "NormalMap", "Bevel", "Tangent",
+    "Fresnel", "LayerWeight", "Bump", "NormalMap", "Bevel", "Tangent", "Displacement",
+    "VectorDisplacement",
 }  # fmt: skip
 # Inputs whose value must not vary.
 CONSTANT = {"Location": (0.3, -0.7, 1.1), "Rotation": (0.4, -0.8, 1.3), "Center": (0.2, 0.1, -0.3),

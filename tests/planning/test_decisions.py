@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from edgegrad import Material, Mesh, Renderer, Scene, SunLight, plan
 from edgegrad.derivatives.decisions import Decision, Decisions
+from edgegrad.rendering import one_shot
 from edgegrad.rendering import renderer as module
 from edgegrad.rendering.engine import engine_class
 from edgegrad.rendering.options import checked_options
@@ -180,6 +181,7 @@ def test_a_plan_validates_the_scene_once(monkeypatch: pytest.MonkeyPatch) -> Non
     made = rippled()
     calls: list[str] = []
     validate = Mesh.validate
+    monkeypatch.setattr(one_shot, "_last", {})  # no renderer of an earlier test
     monkeypatch.setattr(Mesh, "validate", lambda mesh, name: (calls.append(name), validate(mesh, name))[1])
     made.meshes["other"] = replace(made.meshes["object"], vertices=made.meshes["object"].vertices + 3.0)
     plan(made, ["meshes.object.vertices"])

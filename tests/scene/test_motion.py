@@ -59,8 +59,8 @@ def test_interior_names_every_parameter() -> None:
         "'meshes.still.attributes.unread': zero, since nothing of the picture reads it",
         "besides: the directions at which rough glass (wood, sum, clay, glow) stops to let light through",
         "what wood, sum let through changes, on the way to lights and between surfaces",
-        "noisy: where faces of wood, sum, clay, glow meet at concave corners or touch others, light between them has no "
-        "finite variance, since these materials are transparent, mirror perfectly or have textures that jump",
+        "noisy: where faces of wood, sum, clay, glow meet at concave corners or touch others, light between them has "
+        "no finite variance, since these materials are transparent, mirror perfectly or have textures that jump",
     )
 
 

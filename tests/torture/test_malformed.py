@@ -176,6 +176,7 @@ CHANGES: dict[str, Callable[[Any], Any]] = {
     "receivers": lambda v: ("box",), "blockers": lambda v: ("copies",), "textures": lambda v: {},
     "materials": lambda v: v[::-1], "parts": lambda v: v[::-1], "face_material": lambda v: 1 - v,
     "attributes": lambda v: {}, "normal_uv": lambda v: "UV", "normal_space": lambda v: "WORLD",
+    "distribution": lambda v: "BECKMANN",
     "width": lambda v: v + 1, "height": lambda v: v + 1,
     "aperture_blades": lambda v: 5, "smoothing": lambda v: np.where(v == 0, -1, v), "coat_ior": lambda v: 1.6,
     "normals": lambda v: v + [0.3, 0.0, 0.0], "clip_start": lambda v: 3.0, "pixels": lambda v: 0.5 * v,

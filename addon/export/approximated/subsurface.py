@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand
 
-from ..expressions import rgb
+from ..nodes.expressions import rgb
 
 F64 = NDArray[np.float64]
 

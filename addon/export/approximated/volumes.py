@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expressions import constant
-from ..nodes import Feed, by_identifier, label
+from ..nodes.expressions import constant
+from ..nodes.links import Feed, by_identifier, label
 from .sizes import thinnest
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from ..bake import CopiedObject
-from ..materials import BakedOutput
+from ..materials.material import BakedOutput
+from .bake import CopiedObject
 from .content import UnknownContent, material_content, mesh_content
 
 LARGEST = 2 << 30  # bytes of all kept images

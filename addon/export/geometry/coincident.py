@@ -19,7 +19,7 @@ from edgegrad import _native
 from edgegrad.rendering.native_engine import embree_library
 from edgegrad.scene.placement import places
 
-from ..normals import bits
+from .normals import bits
 
 if TYPE_CHECKING:
     from ..scene import Export

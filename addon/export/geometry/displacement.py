@@ -21,12 +21,12 @@ from edgegrad.tables.materials import COLUMNS, WIDTH
 from edgegrad.tables.textures.program import compile_textures
 
 from ...problem import Report
-from ..attributes import ACTIVE_UV, OBJECT, TANGENT, layer
-from ..expressions import Reader, Unreadable, reads
-from ..images import Images
-from ..mesh import MeshArrays
-from ..meshes import Group
-from ..nodes import Groups, by_identifier, feed
+from ..nodes.expressions import Reader, Unreadable, reads
+from ..nodes.images import Images
+from ..nodes.links import Groups, by_identifier, feed
+from .attributes import ACTIVE_UV, OBJECT, TANGENT, layer
+from .mesh import MeshArrays
+from .meshes import Group
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -14,7 +14,7 @@ from edgegrad import Camera
 from edgegrad.scene.placement import stretches
 
 from ...problem import Report
-from ..attributes import (
+from .attributes import (
     ACTIVE_UV,
     GENERATED,
     INTERCEPT,
@@ -28,7 +28,7 @@ from ..attributes import (
     hash_words,
     is_of_object,
 )
-from ..mesh import MeshArrays
+from .mesh import MeshArrays
 from .strands import FEWEST_SIDES, RIBBON, Strands, lengths, prisms, resampled, sides_for, straight, triangles, usable
 
 F64 = NDArray[np.float64]

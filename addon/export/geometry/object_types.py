@@ -10,10 +10,10 @@ from typing import Any
 from edgegrad import Camera
 
 from ...problem import Report
-from ..attributes import ObjectValues
-from ..materials import MaterialReading
-from ..meshes import Placed, PlacedMeshes
+from ..materials.material import MaterialReading
+from .attributes import ObjectValues
 from .hair import Hair, HairMeshes, hair_of
+from .meshes import Placed, PlacedMeshes
 from .points import build_points
 
 # Types of evaluated objects that are rendered. Curves, surfaces, text and metaballs are evaluated to meshes.

@@ -12,9 +12,9 @@ from edgegrad import Camera
 from edgegrad.scene.placement import stretches
 
 from ...problem import Report
-from ..attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, hash_words, is_of_object
-from ..mesh import MeshArrays
+from .attributes import OBJECT, POINT_RADIUS, RANDOM_POINT, ObjectValues, hash_words, is_of_object
 from .hair import MOST_TRIANGLES, layer_values, pixel_size
+from .mesh import MeshArrays
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh import MeshArrays
+from .mesh import MeshArrays
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]

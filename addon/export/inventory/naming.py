@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from ...problem import Report
-from ..nodes import by_identifier
+from ..nodes.links import by_identifier
 from .nodes import NODES
 from .structs import STRUCTS
 from .table import DEFAULT, Named, Table

@@ -4,20 +4,7 @@ from __future__ import annotations
 
 from .integrator import INTEGRATOR
 from .render import RENDER
-from .table import (
-    AFTER,
-    DATA,
-    DISPLAY,
-    EEVEE,
-    EVALUATED,
-    MOTION,
-    NOISE,
-    OTHER,
-    PASSES,
-    VOLUMES,
-    Named,
-    Table,
-)
+from .table import AFTER, DATA, DISPLAY, EEVEE, EVALUATED, MOTION, NOISE, OTHER, PASSES, VOLUMES, Named, Table
 
 DISPLACEMENT = "it is a method of displacement, which is read or named as a whole"
 PANORAMAS = "it belongs to a type of panorama that is refused"

@@ -1,11 +1,11 @@
 // The scattering of a surface towards one viewer: a fixed set of lobes, each with a weight per lane.
 #pragma once
 
+#include "shading/bsdf/distributions/sheen.h"
 #include "shading/bsdf/interface.h"
 #include "shading/bsdf/lobe.h"
 #include "shading/bsdf/oren_nayar.h"
 #include "shading/bsdf/sample.h"
-#include "shading/bsdf/sheen.h"
 #include "shading/bsdf/transmission_rim.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

@@ -7,7 +7,7 @@
 //   int F(h.v) D(h) G2(v, w) (h.v)/v.z L(w(v, h)) dh
 // for reflection and refraction with the ray w(v, h). Nothing is divided by alpha (derivations, Q). Light and
 // density are both expressed by the measure D dh, because D itself is unbounded. For Phong lobes
-// (shading/bsdf/phong_lobe.h), whose half vectors have the density p,
+// (shading/bsdf/distributions/phong_lobe.h), whose half vectors have the density p,
 //   int F(h.v) p(h) w.z / max(v.z, w.z) L(w(v, h)) dh.
 #pragma once
 

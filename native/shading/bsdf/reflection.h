@@ -2,8 +2,8 @@
 // a metal's, a dielectric's and a constant reflectance, each with its weight.
 #pragma once
 
+#include "shading/bsdf/distributions/microfacet.h"
 #include "shading/bsdf/fresnel.h"
-#include "shading/bsdf/microfacet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

@@ -72,7 +72,7 @@ def _value(draw: Draw, kind: type[Expression], name: str, type_name: str, depth:
     if name == "name":
         return draw.one((*LAYERS, "absent"))
     if name == "uv":
-        return draw.one(LAYERS)
+        return draw.one(tuple(LAYERS))
     if name == "required":  # meshes lack attributes now and then
         return False
     if name == "image":

@@ -9,7 +9,7 @@ from edgegrad import expression as e
 
 from .expressions import Reader
 from .images import Images
-from .nodes import Groups, label
+from .links import Groups, label
 
 # Outputs of a Light Path node that are not 0, by the kind of the ray that arrives.
 LIGHT_PATHS: Mapping[str, Mapping[str, float]] = {

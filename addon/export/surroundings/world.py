@@ -16,13 +16,13 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad import expression as e
 
-from ..problem import Report
-from . import nodes
-from .expressions import Unreadable, folded, number, rgb
-from .images import Images
-from .ray_kinds import LIGHT_PATHS, RayReader
-from .shaders import Part, parts
-from .visibility import RAYS
+from ...problem import Report
+from ..geometry.visibility import RAYS
+from ..materials.shaders import Part, parts
+from ..nodes import links as nodes
+from ..nodes.expressions import Unreadable, folded, number, rgb
+from ..nodes.images import Images
+from ..nodes.ray_kinds import LIGHT_PATHS, RayReader
 
 BACKDROP = "(world) seen by {} rays"
 

@@ -11,7 +11,7 @@ from edgegrad import expression as e
 from edgegrad.expression import Operand
 
 from .expressions import Reader, folded, number, reads, rgb
-from .nodes import Groups
+from .links import Groups
 from .read_inputs import rows, unreadable
 
 TABLE = 257  # rows of ramps and curves in Cycles

@@ -9,11 +9,11 @@ import numpy as np
 import edgegrad
 from edgegrad import expression as e
 
-from .approximated.sizes import thinnest
-from .approximated.subsurface import diffusion_length, seen_albedo
-from .expressions import number, rgb
-from .inventory.naming import node_sentences
-from .nodes import by_identifier, feed
+from ..approximated.sizes import thinnest
+from ..approximated.subsurface import diffusion_length, seen_albedo
+from ..inventory.naming import node_sentences
+from ..nodes.expressions import number, rgb
+from ..nodes.links import by_identifier, feed
 from .shaders import Closure
 
 PRINCIPLED = {

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.scene.placement import is_tangent, placed_tangents, stretches
 
-from ..problem import Report
+from ...problem import Report
 from .attributes import TANGENT, ObjectValues, is_of_object, read_attributes
 from .mesh import MeshArrays, evaluated_mesh, read_mesh
 from .normals import given_normals
 
 if TYPE_CHECKING:
-    from .scene import Source
+    from ..scene import Source
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
@@ -132,7 +132,7 @@ class PlacedMeshes:
 
     def build(self, sources: dict[str, Source]) -> dict[str, edgegrad.Mesh]:
         """Make the meshes of the scene by name; store the origin of each in `sources`."""
-        from .scene import unused_name
+        from ..scene import unused_name
 
         out: dict[str, edgegrad.Mesh] = {}
         for group in self._groups.values():

@@ -8,10 +8,10 @@ from edgegrad import expression as e
 from edgegrad.expression import Operand
 from edgegrad.expression import procedural as p
 
-from . import attributes
+from ..geometry import attributes
 from .expressions import Reader, Unreadable, constant, reads
 from .images import FROM_SRGB, MISSING, UnreadableImage, alpha_mode, is_missing
-from .nodes import Groups, by_identifier, feed, is_implicit, label
+from .links import Groups, by_identifier, feed, is_implicit, label
 
 INTERPOLATIONS = {"Linear": "LINEAR", "Closest": "CLOSEST", "Cubic": "CUBIC", "Smart": "CUBIC"}
 

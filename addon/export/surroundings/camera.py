@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from ..problem import Problem, Report
+from ...problem import Problem, Report
 
 KINDS = {"PERSP": "PERSPECTIVE", "ORTHO": "ORTHOGRAPHIC", "PANO": "EQUIRECTANGULAR"}
 MILLIMETRE = 1e-3

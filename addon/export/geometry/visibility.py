@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..problem import Report
+from ...problem import Report
 
 RAYS = ("camera", "diffuse", "glossy", "transmission", "shadow")
 

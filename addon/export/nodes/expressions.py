@@ -17,9 +17,9 @@ from edgegrad.expression import Expression, Operand, operands
 from edgegrad.tables.textures.lowering import RULES, Lowering, Resources
 from edgegrad.tables.textures.ops import Builder
 
+from ..inventory.naming import node_sentences
 from .images import Images
-from .inventory.naming import node_sentences
-from .nodes import Groups, by_identifier, feed, is_implicit, label, upstream
+from .links import Groups, by_identifier, feed, is_implicit, label, upstream
 
 SCALARS = ("VALUE", "INT", "BOOLEAN")
 REC709_LUMINANCE = (0.2126, 0.7152, 0.0722)

@@ -1,12 +1,12 @@
 // A layer of fibres: Zeltner, Burley and Chiang 2022, "Practical Multiple-Scattering Sheen Using Linearly
-// Transformed Cosines". Some lanes may be velvet instead (shading/bsdf/velvet.h).
+// Transformed Cosines". Some lanes may be velvet instead (shading/bsdf/distributions/velvet.h).
 #pragma once
 
 #include "sampling/hemisphere.h"
+#include "shading/bsdf/distributions/velvet.h"
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/tables/albedo_tables.h"
 #include "shading/bsdf/tables/table_lookup.h"
-#include "shading/bsdf/velvet.h"
 
 namespace edgegrad::EDGEGRAD_ISA {
 

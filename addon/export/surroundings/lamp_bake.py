@@ -13,13 +13,13 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from .bake import Temporary, temporary
-from .bake_scene import BakeScene, own_groups, show_to
+from ..bakes.bake import Temporary, temporary
+from ..bakes.bake_scene import BakeScene, own_groups, show_to
+from ..nodes.ray_kinds import SAMPLED
 from .lamp_nodes import read_emission
-from .ray_kinds import SAMPLED
 
 if TYPE_CHECKING:
-    from .scene import Export
+    from ..scene import Export
 
 PIXELS = 64
 ALBEDO = 0.8  # of the sphere, which is lit directly only

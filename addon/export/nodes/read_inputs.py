@@ -10,9 +10,9 @@ import numpy as np
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
-from . import attributes
+from ..geometry import attributes
 from .expressions import Reader, Unreadable, folded, number, reads
-from .nodes import Groups, label
+from .links import Groups, label
 
 Rows = tuple[tuple[float, float, float, float], ...]
 

@@ -9,17 +9,17 @@ import numpy as np
 
 import edgegrad
 
-from .attributes import BAKED_UV, TANGENT, tangents
+from ..geometry.attributes import BAKED_UV, TANGENT, tangents
+from ..geometry.meshes import Group, PlacedMeshes
+from ..materials.material import MaterialReading
+from ..nodes.images import Images
+from . import cache
 from .bake import BakeError, CopiedObject, ObjectBaker, Temporary, temporary
-from .bakes import cache
-from .bakes.cache import KeptBake
-from .bakes.size import bake_size
-from .images import Images
-from .materials import MaterialReading
-from .meshes import Group, PlacedMeshes
+from .cache import KeptBake
+from .size import bake_size
 
 if TYPE_CHECKING:
-    from .scene import Export, Source
+    from ..scene import Export, Source
 
 
 def bake_materials(out: Export, meshes: PlacedMeshes, images: Images, depsgraph: Any, resolution: int) -> None:

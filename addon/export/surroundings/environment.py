@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from ..problem import Problem, Report
-from .bake import Temporary, temporary
-from .bake_scene import BakeScene, own_groups, show_to
-from .images import Images
-from .nodes import by_identifier, feed
-from .ray_kinds import LIGHT_PATHS
+from ...problem import Problem, Report
+from ..bakes.bake import Temporary, temporary
+from ..bakes.bake_scene import BakeScene, own_groups, show_to
+from ..nodes.images import Images
+from ..nodes.links import by_identifier, feed
+from ..nodes.ray_kinds import LIGHT_PATHS
 from .world import WorldReading
 
 # Pixels along each side of the picture of the sun's disc, and size of this picture relative to the disc.

@@ -3,13 +3,13 @@
 // reflection, most directions below the surface are excluded (Eto and Tokuyoshi 2023). Vectors are in the
 // local frame, whose z is the shading normal.
 //
-// Lanes may have another distribution: Beckmann's (shading/bsdf/beckmann.h), or the half vectors of Phong
-// lobes (shading/bsdf/phong_lobe.h). Functions of normals are templates: kOthers is false for packets of GGX
-// alone, which so pay nothing for the others.
+// Lanes may have another distribution: Beckmann's (shading/bsdf/distributions/beckmann.h), or the half
+// vectors of Phong lobes (shading/bsdf/distributions/phong_lobe.h). Functions of normals are templates:
+// kOthers is false for packets of GGX alone, which so pay nothing for the others.
 #pragma once
 
-#include "shading/bsdf/beckmann.h"
-#include "shading/bsdf/phong_lobe.h"
+#include "shading/bsdf/distributions/beckmann.h"
+#include "shading/bsdf/distributions/phong_lobe.h"
 #include "shading/bsdf/score_density.h"
 #include "simd/vector.h"
 

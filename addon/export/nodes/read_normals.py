@@ -11,9 +11,9 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand
 
-from . import attributes
+from ..geometry import attributes
 from .expressions import Reader, Unreadable, UnreadableNormal, folded, number, reads
-from .nodes import Feed, Groups, by_identifier, feed, label
+from .links import Feed, Groups, by_identifier, feed, label
 
 # Distance of the points at which heights are evaluated, in pixels: Cycles' for displacement, and for all bumps where
 # the node has no setting.

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from .bakes.unwrap import widened
-from .materials import BakedOutput
-from .nodes import by_identifier, group_output
+from ..materials.material import BakedOutput
+from ..nodes.links import by_identifier, group_output
+from .unwrap import widened
 
 MARGIN = 2  # pixels around each UV island that repeat its border: interpolation reads one of them
 SAMPLES = 4  # per pixel; bakes evaluate textures without lighting, so their only noise is that of antialiasing

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from edgegrad.images import read_image
 
-from ..problem import Problem
+from ...problem import Problem
+from ..nodes.links import reached
 from .bake import Temporary
-from .nodes import reached
 
 SAMPLES = 16
 

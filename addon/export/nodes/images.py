@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import edgegrad
 from edgegrad.images import srgb_to_linear
 
-from .bakes.image_cache import is_float, keep, kept, key_of, was_readable
+from ..bakes.image_cache import is_float, keep, kept, key_of, was_readable
 
 DATA_SPACES = ("Non-Color", "Raw", "Generic Data")
 # Linear Rec.709 is Blender's working space unless the file says otherwise.

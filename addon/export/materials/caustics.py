@@ -15,8 +15,8 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Operand
 
-from ..problem import Report
-from .settings import RenderSettings
+from ...problem import Report
+from ..surroundings.settings import RenderSettings
 from .shaders import product
 
 FROM_DIFFUSE = e.LightPath("DIFFUSE")
@@ -27,11 +27,11 @@ def drop_caustics(scene: edgegrad.Scene, settings: RenderSettings, report: Repor
     """Apply the switches to all materials of an exported scene."""
     if settings.reflective_caustics and settings.refractive_caustics:
         return
-    for name, read in scene.materials.items():
-        if not isinstance(read, edgegrad.Material):
-            continue
-        material = scene.materials[name] = replace(read)  # what was read stays as it is
-        if _drop(material, settings):
+    # What was read stays as it is.
+    materials = {name: replace(material) for name, material in scene.materials.items()}
+    scene.materials = materials
+    for name, material in materials.items():
+        if isinstance(material, edgegrad.Material) and _drop(material, settings):
             report.warn(f"material '{name}'", "is lit by caustics that are switched off for either reflection or "
                         "refraction alone; both are rendered")  # fmt: skip
 

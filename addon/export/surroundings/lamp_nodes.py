@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from edgegrad import expression as e
 
-from .expressions import Reader, Unreadable, folded, number, rgb
-from .nodes import Groups, feed, label
-from .ray_kinds import SAMPLED, RayReader
-from .shaders import Part, parts
+from ..materials.shaders import Part, parts
+from ..nodes.expressions import Reader, Unreadable, folded, number, rgb
+from ..nodes.links import Groups, feed, label
+from ..nodes.ray_kinds import SAMPLED, RayReader
 
 F64 = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import edgegrad
 
-from ..problem import Report
+from ...problem import Report
 from .lamp_nodes import read_emission
 
 Light: TypeAlias = edgegrad.PointLight | edgegrad.SpotLight | edgegrad.SunLight | edgegrad.AreaLight

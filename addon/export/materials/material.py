@@ -14,12 +14,13 @@ from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand, images_of, nodes_of
 from edgegrad.scene.material import SMOOTH_NORMAL
 
-from ..problem import Report
-from . import attributes, nodes
-from .approximated.volumes import describe_volume
-from .expressions import Reader, Unreadable, number
-from .images import Images
-from .read_normals import displaced_normal
+from ...problem import Report
+from ..approximated.volumes import describe_volume
+from ..geometry import attributes
+from ..nodes import links as nodes
+from ..nodes.expressions import Reader, Unreadable, number
+from ..nodes.images import Images
+from ..nodes.read_normals import displaced_normal
 from .shader_nodes import read_shader
 from .shaders import Closure, Part, parts, product
 

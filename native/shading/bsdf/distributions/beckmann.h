@@ -3,7 +3,7 @@
 // local frame, whose z is the shading normal.
 #pragma once
 
-#include "shading/bsdf/error_function.h"
+#include "shading/bsdf/distributions/error_function.h"
 #include "simd/vector.h"
 
 namespace edgegrad::EDGEGRAD_ISA {

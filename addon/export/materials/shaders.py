@@ -12,9 +12,9 @@ import edgegrad
 from edgegrad import expression as e
 from edgegrad.expression import Expression, Operand, nodes_of
 
-from . import attributes
-from .expressions import Reader, Unreadable, converted, folded, number, rgb
-from .nodes import Feed, Groups, by_identifier, feed, label, own_value_of
+from ..geometry import attributes
+from ..nodes.expressions import Reader, Unreadable, converted, folded, number, rgb
+from ..nodes.links import Feed, Groups, by_identifier, feed, label, own_value_of
 
 # Ranges of fields; all other numbers are in [0, 1].
 RANGES = {"ior": (1e-3, 1e3), "coat_ior": (1.0, 1e3), "anisotropy": (-1.0, 1.0), "anisotropy_rotation": (-1e6, 1e6),

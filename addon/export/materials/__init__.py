@@ -1,0 +1,1 @@
+"""Translation of materials to closures and their weights."""

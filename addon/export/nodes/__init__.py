@@ -1,0 +1,1 @@
+"""Translation of node trees to expressions: links, values, colours, textures, normals and images."""

@@ -1,0 +1,1 @@
+"""The world, lights, the camera, and the settings of the render."""

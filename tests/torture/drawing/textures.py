@@ -71,6 +71,8 @@ def _value(draw: Draw, kind: type[Expression], name: str, type_name: str, depth:
         return draw.one(kind.choices[name])
     if name == "name":
         return draw.one((*LAYERS, "absent"))
+    if name == "step":
+        return draw.log(1e-6, 0.1)
     if name == "uv":
         return draw.one(tuple(LAYERS))
     if name == "required":  # meshes lack attributes now and then
